@@ -1,0 +1,45 @@
+"""Every error and warning the package raises, in one place so that callers can catch them by name."""
+
+
+class MjTactileError(Exception):
+    """Base of all errors of this package: the message says what is wrong, what was expected and the cure."""
+
+
+class PadError(MjTactileError, ValueError):
+    """A pad that cannot exist: a wrong size, material, taxel grid or depth."""
+
+
+class MeshError(MjTactileError, ValueError):
+    """A finite-element mesh that cannot be made for the pad, or an unknown mesh name."""
+
+
+class InfluenceError(MjTactileError, ValueError):
+    """Influence matrices asked for something they do not hold."""
+
+
+class StaleInfluenceError(InfluenceError):
+    """A saved table that was built for another pad, mesh or format version."""
+
+
+class CorruptInfluenceError(InfluenceError):
+    """A saved table that cannot be read: truncated or damaged."""
+
+
+class IndenterError(MjTactileError, ValueError):
+    """An unknown indenter, or a geometry that has no usable outline or solid."""
+
+
+class FootprintError(MjTactileError, ValueError):
+    """A footprint that does not touch the pad or is not a valid area."""
+
+
+class ContactError(MjTactileError, ValueError):
+    """A wrench or a contact law that makes no sense: not finite, unknown name."""
+
+
+class SceneError(MjTactileError, ValueError):
+    """A MuJoCo model that lacks what the pad needs, or a press that never settles."""
+
+
+class ContactWarning(UserWarning):
+    """A wrench that the footprint cannot carry, or a contact outside the range of the linear model."""
