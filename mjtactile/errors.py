@@ -43,3 +43,11 @@ class SceneError(MjTactileError, ValueError):
 
 class ContactWarning(UserWarning):
     """A wrench that the footprint cannot carry, or a contact outside the range of the linear model."""
+
+
+class MeshWarning(UserWarning):
+    """A mesh coarser than the one whose accuracy is known."""
+
+
+class InfluenceWarning(UserWarning):
+    """A cached table that had to be rebuilt or could not be kept."""

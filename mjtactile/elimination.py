@@ -1,0 +1,124 @@
+"""Solving the sheet for every surface load at once, by eliminating one layer of elements after another.
+
+A node plane touches only the planes of its own element layer, so the stiffness is block tridiagonal once each
+element layer's middle plane is condensed out. Going up from the clamped base leaves the stiffness the surface
+feels; its inverse is the surface compliance. Going down again gives the displacement of each plane as a matrix
+times the displacement of the plane above. Both passes are dense matrix products, which suits influence matrices:
+they need every column. (A sparse Cholesky factor must be applied to thousands of right-hand sides instead; measured
+in docs/solver.md.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from mjtactile.errors import MeshError
+from mjtactile.fem import Parity, Stiffness, free_in_plane
+from mjtactile.pad import Array
+
+
+@dataclass(frozen=True, eq=False)
+class _ElementLayer:
+    """How the planes of one element layer follow from its upper plane.
+
+    u_lower = lower_from_upper u_upper and u_middle = middle_from_upper u_upper + middle_from_lower u_lower;
+    the lower plane of the bottom layer is clamped, its matrices are None.
+    """
+
+    middle_from_upper: Array
+    middle_from_lower: Array | None
+    lower_from_upper: Array | None
+
+
+class EliminatedSheet:
+    """A sheet whose element layers have been eliminated from the base up.
+
+    Args:
+        stiffness: of the sheet or of a quarter of it.
+        parity: symmetry class of a quarter model; None when the mesh is of the whole sheet.
+        on_layer: called after each element layer, for progress.
+
+    Raises:
+        MeshError: when the arithmetic breaks down (an element layer is not positive definite).
+    """
+
+    def __init__(self, stiffness: Stiffness, parity: Parity | None, on_layer=lambda: None) -> None:
+        self.free = free_in_plane(stiffness.mesh, parity)
+        self._stiffness = stiffness.restricted(self.free)
+        self._layers: list[_ElementLayer] = []
+        surface = self._eliminate(on_layer)
+        #: Displacement of the surface per surface force [m/N], symmetric, over the free degrees of freedom.
+        self.surface_compliance: Array = _inverse(surface)
+
+    def _eliminate(self, on_layer) -> Array:
+        """Stiffness that the surface plane feels; leaves the way back down in self._layers, base first."""
+        block = self._stiffness.block
+        below: Array | None = None  # stiffness of the lower plane, with everything under it
+        for element in range(self._stiffness.mesh.z.element_count):
+            lower, middle, upper = 2 * element, 2 * element + 1, 2 * element + 2
+            middle_inverse = _inverse(block(middle, middle).toarray())
+            upper_middle = block(upper, middle)
+            upper_path = upper_middle @ middle_inverse
+            stiffness = block(upper, upper).toarray() - upper_middle @ upper_path.T
+            lower_path, from_upper = None, None
+            if below is not None:
+                lower_middle = block(lower, middle)
+                lower_path = lower_middle @ middle_inverse
+                below -= lower_middle @ lower_path.T
+                coupling = block(lower, upper).toarray() - lower_middle @ upper_path.T
+                from_upper = -(_inverse(below) @ coupling)
+                stiffness += coupling.T @ from_upper
+                lower_path = -lower_path.T
+            self._layers.append(_ElementLayer(-upper_path.T, lower_path, from_upper))
+            below = (stiffness + stiffness.T) / 2
+            on_layer()
+        assert below is not None
+        return below
+
+    def descend(self, forces: Array | None = None) -> Iterator[tuple[int, Array]]:
+        """Displacements of one node plane after another, from the surface down; the base itself stays at zero.
+
+        Args:
+            forces: nodal forces on the surface [N], shape (free degrees of freedom, columns); by default one unit
+                force per free degree of freedom, so that column j belongs to force j.
+
+        Yields:
+            (plane, displacements): the plane's number, counted from the base at 0, and the displacements of its free
+            degrees of freedom [m] under each column's load, shape (free degrees of freedom, columns).
+        """
+        upper = self.surface_compliance if forces is None else self.surface_compliance @ forces
+        yield 2 * len(self._layers), upper
+        for element in reversed(range(len(self._layers))):
+            layer = self._layers[element]
+            middle = layer.middle_from_upper @ upper
+            if layer.lower_from_upper is None or layer.middle_from_lower is None:
+                yield 2 * element + 1, middle
+            else:
+                upper = layer.lower_from_upper @ upper
+                middle += layer.middle_from_lower @ upper
+                yield 2 * element + 1, middle
+                yield 2 * element, upper
+
+    def base_reaction(self, plane_1: Array, plane_2: Array) -> Array:
+        """Nodal forces of the clamped base on the sheet [N], from the displacements of the two planes above it."""
+        block = self._stiffness.block
+        return block(0, 1) @ plane_1 + block(0, 2) @ plane_2
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a symmetric positive definite matrix, by Cholesky; exactly symmetric."""
+    factor, info = scipy.linalg.lapack.dpotrf(matrix, lower=1, clean=1)
+    if info == 0:
+        lower, info = scipy.linalg.lapack.dpotri(factor, lower=1, overwrite_c=1)
+    if info != 0:
+        raise MeshError(
+            "the finite-element equations are not positive definite in double precision. "
+            "A layer is too thin or too soft beside its neighbours, or its Poisson ratio too near 0.5."
+        )
+    inverse = np.tril(lower)
+    inverse += np.tril(lower, -1).T
+    return inverse

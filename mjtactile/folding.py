@@ -1,0 +1,89 @@
+"""The sheet's two mirrors: loads split into four symmetry classes, responses put together again.
+
+Every table holds a quarter of the sheet per class. A load is folded by adding up its mirror images with the class's
+signs; a response at a mirrored point is the sum over classes with the same signs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjtactile.fem import PARITIES, Parity
+from mjtactile.pad import Array
+
+#: Quadrants of the plane as signs (x, y), in the order sample points refer to them.
+QUADRANTS = ((1, 1), (-1, 1), (1, -1), (-1, -1))
+#: Sign with which each class enters each quadrant, shape (quadrants, classes).
+QUADRANT_SIGNS = np.array([[(p.x if sx < 0 else 1) * (p.y if sy < 0 else 1) for p in PARITIES] for sx, sy in QUADRANTS])
+
+
+def fold_forces(forces: Array, parity: Parity) -> Array:
+    """Nodal forces on the whole surface as forces on the quarter x >= 0, y >= 0 in one symmetry class.
+
+    Args:
+        forces: (..., nodes y, nodes x, 3) [N], nodes of a mirror-symmetric grid.
+
+    Returns:
+        (..., 3, quarter nodes y, quarter nodes x) [N]: each node's forces and those of its mirror images, added with
+        the class's signs.
+    """
+    folded = [
+        _fold(_fold(forces[..., component], -1, parity.component_signs(component)[0]), -2, sign_y)
+        for component, sign_y in ((c, parity.component_signs(c)[1]) for c in range(3))
+    ]
+    return np.stack(folded, axis=-3)
+
+
+def _fold(values: Array, axis: int, sign: int) -> Array:
+    values = np.moveaxis(values, axis, -1)
+    middle = values.shape[-1] // 2
+    half = values[..., middle:].copy()
+    half[..., 1:] += sign * values[..., middle - 1 :: -1]
+    return np.moveaxis(half, -1, axis)
+
+
+def unfold_field(classes: list[Array]) -> Array:
+    """A vector field on the whole surface from its four classes on the quarter.
+
+    Args:
+        classes: one array (..., 3, quarter nodes y, quarter nodes x) per class, in the order of PARITIES.
+
+    Returns:
+        (..., nodes y, nodes x, 3).
+    """
+    whole = 0.0
+    for parity, quarter in zip(PARITIES, classes, strict=True):
+        components = []
+        for component in range(3):
+            sign_x, sign_y = parity.component_signs(component)
+            half = np.concatenate([sign_x * quarter[..., component, :, :0:-1], quarter[..., component, :, :]], axis=-1)
+            components.append(np.concatenate([sign_y * half[..., :0:-1, :], half], axis=-2))
+        whole = whole + np.stack(components, axis=-1)
+    return np.asarray(whole)
+
+
+@dataclass(frozen=True, eq=False)
+class FoldedPoints:
+    """Points folded onto the quarter x >= 0, y >= 0.
+
+    Attributes:
+        positions: distinct folded positions [m], shape (folded points, 3).
+        index: for each original point, its folded point, shape (points,).
+        quadrant: for each original point, its place in QUADRANTS, shape (points,).
+    """
+
+    positions: Array
+    index: np.ndarray
+    quadrant: np.ndarray
+
+
+def fold_points(positions: Array, resolution: float) -> FoldedPoints:
+    """Fold points (points, 3) [m]; mirror images within `resolution` [m] of each other become one."""
+    folded = np.concatenate([np.abs(positions[:, :2]), positions[:, 2:]], axis=1)
+    # Rounding gives points that share a coordinate exactly one value of it, which the sampler exploits.
+    folded = np.round(folded / resolution) * resolution
+    distinct, index = np.unique(folded, axis=0, return_inverse=True)
+    quadrant = np.where(positions[:, 0] < -resolution, 1, 0) + np.where(positions[:, 1] < -resolution, 2, 0)
+    return FoldedPoints(distinct, index.ravel(), quadrant)
