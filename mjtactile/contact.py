@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-import shapely
+from shapely import MultiPolygon, Polygon
 
 from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.pad import Array
+from mjtactile.planar import areal
 from mjtactile.pressure import linear_pressure
 from mjtactile.surface import SurfaceGrid
 
@@ -42,7 +43,7 @@ class SurfaceLoad:
 
     forces: Array
     surface: SurfaceGrid
-    contact: shapely.Polygon | shapely.MultiPolygon
+    contact: Polygon | MultiPolygon
     residual_force: Array = field(default_factory=lambda: np.zeros(3))
     residual_moment: Array = field(default_factory=lambda: np.zeros(3))
 
@@ -61,11 +62,11 @@ class SurfaceLoad:
                 f"loads on different surface grids do not add: {self.forces.shape} and {other.forces.shape} nodes. "
                 "Make both with the same influence matrices."
             )
-        contact = shapely.union(self.contact, other.contact)
+        contact = areal(self.contact.union(other.contact))
         return SurfaceLoad(
             self.forces + other.forces,
             self.surface,
-            contact,  # type: ignore[arg-type]  # the union of areas is an area
+            contact,
             self.residual_force + other.residual_force,
             self.residual_moment + other.residual_moment,
         )
@@ -73,7 +74,7 @@ class SurfaceLoad:
     @classmethod
     def none(cls, surface: SurfaceGrid) -> SurfaceLoad:
         """No load at all."""
-        return cls(np.zeros((*surface.node_shape, 3)), surface, shapely.Polygon())
+        return cls(np.zeros((*surface.node_shape, 3)), surface, Polygon())
 
 
 def contact_load(
@@ -127,7 +128,7 @@ def _uniform(footprint: Footprint, force: Array, moment: Array) -> SurfaceLoad:
     surface = footprint.surface
     nodal = np.zeros((*surface.node_shape, 3))
     if force[2] > 0:
-        return SurfaceLoad(nodal, surface, shapely.Polygon(), force, moment)
+        return SurfaceLoad(nodal, surface, Polygon(), force, moment)
     contact, integrals = footprint.outline, footprint.integrals
     if force[2] < 0:
         pressure = linear_pressure(footprint, -force[2], (moment[1], -moment[0]))

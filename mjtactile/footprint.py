@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
+from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from mjtactile.errors import FootprintError
 from mjtactile.pad import Array
+from mjtactile.planar import areal
 from mjtactile.surface import SurfaceGrid
 
 if TYPE_CHECKING:
@@ -27,7 +29,7 @@ class Footprint:
         surface: the grid it is integrated on.
     """
 
-    outline: shapely.Polygon | shapely.MultiPolygon
+    outline: Polygon | MultiPolygon
     surface: SurfaceGrid
 
     @classmethod
@@ -62,8 +64,8 @@ class Footprint:
         return self.surface.nodal_integrals(self.outline)
 
 
-def _area_on_sheet(outline: BaseGeometry, sheet: shapely.Polygon) -> shapely.Polygon | shapely.MultiPolygon:
-    if not isinstance(outline, shapely.Polygon | shapely.MultiPolygon):
+def _area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
+    if not isinstance(outline, Polygon | MultiPolygon):
         raise FootprintError(
             f"the outline is a {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
         )
@@ -74,9 +76,8 @@ def _area_on_sheet(outline: BaseGeometry, sheet: shapely.Polygon) -> shapely.Pol
             f"the outline is not a valid area ({shapely.is_valid_reason(outline)}). "
             "shapely.make_valid mends self-crossing polygons."
         )
-    parts = shapely.get_parts(shapely.intersection(outline, sheet))
-    areas = [part for part in parts if isinstance(part, shapely.Polygon) and part.area > 0.0]
-    if not areas:
+    covered = areal(outline.intersection(sheet))
+    if covered.area == 0.0:
         bounds = "nothing" if outline.is_empty else "x {0:.4g}..{2:.4g} m, y {1:.4g}..{3:.4g} m".format(*outline.bounds)
         raise FootprintError(
             f"the outline covers none of the pad: it spans {bounds}, and the sheet "
@@ -84,4 +85,4 @@ def _area_on_sheet(outline: BaseGeometry, sheet: shapely.Polygon) -> shapely.Pol
                 *(sheet.bounds[i] for i in (0, 2, 1, 3))
             )
         )
-    return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas)
+    return covered

@@ -12,11 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 import shapely.ops
-from shapely.geometry.base import BaseGeometry
+from shapely import MultiPolygon, Polygon
 
 from mjtactile.footprint import Footprint
 from mjtactile.pad import Array
+from mjtactile.planar import areal
 from mjtactile.surface import oriented_edges
+
+Area = Polygon | MultiPolygon
 
 _ITERATIONS = 60
 #: Newton's method stops when force and moments fit to this fraction of the force; on the contact it found, both are then
@@ -39,7 +42,7 @@ class LinearPressure:
         first_moments: integrals of p, x p and y p [N, N m, N m] that the footprint can carry.
     """
 
-    contact: shapely.Polygon | shapely.MultiPolygon
+    contact: Area
     first_moments: Array
 
 
@@ -68,7 +71,7 @@ def linear_pressure(footprint: Footprint, normal: float, first_moments: tuple[fl
     return LinearPressure(shapely.transform(contact, lambda points: centre + scale * points), moments)
 
 
-def _newton(outline: BaseGeometry, coefficients: Array, wanted: Array) -> Array:
+def _newton(outline: Area, coefficients: Array, wanted: Array) -> Array:
     """Coefficients of the clipped linear pressure whose moments are `wanted`.
 
     The start, the pressure without clipping, has negative energy; a pressure that is nowhere positive has none. Steps
@@ -95,31 +98,29 @@ def _newton(outline: BaseGeometry, coefficients: Array, wanted: Array) -> Array:
     return coefficients
 
 
-def _energy(outline: BaseGeometry, coefficients: Array, wanted: Array) -> tuple[float, Array]:
+def _energy(outline: Area, coefficients: Array, wanted: Array) -> tuple[float, Array]:
     moments = _second_moments(_positive_part(outline, coefficients))
     return 0.5 * float(coefficients @ moments @ coefficients) - float(wanted @ coefficients), moments
 
 
-def _positive_part(outline: BaseGeometry, coefficients: Array) -> shapely.Polygon | shapely.MultiPolygon:
+def _positive_part(outline: Area, coefficients: Array) -> Area:
     """The part of a polygon where c0 + c1 x + c2 y > 0."""
     constant, gradient = coefficients[0], coefficients[1:]
     slope = np.linalg.norm(gradient)
     corners = shapely.get_coordinates(outline)
     reach = 4 * float(np.abs(corners).max()) + abs(constant) / slope if slope > 0 else 0.0
     if slope == 0.0 or (constant + corners @ gradient).min() >= 0.0:
-        return outline  # type: ignore[return-value]
+        return outline
     uphill = gradient / slope
     along = np.array([-uphill[1], uphill[0]])
     foot = -constant / slope * uphill
     half_plane = shapely.Polygon(
         [foot - reach * along, foot + reach * along, foot + reach * (along + 2 * uphill), foot - reach * (along - 2 * uphill)]
     )
-    parts = shapely.get_parts(shapely.intersection(outline, half_plane))
-    areas = [part for part in parts if isinstance(part, shapely.Polygon) and part.area > 0.0]
-    return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas)
+    return areal(outline.intersection(half_plane))
 
 
-def _second_moments(region: BaseGeometry) -> Array:
+def _second_moments(region: Area) -> Array:
     """Integrals of (1, x, y) (x) (1, x, y) over a polygon, shape (3, 3), by Green's theorem edge by edge."""
     (x0, y0), (x1, y1) = oriented_edges(region).transpose(1, 2, 0)
     cross = x0 * y1 - x1 * y0
@@ -131,7 +132,7 @@ def _second_moments(region: BaseGeometry) -> Array:
     return np.array([[area, x, y], [x, xx, xy], [y, xy, yy]])
 
 
-def _into_hull(outline: BaseGeometry, point: Array, margin: float) -> Array:
+def _into_hull(outline: Area, point: Array, margin: float) -> Array:
     """The point itself if it lies inside the outline's convex hull by a margin, else the nearest that does."""
     hull = outline.convex_hull.buffer(-margin)
     if hull.is_empty:

@@ -12,10 +12,11 @@ from functools import cached_property
 
 import numpy as np
 import shapely
-from shapely.geometry.base import BaseGeometry
+from shapely import MultiPolygon, Polygon
 
 from mjtactile.line import Line
 from mjtactile.pad import Array
+from mjtactile.planar import polygons_of, rings_of
 
 #: Highest power of a local coordinate: a quadratic shape function times a linear traction.
 _DEGREE = 3
@@ -43,7 +44,7 @@ class SurfaceGrid:
         return self.y.node_count, self.x.node_count
 
     @property
-    def sheet(self) -> shapely.Polygon:
+    def sheet(self) -> Polygon:
         """The surface as a rectangle [m]."""
         return shapely.box(self.x.vertices[0], self.y.vertices[0], self.x.vertices[-1], self.y.vertices[-1])
 
@@ -53,7 +54,7 @@ class SurfaceGrid:
         powers = np.arange(_DEGREE + 1)
         return (1 - (-1.0) ** (powers + 1)) / (powers + 1)
 
-    def nodal_integrals(self, region: BaseGeometry) -> Array:
+    def nodal_integrals(self, region: Polygon | MultiPolygon) -> Array:
         """Integrals of phi, x phi and y phi over a region, for the shape function phi of every node.
 
         Args:
@@ -129,13 +130,8 @@ class SurfaceGrid:
         return begin[kept], finish[kept]
 
 
-def oriented_edges(region: BaseGeometry) -> Array:
-    """Edges of all rings, shape (edges, 2 ends, 2), outer rings counter-clockwise and holes clockwise."""
-    polygons = [part for part in getattr(region, "geoms", [region]) if isinstance(part, shapely.Polygon)]
-    rings = []
-    for polygon in polygons:
-        if not polygon.is_empty:
-            oriented = shapely.geometry.polygon.orient(polygon)
-            rings += [np.asarray(ring.coords)[:, :2] for ring in (oriented.exterior, *oriented.interiors)]
-    edges = [np.stack([ring[:-1], ring[1:]], axis=1) for ring in rings]
+def oriented_edges(region: Polygon | MultiPolygon) -> Array:
+    """Edges of all rings, shape (edges, 2 ends, 2), with the area on their left."""
+    rings = [ring for polygon in polygons_of(region) for ring in rings_of(polygon)]
+    edges = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
     return np.concatenate(edges) if edges else np.zeros((0, 2, 2))

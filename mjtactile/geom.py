@@ -1,0 +1,118 @@
+"""MuJoCo geoms as solids, and the face a body turns to a pad.
+
+Contact points do not show a footprint (a pair of convex geoms has at most four), so it is cut from the geometry: the
+section of the body's true solid just above its lowest point over the pad.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+import shapely
+import trimesh
+from shapely import MultiPolygon, Polygon
+
+from mjtactile.errors import IndenterError, SceneError
+from mjtactile.outlines import SIDES
+from mjtactile.planar import areal
+from mjtactile.solid import checked, face_outline
+from mjtactile.wrench import PadFrame
+
+Array = npt.NDArray[np.float64]
+
+#: Extent given to planes and to the depth below them, which MuJoCo leaves infinite [m].
+_PLANE_EXTENT = 1.0
+
+
+def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+    """A geom's true solid in the geom's own frame [m]: meshes as they are, not as the convex hull MuJoCo collides.
+
+    Raises:
+        SceneError: for geoms without a solid (height fields, SDFs) and meshes that are not watertight.
+    """
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    kinds = mujoco.mjtGeom
+    if kind == kinds.mjGEOM_MESH:
+        return _mesh_solid(model, geom)
+    if kind == kinds.mjGEOM_BOX:
+        return trimesh.creation.box(extents=2 * size)
+    if kind == kinds.mjGEOM_PLANE:
+        half_x, half_y = (s if s > 0 else _PLANE_EXTENT for s in size[:2])
+        slab = trimesh.creation.box(extents=(2 * half_x, 2 * half_y, _PLANE_EXTENT))
+        return slab.apply_translation((0.0, 0.0, -_PLANE_EXTENT / 2))
+    # Unit size first: trimesh takes triangles of millimetre size for degenerate ones while it revolves a profile.
+    if kind == kinds.mjGEOM_SPHERE:
+        return _unit_sphere().apply_scale(size[0])
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        return _unit_sphere().apply_scale(size)
+    if kind == kinds.mjGEOM_CYLINDER:
+        return trimesh.creation.cylinder(radius=1.0, height=2.0, sections=SIDES).apply_scale((size[0], size[0], size[1]))
+    if kind == kinds.mjGEOM_CAPSULE:
+        unit = trimesh.creation.capsule(radius=1.0, height=2 * size[1] / size[0], count=[SIDES // 4, SIDES // 4])
+        unit.vertices -= unit.bounds.mean(axis=0)
+        return unit.apply_scale(size[0])
+    raise SceneError(
+        f"geom {_label(model, geom)} is a {kinds(kind).name.removeprefix('mjGEOM_').lower()}, which has no outline to "
+        "press with. Give its body a visual geom of another type."
+    )
+
+
+def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Geoms whose solids make up a body's face.
+
+    Bodies often collide by stand-ins (feet, convex pieces) beside geoms that show the true shape and do not collide;
+    where a body has the latter they count, otherwise the geoms that touch do.
+
+    Args:
+        model: compiled model.
+        body: id.
+        touching: ids of its geoms that touch the pad.
+    """
+    own = np.flatnonzero(model.geom_bodyid == body)
+    shown = own[(model.geom_contype[own] == 0) & (model.geom_conaffinity[own] == 0)]
+    return shown if len(shown) else touching
+
+
+def body_face(
+    solids: list[tuple[trimesh.Trimesh, Array, Array]], frame: PadFrame, facing_gap: float
+) -> Polygon | MultiPolygon:
+    """Section of a body, `facing_gap` above its lowest point over the pad, in the pad frame [m].
+
+    Args:
+        solids: (solid, world position, world rotation) of each of its geoms.
+        frame: the pad's.
+        facing_gap: what is no higher than this above the lowest point faces the pad [m].
+    """
+    placed = []
+    for solid, position, rotation in solids:
+        vertices = (solid.vertices @ rotation.T + position - frame.position) @ frame.rotation
+        moved = solid.copy()
+        moved.vertices = vertices
+        placed.append(moved)
+    height = min(float(solid.bounds[0, 2]) for solid in placed) + facing_gap
+    return areal(shapely.union_all([face_outline(solid, height) for solid in placed]))
+
+
+def _unit_sphere() -> trimesh.Trimesh:
+    return trimesh.creation.uv_sphere(radius=1.0, count=[SIDES // 4, SIDES // 4])
+
+
+def _mesh_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+    mesh = int(model.geom_dataid[geom])
+    first_vertex, vertices = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    first_face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    solid = trimesh.Trimesh(
+        model.mesh_vert[first_vertex : first_vertex + vertices],
+        model.mesh_face[first_face : first_face + faces],
+        process=False,
+    )
+    solid.merge_vertices()
+    try:
+        return checked(solid)
+    except IndenterError as error:
+        raise SceneError(f"geom {_label(model, geom)} cannot press on a pad: {error}") from error
+
+
+def _label(model: mujoco.MjModel, geom: int) -> str:
+    return f"'{model.geom(geom).name}'" if model.geom(geom).name else f"number {geom}"
