@@ -1,0 +1,30 @@
+"""Write the models and scenes of this repository: python models/generate.py."""
+
+from pathlib import Path
+
+from mjtactile.indenter import INDENTER_NAMES, box, cylinder, punch, sphere
+from mjtactile.mjcf import indenter_mjcf, pad_mjcf, press_mjcf
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def files() -> dict[str, str]:
+    """Text of every generated file, by its path from the repository's root."""
+    indenters = [
+        *map(punch, INDENTER_NAMES),
+        sphere(6e-3),
+        cylinder(3e-3, 8e-3, "x"),
+        box((6e-3, 4e-3, 5e-3)),
+    ]
+    return {
+        "models/xml/pad.xml": pad_mjcf(),
+        **{f"models/xml/{indenter.name}.xml": indenter_mjcf(indenter) for indenter in indenters},
+        "scenes/press.xml": press_mjcf(punch("star")),
+        "scenes/press_free.xml": press_mjcf(punch("star"), tilt_free=True),
+    }
+
+
+if __name__ == "__main__":
+    for name, text in files().items():
+        (ROOT / name).write_text(text)
+        print(name)
