@@ -1,6 +1,148 @@
-"""mjtactile: a sense of touch for robot hands in MuJoCo."""
+"""mjtactile: a sense of touch for robot hands in MuJoCo.
 
-from mjtactile.pad import Layer, Pad, TaxelGrid
+A layered elastic finite-element model of a fingertip pad, precomputed as influence matrices, turns the contact
+wrenches of a MuJoCo scene into the von Mises stress at 676 taxels below the pad's surface.
+
+Everything public is reachable from here; a module is imported when one of its names is first used, so that
+`import mjtactile` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mjtactile.cache import influence_matrices
+    from mjtactile.contact import SurfaceLoad, contact_load
+    from mjtactile.errors import (
+        ContactError,
+        ContactWarning,
+        CorruptInfluenceError,
+        FootprintError,
+        IndenterError,
+        InfluenceError,
+        InfluenceWarning,
+        MeshError,
+        MeshWarning,
+        MjTactileError,
+        PadError,
+        SceneError,
+        StaleInfluenceError,
+    )
+    from mjtactile.footprint import Footprint
+    from mjtactile.indenter import (
+        INDENTER_NAMES,
+        Indenter,
+        box,
+        convex_pieces,
+        cylinder,
+        indenter_outline,
+        indenter_solid,
+        mesh_indenter,
+        punch,
+        sphere,
+    )
+    from mjtactile.influence import InfluenceMatrices, load_influence
+    from mjtactile.mesh import MESHES, MeshDensity
+    from mjtactile.pad import Layer, Pad, TaxelGrid
+    from mjtactile.scene import PressResult, force_vector, press, press_scene
+    from mjtactile.sensor import TactileSensor
 
 __version__ = "0.1.0"
-__all__ = ["Layer", "Pad", "TaxelGrid"]
+
+_MODULE_OF = {
+    name: module
+    for module, names in {
+        "cache": ("influence_matrices",),
+        "contact": ("SurfaceLoad", "contact_load"),
+        "errors": (
+            "ContactError",
+            "ContactWarning",
+            "CorruptInfluenceError",
+            "FootprintError",
+            "IndenterError",
+            "InfluenceError",
+            "InfluenceWarning",
+            "MeshError",
+            "MeshWarning",
+            "MjTactileError",
+            "PadError",
+            "SceneError",
+            "StaleInfluenceError",
+        ),
+        "footprint": ("Footprint",),
+        "indenter": (
+            "INDENTER_NAMES",
+            "Indenter",
+            "box",
+            "convex_pieces",
+            "cylinder",
+            "indenter_outline",
+            "indenter_solid",
+            "mesh_indenter",
+            "punch",
+            "sphere",
+        ),
+        "influence": ("InfluenceMatrices", "load_influence"),
+        "mesh": ("MESHES", "MeshDensity"),
+        "pad": ("Layer", "Pad", "TaxelGrid"),
+        "scene": ("PressResult", "force_vector", "press", "press_scene"),
+        "sensor": ("TactileSensor",),
+    }.items()
+    for name in names
+}
+
+__all__ = [
+    "INDENTER_NAMES",
+    "MESHES",
+    "ContactError",
+    "ContactWarning",
+    "CorruptInfluenceError",
+    "Footprint",
+    "FootprintError",
+    "Indenter",
+    "IndenterError",
+    "InfluenceError",
+    "InfluenceMatrices",
+    "InfluenceWarning",
+    "Layer",
+    "MeshDensity",
+    "MeshError",
+    "MeshWarning",
+    "MjTactileError",
+    "Pad",
+    "PadError",
+    "PressResult",
+    "SceneError",
+    "StaleInfluenceError",
+    "SurfaceLoad",
+    "TactileSensor",
+    "TaxelGrid",
+    "box",
+    "contact_load",
+    "convex_pieces",
+    "cylinder",
+    "force_vector",
+    "indenter_outline",
+    "indenter_solid",
+    "influence_matrices",
+    "load_influence",
+    "mesh_indenter",
+    "press",
+    "press_scene",
+    "punch",
+    "sphere",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'mjtactile' has no attribute {name!r}")
+    value = getattr(import_module(f"mjtactile.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

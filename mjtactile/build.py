@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ from mjtactile.table import Tables, table_name
 #: A column's unit force acts on a node and, with the class's signs, on its mirror images; a quarter model sees a
 #: quarter of their sum.
 _QUARTER = 0.25
+
 
 def build_steps(pad: Pad, density: MeshDensity) -> int:
     """Number of times `build_tables` reports progress."""
@@ -114,7 +116,7 @@ def _class_tables(
     parity, order = columns.parity, columns.order
     tables: Tables = {table_name("compliance", parity): _QUARTER * compliance[np.ix_(order, order)]}
     ends = np.cumsum([0, *(len(layer) for layer in layers)])
-    for k, (start, end) in enumerate(zip(ends, ends[1:], strict=False)):
+    for k, (start, end) in enumerate(itertools.pairwise(ends)):
         stress = deviatoric[start:end].reshape((end - start) * DEVIATORIC_COUNT, -1)
         tables[table_name("deviatoric", parity, k)] = np.ascontiguousarray(_QUARTER * stress.T, dtype=dtype)
         tables[table_name("mean", parity, k)] = np.ascontiguousarray(_QUARTER * mean[start:end].T, dtype=dtype)

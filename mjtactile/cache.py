@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mjtactile.errors import InfluenceWarning, StaleInfluenceError, CorruptInfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
 from mjtactile.influence import (
     InfluenceMatrices,
     influence_fingerprint,

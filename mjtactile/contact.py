@@ -134,7 +134,8 @@ def _uniform(footprint: Footprint, force: Array, moment: Array) -> SurfaceLoad:
         pressure = linear_pressure(footprint, -force[2], (moment[1], -moment[0]))
         contact = pressure.contact
         integrals = integrals if contact is footprint.outline else surface.nodal_integrals(contact)
-        nodal[..., 2] = -_weighted(surface, integrals, _pressure_coefficients(surface, integrals, pressure.first_moments))
+        coefficients = _pressure_coefficients(surface, integrals, pressure.first_moments)
+        nodal[..., 2] = -np.einsum("i,iyx->yx", coefficients, integrals)
     nodal[..., :2] = _shear(surface, integrals, force, moment[2])
     load = SurfaceLoad(nodal, surface, contact)
     carried_force, carried_moment = load.resultant()
@@ -158,11 +159,6 @@ def _pressure_coefficients(surface: SurfaceGrid, integrals: Array, moments: Arra
     p, along_x, along_y = np.linalg.solve(np.einsum("iyx,jyx->ji", local, nodes), wanted)
     along_x, along_y = along_x / scale, along_y / scale
     return np.array([p - along_x * centre_x - along_y * centre_y, along_x, along_y])
-
-
-def _weighted(surface: SurfaceGrid, integrals: Array, coefficients: Array) -> Array:
-    """Consistent nodal forces of the traction c0 + c1 x + c2 y, shape (nodes y, nodes x)."""
-    return np.einsum("i,iyx->yx", coefficients, integrals)
 
 
 def _shear(surface: SurfaceGrid, integrals: Array, force: Array, torsion: float) -> Array:

@@ -10,11 +10,11 @@ in docs/solver.md.)
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+from scipy.linalg import get_lapack_funcs
 
 from mjtactile.errors import MeshError
 from mjtactile.fem import Parity, Stiffness, free_in_plane
@@ -46,7 +46,9 @@ class EliminatedSheet:
         MeshError: when the arithmetic breaks down (an element layer is not positive definite).
     """
 
-    def __init__(self, stiffness: Stiffness, parity: Parity | None, on_layer=lambda: None) -> None:
+    def __init__(
+        self, stiffness: Stiffness, parity: Parity | None, on_layer: Callable[[], None] = lambda: None
+    ) -> None:
         self.free = free_in_plane(stiffness.mesh, parity)
         self._stiffness = stiffness.restricted(self.free)
         self._layers: list[_ElementLayer] = []
@@ -54,10 +56,10 @@ class EliminatedSheet:
         #: Displacement of the surface per surface force [m/N], symmetric, over the free degrees of freedom.
         self.surface_compliance: Array = _inverse(surface)
 
-    def _eliminate(self, on_layer) -> Array:
+    def _eliminate(self, on_layer: Callable[[], None]) -> Array:
         """Stiffness that the surface plane feels; leaves the way back down in self._layers, base first."""
         block = self._stiffness.block
-        below: Array | None = None  # stiffness of the lower plane, with everything under it
+        below = np.empty((0, 0))  # stiffness of the lower plane, with everything under it; the base has none
         for element in range(self._stiffness.mesh.z.element_count):
             lower, middle, upper = 2 * element, 2 * element + 1, 2 * element + 2
             middle_inverse = _inverse(block(middle, middle).toarray())
@@ -65,7 +67,7 @@ class EliminatedSheet:
             upper_path = upper_middle @ middle_inverse
             stiffness = block(upper, upper).toarray() - upper_middle @ upper_path.T
             lower_path, from_upper = None, None
-            if below is not None:
+            if element > 0:
                 lower_middle = block(lower, middle)
                 lower_path = lower_middle @ middle_inverse
                 below -= lower_middle @ lower_path.T
@@ -76,7 +78,6 @@ class EliminatedSheet:
             self._layers.append(_ElementLayer(-upper_path.T, lower_path, from_upper))
             below = (stiffness + stiffness.T) / 2
             on_layer()
-        assert below is not None
         return below
 
     def descend(self, forces: Array | None = None) -> Iterator[tuple[int, Array]]:
@@ -111,10 +112,10 @@ class EliminatedSheet:
 
 def _inverse(matrix: Array) -> Array:
     """Inverse of a symmetric positive definite matrix, by Cholesky; exactly symmetric."""
-    factor, info = scipy.linalg.lapack.dpotrf(matrix, lower=1, clean=1)
-    if info == 0:
-        lower, info = scipy.linalg.lapack.dpotri(factor, lower=1, overwrite_c=1)
-    if info != 0:
+    factorise, invert = get_lapack_funcs(("potrf", "potri"), (matrix,))
+    factor, failed = factorise(matrix, lower=1, clean=1)
+    lower, singular = invert(factor, lower=1, overwrite_c=1)
+    if failed or singular:
         raise MeshError(
             "the finite-element equations are not positive definite in double precision. "
             "A layer is too thin or too soft beside its neighbours, or its Poisson ratio too near 0.5."

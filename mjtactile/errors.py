@@ -51,3 +51,11 @@ class MeshWarning(UserWarning):
 
 class InfluenceWarning(UserWarning):
     """A cached table that had to be rebuilt or could not be kept."""
+
+
+class UnitError(MjTactileError, ValueError):
+    """Text that is not a quantity with the unit that was expected."""
+
+
+class OutputError(MjTactileError, OSError):
+    """A file that cannot be written."""

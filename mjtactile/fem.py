@@ -25,7 +25,6 @@ import scipy.sparse as sparse
 
 from mjtactile.line import Line
 from mjtactile.mesh import SheetMesh
-from mjtactile.pad import Array
 
 #: Legendre orders (in-plane x, in-plane y) of the pressure terms that are constant across an element's thickness.
 _IN_PLANE_PRESSURES = ((0, 0), (1, 0), (0, 1))
@@ -56,7 +55,7 @@ class Stiffness:
     """K = sum_k Z_k (x) P_k of one sheet, on one mesh, before supports and symmetry planes are applied."""
 
     mesh: SheetMesh
-    across: tuple[sparse.csr_array, ...]  #: Z_k, each (planes, planes) [Pa m] or [Pa] or [Pa / m]
+    across: tuple[Array, ...]  #: Z_k, each (planes, planes) [Pa m] or [Pa] or [Pa / m]
     in_plane: tuple[sparse.csr_array, ...]  #: P_k, each (dofs of a plane, dofs of a plane)
 
     @property
@@ -69,7 +68,7 @@ class Stiffness:
         size = self.in_plane[0].shape[0]
         total = sparse.csr_array((size, size))
         for z, p in zip(self.across, self.in_plane, strict=True):
-            factor = z[row, column]
+            factor = z.diagonal(column - row)[min(row, column)]
             if factor != 0.0:
                 total = total + factor * p
         return total
@@ -81,7 +80,9 @@ class Stiffness:
 
     def matrix(self) -> sparse.csr_array:
         """The whole matrix [N/m], base plane included, ordered (plane, component, y, x)."""
-        products = (sparse.kron(z, p, format="csr") for z, p in zip(self.across, self.in_plane, strict=True))
+        products = (
+            sparse.kron(sparse.csr_array(z), p, format="csr") for z, p in zip(self.across, self.in_plane, strict=True)
+        )
         return sparse.csr_array(sum(products))
 
 
@@ -91,7 +92,7 @@ def assemble(mesh: SheetMesh) -> Stiffness:
     shear = _shear_terms(mesh, x, y)
     volume = _volume_terms(mesh, x, y)
     across, in_plane = zip(*shear, *volume, strict=True)
-    return Stiffness(mesh, tuple(across), tuple(in_plane))
+    return Stiffness(mesh, tuple(z.toarray() for z in across), tuple(in_plane))
 
 
 class _InPlaneFactors:
@@ -185,6 +186,7 @@ def free_in_plane(mesh: SheetMesh, parity: Parity | None) -> npt.NDArray[np.bool
     """Mask over a plane's degrees of freedom: False where a mirror plane holds a component at zero.
 
     Args:
+        mesh: of the sheet, or of its quarter.
         parity: the quarter model's symmetry class, or None for a mesh of the whole sheet.
     """
     free = np.ones((3, mesh.y.node_count, mesh.x.node_count), dtype=bool)

@@ -24,6 +24,7 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
 
     Args:
         forces: (..., nodes y, nodes x, 3) [N], nodes of a mirror-symmetric grid.
+        parity: the class.
 
     Returns:
         (..., 3, quarter nodes y, quarter nodes x) [N]: each node's forces and those of its mirror images, added with

@@ -47,7 +47,9 @@ def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
     if kind == kinds.mjGEOM_ELLIPSOID:
         return _unit_sphere().apply_scale(size)
     if kind == kinds.mjGEOM_CYLINDER:
-        return trimesh.creation.cylinder(radius=1.0, height=2.0, sections=SIDES).apply_scale((size[0], size[0], size[1]))
+        return trimesh.creation.cylinder(radius=1.0, height=2.0, sections=SIDES).apply_scale(
+            (size[0], size[0], size[1])
+        )
     if kind == kinds.mjGEOM_CAPSULE:
         unit = trimesh.creation.capsule(radius=1.0, height=2 * size[1] / size[0], count=[SIDES // 4, SIDES // 4])
         unit.vertices -= unit.bounds.mean(axis=0)

@@ -240,10 +240,14 @@ def load_influence(
     tables, metadata = read_tables(path)
     try:
         stored_pad = _pad_from_description(metadata["pad"])
-        stored_density = MeshDensity(**{**metadata["density"], "points_per_axis": tuple(metadata["density"]["points_per_axis"])})
+        stored_density = MeshDensity(
+            **{**metadata["density"], "points_per_axis": tuple(metadata["density"]["points_per_axis"])}
+        )
         stored_fingerprint = metadata["fingerprint"]
     except (KeyError, TypeError, ValueError) as error:
-        raise CorruptInfluenceError(f"{path} describes no pad ({error}). Delete it and rebuild: mjtactile build") from error
+        raise CorruptInfluenceError(
+            f"{path} describes no pad ({error}). Delete it and rebuild: mjtactile build"
+        ) from error
     pad = stored_pad if pad is None else pad
     density = stored_density if mesh is None else mesh_density(mesh)
     if stored_fingerprint != influence_fingerprint(pad, density):

@@ -25,7 +25,7 @@ MINIMUM_LAYER_THICKNESS = 1e-6
 LENGTH_TOLERANCE = 1e-9
 
 
-def _require(condition: bool, message: str) -> None:
+def _require(condition: bool | np.bool_, message: str) -> None:
     if not condition:
         raise PadError(message)
 
@@ -101,12 +101,12 @@ class TaxelGrid:
     @property
     def x(self) -> Array:
         """Column positions [m], shape (columns,)."""
-        return self.centre[0] + (np.arange(self.columns) - (self.columns - 1) / 2) * self.pitch[0]
+        return self.centre[0] + (np.arange(self.columns, dtype=np.float64) - (self.columns - 1) / 2) * self.pitch[0]
 
     @property
     def y(self) -> Array:
         """Row positions [m], shape (rows,)."""
-        return self.centre[1] + (np.arange(self.rows) - (self.rows - 1) / 2) * self.pitch[1]
+        return self.centre[1] + (np.arange(self.rows, dtype=np.float64) - (self.rows - 1) / 2) * self.pitch[1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,7 +180,7 @@ class Pad:
     @property
     def interfaces(self) -> tuple[float, ...]:
         """Heights z of the bonded interfaces between layers [m], top first, without surface and base."""
-        return tuple(-math.fsum(l.thickness for l in self.layers[: i + 1]) for i in range(len(self.layers) - 1))
+        return tuple(-math.fsum(layer.thickness for layer in self.layers[: i + 1]) for i in range(len(self.layers) - 1))
 
     @property
     def reading_shape(self) -> tuple[int, int, int]:
@@ -201,7 +201,8 @@ class Pad:
     def summary(self) -> str:
         """One line for people: size, stack and taxels."""
         stack = " + ".join(
-            f"{l.thickness * 1e3:.4g} mm (E {l.young / 1e6:.4g} MPa, nu {l.poisson:g})" for l in self.layers
+            f"{layer.thickness * 1e3:.4g} mm (E {layer.young / 1e6:.4g} MPa, nu {layer.poisson:g})"
+            for layer in self.layers
         )
         layers, rows, columns = self.reading_shape
         return (

@@ -22,8 +22,8 @@ from mjtactile.surface import oriented_edges
 Area = Polygon | MultiPolygon
 
 _ITERATIONS = 60
-#: Newton's method stops when force and moments fit to this fraction of the force; on the contact it found, both are then
-#: made exact.
+#: Newton's method stops when force and moments fit to this fraction of the force; on the contact it found, both are
+#: then made exact.
 _TOLERANCE = 1e-10
 _DAMPINGS = (0.0, *np.geomspace(1e-10, 1e2, 13))
 _SUFFICIENT_DECREASE = 1e-4
@@ -62,7 +62,7 @@ def linear_pressure(footprint: Footprint, normal: float, first_moments: tuple[fl
     through = _into_hull(outline, np.array(first_moments) / normal, _HULL_MARGIN * scale)
     wanted = np.array([1.0, *((through - centre) / scale)])
     local = shapely.transform(outline, lambda points: (points - centre) / scale)
-    coefficients = np.linalg.solve(_second_moments(local), wanted)
+    coefficients: Array = np.linalg.solve(_second_moments(local), wanted).astype(np.float64)
     moments = normal * np.array([1.0, *through])
     corners = shapely.get_coordinates(local)
     if (coefficients[0] + corners @ coefficients[1:]).min() >= 0.0:
@@ -115,7 +115,12 @@ def _positive_part(outline: Area, coefficients: Array) -> Area:
     along = np.array([-uphill[1], uphill[0]])
     foot = -constant / slope * uphill
     half_plane = shapely.Polygon(
-        [foot - reach * along, foot + reach * along, foot + reach * (along + 2 * uphill), foot - reach * (along - 2 * uphill)]
+        [
+            foot - reach * along,
+            foot + reach * along,
+            foot + reach * (along + 2 * uphill),
+            foot - reach * (along - 2 * uphill),
+        ]
     )
     return areal(outline.intersection(half_plane))
 

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+import shapely
 import trimesh
+from shapely import MultiPolygon, Polygon
 
 from mjtactile.cache import influence_matrices
 from mjtactile.contact import SurfaceLoad, contact_load
@@ -18,6 +20,7 @@ from mjtactile.geom import body_face, geom_solid, pressing_geoms
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Array, Pad
+from mjtactile.planar import areal
 from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
 
 #: What is no higher than this above a body's lowest point faces the pad [m], by default.
@@ -101,6 +104,14 @@ class TactileSensor:
     def wrench(self, data: mujoco.MjData) -> Array:
         """Total contact force [N] and moment about the pad's origin [N m] on the pad, pad frame, shape (6,)."""
         return contact_wrenches(self.model, data, self.geom).total
+
+    def outline(self, data: mujoco.MjData) -> Polygon | MultiPolygon:
+        """What faces the pad of all bodies that press on it, in the pad frame [m]; empty without contact."""
+        return areal(shapely.union_all([footprint.outline for footprint, _ in self._touches(data)]))
+
+    def forget_footprints(self) -> None:
+        """Cut every footprint anew at the next reading."""
+        self._kept.clear()
 
     def _touches(self, data: mujoco.MjData) -> Iterator[tuple[Footprint, Array]]:
         """Footprint and wrench of each body that presses on the pad."""

@@ -77,8 +77,8 @@ class SurfaceGrid:
         nodal = np.zeros((3, *self.node_shape))
         rows, columns = 2 * self.y.element_count - 1, 2 * self.x.element_count - 1
         for k in range(3):
-            for l in range(3):
-                nodal[:, k : k + rows : 2, l : l + columns : 2] += per_cell[..., k, l]
+            for m in range(3):
+                nodal[:, k : k + rows : 2, m : m + columns : 2] += per_cell[..., k, m]
         return nodal
 
     def _cell_moments(self, edges: Array) -> Array:

@@ -1,0 +1,227 @@
+"""The command line: `mjtactile press`, `build`, `info` and `bench`.
+
+Every wrong input ends in one line on standard error and exit code 2.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from mjtactile.errors import MjTactileError
+
+app = typer.Typer(
+    help="A sense of touch for robot hands in MuJoCo.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
+app.add_typer(bench_app, name="bench")
+
+MeshName = Annotated[str, typer.Option(help="Mesh: draft, default or fine.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+
+
+@app.command()
+def press(
+    shape: Annotated[
+        str, typer.Argument(help="A punch (circle, doughnut, ... see info), sphere, cylinder, box, or a mesh file.")
+    ],
+    force: Annotated[str, typer.Option(help="Magnitude with unit: 100gf, 0.98N.")] = "100gf",
+    tilt: Annotated[float, typer.Option(help="Of the force, from straight into the pad [deg].")] = 0.0,
+    azimuth: Annotated[float, typer.Option(help="Of the tilt, from +x towards +y [deg].")] = 0.0,
+    shift: Annotated[str, typer.Option(help="Of the indenter, x,y [mm].")] = "0,0",
+    rotate: Annotated[float, typer.Option(help="Of the indenter, counter-clockwise [deg].")] = 0.0,
+    free: Annotated[bool, typer.Option("--free", help="Let the indenter tilt.")] = False,
+    mesh: MeshName = "default",
+    out: Annotated[Path | None, typer.Option(help="Write arrays to this .npz file.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw readings, section and scene to this file.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Press an indenter into the pad in MuJoCo and read the taxels."""
+    from mjtactile.report import check_writable, run_press
+    from mjtactile.scene import force_vector
+    from mjtactile.units import parse_force, parse_millimetres
+
+    force_on_indenter = force_vector(parse_force(force), tilt, azimuth)
+    place = parse_millimetres("shift", shift)
+    for path in (out, figure):
+        if path is not None:
+            check_writable(path)
+    report = run_press(shape, force_on_indenter, mesh=mesh, shift=place, rotate_deg=rotate, tilt_free=free)
+    if out is not None:
+        report.save(out)
+    if figure is not None:
+        _draw_press(report, figure)
+    if as_json:
+        typer.echo(json.dumps(report.as_dict(), indent=2))
+    else:
+        _print_press(report, out, figure)
+
+
+@app.command()
+def build(
+    mesh: MeshName = "default",
+    force: Annotated[bool, typer.Option("--force", help="Build even if the cache has it.")] = False,
+) -> None:
+    """Build the default pad's influence matrices into the cache."""
+    from time import perf_counter
+
+    from mjtactile.cache import cached_path, influence_matrices
+    from mjtactile.pad import Pad
+
+    path = cached_path(Pad(), mesh)
+    if force:
+        path.unlink(missing_ok=True)
+    present = path.exists()
+    start = perf_counter()
+    influence = influence_matrices(mesh=mesh)
+    action = "found" if present else "built"
+    typer.echo(f"{action} {influence.nbytes / 1e6:.0f} MB in {perf_counter() - start:.2f} s: {path}")
+
+
+@app.command()
+def info(as_json: AsJson = False) -> None:
+    """Show the pad, the indenters, the meshes and what is in the cache."""
+    from mjtactile import __version__
+    from mjtactile.cache import cache_directory, cached_path
+    from mjtactile.mesh import MESHES
+    from mjtactile.outlines import INDENTER_NAMES
+    from mjtactile.pad import Pad
+    from mjtactile.report import OTHER_INDENTERS
+
+    pad = Pad()
+    meshes = {name: cached_path(pad, name) for name in MESHES}
+    facts: dict[str, Any] = {
+        "version": __version__,
+        "mujoco": _mujoco_version(),
+        "pad": pad.summary,
+        "punches": list(INDENTER_NAMES),
+        "other indenters": list(OTHER_INDENTERS),
+        "cache": str(cache_directory()),
+        "meshes": {name: _size(path) for name, path in meshes.items()},
+    }
+    if as_json:
+        typer.echo(json.dumps(facts, indent=2))
+        return
+    for name, value in facts.items():
+        if isinstance(value, list):
+            value = ", ".join(value)
+        elif isinstance(value, dict):
+            value = ", ".join(
+                f"{mesh} ({'not built' if size is None else f'{size / 1e6:.0f} MB'})" for mesh, size in value.items()
+            )
+        typer.echo(f"{name + ':':17}{value}")
+
+
+@bench_app.command("mesh")
+def bench_mesh(
+    as_json: AsJson = False,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+) -> None:
+    """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
+    from mjtactile.bench import mesh_benchmark, mesh_table, rewrite_table
+
+    result = mesh_benchmark()
+    typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
+    if readme is not None:
+        rewrite_table(readme, "mesh", mesh_table(result))
+
+
+def main() -> None:
+    """Entry point: errors are one line, exit code 2; warnings are one line each."""
+    warnings.showwarning = _show_warning
+    try:
+        app(standalone_mode=False)
+    except MjTactileError as error:
+        _fail(str(error))
+    except KeyboardInterrupt:
+        _fail("interrupted", code=130)
+    except Exception as error:
+        # Usage errors of the command-line parser carry their own message.
+        message = getattr(error, "format_message", None)
+        if message is None:
+            raise
+        _fail(message())
+
+
+def _fail(message: str, code: int = 2) -> None:
+    print(f"mjtactile: error: {' '.join(message.split())}", file=sys.stderr)
+    sys.exit(code)
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+    print(f"mjtactile: {category.__name__}: {' '.join(str(message).split())}", file=sys.stderr)
+
+
+def _mujoco_version() -> str:
+    import mujoco
+
+    return mujoco.mj_versionString()
+
+
+def _size(path: Path) -> int | None:
+    return path.stat().st_size if path.exists() else None
+
+
+def _draw_press(report: Any, path: Path) -> None:
+    from mjtactile.plot import press_figure
+    from mjtactile.render import RenderError, render_scene
+    from mjtactile.report import write_atomically
+    from mjtactile.units import GRAM_FORCE
+
+    try:
+        picture = render_scene(report.model, report.data, 640, 480, camera="oblique")
+    except RenderError as error:
+        print(f"mjtactile: the figure goes without the scene: {error}", file=sys.stderr)
+        picture = None
+    title = f"{report.shape}, {report.force_reached / GRAM_FORCE:.4g} gf"
+    drawn = press_figure(report.influence.pad, report.readings, report.outline, title=title, picture=picture)
+    kind = path.suffix.removeprefix(".").lower() or "png"
+    try:
+        write_atomically(path, lambda file: drawn.savefig(file, format=kind, dpi=130))
+    except ValueError as error:
+        from mjtactile.errors import OutputError
+
+        raise OutputError(f"cannot draw {path}: {error}") from error
+
+
+def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
+    from mjtactile.units import GRAM_FORCE
+
+    console = Console(soft_wrap=True)
+    commanded = float((report.commanded**2).sum() ** 0.5)
+    console.print(
+        f"{report.shape}: {report.force_reached / GRAM_FORCE:.5g} gf reached of {commanded / GRAM_FORCE:.5g} gf "
+        f"({report.settled.error:.1e} off) after {report.settled.time * 1e3:.0f} ms, "
+        f"contact {report.contact.area * 1e6:.4g} mm2",
+        highlight=False,
+    )
+    table = Table("depth, mm", "peak, kPa", "at x, y, mm", box=None, pad_edge=False)
+    pad = report.influence.pad
+    for depth, reading in zip(pad.depths, report.readings, strict=True):
+        row, column = divmod(int(reading.argmax()), reading.shape[1])
+        place = f"{pad.taxels.x[column] * 1e3:g}, {pad.taxels.y[row] * 1e3:g}"
+        table.add_row(f"{depth * 1e3:g}", f"{reading.max() * 1e-3:.4g}", place)
+    console.print(table)
+    console.print(
+        f"time per update ({report.readings.size} readings, mesh {report.influence.mesh_name}): "
+        f"{report.moved_time * 1e3:.1f} ms with a new footprint, {report.unchanged_time * 1e3:.1f} ms with the same",
+        highlight=False,
+    )
+    for path in (out, figure):
+        if path is not None:
+            console.print(f"wrote {path}", highlight=False)
+
+
+if __name__ == "__main__":
+    main()

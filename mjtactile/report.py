@@ -1,0 +1,228 @@
+"""One press from scene to readings, measured, as arrays, JSON and text."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from shapely import MultiPolygon, Polygon
+
+from mjtactile.cache import influence_matrices
+from mjtactile.errors import OutputError, SceneError
+from mjtactile.indenter import INDENTER_NAMES, Indenter, box, cylinder, mesh_indenter, punch, sphere
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.mesh import MeshDensity, mesh_density
+from mjtactile.pad import Array, Pad
+from mjtactile.scene import PressResult, press, press_scene
+from mjtactile.sensor import TactileSensor
+from mjtactile.units import GRAM_FORCE
+
+#: Indenters by name besides the seven punches, at the sizes of models/xml.
+OTHER_INDENTERS: dict[str, Callable[[], Indenter]] = {
+    "sphere": lambda: sphere(6e-3),
+    "cylinder": lambda: cylinder(3e-3, 8e-3),
+    "box": lambda: box((6e-3, 4e-3, 5e-3)),
+}
+_TIMED_UPDATES = 15
+
+
+@dataclass(frozen=True, eq=False)
+class PressReport:
+    """A settled press and what the pad reads.
+
+    Attributes:
+        shape: name of the indenter.
+        model, data: the scene, settled.
+        commanded: force on the indenter [N], pad frame, shape (3,).
+        settled: how the press ended.
+        readings: (layers, rows, columns) [Pa].
+        contact: the part of the surface under pressure [m].
+        outline: what faces the pad [m].
+        influence: of the pad.
+        unchanged_time: median time of an update while the footprint stays [s].
+        moved_time: median time of an update that cuts the footprint anew [s].
+    """
+
+    shape: str
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    commanded: Array
+    settled: PressResult
+    readings: Array
+    contact: Polygon | MultiPolygon
+    outline: Polygon | MultiPolygon
+    influence: InfluenceMatrices
+    unchanged_time: float
+    moved_time: float
+
+    @property
+    def force_reached(self) -> float:
+        """Magnitude of the contact force [N]."""
+        return float(np.linalg.norm(self.settled.wrench[:3]))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every figure of the report as plain numbers, SI units unless the name says otherwise."""
+        peaks = self.readings.max(axis=(1, 2))
+        return {
+            "shape": self.shape,
+            "mesh": self.influence.mesh_name,
+            "force_commanded_N": self.commanded.tolist(),
+            "force_reached_N": self.settled.wrench[:3].tolist(),
+            "moment_reached_Nm": self.settled.wrench[3:].tolist(),
+            "force_reached_gf": self.force_reached / GRAM_FORCE,
+            "force_error_relative": self.settled.error,
+            "settle_time_s": self.settled.time,
+            "settle_steps": self.settled.steps,
+            "contact_area_m2": self.contact.area,
+            "depths_m": list(self.influence.pad.depths),
+            "peak_reading_Pa": peaks.tolist(),
+            "update_unchanged_s": self.unchanged_time,
+            "update_moved_s": self.moved_time,
+        }
+
+    def save(self, path: Path) -> None:
+        """Write readings, wrench and geometry to a compressed .npz; it appears complete or not at all.
+
+        Raises:
+            OutputError: when the file cannot be written.
+        """
+        pad = self.influence.pad
+        arrays = {
+            "readings": self.readings,
+            "wrench": self.settled.wrench,
+            "commanded_force": self.commanded,
+            "x": pad.taxels.x,
+            "y": pad.taxels.y,
+            "depths": np.array(pad.depths),
+            "contact_wkt": np.array(self.contact.wkt),
+            "outline_wkt": np.array(self.outline.wkt),
+            "report_json": np.array(json.dumps(self.as_dict())),
+            "pad_json": np.array(json.dumps(pad.description)),
+        }
+        write_atomically(path, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
+
+
+def run_press(
+    shape: str,
+    force: Array,
+    *,
+    pad: Pad | None = None,
+    mesh: str | MeshDensity = "default",
+    shift: tuple[float, float] = (0.0, 0.0),
+    rotate_deg: float = 0.0,
+    tilt_free: bool = False,
+) -> PressReport:
+    """Press an indenter into the pad until it settles, and read the pad.
+
+    Args:
+        shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file in metres.
+        force: on the indenter [N], pad frame, shape (3,).
+        pad: by default the paper's.
+        mesh: of the influence matrices, which are built if the cache lacks them.
+        shift: of the indenter's origin in the pad frame [m].
+        rotate_deg: counter-clockwise about its origin, before the shift [deg].
+        tilt_free: whether the indenter may tilt.
+
+    Raises:
+        IndenterError: unknown shape.
+        MeshError: unknown mesh.
+        SceneError: the indenter is off the pad, or the press does not settle.
+    """
+    # The scene comes first: what is wrong with it shows before minutes may go into a table.
+    pad, density = Pad() if pad is None else pad, mesh_density(mesh)
+    model = press_scene(named_indenter(shape), shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free)
+    data = mujoco.MjData(model)
+    settled = press(model, data, force)
+    influence = influence_matrices(pad, density)
+    sensor = TactileSensor(model, influence=influence)
+    moved_time = _median_time(lambda: _read_afresh(sensor, data))
+    unchanged_time = _median_time(lambda: sensor.read(data))
+    load = sensor.load(data)
+    if load is None:
+        raise SceneError(f"'{shape}' does not touch the pad after settling. Shift it onto the pad.")
+    return PressReport(
+        shape=shape,
+        model=model,
+        data=data,
+        commanded=force,
+        settled=settled,
+        readings=influence.readings(load),
+        contact=load.contact,
+        outline=sensor.outline(data),
+        influence=influence,
+        unchanged_time=unchanged_time,
+        moved_time=moved_time,
+    )
+
+
+def named_indenter(shape: str) -> Indenter:
+    """The indenter of that name, or of that mesh file.
+
+    Raises:
+        IndenterError: when there is neither; the message lists the names.
+    """
+    if shape in OTHER_INDENTERS:
+        return OTHER_INDENTERS[shape]()
+    if shape not in INDENTER_NAMES and Path(shape).suffix:
+        return mesh_indenter(shape, name=Path(shape).stem)
+    return punch(shape)
+
+
+def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
+    """Let `write` fill a binary file that appears at `path` complete or not at all.
+
+    Raises:
+        OutputError: when it cannot be written; the message says why.
+    """
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as file:
+            partial = Path(file.name)
+            try:
+                write(file)
+                file.close()
+                partial.chmod(0o644)
+                partial.replace(path)
+            finally:
+                partial.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"cannot write {path}: {error.strerror or error}. Choose a folder you can write to."
+        ) from error
+
+
+def check_writable(path: Path) -> None:
+    """Find out before long work whether a file can be written.
+
+    Raises:
+        OutputError: when its folder is missing or refuses, or it is a folder itself.
+    """
+    if path.is_dir():
+        raise OutputError(f"cannot write {path}: it is a folder. Give a file name.")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise OutputError(
+            f"cannot write {path}: {error.strerror or error}. Choose a folder you can write to."
+        ) from error
+
+
+def _read_afresh(sensor: TactileSensor, data: mujoco.MjData) -> None:
+    sensor.forget_footprints()
+    sensor.read(data)
+
+
+def _median_time(update: Callable[[], Any]) -> float:
+    times = []
+    for _ in range(_TIMED_UPDATES):
+        start = time.perf_counter()
+        update()
+        times.append(time.perf_counter() - start)
+    return float(np.median(times))
