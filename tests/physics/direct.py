@@ -1,0 +1,90 @@
+"""Responses to a few loads without building tables: the finite elements solved for just those loads, in double precision.
+
+`influence_matrices` solves for every possible load. Where a test needs one load on a mesh of its own, this is
+a tenth of the work; test_influence_tables.py holds the two against each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mjtactile.contact import SurfaceLoad
+from mjtactile.elimination import EliminatedSheet
+from mjtactile.fem import PARITIES, assemble
+from mjtactile.folding import QUADRANT_SIGNS, fold_forces, unfold_field
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.mesh import MeshDensity, sheet_mesh
+from mjtactile.pad import Array, Pad
+from mjtactile.sampling import layer_sampling
+from mjtactile.stress import StressSampler, von_mises
+
+_QUARTER = 0.25
+
+
+class Response(NamedTuple):
+    readings: Array  #: (loads, layers, rows, columns) [Pa]
+    displacement: Array  #: of the surface's nodes, (loads, nodes y, nodes x, 3) [m]
+    base_reaction: Array  #: nodal forces of the base on the sheet, (loads, nodes y, nodes x, 3) [N]
+
+
+def without_tables(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
+    """What footprints and loads need of influence matrices: the pad and its surface grid."""
+    return InfluenceMatrices(pad, density, {})
+
+
+def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad]) -> Response:
+    """Response of a pad to loads made with `without_tables` on the same mesh."""
+    mesh = sheet_mesh(pad, density)
+    quarter = mesh.quarter()
+    stiffness = assemble(quarter)
+    layers = [layer_sampling(pad, k, density.points_at(k)) for k in range(len(pad.depths))]
+    points = np.concatenate([layer.positions for layer in layers])
+    batch = np.stack([load.forces for load in loads])
+    plane = (3, quarter.y.node_count, quarter.x.node_count)
+    stress = np.zeros((len(loads), len(PARITIES), len(points), 5))
+    surfaces, reactions = [], []
+    for number, parity in enumerate(PARITIES):
+        fields = {mesh.z.node_count - 1: np.zeros((len(loads), *plane)), 0: np.zeros((len(loads), *plane))}
+        folded = _QUARTER * fold_forces(batch, parity).reshape(len(loads), -1)
+        # Rounding apart, loads that share a mirror have nothing in some classes.
+        if np.abs(folded).max() > 1e-13 * np.abs(batch).max():
+            sheet = EliminatedSheet(stiffness, parity)
+            sampler = StressSampler(mesh, parity, points, len(loads))
+            near_base = {}
+            for z, displacements in sheet.descend(folded[:, sheet.free].T):
+                sampler.add(z, sheet.free, displacements)
+                if z in (1, 2):
+                    near_base[z] = displacements
+                if z in fields:
+                    fields[z].reshape(len(loads), -1)[:, sheet.free] = displacements.T
+            fields[0].reshape(len(loads), -1)[:, sheet.free] = sheet.base_reaction(near_base[1], near_base[2]).T
+            stress[:, number] = np.moveaxis(sampler.result()[0], -1, 0)
+        surfaces.append(fields[mesh.z.node_count - 1])
+        reactions.append(fields[0])
+    norms = von_mises(np.einsum("qc,bcpw->bqpw", QUADRANT_SIGNS, stress))
+    readings, start = [], 0
+    for layer in layers:
+        end = start + len(layer.positions)
+        readings.append((layer.average @ norms[:, :, start:end].reshape(len(loads), -1).T).T)
+        start = end
+    shape = (len(loads), *pad.reading_shape)
+    return Response(np.stack(readings, axis=1).reshape(shape), unfold_field(surfaces), _whole_forces(reactions))
+
+
+def _whole_forces(quarters: list[Array]) -> Array:
+    """Nodal forces on the whole plane from those on the quarter: nodes on a mirror hold only half of their force."""
+    doubled = []
+    for quarter in quarters:
+        forces = quarter.copy()
+        forces[..., :, 0] *= 2
+        forces[..., 0, :] *= 2
+        doubled.append(forces)
+    return unfold_field(doubled)
+
+
+def relative_difference(actual: Array, expected: Array) -> float:
+    """Euclidean norm of the difference over that of what was expected."""
+    return float(np.linalg.norm(actual - expected) / np.linalg.norm(expected))

@@ -1,0 +1,137 @@
+"""Readings against CalculiX, an independent quadratic finite-element code; data/calculix.json tells its source.
+
+CalculiX's own meshes differ from one another by 0.2 to 0.5 % on these cases (error_bar in the data).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from direct import relative_difference, solve, without_tables
+from shapely import Polygon, affinity
+
+from mjtactile.contact import SurfaceLoad, contact_load
+from mjtactile.footprint import Footprint
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.mesh import MESHES, MeshDensity
+from mjtactile.pad import Layer, Pad
+
+DATA = Path(__file__).parents[1] / "data"
+CASES = json.loads((DATA / "calculix.json").read_text())["cases"]
+GRAM_FORCE = 9.80665e-3  # [N]
+#: Relative L2 error over the 676 readings that each mesh promises, per group of cases.
+BOUNDS = {
+    "draft": {"A": 0.05, "B1": 0.05, "D": 0.05},
+    "default": {"A": 0.008, "B1": 0.012, "D": 0.010},
+    "fine": {"A": 0.004, "B1": 0.008, "D": 0.008},
+}
+ON_THE_PAPERS_PAD = [name for name in CASES if not name.startswith("D")]
+
+
+def true_ellipse(semi_x: float, semi_y: float) -> Polygon:
+    """An ellipse as a polygon of 720 corners and the same area."""
+    step = 2 * math.pi / 720
+    angles = step * np.arange(720)
+    same_area = math.sqrt(step / math.sin(step))
+    return Polygon(same_area * np.column_stack([semi_x * np.cos(angles), semi_y * np.sin(angles)]))
+
+
+def outline_of(case: dict) -> Polygon:
+    """The loaded area in the pad frame [m]."""
+    geometry = case["geometry"]
+    if geometry["kind"] == "ellipse":
+        millimetres = affinity.translate(true_ellipse(geometry["a"], geometry["b"]), *geometry["c"])
+    else:
+        millimetres = Polygon(geometry["v"])
+    return affinity.scale(millimetres, 1e-3, 1e-3, origin=(0, 0))
+
+
+def pad_of(case: dict) -> Pad:
+    heights = [0.0, *(layer[0] for layer in case["layers_zbottom_young_poisson"])]
+    layers = [
+        Layer(thickness=(top - bottom) * 1e-3, young=young * 1e6, poisson=poisson)
+        for top, (bottom, young, poisson) in zip(heights, case["layers_zbottom_young_poisson"], strict=False)
+    ]
+    return Pad(layers=tuple(layers))
+
+
+def load_of(case: dict, influence: InfluenceMatrices) -> SurfaceLoad:
+    footprint = Footprint.from_outline(outline_of(case), influence)
+    force = np.array(case["direction"]) * case["total_force_gf"] * GRAM_FORCE
+    # The force acts at the loaded area's centroid, so the traction is uniform.
+    return contact_load(influence, footprint, force)
+
+
+def expected_readings(name: str) -> np.ndarray:
+    with np.load(DATA / "calculix.npz") as file:
+        return file[name] * 1e6
+
+
+def bound(mesh: str, name: str) -> float:
+    return BOUNDS[mesh][name.split("_")[0]]
+
+
+def test_data_holds_every_kind_of_case():
+    assert {name.split("_")[0] for name in CASES} == {"A", "B1", "D"}
+    assert len(ON_THE_PAPERS_PAD) == 6
+
+
+@pytest.mark.parametrize("name", ON_THE_PAPERS_PAD)
+@pytest.mark.parametrize("mesh", ["draft", "default", pytest.param("fine", marks=pytest.mark.slow)])
+def test_readings_agree_with_calculix(name, mesh, request):
+    influence = request.getfixturevalue("default_influence" if mesh == "default" else mesh)
+    readings = influence.readings(load_of(CASES[name], influence))
+    assert relative_difference(readings, expected_readings(name)) <= bound(mesh, name)
+
+
+@pytest.mark.parametrize(
+    "mesh", ["draft", pytest.param("default", marks=pytest.mark.slow), pytest.param("fine", marks=pytest.mark.slow)]
+)
+def test_layered_stack_agrees_with_calculix(mesh):
+    name = "D_stack_disc3_theta0"
+    pad, density = pad_of(CASES[name]), MESHES[mesh]
+    load = load_of(CASES[name], without_tables(pad, density))
+    readings = solve(pad, density, [load]).readings[0]
+    assert relative_difference(readings, expected_readings(name)) <= bound(mesh, name)
+
+
+#: Radius, and place as far as a disc of that radius goes [m], or on the way there.
+CORNER_DISCS = [
+    (1.25e-3, (6.25e-3, 6.25e-3)),
+    (1.25e-3, (5.0e-3, 6.25e-3)),
+    (1.25e-3, (-6.0e-3, 5.5e-3)),
+    (1.5e-3, (6.0e-3, -6.0e-3)),
+    (1.5e-3, (-5.6e-3, -5.2e-3)),
+]
+TILT = math.radians(25.0)
+#: Crowded toward the rim, where elements are 0.6 of those of "fine", and toward the surface; four sample points per axis.
+NEAR_RIM = MeshDensity(
+    in_plane_size=1.5 / 11, through_size=1 / 12, rim_grading=5.0, base_grading=0.7, points_per_axis=(4, 3)
+)
+
+
+def corner_loads(influence: InfluenceMatrices) -> list[SurfaceLoad]:
+    force = 20 * GRAM_FORCE * np.array([math.sin(TILT), 0.0, -math.cos(TILT)])
+    discs = [affinity.translate(true_ellipse(radius, radius), *place) for radius, place in CORNER_DISCS]
+    return [contact_load(influence, Footprint.from_outline(disc, influence), force) for disc in discs]
+
+
+def worst_difference(readings: np.ndarray, reference: np.ndarray) -> float:
+    return max(relative_difference(one, other) for one, other in zip(readings, reference, strict=True))
+
+
+@pytest.mark.slow
+def test_small_tilted_disc_in_a_corner_is_right_on_default(default_influence, fine):
+    readings = default_influence.readings(corner_loads(default_influence))
+    assert worst_difference(readings, fine.readings(corner_loads(fine))) <= 0.02
+
+
+@pytest.mark.slow
+def test_small_tilted_disc_in_a_corner_is_right_on_fine(fine):
+    finer = without_tables(fine.pad, NEAR_RIM)
+    reference = solve(fine.pad, NEAR_RIM, corner_loads(finer)).readings
+    assert worst_difference(fine.readings(corner_loads(fine)), reference) <= 0.01

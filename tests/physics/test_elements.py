@@ -1,0 +1,203 @@
+"""The stiffness matrix by itself: patch test, rigid-body modes, definiteness, energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg
+from closed_forms import confined_modulus
+
+from mjtactile.elimination import EliminatedSheet
+from mjtactile.fem import PARITIES, Parity, assemble, free_in_plane
+from mjtactile.line import Line
+from mjtactile.mesh import SheetMesh
+from mjtactile.pad import Array, Layer
+from mjtactile.stress import StressSampler, stress_tensor
+
+POISSONS = (0.0, 0.3, 0.49, 0.4999)
+#: Unequal elements in every direction.
+X, Y, Z = (
+    Line(np.array(v) * 1e-3) for v in ([-3.0, -1.2, 0.0, 1.2, 3.0], [-2.0, -0.7, 0.0, 0.7, 2.0], [-2.5, -1.6, -0.9, 0])
+)
+
+
+def uniform_mesh(poisson: float) -> SheetMesh:
+    return SheetMesh(X, Y, Z, (Layer(thickness=2.5e-3, young=3e6, poisson=poisson),) * 3)
+
+
+def layered_mesh() -> SheetMesh:
+    materials = [(2e6, 0.3), (5e6, 0.49), (1e6, 0.1)]
+    layers = zip(Z.sizes, materials, strict=True)
+    return SheetMesh(X, Y, Z, tuple(Layer(thickness=t, young=e, poisson=nu) for t, (e, nu) in layers))
+
+
+def positions(mesh: SheetMesh) -> Array:
+    """Of all nodes, in the order (plane, y, x), shape (planes, nodes y, nodes x, 3)."""
+    z, y, x = np.meshgrid(mesh.z.nodes, mesh.y.nodes, mesh.x.nodes, indexing="ij")
+    return np.stack([x, y, z], axis=-1)
+
+
+def as_vector(field: Array) -> Array:
+    """A displacement field (planes, nodes y, nodes x, 3) in the matrix's order (plane, component, y, x)."""
+    return np.moveaxis(field, -1, 1).ravel()
+
+
+def on_the_boundary(mesh: SheetMesh) -> np.ndarray:
+    inside = np.zeros((mesh.z.node_count, mesh.y.node_count, mesh.x.node_count, 3), dtype=bool)
+    inside[1:-1, 1:-1, 1:-1] = True
+    return ~as_vector(inside)
+
+
+def solve_with_prescribed_boundary(mesh: SheetMesh, field: Array) -> Array:
+    matrix = assemble(mesh).matrix()
+    held = on_the_boundary(mesh)
+    solution = as_vector(field) * held
+    load = -(matrix[~held][:, held] @ solution[held])
+    solution[~held] = scipy.sparse.linalg.spsolve(matrix[~held][:, ~held].tocsc(), load)
+    return solution
+
+
+GRADIENT = np.array([[1.0, -0.4, 0.7], [0.3, -0.8, 0.2], [-0.5, 0.9, 0.6]]) * 1e-3
+
+
+@pytest.mark.parametrize("poisson", POISSONS)
+def test_patch_any_linear_field_is_reproduced(poisson):
+    mesh = uniform_mesh(poisson)
+    field = positions(mesh) @ GRADIENT.T
+    solution = solve_with_prescribed_boundary(mesh, field)
+    # Rounding grows with the ratio of bulk to shear stiffness, 1 / (1 - 2 nu), here up to 5,000.
+    np.testing.assert_allclose(solution, as_vector(field), atol=1e-14 / (1 - 2 * poisson) * np.abs(field).max())
+
+
+def test_patch_layers_under_one_traction_are_reproduced():
+    """In-plane strain is the same in all layers, and so is the traction on their interfaces; gradients differ."""
+    mesh = layered_mesh()
+    in_plane, traction = GRADIENT[:, :2], np.array([200.0, -300.0, -900.0])
+    field, start = np.zeros((*positions(mesh).shape,)), np.zeros(3)
+    for e, layer in enumerate(mesh.materials):
+        mu, lame = layer.shear_modulus, layer.lame_lambda
+        slope = np.array(
+            [
+                traction[0] / mu - in_plane[2, 0],
+                traction[1] / mu - in_plane[2, 1],
+                (traction[2] - lame * (in_plane[0, 0] + in_plane[1, 1])) / (lame + 2 * mu),
+            ]
+        )
+        planes = slice(2 * e, 2 * e + 3)
+        height = mesh.z.nodes[planes] - mesh.z.vertices[e]
+        field[planes] = positions(mesh)[planes][..., :2] @ in_plane.T + start + height[:, None, None, None] * slope
+        start = start + mesh.z.sizes[e] * slope
+    solution = solve_with_prescribed_boundary(mesh, field)
+    # Rounding, at a Poisson ratio of 0.49.
+    np.testing.assert_allclose(solution, as_vector(field), atol=1e-12 * np.abs(field).max())
+
+
+def test_patch_stress_is_read_exactly():
+    """Stress of a linear field, sampled anywhere: the recovery must not disturb what is exact."""
+    mesh = uniform_mesh(0.49)
+    layer = mesh.materials[0]
+    strain = (GRADIENT + GRADIENT.T) / 2
+    expected = 2 * layer.shear_modulus * strain + layer.lame_lambda * np.trace(strain) * np.eye(3)
+    points = np.array([[0.0, 0.0, -1.0], [2.9, 0.3, -2.5], [1.2, 2.0, 0.0], [0.4, 1.1, -0.9]]) * 1e-3
+    # The four symmetry classes of the field add up to it where x and y are positive.
+    total = np.zeros((len(points), 6))
+    for parity in PARITIES:
+        gradient = np.where(mirror_class(parity), GRADIENT, 0.0)
+        sampler = StressSampler(mesh, parity, points, 1)
+        quarter = mesh.quarter()
+        for plane, field in enumerate(positions(quarter) @ gradient.T):
+            displacements = np.moveaxis(field, -1, 0).reshape(-1, 1)
+            sampler.add(plane, np.ones(displacements.size, dtype=bool), displacements)
+        deviatoric, mean = sampler.result()
+        total += stress_tensor(deviatoric[..., 0], mean[..., 0])
+    wanted = expected[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+    # Rounding of a dilation that the bulk modulus multiplies by 50.
+    np.testing.assert_allclose(total, np.broadcast_to(wanted, total.shape), rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
+
+
+def mirror_class(parity: Parity) -> Array:
+    """Entries du_i/dx_j of a displacement gradient that belong to a symmetry class, shape (3, 3)."""
+    mask = np.zeros((3, 3), dtype=bool)
+    for i in range(3):
+        sign_x, sign_y = parity.component_signs(i)
+        for j in range(3):
+            mask[i, j] = (sign_x == (-1 if j == 0 else 1)) and (sign_y == (-1 if j == 1 else 1))
+    return mask
+
+
+@pytest.mark.parametrize("mesh", [uniform_mesh(0.3), uniform_mesh(0.4999), layered_mesh()], ids=["nu3", "nu4999", "layers"])
+def test_unclamped_sheet_has_just_the_six_rigid_modes(mesh):
+    matrix = assemble(SheetMesh(Line(mesh.x.vertices[1:4]), Line(mesh.y.vertices[1:4]), mesh.z, mesh.materials)).matrix()
+    np.testing.assert_array_less(abs(matrix - matrix.T).max(), 1e-12 * abs(matrix).max())
+    energies = np.linalg.eigvalsh(matrix.toarray())
+    # Zero to rounding of the largest eigenvalue; the softest elastic mode is far above that.
+    assert np.abs(energies[:6]).max() < 1e-12 * energies[-1]
+    assert energies[6] > 1e-8 * energies[-1]
+
+
+def test_rigid_motions_cost_no_energy():
+    mesh = layered_mesh()
+    matrix, place = assemble(mesh).matrix(), positions(mesh)
+    for axis in range(3):
+        rotation = np.cross(np.eye(3)[axis], place)
+        for motion in (np.broadcast_to(np.eye(3)[axis], place.shape), rotation):
+            vector = as_vector(np.asarray(motion))
+            # Rounding of the largest products that cancel.
+            assert np.abs(matrix @ vector).max() < 1e-13 * abs(matrix).max() * np.abs(vector).max()
+
+
+def test_clamped_sheet_is_positive_definite():
+    matrix = assemble(layered_mesh()).matrix().toarray()
+    held = 3 * X.node_count * Y.node_count
+    assert np.linalg.eigvalsh(matrix[held:, held:])[0] > 0
+
+
+@pytest.mark.parametrize("mesh", [uniform_mesh(0.3), layered_mesh()], ids=["one layer", "three layers"])
+def test_stored_energy_of_a_linear_field_is_that_of_continuum_elasticity(mesh):
+    place = positions(mesh)
+    vector = as_vector(place @ GRADIENT.T)
+    strain = (GRADIENT + GRADIENT.T) / 2
+    area = (X.vertices[-1] - X.vertices[0]) * (Y.vertices[-1] - Y.vertices[0])
+    density = [
+        layer.shear_modulus * (strain**2).sum() + layer.lame_lambda / 2 * np.trace(strain) ** 2
+        for layer in mesh.materials
+    ]
+    expected = area * (mesh.z.sizes @ np.array(density))
+    assert vector @ (assemble(mesh).matrix() @ vector) / 2 == pytest.approx(expected, rel=1e-12)  # rounding
+
+
+class ConfinedSheet(EliminatedSheet):
+    """A quarter sheet on which nothing moves sideways."""
+
+    def __init__(self, mesh: SheetMesh) -> None:
+        stiffness = assemble(mesh.quarter())
+        only_z = free_in_plane(mesh.quarter(), None)
+        only_z[: 2 * only_z.size // 3] = False
+        self.free = only_z
+        self._stiffness = stiffness.restricted(only_z)
+        self._layers = []
+        self.surface_compliance = np.linalg.inv(self._eliminate(lambda: None))
+
+
+@pytest.mark.parametrize(
+    "mesh", [*map(uniform_mesh, POISSONS), layered_mesh()], ids=[*(f"nu {nu}" for nu in POISSONS), "layers"]
+)
+def test_confined_compression_is_exact(mesh):
+    """Nothing moves sideways: sigma_zz = -p everywhere and each layer shortens by p h / M."""
+    pressure = 1000.0
+    sheet, quarter = ConfinedSheet(mesh), mesh.quarter()
+    integrals = quarter.surface.nodal_integrals(quarter.surface.sheet)[0]
+    points = np.array([[0.1, 0.2, -0.1], [2.9, 1.9, -0.89], [1.0, 0.6, -0.91], [2.0, 1.2, -2.4]]) * 1e-3
+    sampler = StressSampler(mesh, PARITIES[0], points, 1)
+    surface = np.zeros(0)
+    for plane, displacements in sheet.descend(-pressure * integrals.reshape(-1, 1)):
+        sampler.add(plane, sheet.free, displacements)
+        if plane == quarter.z.node_count - 1:
+            surface = displacements
+    deviatoric, mean = sampler.result()
+    poisson = max(material.poisson for material in mesh.materials)
+    sinking = pressure * sum(t / confined_modulus(m) for t, m in zip(mesh.z.sizes, mesh.materials, strict=True))
+    # Rounding, grown by the ratio of bulk to shear stiffness: 5e-12 at 0.49.
+    tolerance = 1e-13 / (1 - 2 * poisson)
+    np.testing.assert_allclose(surface, -sinking, rtol=tolerance)
+    np.testing.assert_allclose(stress_tensor(deviatoric[..., 0], mean[..., 0])[:, 2], -pressure, rtol=10 * tolerance)
