@@ -1,4 +1,4 @@
-"""Where the package's models and scenes lie: inside an installed package, or beside it in a checkout."""
+"""Where the package's models, scenes and benchmark cases lie: inside an installed package, or beside it in a checkout."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from mjtactile.errors import SceneError
 
 _PACKAGE = Path(__file__).resolve().parent
 _ROOT = _PACKAGE / "assets" if (_PACKAGE / "assets").is_dir() else _PACKAGE.parent
-_FOLDERS = ("models", "scenes")
+_FOLDERS = ("models", "scenes", "benchmarks")
 
 
 def asset_path(name: str) -> Path:
-    """Absolute path of a model or scene.
+    """Absolute path of a model, scene or benchmark case.
 
     Args:
         name: such as "scenes/press.xml" or "models/xml/star.xml".
@@ -26,6 +26,6 @@ def asset_path(name: str) -> Path:
 
 
 def available_assets() -> list[str]:
-    """Names of all models and scenes."""
-    found = (path for folder in _FOLDERS for path in (_ROOT / folder).rglob("*.xml"))
+    """Names of all models, scenes and benchmark cases."""
+    found = (path for folder in _FOLDERS for path in (_ROOT / folder).rglob("*.*ml"))
     return sorted(path.relative_to(_ROOT).as_posix() for path in found)

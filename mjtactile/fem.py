@@ -25,6 +25,7 @@ import scipy.sparse as sparse
 
 from mjtactile.line import Line
 from mjtactile.mesh import SheetMesh
+from mjtactile.pad import Array
 
 #: Legendre orders (in-plane x, in-plane y) of the pressure terms that are constant across an element's thickness.
 _IN_PLANE_PRESSURES = ((0, 0), (1, 0), (0, 1))
@@ -64,14 +65,10 @@ class Stiffness:
         return self.mesh.z.node_count
 
     def block(self, row: int, column: int) -> sparse.csr_array:
-        """Stiffness between two node planes [N/m], shape (dofs of a plane, dofs of a plane)."""
-        size = self.in_plane[0].shape[0]
-        total = sparse.csr_array((size, size))
-        for z, p in zip(self.across, self.in_plane, strict=True):
-            factor = z.diagonal(column - row)[min(row, column)]
-            if factor != 0.0:
-                total = total + factor * p
-        return total
+        """Stiffness between two node planes of one element layer [N/m], shape (dofs of a plane, dofs of a plane)."""
+        factors = [float(z[row, column]) for z in self.across]
+        first, *others = [f * p for f, p in zip(factors, self.in_plane, strict=True) if f != 0.0]
+        return sum(others, start=first)
 
     def restricted(self, free: npt.NDArray[np.bool_]) -> Stiffness:
         """The same stiffness on the plane's free degrees of freedom only, mask of shape (dofs of a plane,)."""

@@ -30,19 +30,16 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
         (..., 3, quarter nodes y, quarter nodes x) [N]: each node's forces and those of its mirror images, added with
         the class's signs.
     """
-    folded = [
-        _fold(_fold(forces[..., component], -1, parity.component_signs(component)[0]), -2, sign_y)
-        for component, sign_y in ((c, parity.component_signs(c)[1]) for c in range(3))
-    ]
-    return np.stack(folded, axis=-3)
-
-
-def _fold(values: Array, axis: int, sign: int) -> Array:
-    values = np.moveaxis(values, axis, -1)
-    middle = values.shape[-1] // 2
-    half = values[..., middle:].copy()
-    half[..., 1:] += sign * values[..., middle - 1 :: -1]
-    return np.moveaxis(half, -1, axis)
+    signs = np.array([parity.component_signs(component) for component in range(3)])
+    folded = np.moveaxis(forces, -1, -3)
+    for axis, of_component in ((-1, signs[:, 0]), (-2, signs[:, 1])):
+        folded = np.moveaxis(folded, axis, -1)
+        middle = folded.shape[-1] // 2
+        mirrored = folded[..., middle - 1 :: -1]
+        folded = folded[..., middle:].copy()
+        folded[..., 1:] += of_component[:, None, None] * mirrored
+        folded = np.moveaxis(folded, -1, axis)
+    return folded
 
 
 def unfold_field(classes: list[Array]) -> Array:

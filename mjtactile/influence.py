@@ -89,8 +89,10 @@ class InfluenceMatrices:
         Returns:
             (layers, rows, columns) [Pa], top layer first; a sequence of loads puts a batch axis in front.
         """
-        batch, single = self._forces(load)
-        readings = np.stack([self._layer_readings(batch, k) for k in range(len(self.pad.depths))], axis=1)
+        if _is_empty(load):
+            return np.zeros((0, *self.pad.reading_shape))
+        forces, single = self._folded(load)
+        readings = np.stack([self._layer_readings(forces, k) for k in range(len(self.pad.depths))], axis=1)
         readings = readings.reshape(-1, *self.pad.reading_shape)
         return readings[0] if single else readings
 
@@ -101,11 +103,13 @@ class InfluenceMatrices:
             (6, layers, rows, columns) [Pa]: components xx, yy, zz, xy, yz, zx; a sequence of loads puts a batch axis
             in front.
         """
-        batch, single = self._forces(load)
+        if _is_empty(load):
+            return np.zeros((0, 6, *self.pad.reading_shape))
+        forces, single = self._folded(load)
         layers = []
         for k in range(len(self.pad.depths)):
-            deviatoric = self._unfold(self._responses(batch, "deviatoric", k, DEVIATORIC_COUNT), _ODD_COORDINATES)
-            mean = self._unfold(self._responses(batch, "mean", k, 1), _NO_ODD)[..., 0]
+            deviatoric = self._unfold(self._responses(forces, "deviatoric", k, DEVIATORIC_COUNT), _ODD_COORDINATES)
+            mean = self._unfold(self._responses(forces, "mean", k, 1), _NO_ODD)[..., 0]
             tensor = stress_tensor(deviatoric, mean)
             averaged = [self._averages[k] @ one.reshape(-1, 6) for one in tensor]
             layers.append(np.stack(averaged).reshape(-1, *self.pad.reading_shape[1:], 6))
@@ -114,11 +118,11 @@ class InfluenceMatrices:
 
     def surface_displacement(self, load: SurfaceLoad) -> Array:
         """Displacement of the surface's nodes under a load, shape (nodes y, nodes x, 3) [m], pad frame."""
-        batch, _ = self._forces(load)
+        folded, _ = self._folded(load)
         quarter = self.mesh.quarter()
         shape = (3, quarter.y.node_count, quarter.x.node_count)
         classes = []
-        for columns, parity, forces in zip(self._columns, PARITIES, self._fold(batch), strict=True):
+        for columns, parity, forces in zip(self._columns, PARITIES, folded, strict=True):
             field = np.zeros(np.prod(shape))
             field[columns] = self.tables[table_name("compliance", parity)] @ forces[0]
             classes.append(field.reshape(shape))
@@ -132,8 +136,8 @@ class InfluenceMatrices:
         """
         write_tables(Path(path), self.tables, influence_metadata(self.pad, self.density))
 
-    def _forces(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> tuple[Array, bool]:
-        """Nodal forces (batch, nodes y, nodes x, 3) [N], and whether one load stood for itself."""
+    def _folded(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> tuple[list[Array], bool]:
+        """Forces per class, each (batch, columns) [N], and whether one load stood for itself."""
         single = not isinstance(load, Sequence)
         loads = [load] if single else load
         expected = (*self.surface.node_shape, 3)
@@ -143,22 +147,18 @@ class InfluenceMatrices:
                     f"the load has nodal forces of shape {one.forces.shape}, but this surface takes {expected}: it was "
                     "made for another pad or mesh. Make the footprint and the load with these influence matrices."
                 )
-        batch = np.stack([one.forces for one in loads]) if loads else np.zeros((0, *expected))
+        batch = np.stack([one.forces for one in loads])
         if not np.isfinite(batch).all():
             raise InfluenceError("the load holds NaN or infinite nodal forces; check the traction it was made from.")
-        return batch, single
-
-    def _fold(self, batch: Array) -> list[Array]:
-        """Forces per class, each (batch, columns) [N]."""
         folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in PARITIES)
-        return [forces[:, columns] for forces, columns in zip(folded, self._columns, strict=True)]
+        return [forces[:, columns] for forces, columns in zip(folded, self._columns, strict=True)], single
 
-    def _responses(self, batch: Array, kind: str, sensing_layer: int, width: int) -> Array:
+    def _responses(self, folded: list[Array], kind: str, sensing_layer: int, width: int) -> Array:
         """Stress of each class at the folded points, shape (batch, classes, points, width) [Pa]."""
         classes = []
-        for parity, forces in zip(PARITIES, self._fold(batch), strict=True):
+        for parity, forces in zip(PARITIES, folded, strict=True):
             table = self.tables[table_name(kind, parity, sensing_layer)]
-            classes.append(_apply(forces, table).reshape(len(batch), -1, width))
+            classes.append(_apply(forces, table).reshape(len(forces), -1, width))
         return np.stack(classes, axis=1)
 
     def _unfold(self, responses: Array, odd: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]) -> Array:
@@ -168,17 +168,21 @@ class InfluenceMatrices:
             whole[:, quadrant] *= np.where(odd[0], sign_x, 1) * np.where(odd[1], sign_y, 1)
         return whole
 
-    def _layer_readings(self, batch: Array, sensing_layer: int) -> Array:
+    def _layer_readings(self, folded: list[Array], sensing_layer: int) -> Array:
         """Readings of one sensing layer, shape (batch, taxels) [Pa]."""
-        responses = self._responses(batch, "deviatoric", sensing_layer, DEVIATORIC_COUNT)
+        responses = self._responses(folded, "deviatoric", sensing_layer, DEVIATORIC_COUNT)
         # Signs of odd coordinates do not change their norm.
         norms = von_mises(np.einsum("qc,bcpw->bqpw", QUADRANT_SIGNS, responses))
-        return (self._averages[sensing_layer] @ norms.reshape(len(batch), -1).T).T
+        return (self._averages[sensing_layer] @ norms.reshape(len(norms), -1).T).T
 
 
 #: Deviatoric coordinates that change sign under x -> -x (xy and zx) and under y -> -y (xy and yz).
 _ODD_COORDINATES = (np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool))
 _NO_ODD = (np.zeros(1, dtype=bool), np.zeros(1, dtype=bool))
+
+
+def _is_empty(load: SurfaceLoad | Sequence[SurfaceLoad]) -> bool:
+    return isinstance(load, Sequence) and len(load) == 0
 
 
 def _apply(forces: Array, table: npt.NDArray[Any]) -> Array:
@@ -188,10 +192,12 @@ def _apply(forces: Array, table: npt.NDArray[Any]) -> Array:
     """
     scale = np.abs(forces).max(axis=1, initial=0.0)
     scaled = (forces / np.where(scale > 0, scale, 1.0)[:, None]).astype(table.dtype)
+    used = np.flatnonzero(scaled.any(axis=0))
     if len(forces) < _DENSE_BATCH:
-        product = sparse.csr_array(scaled) @ table
+        # The sparse product adds up rows of the table where they lie, without gathering them first.
+        entries = (scaled[:, used].ravel(), np.tile(used, len(forces)), len(used) * np.arange(len(forces) + 1))
+        product = sparse.csr_array(entries, shape=scaled.shape) @ table
     else:
-        used = np.flatnonzero(scaled.any(axis=0))
         product = scaled[:, used] @ table[used]
     return product * scale[:, None]
 
