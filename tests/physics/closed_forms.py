@@ -31,9 +31,7 @@ def disc_stress_on_axis(depth: Array, *, radius: float, pressure: float, poisson
     Source: A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics (1985), eq. 3.33.
     """
     s = depth / np.hypot(depth, radius)
-    return AxisStress(
-        -pressure * (1 - s**3), -pressure / 2 * ((1 + 2 * poisson) - 2 * (1 + poisson) * s + s**3)
-    )
+    return AxisStress(-pressure * (1 - s**3), -pressure / 2 * ((1 + 2 * poisson) - 2 * (1 + poisson) * s + s**3))
 
 
 def disc_surface_sinking(distance: Array, *, radius: float, pressure: float, young: float, poisson: float) -> Array:

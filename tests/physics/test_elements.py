@@ -112,7 +112,9 @@ def test_patch_stress_is_read_exactly():
         total += stress_tensor(deviatoric[..., 0], mean[..., 0])
     wanted = expected[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
     # Rounding of a dilation that the bulk modulus multiplies by 50.
-    np.testing.assert_allclose(total, np.broadcast_to(wanted, total.shape), rtol=1e-10, atol=1e-10 * np.abs(wanted).max())
+    np.testing.assert_allclose(
+        total, np.broadcast_to(wanted, total.shape), rtol=1e-10, atol=1e-10 * np.abs(wanted).max()
+    )
 
 
 def mirror_class(parity: Parity) -> Array:
@@ -125,9 +127,13 @@ def mirror_class(parity: Parity) -> Array:
     return mask
 
 
-@pytest.mark.parametrize("mesh", [uniform_mesh(0.3), uniform_mesh(0.4999), layered_mesh()], ids=["nu3", "nu4999", "layers"])
+@pytest.mark.parametrize(
+    "mesh", [uniform_mesh(0.3), uniform_mesh(0.4999), layered_mesh()], ids=["nu3", "nu4999", "layers"]
+)
 def test_unclamped_sheet_has_just_the_six_rigid_modes(mesh):
-    matrix = assemble(SheetMesh(Line(mesh.x.vertices[1:4]), Line(mesh.y.vertices[1:4]), mesh.z, mesh.materials)).matrix()
+    matrix = assemble(
+        SheetMesh(Line(mesh.x.vertices[1:4]), Line(mesh.y.vertices[1:4]), mesh.z, mesh.materials)
+    ).matrix()
     np.testing.assert_array_less(abs(matrix - matrix.T).max(), 1e-12 * abs(matrix).max())
     energies = np.linalg.eigvalsh(matrix.toarray())
     # Zero to rounding of the largest eigenvalue; the softest elastic mode is far above that.

@@ -18,7 +18,9 @@ RADIUS = 1e-3
 REACH = 100
 PRESSURE = 1000.0
 #: Eight elements grow from the middle and from the surface outward, by a factor of 500 in all.
-GROWING = MeshDensity(in_plane_size=1 / 8, through_size=1 / 8, rim_grading=2e-3, base_grading=2e-3, points_per_axis=(1,))
+GROWING = MeshDensity(
+    in_plane_size=1 / 8, through_size=1 / 8, rim_grading=2e-3, base_grading=2e-3, points_per_axis=(1,)
+)
 DEPTHS = tuple(RADIUS * np.array([0.3, 0.6, 1.0, 1.5, 2.5, 4.0]))
 
 
@@ -43,7 +45,7 @@ def test_disc_on_a_large_block_is_loves(poisson):
     expected = disc_stress_on_axis(np.array(DEPTHS), radius=RADIUS, pressure=PRESSURE, poisson=poisson)
     von_mises = np.abs(expected.axial - expected.radial)
     # Of the largest reading; the mesh, and a block that ends 100 radii away.
-    print(response.readings[0,:,0,0]/von_mises)
+    print(response.readings[0, :, 0, 0] / von_mises)
     np.testing.assert_allclose(response.readings[0, :, 0, 0], von_mises, atol=0.01 * von_mises.max())
 
     x = influence.surface.x.nodes
@@ -52,6 +54,6 @@ def test_disc_on_a_large_block_is_loves(poisson):
     sinking = disc_surface_sinking(
         x[inside], radius=RADIUS, pressure=PRESSURE, young=pad.layers[0].young, poisson=poisson
     )
-    print(-response.displacement[0, middle, inside, 2]/ sinking)
+    print(-response.displacement[0, middle, inside, 2] / sinking)
     assert len(inside) > 3
     np.testing.assert_allclose(-response.displacement[0, middle, inside, 2], sinking, rtol=0.01)
