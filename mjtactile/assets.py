@@ -1,4 +1,4 @@
-"""Where the package's models, scenes and benchmark cases lie: inside an installed package, or beside it in a checkout."""
+"""Where models, scenes and benchmark cases lie: inside an installed package, or beside it in a checkout."""
 
 from __future__ import annotations
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from mjtactile.elimination import EliminatedSheet
 from mjtactile.fem import PARITIES, Parity, Stiffness, assemble
@@ -24,7 +27,8 @@ _QUARTER = 0.25
 
 def build_steps(pad: Pad, density: MeshDensity) -> int:
     """Number of times `build_tables` reports progress."""
-    return _solved_classes(sheet_mesh(pad, density)) * _steps_per_class(sheet_mesh(pad, density))
+    mesh = sheet_mesh(pad, density)
+    return len(_solved_classes(mesh)) * (mesh.z.element_count + mesh.z.node_count - 1)
 
 
 def build_tables(
@@ -32,11 +36,14 @@ def build_tables(
 ) -> Iterator[Tables]:
     """Influence matrices of one symmetry class after another, in no particular order.
 
+    Classes are solved side by side, one thread each with its share of the cores: that wastes less time waiting than
+    all cores on one class, above all when the machine is busy with something else too.
+
     Args:
         pad: the sheet.
         density: of the mesh and the sample points.
         dtype: storage precision of the stresses; the surface compliance stays in double precision.
-        on_step: called after each bounded piece of work, `build_steps` times in all.
+        on_step: called after each bounded piece of work, `build_steps` times in all, from several threads.
 
     Yields:
         For class c and sensing layer k: "deviatoric c k", (columns, folded points * 5) [Pa/N]; "mean c k",
@@ -47,26 +54,38 @@ def build_tables(
     mesh = sheet_mesh(pad, density)
     stiffness = assemble(mesh.quarter())
     layers = [layer_sampling(pad, k, density.points_at(k)).positions for k in range(len(pad.depths))]
-    for parity in PARITIES:
-        if not _is_mirrored(mesh, parity):
-            yield from _solve_class(mesh, stiffness, parity, layers, np.dtype(dtype), on_step)
+    # The class that also yields its diagonal mirror image takes longest and goes first.
+    parities = sorted(_solved_classes(mesh), key=lambda parity: not _has_mirror_image(mesh, parity))
+    workers = min(len(parities), available_cores())
+    share = threadpool_limits(limits=max(1, available_cores() // workers), user_api="blas")
+    with share, ThreadPoolExecutor(max_workers=workers) as executor:
+        futures = [
+            executor.submit(_solve_class, mesh, stiffness, parity, layers, np.dtype(dtype), on_step)
+            for parity in parities
+        ]
+        for future in as_completed(futures):
+            yield from future.result()
+
+
+def available_cores() -> int:
+    """Processor cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _is_square(mesh: SheetMesh) -> bool:
     return np.array_equal(mesh.x.vertices, mesh.y.vertices)
 
 
-def _is_mirrored(mesh: SheetMesh, parity: Parity) -> bool:
-    """Whether a square sheet's diagonal mirror makes this class a copy of another."""
-    return _is_square(mesh) and parity == Parity(-1, 1)
+def _has_mirror_image(mesh: SheetMesh, parity: Parity) -> bool:
+    """Whether a square sheet's diagonal mirror turns this class into another."""
+    return _is_square(mesh) and parity == Parity(1, -1)
 
 
-def _solved_classes(mesh: SheetMesh) -> int:
-    return sum(not _is_mirrored(mesh, parity) for parity in PARITIES)
-
-
-def _steps_per_class(mesh: SheetMesh) -> int:
-    return mesh.z.element_count + mesh.z.node_count - 1
+def _solved_classes(mesh: SheetMesh) -> list[Parity]:
+    """Classes that need a solution of their own."""
+    return [parity for parity in PARITIES if not (_is_square(mesh) and parity == Parity(-1, 1))]
 
 
 def _solve_class(
@@ -76,20 +95,22 @@ def _solve_class(
     layers: list[Array],
     dtype: np.dtype,
     on_step: Callable[[], None],
-) -> Iterator[Tables]:
+) -> list[Tables]:
     """Tables of one class and, where the diagonal makes another class its copy, of that class."""
     sheet = EliminatedSheet(stiffness, parity, on_step)
     points = np.concatenate(layers)
     classes = [_ClassColumns(parity, sheet.free, np.arange(len(sheet.surface_compliance)))]
-    if _is_square(mesh) and parity == Parity(1, -1):
+    if _has_mirror_image(mesh, parity):
         classes.append(classes[0].transposed())
     samplers = [StressSampler(mesh, c.parity, points, len(c.order)) for c in classes]
     for plane, displacements in sheet.descend():
         for columns, sampler in zip(classes, samplers, strict=True):
             sampler.add(plane, columns.free, displacements[np.ix_(columns.order, columns.order)])
         on_step()
-    for columns, sampler in zip(classes, samplers, strict=True):
-        yield _class_tables(columns, sampler, sheet.surface_compliance, layers, dtype)
+    return [
+        _class_tables(columns, sampler, sheet.surface_compliance, layers, dtype)
+        for columns, sampler in zip(classes, samplers, strict=True)
+    ]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,8 @@ ordered (component, y, x).
 
 from __future__ import annotations
 
+import functools
+import operator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -68,7 +70,7 @@ class Stiffness:
         """Stiffness between two node planes of one element layer [N/m], shape (dofs of a plane, dofs of a plane)."""
         factors = [float(z[row, column]) for z in self.across]
         first, *others = [f * p for f, p in zip(factors, self.in_plane, strict=True) if f != 0.0]
-        return sum(others, start=first)
+        return functools.reduce(operator.add, others, first)
 
     def restricted(self, free: npt.NDArray[np.bool_]) -> Stiffness:
         """The same stiffness on the plane's free degrees of freedom only, mask of shape (dofs of a plane,)."""

@@ -3,11 +3,11 @@
 A reading is the mean von Mises stress over a ball round the taxel, clipped to the sheet. The stress jumps at
 interfaces between layers of different stiffness, so the ball is cut there and each piece has its own rule.
 
-Each piece is integrated one coordinate after the other. Along z the weight is the area of the slice, along y the
+Each piece is integrated one coordinate after the other. Along z, say, the weight is the area of the slice, along y the
 length of the chord, along x it is constant; for each weight the Gauss rule of that very weight is computed, so
-that n points per axis integrate polynomials of degree 2n - 1 exactly over whole, half, quarter and eighth balls
-(self-similar slices) and nearly so over other pieces. Two points per axis on a whole ball are the corners of a
-cube at the radius sqrt(3/5) R.
+that n points per axis integrate polynomials of degree 2n - 1 exactly over whole balls and over balls cut along one
+axis, which is then integrated last so that all slices are whole discs; and nearly so over other pieces. Two points
+per axis on a whole ball are the corners of a cube at the radius sqrt(3/5) R.
 """
 
 from __future__ import annotations
@@ -92,7 +92,28 @@ def _slabs(pad: Pad, height: float) -> list[tuple[float, float]]:
 def _ball_rule(
     count: int, x_low: float, y_low: float, z_low: float, x_high: float, y_high: float, z_high: float
 ) -> tuple[Array, Array]:
-    """Gauss points (points, 3) and volumes (points,) of the unit ball cut by a box, `count` points per axis."""
+    """Gauss points (points, 3) and volumes (points,) of the unit ball cut by a box, `count` points per axis.
+
+    Slices are taken across the axes along which the ball is cut. Where it is cut along x and y, both orders of the two
+    count half each, so that the sheet's diagonal mirror maps rules onto rules.
+    """
+    low, high = np.array([x_low, y_low, z_low]), np.array([x_high, y_high, z_high])
+    cut = (low > -1.0) | (high < 1.0)
+    order = sorted((2, 1, 0), key=lambda axis: not cut[axis])
+    orders = [order, [(1, 0, 2)[axis] for axis in order]] if cut[0] and cut[1] else [order]
+    points, volumes = [], []
+    for outer_first in orders:
+        axes = outer_first[::-1]
+        ordered, shares = _ordered_ball_rule(count, *low[axes], *high[axes])
+        points.append(ordered[:, np.argsort(axes)])
+        volumes.append(shares / len(orders))
+    return np.concatenate(points), np.concatenate(volumes)
+
+
+def _ordered_ball_rule(
+    count: int, x_low: float, y_low: float, z_low: float, x_high: float, y_high: float, z_high: float
+) -> tuple[Array, Array]:
+    """The rule that slices across z, then y."""
 
     def chord(half_length: Array) -> Array:
         return np.clip(np.minimum(half_length, x_high) - np.maximum(-half_length, x_low), 0.0, None)
