@@ -1,7 +1,7 @@
-"""Responses to a few loads without building tables: the finite elements solved for just those loads, in double precision.
+"""Responses to a few loads without building tables: the finite elements solved for those loads, in double precision.
 
 `influence_matrices` solves for every possible load. Where a test needs one load on a mesh of its own, this is
-a tenth of the work; test_influence_tables.py holds the two against each other.
+a tenth of the work; test_solution.py holds the two against each other.
 """
 
 from __future__ import annotations

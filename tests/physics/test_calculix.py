@@ -108,7 +108,7 @@ CORNER_DISCS = [
     (1.5e-3, (-5.6e-3, -5.2e-3)),
 ]
 TILT = math.radians(25.0)
-#: Crowded toward the rim, where elements are 0.6 of those of "fine", and toward the surface; four sample points per axis.
+#: Crowded toward the rim, where elements are 0.6 of those of "fine", and toward the surface; more sample points.
 NEAR_RIM = MeshDensity(
     in_plane_size=1.5 / 11, through_size=1 / 12, rim_grading=5.0, base_grading=0.7, points_per_axis=(4, 3)
 )

@@ -17,9 +17,9 @@ RADIUS = 1e-3
 #: Half width and height over the disc's radius: the rim and the base are felt as the inverse of it.
 REACH = 100
 PRESSURE = 1000.0
-#: Eight elements grow from the middle and from the surface outward, by a factor of 500 in all.
+#: Elements grow from the middle and from the surface outward, by factors of 250 and 500 in all.
 GROWING = MeshDensity(
-    in_plane_size=1 / 8, through_size=1 / 8, rim_grading=2e-3, base_grading=2e-3, points_per_axis=(1,)
+    in_plane_size=1 / 9, through_size=1 / 12, rim_grading=1 / 250, base_grading=1 / 500, points_per_axis=(1,)
 )
 DEPTHS = tuple(RADIUS * np.array([0.3, 0.6, 1.0, 1.5, 2.5, 4.0]))
 
@@ -34,7 +34,7 @@ def block(poisson: float) -> Pad:
     )
 
 
-@pytest.mark.parametrize("poisson", [0.3, 0.49])
+@pytest.mark.parametrize("poisson", [pytest.param(0.3, marks=pytest.mark.slow), 0.49])
 def test_disc_on_a_large_block_is_loves(poisson):
     pad = block(poisson)
     influence = without_tables(pad, GROWING)
@@ -45,7 +45,6 @@ def test_disc_on_a_large_block_is_loves(poisson):
     expected = disc_stress_on_axis(np.array(DEPTHS), radius=RADIUS, pressure=PRESSURE, poisson=poisson)
     von_mises = np.abs(expected.axial - expected.radial)
     # Of the largest reading; the mesh, and a block that ends 100 radii away.
-    print(response.readings[0, :, 0, 0] / von_mises)
     np.testing.assert_allclose(response.readings[0, :, 0, 0], von_mises, atol=0.01 * von_mises.max())
 
     x = influence.surface.x.nodes
@@ -54,6 +53,5 @@ def test_disc_on_a_large_block_is_loves(poisson):
     sinking = disc_surface_sinking(
         x[inside], radius=RADIUS, pressure=PRESSURE, young=pad.layers[0].young, poisson=poisson
     )
-    print(-response.displacement[0, middle, inside, 2] / sinking)
     assert len(inside) > 3
     np.testing.assert_allclose(-response.displacement[0, middle, inside, 2], sinking, rtol=0.01)

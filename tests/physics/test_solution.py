@@ -1,5 +1,7 @@
-"""What every linear elastic solution obeys: balance, reciprocity, symmetry, superposition; and that the way the equations
-are solved, by quarters and by elimination, changes nothing."""
+"""What every linear elastic solution obeys: balance, reciprocity, symmetry, superposition.
+
+And that the way the equations are solved, by quarters and by elimination, changes nothing.
+"""
 
 from __future__ import annotations
 
@@ -113,21 +115,11 @@ def test_load_over_the_diagonal_gives_stress_over_the_diagonal(coarse_square):
     readings, stress = coarse_square.readings(load), coarse_square.stress(load)
     image = over_the_diagonal(load)
     swapped, swapped_stress = coarse_square.readings(image), coarse_square.stress(image)
-    # Rounding. Taxels on the rim come below: their cut balls have other sample points along x than along y.
-    inside = (slice(None), slice(1, -1), slice(1, -1))
-    np.testing.assert_allclose(swapped[inside], readings.transpose(0, 2, 1)[inside], rtol=1e-10)
+    # Rounding: the two in-plane directions are summed in a different order.
+    np.testing.assert_allclose(swapped, readings.transpose(0, 2, 1), rtol=1e-10)
     expected = stress.transpose(0, 1, 3, 2)[[1, 0, 2, 3, 5, 4]]
-    atol = 1e-10 * np.abs(stress).max()
-    np.testing.assert_allclose(swapped_stress[:, *inside], expected[:, *inside], atol=atol)
+    np.testing.assert_allclose(swapped_stress, expected, atol=1e-10 * np.abs(stress).max())
     assert relative_difference(readings.transpose(0, 2, 1), readings) > 0.1
-
-
-def test_rim_taxels_under_a_symmetric_load_are_nearly_symmetric_over_the_diagonal(draft):
-    square = Footprint.from_outline(indenter_outline("square"), draft)
-    readings = draft.readings(contact_load(draft, square, (0, 0, -0.1)))
-    # What two sample points per axis of a cut ball leave: 0.4 % of the layer's largest reading was seen.
-    difference = np.abs(readings - readings.transpose(0, 2, 1)).max(axis=(1, 2)) / readings.max(axis=(1, 2))
-    assert (difference < 0.006).all()
 
 
 def test_mirrored_load_gives_mirrored_readings_on_named_meshes(draft):
