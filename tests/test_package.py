@@ -1,0 +1,39 @@
+"""What `import mjtactile` promises: every public name, and nothing heavy."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+import mjtactile
+
+
+@pytest.mark.parametrize("name", mjtactile.__all__)
+def test_every_public_name_resolves(name):
+    assert getattr(mjtactile, name) is not None
+    assert name in dir(mjtactile)
+
+
+def test_unknown_names_fail_as_python_expects():
+    with pytest.raises(AttributeError, match="no_such_name"):
+        mjtactile.no_such_name  # noqa: B018
+
+
+def test_importing_the_package_imports_nothing_heavy():
+    code = "import json, sys, mjtactile; print(json.dumps(sorted(m for m in sys.modules if '.' not in m)))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    heavy = {"mujoco", "torch", "matplotlib", "scipy", "skfem", "trimesh", "numpy", "typer", "rich"}
+    assert heavy.isdisjoint(json.loads(run.stdout))
+
+
+def test_the_pad_without_mujoco_never_imports_mujoco_or_scikit_fem_from_a_warm_cache(draft):
+    code = (
+        "import sys, mjtactile as m\n"
+        "i = m.influence_matrices(mesh='draft')\n"
+        "f = m.Footprint.from_outline(m.indenter_outline('star'), i)\n"
+        "i.readings(m.contact_load(i, f, force=(0, 0, -1)))\n"
+        "print([x for x in ('mujoco', 'skfem', 'torch', 'matplotlib') if x in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

@@ -1,0 +1,37 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjtactile.errors import UnitError
+from mjtactile.units import parse_force, parse_millimetres
+
+
+@pytest.mark.parametrize(
+    ("text", "newtons"),
+    [("100gf", 0.980665), ("0.98N", 0.98), ("980 mN", 0.98), (" 1e2 GF ", 0.980665), ("+5gf", 0.04903325)],
+)
+def test_forces_with_units(text, newtons):
+    assert parse_force(text) == pytest.approx(newtons, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["", "gf", "5", "5kg", "1.2.3gf", "five gf", "5 gf N"])
+def test_a_force_without_number_or_unit_shows_how_to_write_it(text):
+    with pytest.raises(UnitError, match="100gf"):
+        parse_force(text)
+
+
+@pytest.mark.parametrize("text", ["-5gf", "0gf", "1e999N"])
+def test_a_force_that_does_not_press_is_refused(text):
+    with pytest.raises(UnitError, match="positive"):
+        parse_force(text)
+
+
+@given(st.floats(-100, 100), st.floats(-100, 100))
+def test_millimetres_become_metres(x, y):
+    assert parse_millimetres("shift", f"{x!r},{y!r}") == (x * 1e-3, y * 1e-3)
+
+
+@pytest.mark.parametrize("text", ["1", "1,2,3", "a,b", "", "nan,0", "inf,1"])
+def test_anything_but_two_numbers_is_refused(text):
+    with pytest.raises(UnitError, match="shift"):
+        parse_millimetres("shift", text)
