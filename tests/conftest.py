@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from mjtactile.build import build_tables
 from mjtactile.cache import influence_matrices
@@ -38,6 +41,13 @@ def in_double_precision(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
     for class_tables in build_tables(pad, density, dtype=np.float64):
         tables |= class_tables
     return InfluenceMatrices(pad, density, tables)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_thread_per_product() -> Iterator[None]:
+    """Matrices are small here; threads that wait for each other on a busy machine take ten times as long."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
 
 
 @pytest.fixture(scope="session")

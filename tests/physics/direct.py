@@ -7,13 +7,16 @@ a tenth of the work; test_solution.py holds the two against each other.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
+from mjtactile.build import available_cores
 from mjtactile.contact import SurfaceLoad
 from mjtactile.elimination import EliminatedSheet
-from mjtactile.fem import PARITIES, assemble
+from mjtactile.fem import PARITIES, Parity, assemble
 from mjtactile.folding import QUADRANT_SIGNS, fold_forces, unfold_field
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MeshDensity, sheet_mesh
@@ -44,10 +47,12 @@ def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad]) -> Respo
     points = np.concatenate([layer.positions for layer in layers])
     batch = np.stack([load.forces for load in loads])
     plane = (3, quarter.y.node_count, quarter.x.node_count)
-    stress = np.zeros((len(loads), len(PARITIES), len(points), 5))
-    surfaces, reactions = [], []
-    for number, parity in enumerate(PARITIES):
-        fields = {mesh.z.node_count - 1: np.zeros((len(loads), *plane)), 0: np.zeros((len(loads), *plane))}
+    top = mesh.z.node_count - 1
+
+    def solve_class(parity: Parity) -> tuple[Array, Array, Array]:
+        """Stress (loads, points, 5), surface displacement and base reaction of one symmetry class."""
+        stress = np.zeros((len(loads), len(points), 5))
+        fields = {top: np.zeros((len(loads), *plane)), 0: np.zeros((len(loads), *plane))}
         folded = _QUARTER * fold_forces(batch, parity).reshape(len(loads), -1)
         # Rounding apart, loads that share a mirror have nothing in some classes.
         if np.abs(folded).max() > 1e-13 * np.abs(batch).max():
@@ -61,9 +66,13 @@ def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad]) -> Respo
                 if z in fields:
                     fields[z].reshape(len(loads), -1)[:, sheet.free] = displacements.T
             fields[0].reshape(len(loads), -1)[:, sheet.free] = sheet.base_reaction(near_base[1], near_base[2]).T
-            stress[:, number] = np.moveaxis(sampler.result()[0], -1, 0)
-        surfaces.append(fields[mesh.z.node_count - 1])
-        reactions.append(fields[0])
+            stress = np.moveaxis(sampler.result()[0], -1, 0)
+        return stress, fields[top], fields[0]
+
+    with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(available_cores()) as executor:
+        classes = list(executor.map(solve_class, PARITIES))
+    stress = np.stack([one[0] for one in classes], axis=1)
+    surfaces, reactions = [one[1] for one in classes], [one[2] for one in classes]
     norms = von_mises(np.einsum("qc,bcpw->bqpw", QUADRANT_SIGNS, stress))
     readings, start = [], 0
     for layer in layers:
