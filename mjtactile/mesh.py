@@ -18,34 +18,49 @@ from mjtactile.line import Line
 from mjtactile.pad import Array, Layer, Pad
 from mjtactile.surface import SurfaceGrid
 
+#: Reference length over the shallowest sensing depth, of the paper's pad.
+_DEPTHS_PER_LENGTH = 5.0
+#: Growth of elements below everything that is sensed, from one to the next.
+_GROWTH = 1.5
+
 
 @dataclass(frozen=True, kw_only=True)
 class MeshDensity:
     """How finely a pad is meshed and sampled.
 
-    Sizes are fractions of the sheet's thickness, because that is the length over which surface loads spread. A
-    bounded element count keeps wide or thin sheets affordable; where it bites, a MeshWarning says so.
+    Sizes are fractions of the length over which the stress that is sensed varies: the sheet's thickness or, where
+    that is less, five times the shallowest sensing depth (on the paper's pad both are 5 mm). A bounded element count
+    keeps wide or thin sheets affordable; where it bites, a MeshWarning says so.
     """
 
-    in_plane_size: float  #: mean element size in the plane over the sheet's thickness [-]
-    through_size: float  #: mean element size across the thickness over the sheet's thickness [-]
+    in_plane_size: float  #: mean element size in the plane over the reference length [-]
+    through_size: float  #: mean element size across the thickness over the reference length [-]
     rim_grading: float  #: size of the middle element over that of the rim element [-]
     base_grading: float  #: size of the top element over that of the base element [-]
     points_per_axis: tuple[
         int, ...
     ]  #: sample points along each axis of a taxel's ball, per sensing layer; the last repeats
     most_elements: int = 40  #: across the sheet, in each direction of the plane
+    reference_length: float | None = None  #: what sizes are fractions of [m]; None: as said above
 
     def __post_init__(self) -> None:
         """Refuse densities that make no mesh."""
         sizes = (self.in_plane_size, self.through_size, self.rim_grading, self.base_grading)
-        if not all(math.isfinite(s) and s > 0 for s in sizes):
-            raise MeshError(f"mesh sizes and gradings must be positive numbers, not {sizes}.")
+        lengths = () if self.reference_length is None else (self.reference_length,)
+        if not all(math.isfinite(s) and s > 0 for s in (*sizes, *lengths)):
+            raise MeshError(f"mesh sizes, gradings and lengths must be positive numbers, not {(*sizes, *lengths)}.")
         points = self.points_per_axis
         if not points or not all(isinstance(n, int) and 1 <= n <= 8 for n in points):
             raise MeshError(f"points_per_axis = {points}; expected whole numbers from 1 to 8, for example (2,).")
         if self.most_elements < 4:
             raise MeshError(f"most_elements = {self.most_elements}; expected at least 4.")
+
+    def length_for(self, pad: Pad) -> float:
+        """The length that sizes are fractions of, on this pad [m]."""
+        if self.reference_length is not None:
+            return self.reference_length
+        shallowest = max(min(pad.depths), pad.sampling_radius)
+        return min(pad.thickness, _DEPTHS_PER_LENGTH * shallowest)
 
     def points_at(self, sensing_layer: int) -> int:
         """Sample points per axis of one sensing layer, counted from the top."""
@@ -138,13 +153,13 @@ def _graded_sizes(count: int, grading: float) -> Array:
 
 def _in_plane_line(pad: Pad, axis: int, density: MeshDensity) -> Line:
     extent = pad.size[axis]
-    wanted = math.ceil(extent / 2 / (density.in_plane_size * pad.thickness) - 1e-9)
+    wanted = math.ceil(extent / 2 / (density.in_plane_size * density.length_for(pad)) - 1e-9)
     count = max(2, min(wanted, density.most_elements // 2))
     if count < wanted:
         warnings.warn(
-            f"the mesh has {2 * count} elements along {'xy'[axis]}, {extent / 2 / count * 1e3:.3g} mm each on a sheet "
-            f"{pad.thickness * 1e3:.3g} mm thick; its accuracy is known for {2 * wanted}. Stress that varies faster is "
-            "smoothed. Raise MeshDensity.most_elements to pay for more.",
+            f"the mesh has {2 * count} elements of {extent / 2 / count * 1e3:.3g} mm along {'xy'[axis]}; on a sheet "
+            f"this thin or wide its accuracy is known for {2 * wanted}. Stress that varies faster is smoothed. Raise "
+            "MeshDensity.most_elements to pay for more.",
             MeshWarning,
             stacklevel=4,
         )
@@ -154,25 +169,41 @@ def _in_plane_line(pad: Pad, axis: int, density: MeshDensity) -> Line:
 
 
 def _through_line(pad: Pad, density: MeshDensity) -> tuple[Line, tuple[Layer, ...]]:
-    """Element line across the thickness and the layer of each element, base first.
-
-    Sizes follow the depth: the wanted size at each layer's middle sets its element count.
-    """
-    count = max(1, round(1 / density.through_size))
-    depths = pad.thickness * np.concatenate([[0.0], np.cumsum(_graded_sizes(count, density.base_grading))])
+    """Element line across the thickness and the layer of each element, base first."""
+    depths = _wanted_depths(pad, density)
+    numbers = np.arange(len(depths), dtype=float)
     vertices, materials, top = [0.0], [], 0.0
     for layer in pad.layers:
         bottom = top + layer.thickness
         # The graded line's own element numbers, read off at the layer's ends, say how many elements it needs.
-        start, end = np.interp([top, bottom], depths, np.arange(count + 1.0))
+        start, end = np.interp([top, bottom], depths, numbers)
         own = max(1, round(end - start))
-        fractions = np.interp(np.linspace(start, end, own + 1), np.arange(count + 1.0), depths)
+        fractions = np.interp(np.linspace(start, end, own + 1), numbers, depths)
         fractions = (fractions - fractions[0]) / (fractions[-1] - fractions[0])
         vertices += (-(top + layer.thickness * fractions[1:])).tolist()
         materials += [layer] * own
         top = bottom
     vertices[-1] = -pad.thickness
     return Line(np.array(vertices[::-1])), tuple(materials[::-1])
+
+
+def _wanted_depths(pad: Pad, density: MeshDensity) -> Array:
+    """Depths of the element ends of a sheet without interfaces [m], from 0 to the thickness.
+
+    Down to the deepest taxels elements have the wanted size; what lies further below gets growing ones.
+    """
+    length = density.length_for(pad)
+    sensed = max(length, max(pad.depths) + pad.sampling_radius)
+    size = density.through_size * length
+    if sensed + size >= pad.thickness:
+        count = max(1, round(pad.thickness / size))
+        return pad.thickness * np.concatenate([[0.0], np.cumsum(_graded_sizes(count, density.base_grading))])
+    count = max(1, round(sensed / size))
+    # Sizes s, s g, s g^2 ... fill the rest when s (g^n - 1) / (g - 1) reaches it.
+    below = pad.thickness - sensed
+    more = max(1, round(math.log1p(below * (_GROWTH - 1) / (size * _GROWTH)) / math.log(_GROWTH)))
+    growing = sensed + below * np.cumsum(_graded_sizes(more, _GROWTH ** (1 - more)))
+    return np.concatenate([np.linspace(0.0, sensed, count + 1), growing])
 
 
 def _positive_half(line: Line) -> Line:

@@ -19,7 +19,12 @@ REACH = 100
 PRESSURE = 1000.0
 #: Elements grow from the middle and from the surface outward, by factors of 250 and 500 in all.
 GROWING = MeshDensity(
-    in_plane_size=1 / 9, through_size=1 / 12, rim_grading=1 / 250, base_grading=1 / 500, points_per_axis=(1,)
+    in_plane_size=1 / 9,
+    through_size=1 / 12,
+    rim_grading=1 / 250,
+    base_grading=1 / 500,
+    points_per_axis=(1,),
+    reference_length=REACH * RADIUS,
 )
 DEPTHS = tuple(RADIUS * np.array([0.3, 0.6, 1.0, 1.5, 2.5, 4.0]))
 
