@@ -1,0 +1,160 @@
+"""Influence matrices applied to loads: shapes, batches, scale, and what they refuse."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from mjtactile.cache import influence_matrices
+from mjtactile.contact import SurfaceLoad, contact_load
+from mjtactile.errors import InfluenceError
+from mjtactile.footprint import Footprint
+from mjtactile.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.mesh import MESHES
+from mjtactile.pad import Pad
+
+
+def star_load(influence: InfluenceMatrices, force: tuple[float, float, float] = (0.02, 0.01, -0.1)) -> SurfaceLoad:
+    outline = indenter_outline("star", shift=(1.25e-3, 0.0), rotate_deg=20)
+    return contact_load(influence, Footprint.from_outline(outline, influence), force)
+
+
+def punch_loads(influence: InfluenceMatrices) -> list[SurfaceLoad]:
+    """The seven punches here and there: 14 loads, enough for a dense product."""
+    outlines = [indenter_outline(n, shift=s) for n in INDENTER_NAMES for s in ((0.0, 0.0), (1.25e-3, -1.25e-3))]
+    return [contact_load(influence, Footprint.from_outline(o, influence), (0.02, 0, -0.1)) for o in outlines]
+
+
+def test_one_load_gives_one_set_of_readings(draft):
+    readings = draft.readings(star_load(draft))
+    assert readings.shape == (4, 13, 13)
+    assert readings.dtype == np.float64
+    assert (readings > 0).all()
+    assert draft.stress(star_load(draft)).shape == (6, 4, 13, 13)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 9])
+def test_a_sequence_of_loads_gives_a_batch_axis(count, draft):
+    loads = [star_load(draft)] * count
+    assert draft.readings(loads).shape == (count, 4, 13, 13)
+    assert draft.readings(tuple(loads)).shape == (count, 4, 13, 13)
+    assert draft.stress(loads).shape == (count, 6, 4, 13, 13)
+
+
+def test_rows_lie_along_y_and_columns_along_x(draft):
+    footprint = Footprint.from_outline(indenter_outline("circle", shift=(2.5e-3, -5e-3), scale=0.3), draft)
+    readings = draft.readings(contact_load(draft, footprint, (0, 0, -0.1)))
+    assert np.unravel_index(readings[0].argmax(), readings[0].shape) == (2, 8)
+    for layer in readings:
+        assert layer.sum(axis=0) @ draft.pad.taxels.x > 0
+        assert layer.sum(axis=1) @ draft.pad.taxels.y < 0
+
+
+def test_shallow_layers_come_first(draft):
+    footprint = Footprint.from_outline(indenter_outline("circle", scale=0.3), draft)
+    peaks = draft.readings(contact_load(draft, footprint, (0, 0, -0.1))).max(axis=(1, 2))
+    assert (np.diff(peaks) < 0).all()
+
+
+@pytest.mark.parametrize("count", [3, 14], ids=["few", "many"])
+def test_batch_gives_what_single_loads_give(count, draft):
+    loads = punch_loads(draft)[:count]
+    single = np.stack([draft.readings(load) for load in loads])
+    # Sums in single precision, in another order.
+    np.testing.assert_allclose(draft.readings(loads), single, rtol=3e-6)
+    stress = np.stack([draft.stress(load) for load in loads])
+    np.testing.assert_allclose(draft.stress(loads), stress, atol=3e-6 * np.abs(stress).max())
+
+
+def test_batch_of_small_and_large_loads_keeps_the_small_ones_digits(draft):
+    loads = [
+        SurfaceLoad(load.forces * 10.0**k, load.surface, load.contact) for k, load in enumerate(punch_loads(draft))
+    ]
+    single = np.stack([draft.readings(load) for load in loads])
+    np.testing.assert_allclose(draft.readings(loads), single, rtol=3e-6)  # single precision, at every magnitude
+
+
+@pytest.mark.parametrize("decade", range(-9, 10, 3))
+@pytest.mark.parametrize("name", ["draft", "coarse_square"])
+def test_readings_scale_with_the_load(name, decade, request):
+    influence = request.getfixturevalue(name)
+    load = star_load(influence)
+    scaled = SurfaceLoad(load.forces * 10.0**decade, load.surface, load.contact)
+    expected = influence.readings(load) * 10.0**decade
+    # Rounding of the load's own forces; in single-precision tables it may tip the rounding of a scaled force.
+    np.testing.assert_allclose(influence.readings(scaled), expected, rtol=1e-12 if name == "coarse_square" else 1e-6)
+
+
+def test_a_power_of_two_scales_readings_exactly(draft):
+    load = star_load(draft)
+    scaled = SurfaceLoad(load.forces * 2.0**-20, load.surface, load.contact)
+    np.testing.assert_array_equal(draft.readings(scaled), draft.readings(load) * 2.0**-20)
+
+
+def test_pressing_and_pulling_read_the_same(draft):
+    load = star_load(draft)
+    opposite = SurfaceLoad(-load.forces, load.surface, load.contact)
+    np.testing.assert_array_equal(draft.readings(opposite), draft.readings(load))
+    np.testing.assert_array_equal(draft.stress(opposite), -draft.stress(load))
+
+
+def test_no_load_reads_zero(draft):
+    none = SurfaceLoad.none(draft.surface)
+    assert not draft.readings(none).any()
+    assert not draft.stress(none).any()
+    assert not draft.surface_displacement(none).any()
+    together = draft.readings([none, star_load(draft)])
+    assert not together[0].any()
+    assert together[1].any()
+
+
+def test_same_load_gives_the_same_bits(draft):
+    load = star_load(draft)
+    np.testing.assert_array_equal(draft.readings(load), draft.readings(load))
+
+
+def test_load_of_another_grid_is_refused(draft):
+    other = InfluenceMatrices(Pad(), MESHES["default"], {})
+    with pytest.raises(
+        InfluenceError, match=r"shape \(41, 41, 3\), but this surface takes \(\d+, \d+, 3\).*another pad"
+    ):
+        draft.readings(star_load(other))
+    with pytest.raises(InfluenceError, match="another pad or mesh"):
+        draft.stress([star_load(draft), star_load(other)])
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_forces_that_are_no_numbers_are_refused(bad, draft):
+    load = star_load(draft)
+    load.forces[3, 2, 1] = bad
+    with pytest.raises(InfluenceError, match="NaN or infinite nodal forces"):
+        draft.readings(load)
+
+
+def test_surface_sinks_under_a_press_and_moves_with_a_shear(draft):
+    """The mean sinking under a circle is where the compliance's sign and the axes' order show."""
+    footprint = Footprint.from_outline(indenter_outline("circle"), draft)
+    middle = np.s_[draft.surface.y.node_count // 2, draft.surface.x.node_count // 2]
+    pressed = draft.surface_displacement(contact_load(draft, footprint, (0, 0, -0.1)))
+    assert pressed.shape == (*draft.surface.node_shape, 3)
+    assert pressed[middle][2] < 0
+    assert np.abs(pressed[middle][:2]).max() < 1e-6 * -pressed[middle][2]
+    sheared = draft.surface_displacement(contact_load(draft, footprint, (0, 0.1, 0), moment=(0, 0, 0)))
+    assert sheared[middle][1] > 0
+    assert abs(sheared[middle][0]) < 1e-6 * sheared[middle][1]
+
+
+def test_one_layer_sensor_reads_what_the_four_layer_sensor_reads_there(draft):
+    single = influence_matrices(Pad(depths=(1e-3,)), mesh="draft", progress=False)
+    readings = single.readings(star_load(single))
+    assert readings.shape == (1, 13, 13)
+    np.testing.assert_allclose(readings[0], draft.readings(star_load(draft))[0], rtol=1e-5)  # single precision
+    assert single.nbytes < 0.5 * draft.nbytes
+
+
+def test_mesh_is_known_by_name(draft, coarse_square):
+    assert draft.mesh_name == "draft"
+    assert coarse_square.mesh_name == "custom"

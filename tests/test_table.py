@@ -1,0 +1,240 @@
+"""Tables on disk: whole or not there, mapped, and refused when damaged or meant for something else."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import COARSE, LAYERED_PAD
+
+import mjtactile.influence
+from mjtactile.cache import build_influence
+from mjtactile.errors import CorruptInfluenceError, InfluenceError, StaleInfluenceError
+from mjtactile.fem import Parity
+from mjtactile.influence import InfluenceMatrices, load_influence
+from mjtactile.mesh import MESHES, MeshDensity
+from mjtactile.pad import Pad
+from mjtactile.table import read_tables, table_name, write_tables
+
+TABLES = {"a": np.arange(6.0).reshape(2, 3), "b": np.array([1, 2], dtype=np.int32), "c": np.ones(3, dtype=np.float32)}
+META = {"note": "äöü", "numbers": [1, 2.5]}
+
+
+@pytest.fixture(scope="module")
+def small() -> InfluenceMatrices:
+    return build_influence(LAYERED_PAD, COARSE, progress=False)
+
+
+@pytest.fixture
+def saved(small, tmp_path) -> Path:
+    path = tmp_path / "table.safetensors"
+    small.save(path)
+    return path
+
+
+def test_arrays_and_metadata_come_back(tmp_path):
+    path = tmp_path / "new" / "folder" / "t.safetensors"
+    write_tables(path, dict(TABLES), META)
+    tables, metadata = read_tables(path)
+    assert metadata == META
+    assert set(tables) == set(TABLES)
+    for name, array in TABLES.items():
+        assert tables[name].dtype == array.dtype
+        np.testing.assert_array_equal(tables[name], array)
+
+
+def test_writing_replaces_an_older_file(tmp_path):
+    path = tmp_path / "t.safetensors"
+    path.write_bytes(b"old")
+    write_tables(path, dict(TABLES), META)
+    assert read_tables(path)[1] == META
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_written_file_can_be_read_by_others(tmp_path):
+    path = tmp_path / "t.safetensors"
+    write_tables(path, dict(TABLES), META)
+    assert path.stat().st_mode & 0o777 == 0o644
+
+
+@pytest.mark.parametrize("step", ["save_file", "fsync", "replace"])
+def test_failure_at_any_step_leaves_nothing_behind(step, tmp_path, monkeypatch):
+    """A full disk while writing, flushing or renaming: the old file stays, no partial one does."""
+    path = tmp_path / "t.safetensors"
+    write_tables(path, dict(TABLES), META)
+    before = path.read_bytes()
+
+    def full(*_args, **_kwargs):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    if step == "save_file":
+        monkeypatch.setattr("safetensors.numpy.save_file", full)
+    elif step == "fsync":
+        monkeypatch.setattr(os, "fsync", full)
+    else:
+        monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_tables(path, {"a": np.zeros(2)}, {})
+    assert list(tmp_path.iterdir()) == [path]
+    assert path.read_bytes() == before
+
+
+def test_disk_that_fills_up_while_writing_leaves_nothing_behind(tmp_path):
+    """The system really refuses to write more than 64 kB here; in a process of its own, since the limit stays."""
+    code = """
+import resource, signal, sys
+from pathlib import Path
+import numpy as np
+from mjtactile.table import write_tables
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, resource.RLIM_INFINITY))
+try:
+    write_tables(Path(sys.argv[1]), {"a": np.zeros(1 << 16)}, {})
+except OSError as error:
+    print("refused:", error)
+"""
+    path = tmp_path / "t.safetensors"
+    run = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
+    assert run.stdout.startswith("refused:")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_file_says_how_to_build_it(tmp_path):
+    with pytest.raises(FileNotFoundError, match="mjtactile build"):
+        load_influence(tmp_path / "nothing.safetensors")
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-5, 0.001, 0.5, 0.999])
+def test_truncated_file_is_refused(share, saved):
+    content = saved.read_bytes()
+    saved.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(CorruptInfluenceError, match=r"not a whole influence table.*Delete it and rebuild"):
+        load_influence(saved)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"garbage" * 1000, b"\0" * 4096, b"\xff" * 4096, b"\x08" + b"\0" * 7 + b"not json"],
+    ids=lambda b: str(b[:9]),
+)
+def test_garbage_is_refused(content, saved):
+    saved.write_bytes(content)
+    with pytest.raises(CorruptInfluenceError, match="mjtactile build"):
+        load_influence(saved)
+
+
+def test_file_of_another_program_is_refused(tmp_path):
+    from safetensors.numpy import save_file
+
+    path = tmp_path / "weights.safetensors"
+    save_file({"weights": np.zeros(3)}, path)
+    with pytest.raises(CorruptInfluenceError, match="not a whole influence table"):
+        load_influence(path)
+
+
+@pytest.mark.parametrize(
+    "metadata", [{}, {"pad": {"size": 3}}, {"pad": None, "density": None, "fingerprint": ""}], ids=str
+)
+def test_table_without_a_pad_is_refused(metadata, tmp_path):
+    path = tmp_path / "t.safetensors"
+    write_tables(path, dict(TABLES), metadata)
+    with pytest.raises(CorruptInfluenceError, match="describes no pad"):
+        load_influence(path)
+
+
+def test_saved_matrices_come_back_without_naming_the_pad(small, saved):
+    loaded = load_influence(saved)
+    assert loaded.pad == small.pad
+    assert loaded.density == small.density
+    assert set(loaded.tables) == set(small.tables)
+    for name, table in small.tables.items():
+        np.testing.assert_array_equal(loaded.tables[name], table)
+        assert loaded.tables[name].dtype == table.dtype
+
+
+def test_wrong_pad_is_refused_naming_both(saved):
+    wrong = replace(LAYERED_PAD, sampling_radius=0.4e-3, depths=(1e-3,))
+    with pytest.raises(StaleInfluenceError) as refusal:
+        load_influence(saved, wrong)
+    assert LAYERED_PAD.summary in str(refusal.value)
+    assert wrong.summary in str(refusal.value)
+    assert "mjtactile build" in str(refusal.value)
+
+
+@pytest.mark.parametrize("mesh", ["draft", replace(COARSE, points_per_axis=(3,)), replace(COARSE, rim_grading=1.6)])
+def test_wrong_mesh_is_refused(mesh: str | MeshDensity, saved):
+    assert load_influence(saved, mesh=COARSE).density == COARSE
+    with pytest.raises(StaleInfluenceError, match="Rebuild it: mjtactile build"):
+        load_influence(saved, mesh=mesh)
+
+
+def test_other_format_version_is_refused(saved, monkeypatch):
+    monkeypatch.setattr(mjtactile.influence, "FORMAT_VERSION", mjtactile.influence.FORMAT_VERSION + 1)
+    with pytest.raises(StaleInfluenceError, match="version"):
+        load_influence(saved)
+
+
+def test_refusals_can_be_caught_together():
+    assert issubclass(StaleInfluenceError, InfluenceError)
+    assert issubclass(CorruptInfluenceError, InfluenceError)
+
+
+def test_named_table_is_loaded_fast(draft, tmp_path):
+    path = tmp_path / "draft.safetensors"
+    draft.save(path)
+    load_influence(path)
+    start = time.perf_counter()
+    load_influence(path, Pad(), "draft")
+    assert time.perf_counter() - start <= 0.2
+
+
+def test_loading_maps_and_does_not_read(tmp_path):
+    """A table of 256 MB of holes is opened without its bytes coming into memory."""
+    code = """
+import resource, sys
+from pathlib import Path
+from mjtactile.table import read_tables
+read_tables(Path(sys.argv[1]).with_name("small.safetensors"))
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+tables, _ = read_tables(Path(sys.argv[1]))
+assert tables["a"][-1] == 0.0
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+    write_tables(tmp_path / "small.safetensors", dict(TABLES), META)
+    path, count = tmp_path / "large.safetensors", 1 << 25
+    header = json.dumps(
+        {
+            "__metadata__": {"mjtactile": "{}"},
+            "a": {"dtype": "F64", "shape": [count], "data_offsets": [0, 8 * count]},
+        }
+    ).encode()
+    header += b" " * (-len(header) % 8)
+    with path.open("wb") as file:
+        file.write(len(header).to_bytes(8, "little") + header)
+        file.truncate(8 + len(header) + 8 * count)
+    run = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
+    assert int(run.stdout) < 16 * 1024  # kB, of 262,144
+
+
+def test_mapped_tables_cannot_be_changed(saved):
+    table = next(iter(load_influence(saved).tables.values()))
+    with pytest.raises(ValueError, match="read-only"):
+        table[...] = 0
+
+
+def test_tables_are_named_by_class_and_layer():
+    assert table_name("deviatoric", Parity(1, -1), 3) == "deviatoric +- 3"
+    assert table_name("compliance", Parity(-1, 1)) == "compliance -+"
+
+
+def test_size_is_that_of_all_arrays(small):
+    assert small.nbytes == sum(table.nbytes for table in small.tables.values())
+    assert MESHES.keys() == {"draft", "default", "fine"}
