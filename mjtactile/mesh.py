@@ -40,7 +40,7 @@ class MeshDensity:
     points_per_axis: tuple[
         int, ...
     ]  #: sample points along each axis of a taxel's ball, per sensing layer; the last repeats
-    most_elements: int = 40  #: across the sheet, in each direction of the plane
+    most_elements: int = 800  #: in the plane of the whole sheet; the cost grows with its cube
     reference_length: float | None = None  #: what sizes are fractions of [m]; None: as said above
 
     def __post_init__(self) -> None:
@@ -52,8 +52,8 @@ class MeshDensity:
         points = self.points_per_axis
         if not points or not all(isinstance(n, int) and 1 <= n <= 8 for n in points):
             raise MeshError(f"points_per_axis = {points}; expected whole numbers from 1 to 8, for example (2,).")
-        if self.most_elements < 4:
-            raise MeshError(f"most_elements = {self.most_elements}; expected at least 4.")
+        if self.most_elements < 16:
+            raise MeshError(f"most_elements = {self.most_elements}; expected at least 16.")
 
     def length_for(self, pad: Pad) -> float:
         """The length that sizes are fractions of, on this pad [m]."""
@@ -74,7 +74,12 @@ MESHES: dict[str, MeshDensity] = {
         in_plane_size=0.15, through_size=0.125, rim_grading=2.0, base_grading=1.5, points_per_axis=(2,)
     ),
     "fine": MeshDensity(
-        in_plane_size=0.125, through_size=1 / 12, rim_grading=2.0, base_grading=1.5, points_per_axis=(3, 2)
+        in_plane_size=0.125,
+        through_size=1 / 12,
+        rim_grading=2.0,
+        base_grading=1.5,
+        points_per_axis=(3, 2),
+        most_elements=1100,
     ),
 }
 
@@ -134,9 +139,10 @@ class SheetMesh:
 
 def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
     """Mesh of the whole pad, mirror-symmetric, with mesh lines on its layer interfaces."""
-    lines = [_in_plane_line(pad, axis, density) for axis in (0, 1)]
+    counts = _in_plane_counts(pad, density)
+    x, y = (_in_plane_line(e, n, density.rim_grading) for e, n in zip(pad.size, counts, strict=True))
     z, materials = _through_line(pad, density)
-    return SheetMesh(lines[0], lines[1], z, materials)
+    return SheetMesh(x, y, z, materials)
 
 
 def mesh_description(mesh: SheetMesh, density: MeshDensity) -> dict[str, object]:
@@ -151,19 +157,27 @@ def _graded_sizes(count: int, grading: float) -> Array:
     return sizes / sizes.sum()
 
 
-def _in_plane_line(pad: Pad, axis: int, density: MeshDensity) -> Line:
-    extent = pad.size[axis]
-    wanted = math.ceil(extent / 2 / (density.in_plane_size * density.length_for(pad)) - 1e-9)
-    count = max(2, min(wanted, density.most_elements // 2))
-    if count < wanted:
-        warnings.warn(
-            f"the mesh has {2 * count} elements of {extent / 2 / count * 1e3:.3g} mm along {'xy'[axis]}; on a sheet "
-            f"this thin or wide its accuracy is known for {2 * wanted}. Stress that varies faster is smoothed. Raise "
-            "MeshDensity.most_elements to pay for more.",
-            MeshWarning,
-            stacklevel=4,
-        )
-    half = extent / 2 * np.concatenate([[0.0], np.cumsum(_graded_sizes(count, density.rim_grading))])
+def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, ...]:
+    """Elements along half the sheet in x and y, with no more in the plane than the density allows."""
+    size = density.in_plane_size * density.length_for(pad)
+    wanted = [max(2, math.ceil(extent / 2 / size - 1e-9)) for extent in pad.size]
+    total = 4 * math.prod(wanted)
+    if total <= density.most_elements:
+        return tuple(wanted)
+    share = math.sqrt(density.most_elements / total)
+    counts = tuple(max(2, math.floor(count * share)) for count in wanted)
+    warnings.warn(
+        f"the mesh has {2 * counts[0]} x {2 * counts[1]} elements in the plane; on a sheet this thin or wide its "
+        f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies faster is smoothed. Raise "
+        "MeshDensity.most_elements to pay for more.",
+        MeshWarning,
+        stacklevel=3,
+    )
+    return counts
+
+
+def _in_plane_line(extent: float, half_count: int, grading: float) -> Line:
+    half = extent / 2 * np.concatenate([[0.0], np.cumsum(_graded_sizes(half_count, grading))])
     half[-1] = extent / 2
     return Line(np.concatenate([-half[:0:-1], half]))
 

@@ -11,6 +11,7 @@ Poisson ratio approaches 1/2. The mean stress, sigma_kk / 3, completes the tenso
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 
 import numpy as np
@@ -54,10 +55,13 @@ class StressSampler:
     """
 
     def __init__(self, mesh: SheetMesh, parity: Parity, points: Array, columns: int) -> None:
-        self._x, self._y, self._z = (np.unique(points[:, axis], return_inverse=True) for axis in range(3))
-        self._rows_x = point_rows(mesh.x, self._x[0])
-        self._rows_y = point_rows(mesh.y, self._y[0])
-        self._rows_z = point_rows(mesh.z, self._z[0], mesh.interfaces)
+        x, x_of_pair, y_of_pair, self._pair = _distinct_pairs(points)
+        #: Pairs of (x, y) that share an x are neighbours: (x, first pair, end of pairs).
+        self._runs = list(itertools.pairwise(np.searchsorted(x_of_pair, np.arange(len(x) + 1))))
+        z, self._height = np.unique(points[:, 2], return_inverse=True)
+        self._rows_x = point_rows(mesh.x, x)
+        self._rows_y = point_rows(mesh.y, y_of_pair)
+        self._rows_z = point_rows(mesh.z, z, mesh.interfaces)
         self._parity = parity
         quarter = mesh.quarter()
         self._plane_shape = (3, quarter.y.node_count, quarter.x.node_count)
@@ -84,13 +88,14 @@ class StressSampler:
             if not any(factor.any() for factor in factors):
                 continue
             sign_x, sign_y = self._parity.component_signs(component)
-            along_x = fold_rows(self._rows_x[row_x], sign_x) @ fields[component]  # (nodes y, unique x, columns)
-            across = along_x.reshape(along_x.shape[0], -1)
-            sampled = (fold_rows(self._rows_y[row_y], sign_y) @ across).reshape(-1, *along_x.shape[1:])
+            along_x = fold_rows(self._rows_x[row_x], sign_x) @ fields[component]  # (nodes y, distinct x, columns)
+            rows_of_pairs = fold_rows(self._rows_y[row_y], sign_y)
+            sampled = np.empty((len(rows_of_pairs), displacements.shape[1]))
+            for place, (first, end) in enumerate(self._runs):
+                np.matmul(rows_of_pairs[first:end], along_x[:, place], out=sampled[first:end])
             for (measure, _), factor in zip(uses, factors, strict=True):
-                points = np.flatnonzero(factor[self._z[1]])
-                share = factor[self._z[1][points], None]
-                self._measures[measure, points] += share * sampled[self._y[1][points], self._x[1][points]]
+                points = np.flatnonzero(factor[self._height])
+                self._measures[measure, points] += factor[self._height[points], None] * sampled[self._pair[points]]
 
     def result(self) -> tuple[Array, Array]:
         """Deviatoric coordinates, shape (points, 5, columns), and mean stress, (points, columns) [Pa per unit load]."""
@@ -109,6 +114,17 @@ class StressSampler:
         )
         mean = self._lame_lambda[:, None] * strain[_DIVERGENCE] + 2.0 / 3.0 * mu * dilation
         return deviatoric, mean
+
+
+def _distinct_pairs(points: Array) -> tuple[Array, np.ndarray, Array, np.ndarray]:
+    """Distinct (x, y) of points (points, 3), ordered by x.
+
+    Returns:
+        distinct x [m]; of each pair, the place of its x among them and its y [m]; of each point, its pair.
+    """
+    pairs, pair_of_point = np.unique(points[:, :2], axis=0, return_inverse=True)
+    x, x_of_pair = np.unique(pairs[:, 0], return_inverse=True)
+    return x, x_of_pair, pairs[:, 1], pair_of_point.ravel()
 
 
 def von_mises(deviatoric: Array) -> Array:
