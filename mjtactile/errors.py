@@ -41,6 +41,10 @@ class SceneError(MjTactileError, ValueError):
     """A MuJoCo model that lacks what the pad needs, or a press that never settles."""
 
 
+class RenderError(MjTactileError, RuntimeError):
+    """No working OpenGL without a screen, or a picture of no size."""
+
+
 class ContactWarning(UserWarning):
     """A wrench that the footprint cannot carry, or a contact outside the range of the linear model."""
 

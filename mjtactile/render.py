@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.errors import MjTactileError
+from mjtactile.errors import RenderError
 
 #: Backends tried where MUJOCO_GL is not set, best first.
 BACKENDS = ("egl", "osmesa")
@@ -28,10 +28,6 @@ context = context_class(sys.argv[1])(8, 8)
 context.make_current()
 mujoco.MjrContext(mujoco.MjModel.from_xml_string("<mujoco/>"), mujoco.mjtFontScale.mjFONTSCALE_100)
 """
-
-
-class RenderError(MjTactileError, RuntimeError):
-    """No working OpenGL without a screen, or a picture of no size."""
 
 
 def render_scene(
