@@ -151,7 +151,11 @@ def main() -> None:
         message = getattr(error, "format_message", None)
         if message is None:
             raise
-        _fail(message())
+        text = message()
+        if text.startswith("Usage:"):  # a command without arguments: its whole help
+            print(text, file=sys.stderr)
+            sys.exit(2)
+        _fail(text)
 
 
 def _fail(message: str, code: int = 2) -> None:

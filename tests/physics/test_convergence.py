@@ -62,7 +62,7 @@ def test_readings_converge(refinement):
 
 
 def test_compliance_converges(refinement):
-    """The work a load does. (Not from below: the condensed pressure makes an element a little softer than its shape.)"""
+    """The work a load does. Not from below: the condensed pressure makes an element softer than its shape."""
     reference = refinement[9][1]
     errors = {n: abs(refinement[n][1] / reference - 1) for n in (2, 3, 4, 5)}
     # 1.4 and 0.15 % were measured: singular strains along the clamped rim hold the rate down.
