@@ -78,7 +78,7 @@ def test_loads_resultant_is_mujocos_wrench(name, draft):
         expected = felt(model, data)
         force, moment = load.resultant()
         length = 1e-2
-        size = np.linalg.norm(expected[:3]) + np.linalg.norm(expected[3:]) / length
+        size = float(np.linalg.norm(expected[:3]) + np.linalg.norm(expected[3:]) / length)
         missing = np.linalg.norm(force - expected[:3]) + np.linalg.norm(moment - expected[3:]) / length
         # The promise.
         assert missing <= 1e-9 * size
