@@ -69,9 +69,20 @@ def test_batch_gives_what_single_loads_give(count, draft):
     np.testing.assert_allclose(draft.stress(loads), stress, atol=3e-6 * np.abs(stress).max())
 
 
+def test_batch_of_loads_in_one_place_gives_what_single_loads_give(draft):
+    """Only the columns under them are used."""
+    outlines = [indenter_outline("circle", shift=(4e-3 + k * 1e-4, -3e-3), scale=0.2) for k in range(10)]
+    loads = [contact_load(draft, Footprint.from_outline(o, draft), (0.02, 0, -0.02)) for o in outlines]
+    single = np.stack([draft.readings(load) for load in loads])
+    np.testing.assert_allclose(draft.readings(loads), single, rtol=3e-6)  # single precision
+
+
 def test_batch_of_small_and_large_loads_keeps_the_small_ones_digits(draft):
+    """From 1e-42 to 1e36 times the load: scaled together, the small ones would vanish in single precision."""
+    scales = [10.0 ** (6 * k - 42) for k in range(14)]
     loads = [
-        SurfaceLoad(load.forces * 10.0**k, load.surface, load.contact) for k, load in enumerate(punch_loads(draft))
+        SurfaceLoad(load.forces * scale, load.surface, load.contact)
+        for load, scale in zip(punch_loads(draft), scales, strict=True)
     ]
     single = np.stack([draft.readings(load) for load in loads])
     np.testing.assert_allclose(draft.readings(loads), single, rtol=3e-6)  # single precision, at every magnitude

@@ -196,7 +196,7 @@ def test_elimination_solves_the_assembled_equations(name):
     """Every plane's displacement against a sparse direct solution of the whole matrix."""
     pad = PADS[name]
     stiffness = assemble(sheet_mesh(pad, COARSE))
-    size = stiffness.in_plane[0].shape[0]
+    size = stiffness.block(0, 0).toarray().shape[0]
     forces = np.random.default_rng(8).standard_normal((size, 2))
     load = np.zeros((size * (stiffness.plane_count - 1), 2))
     load[-size:] = forces
