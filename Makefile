@@ -14,14 +14,14 @@ demo: $(VENV)/installed
 test: $(VENV)/installed-dev .mujoco-$(OTHER_MUJOCO)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/pyright
+	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest
 	PYTHONPATH=.mujoco-$(OTHER_MUJOCO) $(BIN)/python -m pytest tests/mujoco tests/cli -m "not slow"
 
 # What a developer runs between edits.
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .
-	$(BIN)/pyright
+	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest -m "not slow"
 
 install: $(VENV)/installed
