@@ -38,7 +38,7 @@ def main() -> None:
     factor = scipy.sparse.linalg.splu(matrix)
     report("scipy splu", time.perf_counter() - start, lambda: factor.solve(forces), columns)
     try:
-        import cholespy
+        import cholespy  # type: ignore[import-not-found]  # optional, as said above
     except ImportError:
         return
     compressed = matrix.tocsr()

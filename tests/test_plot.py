@@ -19,7 +19,7 @@ def test_one_map_per_layer_with_the_outline_and_a_section(pad):
     assert sum("section" in t for t in titles) == 1
     assert "scene" in titles
     first_map = figure.axes[0]
-    drawn = [line for line in first_map.lines if len(line.get_xdata()) > 100]
+    drawn = [line for line in first_map.lines if np.size(line.get_xdata()) > 100]
     assert len(drawn) == 2  # outer ring and hole
     assert np.max(np.hypot(*drawn[0].get_data())) == pytest.approx(5.0, rel=1e-3)
     np.testing.assert_array_equal(first_map.images[0].get_array(), readings[0] * 1e-3)
