@@ -184,18 +184,21 @@ def _warn_unless_carried(load: SurfaceLoad, force: Array, moment: Array, footpri
     elif force[2] == 0:
         reason = "there is a tilting moment but no force pressing"
     else:
-        x, y = moment[1] / -force[2] * 1e3, -moment[0] / -force[2] * 1e3
-        reason = f"the force passes through ({x:.4g}, {y:.4g}) mm, outside the area the footprint spans"
+        through = np.round(np.array([moment[1], -moment[0]]) / -force[2] * 1e3, 6) + 0.0
+        reason = f"the force passes through ({through[0]:.4g}, {through[1]:.4g}) mm, outside the area it spans"
+    left_force, left_moment = _format(load.residual_force, size), _format(load.residual_moment, size * length)
     warnings.warn(
         f"the footprint cannot carry this wrench: {reason}. The nearest load that it can carry is used; "
-        f"force {_format(load.residual_force)} N and moment {_format(load.residual_moment)} N m are left over.",
+        f"force {left_force} N and moment {left_moment} N m are left over.",
         ContactWarning,
         stacklevel=3,
     )
 
 
-def _format(vector: Array) -> str:
-    return "(" + ", ".join(f"{v:.3g}" for v in vector) + ")"
+def _format(vector: Array, size: float) -> str:
+    """Three digits each; what is rounding beside `size` as 0."""
+    shown = np.where(np.abs(vector) <= _RESIDUAL_TOLERANCE * size, 0.0, vector)
+    return "(" + ", ".join(f"{v:.3g}" for v in shown) + ")"
 
 
 def _warn_beyond_linear_range(load: SurfaceLoad, force: Array, influence: InfluenceMatrices) -> None:

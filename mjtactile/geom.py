@@ -60,11 +60,11 @@ def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
     )
 
 
-def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Geoms whose solids make up a body's face.
+def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.int64]) -> list[npt.NDArray[np.int64]]:
+    """Sets of geoms whose solids may make up a body's face, the likelier first.
 
-    Bodies often collide by stand-ins (feet, convex pieces) beside geoms that show the true shape and do not collide;
-    where a body has the latter they count, otherwise the geoms that touch do.
+    Bodies often collide by stand-ins (feet, convex pieces) beside geoms that show the true shape and do not collide.
+    Where a body has the latter they come first; the geoms that touch stand in where those are not over the pad.
 
     Args:
         model: compiled model.
@@ -73,13 +73,15 @@ def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.in
     """
     own = np.flatnonzero(model.geom_bodyid == body)
     shown = own[(model.geom_contype[own] == 0) & (model.geom_conaffinity[own] == 0)]
-    return shown if len(shown) else touching
+    return [shown, touching] if len(shown) else [touching]
 
 
 def body_face(
     solids: list[tuple[trimesh.Trimesh, Array, Array]], frame: PadFrame, facing_gap: float
 ) -> Polygon | MultiPolygon:
-    """Section of a body, `facing_gap` above its lowest point over the pad, in the pad frame [m].
+    """Section of a body, `facing_gap` above its lowest point but no lower than the surface, in the pad frame [m].
+
+    A body may reach below the surface beside the pad, or sink in where its scene's contacts are soft.
 
     Args:
         solids: (solid, world position, world rotation) of each of its geoms.
@@ -92,7 +94,7 @@ def body_face(
         moved = solid.copy()
         moved.vertices = vertices
         placed.append(moved)
-    height = min(float(solid.bounds[0, 2]) for solid in placed) + facing_gap
+    height = max(min(float(solid.bounds[0, 2]) for solid in placed) + facing_gap, 0.0)
     return areal(shapely.union_all([face_outline(solid, height) for solid in placed]))
 
 

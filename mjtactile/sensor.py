@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -135,14 +136,34 @@ class TactileSensor:
     def _footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: np.ndarray) -> Footprint:
         if body < 0:
             raise FootprintError("it is a flex, whose footprint is not modelled. Press with geoms.")
-        geoms = pressing_geoms(self.model, body, touching)
-        poses = np.concatenate([self._relative_pose(data, frame, int(g)) for g in geoms])
+        choices = pressing_geoms(self.model, body, touching)
+        poses = np.concatenate([self._relative_pose(data, frame, int(g)) for geoms in choices for g in geoms])
         kept = self._kept.get(body)
         if kept is not None and kept.poses.shape == poses.shape and np.abs(kept.poses - poses).max() <= POSE_TOLERANCE:
             return kept.footprint
+        *likelier, last = choices
+        footprint = None
+        for geoms in likelier:
+            with contextlib.suppress(FootprintError):
+                footprint = self._cut(data, frame, geoms)
+        footprint = footprint or self._cut(data, frame, last)
+        self._kept[body] = _KeptFootprint(poses, footprint)
+        return footprint
+
+    def _cut(self, data: mujoco.MjData, frame: PadFrame, geoms: np.ndarray) -> Footprint:
+        """Footprint of some geoms of one body.
+
+        Raises:
+            FootprintError: when they are not over the sensing surface by more than a sliver, which is what sinks into
+                the pad's flank.
+        """
         solids = [(self._solid(int(g)), data.geom_xpos[g], data.geom_xmat[g].reshape(3, 3)) for g in geoms]
         footprint = Footprint.from_outline(body_face(solids, frame, self.facing_gap), self.influence)
-        self._kept[body] = _KeptFootprint(poses, footprint)
+        if footprint.outline.buffer(-self.facing_gap / 2).is_empty:
+            raise FootprintError(
+                f"what is over the surface is a sliver narrower than {self.facing_gap * 1e6:.3g} um. "
+                "Press further in from the edge."
+            )
         return footprint
 
     def _relative_pose(self, data: mujoco.MjData, frame: PadFrame, geom: int) -> Array:

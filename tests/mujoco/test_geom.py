@@ -61,9 +61,9 @@ def test_a_body_with_shown_geoms_presses_with_them_and_not_with_its_feet():
         '<geom type="box" size=".004 .004 .001" contype="0" conaffinity="0" pos="0 0 .001"/>'
         '<geom type="sphere" size=".0005" pos=".003 0 .0005"/>'
     )
-    np.testing.assert_array_equal(pressing_geoms(model, 1, np.array([1])), [0])
+    np.testing.assert_array_equal(pressing_geoms(model, 1, np.array([1])), [[0], [1]])
     bare = model_of('<geom type="sphere" size=".001"/><geom type="sphere" size=".001" pos=".01 0 0"/>')
-    np.testing.assert_array_equal(pressing_geoms(bare, 1, np.array([1])), [1])
+    np.testing.assert_array_equal(pressing_geoms(bare, 1, np.array([1])), [[1]])
 
 
 def test_an_open_mesh_is_refused_by_name():
@@ -71,3 +71,11 @@ def test_an_open_mesh_is_refused_by_name():
     model = model_of('<geom name="open" type="mesh" mesh="m"/>', mesh)
     with pytest.raises(SceneError, match=r"open.*watertight"):
         geom_solid(model, 0)
+
+
+def test_a_body_that_reaches_below_the_surface_is_cut_at_the_surface():
+    radius, depth = 6e-3, 5e-4
+    solid = geom_solid(model_of(f'<geom type="sphere" size="{radius}"/>'), 0)
+    face = body_face([(solid, np.array([0.0, 0.0, radius - depth]), np.eye(3))], HERE, 5e-5)
+    # The inscribed solid again, with a deeper cap and so a smaller share of it missing.
+    assert face.area == pytest.approx(np.pi * (2 * radius * depth - depth**2), rel=0.01)
