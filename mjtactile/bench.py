@@ -10,7 +10,6 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from mjtactile.indenter import indenter_outline
 from mjtactile.influence import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
 from mjtactile.scene import force_vector
+from mjtactile.timing import median_time
 from mjtactile.units import GRAM_FORCE, MILLIMETRE
 
 _REPEATS = 30
@@ -74,9 +74,11 @@ def mesh_benchmark() -> dict[str, Any]:
                 "peak_memory_bytes": peak_memory,
                 "table_bytes": path.stat().st_size,
                 "load_s": load_time,
-                "new_footprint_s": _median_time(lambda i=influence: [i.readings(_load(i, c)) for c in cases["load"]])
+                "new_footprint_s": median_time(
+                    lambda i=influence: [i.readings(_load(i, c)) for c in cases["load"]], _REPEATS
+                )
                 / len(loads),
-                "same_footprint_s": _median_time(lambda i=influence, ls=loads: [i.readings(one) for one in ls])
+                "same_footprint_s": median_time(lambda i=influence, ls=loads: [i.readings(one) for one in ls], _REPEATS)
                 / len(loads),
             }
         reference = readings[cases["reference"]]
@@ -141,12 +143,7 @@ def _step_time(sensor: str) -> float:
     mujoco.mj_step(model, data, _SETTLING_STEPS)
     if sensor and not data.sensordata[: model.nsensordata // 3].any():
         raise MjTactileError("MuJoCo's tactile sensor reads nothing under the punch: its timing would be meaningless.")
-    times = []
-    for _ in range(5):
-        start = time.perf_counter()
-        mujoco.mj_step(model, data, _STEPS)
-        times.append((time.perf_counter() - start) / _STEPS)
-    return float(np.median(times))
+    return median_time(lambda: mujoco.mj_step(model, data, _STEPS), 5) / _STEPS
 
 
 def _build_in_fresh_process(mesh: str, pad: Pad, folder: Path) -> tuple[Path, float, int]:
@@ -180,13 +177,3 @@ def _load(influence: InfluenceMatrices, case: dict[str, Any]) -> SurfaceLoad:
 
 def _relative(values: np.ndarray, reference: np.ndarray) -> float:
     return float(np.linalg.norm(values - reference) / np.linalg.norm(reference))
-
-
-def _median_time(work: Callable[[], Any]) -> float:
-    work()
-    times = []
-    for _ in range(_REPEATS):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))

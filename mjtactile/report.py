@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import tempfile
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from mjtactile.mesh import MeshDensity, mesh_density
 from mjtactile.pad import Array, Pad
 from mjtactile.scene import PressResult, press, press_scene
 from mjtactile.sensor import TactileSensor
+from mjtactile.timing import median_time
 from mjtactile.units import GRAM_FORCE
 
 #: Indenters by name besides the seven punches, at the sizes of models/xml.
@@ -142,8 +142,8 @@ def run_press(
     settled = press(model, data, force)
     influence = influence_matrices(pad, density)
     sensor = TactileSensor(model, influence=influence)
-    moved_time = _median_time(lambda: _read_afresh(sensor, data))
-    unchanged_time = _median_time(lambda: sensor.read(data))
+    moved_time = median_time(lambda: _read_afresh(sensor, data), _TIMED_UPDATES)
+    unchanged_time = median_time(lambda: sensor.read(data), _TIMED_UPDATES)
     load = sensor.load(data)
     if load is None:
         raise SceneError(f"'{shape}' does not touch the pad after settling. Shift it onto the pad.")
@@ -217,12 +217,3 @@ def check_writable(path: Path) -> None:
 def _read_afresh(sensor: TactileSensor, data: mujoco.MjData) -> None:
     sensor.forget_footprints()
     sensor.read(data)
-
-
-def _median_time(update: Callable[[], Any]) -> float:
-    times = []
-    for _ in range(_TIMED_UPDATES):
-        start = time.perf_counter()
-        update()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))
