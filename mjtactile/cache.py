@@ -67,20 +67,15 @@ def influence_matrices(
     found = _load_if_whole(path, pad, density)
     if found is not None:
         return found
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        lock = _locked(path)
-    except OSError as error:
-        return _build_uncached(pad, density, progress, path, error)
-    with lock as error:
-        if error is not None:
-            return _build_uncached(pad, density, progress, path, error)
+    with _locked(path) as error:
         # Another process may have built it while this one waited.
-        found = _load_if_whole(path, pad, density)
+        found = None if error is not None else _load_if_whole(path, pad, density)
         if found is not None:
             return found
         built = build_influence(pad, density, progress=progress)
         try:
+            if error is not None:
+                raise error
             built.save(path)
         except OSError as failure:
             _warn_not_kept(path, failure)
@@ -115,11 +110,12 @@ def _load_if_whole(path: Path, pad: Pad, density: MeshDensity) -> InfluenceMatri
 
 @contextmanager
 def _locked(path: Path) -> Iterator[OSError | None]:
-    """Hold the table's lock; yields the error instead where the folder allows no lock file."""
+    """Make the table's folder and hold its lock; yields the error instead where that cannot be done."""
     from filelock import FileLock
 
     lock = FileLock(path.with_suffix(".lock"))
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         lock.acquire()
     except (OSError, NotImplementedError) as error:
         yield error if isinstance(error, OSError) else OSError(str(error))
@@ -130,18 +126,12 @@ def _locked(path: Path) -> Iterator[OSError | None]:
         lock.release()
 
 
-def _build_uncached(pad: Pad, density: MeshDensity, progress: bool, path: Path, error: OSError) -> InfluenceMatrices:
-    built = build_influence(pad, density, progress=progress)
-    _warn_not_kept(path, error)
-    return built
-
-
 def _warn_not_kept(path: Path, error: OSError) -> None:
     warnings.warn(
         f"the influence matrices could not be kept in {path.parent} ({error}); they will be built again next time. "
         f"Free space there, or point {CACHE_VARIABLE} at a folder that can be written.",
         InfluenceWarning,
-        stacklevel=4,
+        stacklevel=3,
     )
 
 

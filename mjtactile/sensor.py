@@ -121,17 +121,20 @@ class TactileSensor:
         for body, wrench in contacts.by_body(self.model).items():
             if not wrench.any():
                 continue
-            touching = contacts.geoms[self.model.geom_bodyid[contacts.geoms] == body]
+            known = contacts.geoms[contacts.geoms >= 0]  # flexes are no geoms
+            touching = known[self.model.geom_bodyid[known] == body]
             try:
                 yield self._footprint(data, frame, body, touching), wrench
             except FootprintError as error:
-                name = self.model.body(body).name or f"number {body}"
                 warnings.warn(
-                    f"body '{name}' presses on the pad with {np.linalg.norm(wrench[:3]):.3g} N, but not on its sensing "
-                    f"surface, so nothing is read from it: {error}",
+                    f"{self._label(body)} presses on the pad with {np.linalg.norm(wrench[:3]):.3g} N, but not on its "
+                    f"sensing surface, so nothing is read from it: {error}",
                     ContactWarning,
                     stacklevel=4,
                 )
+
+    def _label(self, body: int) -> str:
+        return "a flex" if body < 0 else f"body '{self.model.body(body).name or f'number {body}'}'"
 
     def _footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: np.ndarray) -> Footprint:
         if body < 0:

@@ -335,3 +335,13 @@ def test_shown_geoms_that_are_not_over_the_pad_leave_the_pressing_to_those_that_
         readings.append(TactileSensor(model, influence=draft).read(data))
     assert readings[0].max() > 0
     np.testing.assert_allclose(readings[1], readings[0], rtol=1e-9)
+
+
+def test_a_flex_on_the_pad_warns_and_reads_nothing(draft):
+    cloth = """<flexcomp name="f" type="grid" count="4 4 2" spacing=".002 .002 .002" pos="0 0 .0015" radius=".0005"
+        dim="3" mass=".01"><edge equality="true"/><contact selfcollide="none"/></flexcomp>"""
+    model, data = settled(scene(cloth, gravity=' gravity="0 0 -9.81"'), steps=60)
+    assert data.ncon > 0
+    with pytest.warns(ContactWarning, match=r"a flex presses .* not modelled"):
+        readings = TactileSensor(model, influence=draft).read(data)
+    assert not readings.any()
