@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         MeshWarning,
         MjTactileError,
         PadError,
+        PresetError,
         SceneError,
         StaleInfluenceError,
     )
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from mjtactile.influence import InfluenceMatrices, load_influence
     from mjtactile.mesh import MESHES, MeshDensity
     from mjtactile.pad import Layer, Pad, TaxelGrid
+    from mjtactile.preset import PRESETS, Fidelity
     from mjtactile.scene import PressResult, force_vector, press, press_scene
     from mjtactile.sensor import TactileSensor
 
@@ -68,6 +70,7 @@ _MODULE_OF = {
             "MeshWarning",
             "MjTactileError",
             "PadError",
+            "PresetError",
             "SceneError",
             "StaleInfluenceError",
         ),
@@ -87,6 +90,7 @@ _MODULE_OF = {
         "influence": ("InfluenceMatrices", "load_influence"),
         "mesh": ("MESHES", "MeshDensity"),
         "pad": ("Layer", "Pad", "TaxelGrid"),
+        "preset": ("PRESETS", "Fidelity"),
         "scene": ("PressResult", "force_vector", "press", "press_scene"),
         "sensor": ("TactileSensor",),
     }.items()
@@ -96,9 +100,11 @@ _MODULE_OF = {
 __all__ = [
     "INDENTER_NAMES",
     "MESHES",
+    "PRESETS",
     "ContactError",
     "ContactWarning",
     "CorruptInfluenceError",
+    "Fidelity",
     "Footprint",
     "FootprintError",
     "Indenter",
@@ -113,6 +119,7 @@ __all__ = [
     "MjTactileError",
     "Pad",
     "PadError",
+    "PresetError",
     "PressResult",
     "SceneError",
     "StaleInfluenceError",

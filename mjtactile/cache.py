@@ -10,14 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
-from mjtactile.influence import (
-    InfluenceMatrices,
-    influence_fingerprint,
-    load_influence,
-    sampling_tables,
-)
-from mjtactile.mesh import MeshDensity, mesh_density
+from mjtactile.influence import InfluenceMatrices, load_influence
+from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Pad
+from mjtactile.preset import Fidelity, mesh_or_preset
+from mjtactile.provenance import influence_fingerprint
+from mjtactile.storage import in_storage
 from mjtactile.table import Tables
 
 #: Environment variable that moves the cache.
@@ -34,45 +32,54 @@ def cache_directory() -> Path:
     return user_cache_path("mjtactile")
 
 
-def cached_path(pad: Pad, mesh: str | MeshDensity = "default") -> Path:
-    """Where the influence matrices of a pad on a mesh are kept."""
-    return cache_directory() / f"influence-{influence_fingerprint(pad, mesh_density(mesh))[:20]}.safetensors"
+def cached_path(pad: Pad, mesh: str | MeshDensity | None = None, *, preset: str | Fidelity | None = None) -> Path:
+    """Where the influence matrices of a pad on a mesh, or of a preset, are kept; see `influence_matrices`."""
+    fingerprint = influence_fingerprint(pad, mesh_or_preset(mesh, preset))
+    return cache_directory() / f"influence-{fingerprint[:20]}.safetensors"
 
 
 def influence_matrices(
-    pad: Pad | None = None, mesh: str | MeshDensity = "default", *, progress: bool = True, cache: bool = True
+    pad: Pad | None = None,
+    mesh: str | MeshDensity | None = None,
+    *,
+    preset: str | Fidelity | None = None,
+    progress: bool = True,
+    cache: bool = True,
 ) -> InfluenceMatrices:
     """Influence matrices of a pad: from the cache, or built and kept there.
 
     Several processes may ask at once: one builds, the others wait for it and map its file. A damaged file is rebuilt;
-    a cache that cannot be written costs a warning and the next build, nothing else.
+    a cache that cannot be written costs a warning and the next build, nothing else. A preset whose storage differs
+    from the mesh's plain one is derived from the plain table where the cache has that.
 
     Args:
         pad: by default the paper's, `Pad()`.
-        mesh: "draft", "default" or "fine", or a MeshDensity.
+        mesh: "draft", "default" or "fine", or a MeshDensity; "default" when there is no preset either.
+        preset: "fast", "balanced" or "accurate", or a Fidelity, in place of a mesh.
         progress: show a progress bar on a terminal while building.
         cache: False neither reads nor writes the cache.
 
     Raises:
         MeshError: when the mesh does not exist or cannot be solved.
+        PresetError: when the preset does not exist, or both it and a mesh are given.
 
     Warns:
         MeshWarning: when the pad is too wide or thin for the mesh's full resolution.
         InfluenceWarning: when the cache had to be repaired or could not be written.
     """
-    pad, density = Pad() if pad is None else pad, mesh_density(mesh)
+    pad, chosen = Pad() if pad is None else pad, mesh_or_preset(mesh, preset)
     if not cache:
-        return build_influence(pad, density, progress=progress)
-    path = cached_path(pad, density)
-    found = _load_if_whole(path, pad, density)
+        return build_influence(pad, chosen, progress=progress)
+    path = cached_path(pad, preset=chosen)
+    found = _load_if_whole(path, pad, chosen)
     if found is not None:
         return found
     with _locked(path) as error:
         # Another process may have built it while this one waited.
-        found = None if error is not None else _load_if_whole(path, pad, density)
+        found = None if error is not None else _load_if_whole(path, pad, chosen)
         if found is not None:
             return found
-        built = build_influence(pad, density, progress=progress)
+        built = _derived_from_cache(pad, chosen) or build_influence(pad, chosen, progress=progress)
         try:
             if error is not None:
                 raise error
@@ -80,27 +87,45 @@ def influence_matrices(
         except OSError as failure:
             _warn_not_kept(path, failure)
             return built
-    return load_influence(path, pad, density)
+    return load_influence(path, pad, preset=chosen)
 
 
-def build_influence(pad: Pad, density: MeshDensity, *, progress: bool = True) -> InfluenceMatrices:
+def build_influence(pad: Pad, mesh: str | MeshDensity | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
     """Build influence matrices without looking at the cache; see `influence_matrices`."""
     # scikit-fem is only needed here: a cached table starts without importing it.
     from mjtactile.build import build_steps, build_tables
-    from mjtactile.sampling import layer_sampling
+    from mjtactile.sampling import layer_sampling, sampling_tables
 
+    chosen = mesh if isinstance(mesh, Fidelity) else Fidelity(mesh=mesh)
+    plain, density = _plain(chosen), chosen.density
     tables: Tables = {}
     for k in range(len(pad.depths)):
         tables |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
     with _progress_bar(progress, f"building influence matrices, {pad.summary}", build_steps(pad, density)) as step:
-        for class_tables in build_tables(pad, density, on_step=step):
+        for class_tables in build_tables(pad, density, dtype=plain.precision, on_step=step):
             tables |= class_tables
-    return InfluenceMatrices(pad, density, tables)
+    return in_storage(InfluenceMatrices(pad, plain, tables), chosen)
 
 
-def _load_if_whole(path: Path, pad: Pad, density: MeshDensity) -> InfluenceMatrices | None:
+def _plain(chosen: Fidelity) -> Fidelity:
+    """The fidelity whose table a fidelity's own is derived from: whole matrices in float32 or float64."""
+    precision = "float64" if chosen.precision == "float64" else "float32"
+    return Fidelity(mesh=chosen.mesh, precision=precision)
+
+
+def _derived_from_cache(pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
+    """Influence matrices made from the plain ones, when these are another table and the cache has it."""
+    plain = _plain(chosen)
+    path = cached_path(pad, preset=plain)
+    if path == cached_path(pad, preset=chosen):
+        return None
+    found = _load_if_whole(path, pad, plain)
+    return None if found is None else in_storage(found, chosen)
+
+
+def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
     try:
-        return load_influence(path, pad, density)
+        return load_influence(path, pad, preset=chosen)
     except FileNotFoundError:
         return None
     except (CorruptInfluenceError, StaleInfluenceError, OSError) as error:

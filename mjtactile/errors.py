@@ -13,6 +13,10 @@ class MeshError(MjTactileError, ValueError):
     """A finite-element mesh that cannot be made for the pad, or an unknown mesh name."""
 
 
+class PresetError(MjTactileError, ValueError):
+    """An unknown preset, or one with a storage precision, reduction or contact law that does not exist."""
+
+
 class InfluenceError(MjTactileError, ValueError):
     """Influence matrices asked for something they do not hold."""
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from mjtactile.fem import PARITIES, Parity
 from mjtactile.pad import Array
@@ -60,6 +61,24 @@ def unfold_field(classes: list[Array]) -> Array:
             components.append(np.concatenate([sign_y * half[..., :0:-1, :], half], axis=-2))
         whole = whole + np.stack(components, axis=-1)
     return np.asarray(whole)
+
+
+def unfold_points(classes: Array, odd_in_x: npt.NDArray[np.bool_], odd_in_y: npt.NDArray[np.bool_]) -> Array:
+    """Coordinates at points in all quadrants from their four classes at the folded points.
+
+    Args:
+        classes: (batch, classes, folded points * coordinates).
+        odd_in_x: which coordinates change their sign under x -> -x, shape (coordinates,).
+        odd_in_y: the same under y -> -y.
+
+    Returns:
+        (batch, quadrants * folded points, coordinates), quadrant by quadrant.
+    """
+    batch = len(classes)
+    signs = [np.where(odd_in_x, x, 1) * np.where(odd_in_y, y, 1) for x, y in QUADRANTS]
+    whole = np.matmul(QUADRANT_SIGNS.astype(classes.dtype), classes).reshape(batch, len(QUADRANTS), -1, len(odd_in_x))
+    whole *= np.array(signs)[:, None, :]
+    return whole.reshape(batch, -1, len(odd_in_x))
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ import scipy.sparse as sparse
 
 from mjtactile.folding import QUADRANTS, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Array, Pad
+from mjtactile.table import Tables
 
 #: Nodes of the auxiliary rules that measure slices and chords; far beyond what double precision needs.
 _FINE_ORDER = 96
@@ -61,6 +62,21 @@ def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampli
     shape = (pad.taxels.rows * pad.taxels.columns, len(QUADRANTS) * len(folded.positions))
     average = sparse.csr_array((np.concatenate(weights), (np.concatenate(taxels), columns)), shape=shape)
     return Sampling(folded.positions, average)
+
+
+def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:
+    """A sensing layer's sample points and averaging matrix as plain arrays, to be stored with the matrices."""
+    average = sampling.average
+    arrays = {"data": average.data, "indices": average.indices, "indptr": average.indptr, "points": sampling.positions}
+    return {f"sampling {name} {sensing_layer}": array for name, array in arrays.items()}
+
+
+def stored_average(tables: Tables, sensing_layer: int) -> sparse.csr_array:
+    """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`."""
+    data, indices, indptr, points = (
+        tables[f"sampling {name} {sensing_layer}"] for name in ("data", "indices", "indptr", "points")
+    )
+    return sparse.csr_array((data, indices, indptr), shape=(len(indptr) - 1, len(QUADRANTS) * len(points)))
 
 
 def _taxel_rule(pad: Pad, centre: Array, points_per_axis: int) -> tuple[Array, Array]:

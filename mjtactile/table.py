@@ -20,10 +20,10 @@ from mjtactile.errors import CorruptInfluenceError
 from mjtactile.fem import Parity
 
 #: Raised whenever the meaning of a stored array changes; older files are then rebuilt.
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 Tables = dict[str, npt.NDArray[Any]]
-"""Arrays by name, see `table_name` and `build.build_tables`."""
+"""Arrays by name, see `table_name`, `build.build_tables` and `matrix.stored_matrix`."""
 
 _DTYPES = {"F64": np.float64, "F32": np.float32, "F16": np.float16, "I64": np.int64, "I32": np.int32}
 _HEADER_LENGTH_BYTES = 8

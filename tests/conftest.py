@@ -10,10 +10,11 @@ from threadpoolctl import threadpool_limits
 
 from mjtactile.build import build_tables
 from mjtactile.cache import influence_matrices
-from mjtactile.influence import InfluenceMatrices, sampling_tables
+from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.sampling import layer_sampling
+from mjtactile.preset import Fidelity
+from mjtactile.sampling import layer_sampling, sampling_tables
 
 #: Three elements per half width, three across the thickness: everything is there, nothing takes long.
 COARSE = MeshDensity(
@@ -40,7 +41,7 @@ def in_double_precision(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
         tables |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
     for class_tables in build_tables(pad, density, dtype=np.float64):
         tables |= class_tables
-    return InfluenceMatrices(pad, density, tables)
+    return InfluenceMatrices(pad, Fidelity(mesh=density, precision="float64"), tables)
 
 
 @pytest.fixture(scope="session", autouse=True)

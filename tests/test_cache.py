@@ -15,7 +15,7 @@ from conftest import COARSE, LAYERED_PAD
 
 import mjtactile.build
 import mjtactile.cache
-import mjtactile.influence
+import mjtactile.provenance
 from mjtactile.cache import CACHE_VARIABLE, cache_directory, cached_path, influence_matrices
 from mjtactile.errors import InfluenceWarning, MeshError
 from mjtactile.influence import InfluenceMatrices
@@ -111,7 +111,7 @@ def test_table_of_another_pad_under_this_name_is_rebuilt(cache):
 
 def test_new_format_version_is_built_anew(builds, monkeypatch):
     tiny()
-    monkeypatch.setattr(mjtactile.influence, "FORMAT_VERSION", mjtactile.influence.FORMAT_VERSION + 1)
+    monkeypatch.setattr(mjtactile.provenance, "FORMAT_VERSION", mjtactile.provenance.FORMAT_VERSION + 1)
     tiny()
     assert len(builds) == 2
 

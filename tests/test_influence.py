@@ -13,8 +13,8 @@ from mjtactile.errors import InfluenceError
 from mjtactile.footprint import Footprint
 from mjtactile.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence import InfluenceMatrices
-from mjtactile.mesh import MESHES
 from mjtactile.pad import Pad
+from mjtactile.preset import Fidelity
 
 
 def star_load(influence: InfluenceMatrices, force: tuple[float, float, float] = (0.02, 0.01, -0.1)) -> SurfaceLoad:
@@ -128,7 +128,7 @@ def test_same_load_gives_the_same_bits(draft):
 
 
 def test_load_of_another_grid_is_refused(draft):
-    other = InfluenceMatrices(Pad(), MESHES["default"], {})
+    other = InfluenceMatrices(Pad(), Fidelity(mesh="default"), {})
     with pytest.raises(
         InfluenceError, match=r"shape \(41, 41, 3\), but this surface takes \(\d+, \d+, 3\).*another pad"
     ):

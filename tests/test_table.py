@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from conftest import COARSE, LAYERED_PAD
 
-import mjtactile.influence
+import mjtactile.provenance
 from mjtactile.cache import build_influence
 from mjtactile.errors import CorruptInfluenceError, InfluenceError, StaleInfluenceError
 from mjtactile.fem import Parity
@@ -177,7 +177,7 @@ def test_wrong_mesh_is_refused(mesh: str | MeshDensity, saved):
 
 
 def test_other_format_version_is_refused(saved, monkeypatch):
-    monkeypatch.setattr(mjtactile.influence, "FORMAT_VERSION", mjtactile.influence.FORMAT_VERSION + 1)
+    monkeypatch.setattr(mjtactile.provenance, "FORMAT_VERSION", mjtactile.provenance.FORMAT_VERSION + 1)
     with pytest.raises(StaleInfluenceError, match="version"):
         load_influence(saved)
 

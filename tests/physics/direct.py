@@ -21,6 +21,7 @@ from mjtactile.folding import QUADRANT_SIGNS, fold_forces, unfold_field
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MeshDensity, sheet_mesh
 from mjtactile.pad import Array, Pad
+from mjtactile.preset import Fidelity
 from mjtactile.sampling import layer_sampling
 from mjtactile.stress import StressSampler, von_mises
 
@@ -35,7 +36,7 @@ class Response(NamedTuple):
 
 def without_tables(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
     """What footprints and loads need of influence matrices: the pad and its surface grid."""
-    return InfluenceMatrices(pad, density, {})
+    return InfluenceMatrices(pad, Fidelity(mesh=density), {})
 
 
 def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad]) -> Response:
