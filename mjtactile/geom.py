@@ -1,7 +1,7 @@
-"""MuJoCo geoms as solids, and the face a body turns to a pad.
+"""MuJoCo geoms as solids and as shapes with a lower surface, and the face a body turns to a pad.
 
-Contact points do not show a footprint (a pair of convex geoms has at most four), so it is cut from the geometry: the
-section of the body's true solid just above its lowest point over the pad.
+Contact points do not show a footprint (a pair of convex geoms has at most four), so it comes from the geometry: the
+body's lower surface, or the section of its true solid just above its lowest point over the pad.
 """
 
 from __future__ import annotations
@@ -13,9 +13,12 @@ import shapely
 import trimesh
 from shapely import MultiPolygon, Polygon
 
+from mjtactile.envelope import TriangleSurface
 from mjtactile.errors import IndenterError, SceneError
+from mjtactile.gap import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Shape
 from mjtactile.outlines import SIDES
 from mjtactile.planar import areal
+from mjtactile.rays import RaySurface
 from mjtactile.solid import checked, face_outline
 from mjtactile.wrench import PadFrame
 
@@ -28,13 +31,17 @@ _PLANE_EXTENT = 1.0
 def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
     """A geom's true solid in the geom's own frame [m]: meshes as they are, not as the convex hull MuJoCo collides.
 
+    An SDF is the mesh MuJoCo holds of it, which follows its surface to 1e-3 of its size or better.
+
     Raises:
-        SceneError: for geoms without a solid (height fields, SDFs) and meshes that are not watertight.
+        SceneError: for meshes that are not watertight.
     """
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     kinds = mujoco.mjtGeom
-    if kind == kinds.mjGEOM_MESH:
+    if kind in (kinds.mjGEOM_MESH, kinds.mjGEOM_SDF):
         return _mesh_solid(model, geom)
+    if kind == kinds.mjGEOM_HFIELD:
+        return trimesh.Trimesh(*_height_field(model, int(model.geom_dataid[geom])), process=False)
     if kind == kinds.mjGEOM_BOX:
         return trimesh.creation.box(extents=2 * size)
     if kind == kinds.mjGEOM_PLANE:
@@ -54,10 +61,43 @@ def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
         unit = trimesh.creation.capsule(radius=1.0, height=2 * size[1] / size[0], count=[SIDES // 4, SIDES // 4])
         unit.vertices -= unit.bounds.mean(axis=0)
         return unit.apply_scale(size[0])
-    raise SceneError(
-        f"geom {_label(model, geom)} is a {kinds(kind).name.removeprefix('mjGEOM_').lower()}, which has no outline to "
-        "press with. Give its body a visual geom of another type."
-    )
+    raise SceneError(_no_surface(model, geom))
+
+
+def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
+    """A geom as a shape with a lower surface, in the geom's own frame [m].
+
+    Meshes are what they are, not their convex hull; signed distance functions of plugins are seen through rays. Planes
+    are infinite, as they are to MuJoCo's collisions. A mesh need not be watertight.
+
+    Raises:
+        SceneError: for kinds of geoms that have no surface.
+    """
+    kind, size = int(model.geom_type[geom]), [float(s) for s in model.geom_size[geom]]
+    kinds = mujoco.mjtGeom
+    if kind in (kinds.mjGEOM_MESH, kinds.mjGEOM_SDF):
+        mesh = _mesh(model, geom)
+        if model.geom_plugin[geom] >= 0:
+            return RaySurface(model, geom, np.asarray(mesh.vertices, dtype=float))
+        closed = mesh.is_watertight and mesh.is_winding_consistent
+        if closed and mesh.volume < 0.0:
+            mesh.invert()
+        return TriangleSurface(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces), closed=closed)
+    if kind == kinds.mjGEOM_HFIELD:
+        return TriangleSurface(*_height_field(model, int(model.geom_dataid[geom])), closed=True)
+    if kind == kinds.mjGEOM_SPHERE:
+        return Ellipsoid((size[0], size[0], size[0]))
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        return Ellipsoid((size[0], size[1], size[2]))
+    if kind == kinds.mjGEOM_CAPSULE:
+        return Capsule(size[0], size[1])
+    if kind == kinds.mjGEOM_CYLINDER:
+        return Cylinder(size[0], size[1])
+    if kind == kinds.mjGEOM_BOX:
+        return Box((size[0], size[1], size[2]))
+    if kind == kinds.mjGEOM_PLANE:
+        return HalfSpace()
+    raise SceneError(_no_surface(model, geom))
 
 
 def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.int64]) -> list[npt.NDArray[np.int64]]:
@@ -102,7 +142,7 @@ def _unit_sphere() -> trimesh.Trimesh:
     return trimesh.creation.uv_sphere(radius=1.0, count=[SIDES // 4, SIDES // 4])
 
 
-def _mesh_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
     mesh = int(model.geom_dataid[geom])
     first_vertex, vertices = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
     first_face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
@@ -112,10 +152,45 @@ def _mesh_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
         process=False,
     )
     solid.merge_vertices()
+    return solid
+
+
+def _mesh_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
     try:
-        return checked(solid)
+        return checked(_mesh(model, geom))
     except IndenterError as error:
         raise SceneError(f"geom {_label(model, geom)} cannot press on a pad: {error}") from error
+
+
+def _height_field(model: mujoco.MjModel, field: int) -> tuple[Array, npt.NDArray[np.int64]]:
+    """A height field as the closed solid MuJoCo collides: vertices [m] and faces, counter-clockwise from outside."""
+    rows, columns, start = (int(a[field]) for a in (model.hfield_nrow, model.hfield_ncol, model.hfield_adr))
+    half_x, half_y, scale, base = model.hfield_size[field]
+    x, y = np.meshgrid(np.linspace(-half_x, half_x, columns), np.linspace(-half_y, half_y, rows))
+    top = scale * model.hfield_data[start : start + rows * columns].astype(float)
+    vertices = np.vstack(
+        [np.column_stack([x.ravel(), y.ravel(), z]) for z in (top, np.full(rows * columns, -float(base)))]
+    )
+    number = np.arange(rows * columns).reshape(rows, columns)
+    here, right, up, across = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
+    upper = np.concatenate([_triangles(here, right, across), _triangles(here, across, up)])
+    rim = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
+    after = np.roll(rim, -1)
+    below = rows * columns
+    walls = np.concatenate([_triangles(rim, rim + below, after + below), _triangles(rim, after + below, after)])
+    return vertices, np.concatenate([upper, upper[:, ::-1] + below, walls])
+
+
+def _triangles(a: npt.NDArray[np.int64], b: npt.NDArray[np.int64], c: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    return np.column_stack([a.ravel(), b.ravel(), c.ravel()])
+
+
+def _no_surface(model: mujoco.MjModel, geom: int) -> str:
+    kind = mujoco.mjtGeom(int(model.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
+    return (
+        f"geom {_label(model, geom)} is a {kind}, which has no outline to press with. Give its body a visual geom of "
+        "another type."
+    )
 
 
 def _label(model: mujoco.MjModel, geom: int) -> str:
