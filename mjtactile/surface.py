@@ -8,9 +8,9 @@ are exact: Green's theorem turns them into sums over the polygon's edges, split 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sparse
 import shapely
 from shapely import MultiPolygon, Polygon
 
@@ -18,10 +18,8 @@ from mjtactile.line import Line
 from mjtactile.pad import Array
 from mjtactile.planar import polygons_of, rings_of
 
-#: Highest power of a local coordinate: a quadratic shape function times a linear traction.
-_DEGREE = 3
-#: Gauss points along an edge segment: its integrand has degree 2 * _DEGREE + 1.
-_EDGE_NODES, _EDGE_WEIGHTS = np.polynomial.legendre.leggauss(_DEGREE + 1)
+#: Highest power of a local coordinate: a quadratic shape function times a constant or a linear traction.
+_CONSTANT, _LINEAR = 2, 3
 #: Monomial coefficients (shape function, power) of the three quadratic shape functions on [-1, 1].
 _SHAPE_COEFFICIENTS = np.array([[0.0, -0.5, 0.5], [1.0, 0.0, -1.0], [0.0, 0.5, 0.5]])
 
@@ -48,12 +46,6 @@ class SurfaceGrid:
         """The surface as a rectangle [m]."""
         return shapely.box(self.x.vertices[0], self.y.vertices[0], self.x.vertices[-1], self.y.vertices[-1])
 
-    @cached_property
-    def _full_row(self) -> Array:
-        """Integrals of xi^a over [-1, 1], a = 0.._DEGREE."""
-        powers = np.arange(_DEGREE + 1)
-        return (1 - (-1.0) ** (powers + 1)) / (powers + 1)
-
     def nodal_integrals(self, region: Polygon | MultiPolygon) -> Array:
         """Integrals of phi, x phi and y phi over a region, for the shape function phi of every node.
 
@@ -64,7 +56,8 @@ class SurfaceGrid:
             shape (3, nodes along y, nodes along x) [m^2, m^3, m^3]. The first array holds the consistent nodal
             forces of a unit traction; all three sums over nodes are the region's area and first moments.
         """
-        moments = self._cell_moments(oriented_edges(region))
+        edges = oriented_edges(region)
+        moments = self._cell_moments(edges, np.ones((len(edges), 1)), _LINEAR)[..., 0]
         half_x, half_y = self.x.sizes / 2, self.y.sizes / 2
         middle_x = (self.x.vertices[:-1] + self.x.vertices[1:]) / 2
         middle_y = (self.y.vertices[:-1] + self.y.vertices[1:]) / 2
@@ -74,60 +67,103 @@ class SurfaceGrid:
         per_cell = np.einsum(
             "kb,mjiba,la->mjikl", _SHAPE_COEFFICIENTS, np.stack([plain, times_x, times_y]), _SHAPE_COEFFICIENTS
         )
-        nodal = np.zeros((3, *self.node_shape))
+        return self._gather(per_cell)
+
+    def traction_forces(self, edges: Array, tractions: Array) -> Array:
+        """Consistent nodal forces of tractions that are constant on polygons.
+
+        Args:
+            edges: of all polygons, polygon on the left, shape (edges, 2 ends, 2) [m].
+            tractions: of the polygon each edge belongs to, shape (edges, components) [Pa].
+
+        Returns:
+            shape (nodes along y, nodes along x, components) [N].
+        """
+        moments = self._cell_moments(edges, tractions, _CONSTANT)
+        per_cell = np.einsum("kb,jibam,la->mjikl", _SHAPE_COEFFICIENTS, moments, _SHAPE_COEFFICIENTS, optimize=True)
+        return np.moveaxis(self._gather(per_cell), 0, -1)
+
+    def _gather(self, per_cell: Array) -> Array:
+        """Sum (k, cells y, cells x, 3, 3) over the nodes that cells share, shape (k, nodes y, nodes x)."""
+        nodal = np.zeros((len(per_cell), *self.node_shape))
         rows, columns = 2 * self.y.element_count - 1, 2 * self.x.element_count - 1
         for k in range(3):
             for m in range(3):
                 nodal[:, k : k + rows : 2, m : m + columns : 2] += per_cell[..., k, m]
         return nodal
 
-    def _cell_moments(self, edges: Array) -> Array:
-        """Integrals of eta^b xi^a over the region's part of each cell, shape (cells y, cells x, b, a) [m^2].
+    def _cell_moments(self, edges: Array, weights: Array, degree: int) -> Array:
+        """Weighted integrals of eta^b xi^a, a, b <= degree, over each cell, (cells y, cells x, b, a, weights) [m^2].
 
         Green's theorem along x: the area integral equals the boundary integral of F dy, where F(x, y) is the
         integral of the integrand over the part of the cell left of x. An edge thus feeds the cell it runs in, and
         fills all cells of its row further left.
         """
-        start, end = self._split(edges)
+        start, end, owner = self._split(edges)
+        weights = weights[owner]
         middle = (start + end) / 2
         column, row = self.x.locate(middle[:, 0])[0], self.y.locate(middle[:, 1])[0]
-        along = (_EDGE_NODES + 1) / 2
+        # The integrand along an edge has degree 2 * degree + 1.
+        nodes, node_weights = np.polynomial.legendre.leggauss(degree + 1)
+        along = (nodes + 1) / 2
         points = start[:, None, :] + along[:, None] * (end - start)[:, None, :]
         half_x = self.x.sizes[column, None] / 2
         xi = (points[..., 0] - self.x.vertices[column, None]) / half_x - 1
         eta = 2 * (points[..., 1] - self.y.vertices[row, None]) / self.y.sizes[row, None] - 1
-        dy = (end - start)[:, 1, None] * _EDGE_WEIGHTS / 2
-        powers = np.arange(_DEGREE + 1)
-        left_integral = half_x[..., None] * (np.clip(xi, -1, 1)[..., None] ** (powers + 1) - (-1.0) ** (powers + 1))
+        dy = (end - start)[:, 1, None] * node_weights / 2
+        powers = np.arange(degree + 1)
+        left_integral = half_x[..., None] * (_powers(np.clip(xi, -1, 1), degree + 1)[..., 1:] - (-1.0) ** (powers + 1))
         left_integral /= powers + 1
-        height_integral = eta[..., None] ** powers * dy[..., None]
+        height_integral = _powers(eta, degree) * dy[..., None]
 
         cells = (self.y.element_count, self.x.element_count)
-        moments = np.zeros((*cells, _DEGREE + 1, _DEGREE + 1))
-        np.add.at(moments, (row, column), np.einsum("sqb,sqa->sba", height_integral, left_integral))
-        passing = np.zeros((*cells, _DEGREE + 1))
-        np.add.at(passing, (row, column), height_integral.sum(axis=1))
-        from_the_right = np.cumsum(passing[:, ::-1], axis=1)[:, ::-1] - passing
-        moments += from_the_right[..., None] * (self._full_row * self.x.sizes[:, None] / 2)[:, None, :]
-        return moments
+        # One sparse product adds each edge's share to its cell.
+        place = (row * self.x.element_count + column, np.arange(len(row)))
+        to_cells = sparse.csr_array((np.ones(len(row)), place), shape=(int(np.prod(cells)), len(row)))
+        own = np.einsum("sqb,sqa,sm->sbam", height_integral, left_integral, weights, optimize=True)
+        passing = np.einsum("sqb,sm->sbm", height_integral, weights)
+        moments = (to_cells @ own.reshape(own.shape[0], int(np.prod(own.shape[1:])))).reshape(*cells, *own.shape[1:])
+        heights = (to_cells @ passing.reshape(passing.shape[0], int(np.prod(passing.shape[1:])))).reshape(
+            *cells, *passing.shape[1:]
+        )
+        from_the_right = np.cumsum(heights[:, ::-1], axis=1)[:, ::-1] - heights
+        full_row = (1 - (-1.0) ** (powers + 1)) / (powers + 1)  # integrals of xi^a over [-1, 1]
+        widths = full_row * self.x.sizes[:, None] / 2
+        return moments + from_the_right[..., None, :] * widths[:, None, :, None]
 
-    def _split(self, edges: Array) -> tuple[Array, Array]:
-        """Cut edges (count, 2 ends, 2) at the grid lines; drop level ones and those off the sheet along y."""
+    def _split(self, edges: Array) -> tuple[Array, Array, np.ndarray]:
+        """Cut edges (count, 2 ends, 2) at the grid lines; drop level ones and those off the sheet along y.
+
+        Returns: starts and ends of the pieces, and the edge each belongs to.
+        """
         start, end = edges[:, 0], edges[:, 1]
         direction = end - start
-        cuts = [np.zeros((len(edges), 1)), np.ones((len(edges), 1))]
+        every = np.arange(len(edges))
+        owners, parameters = [every, every], [np.zeros(len(edges)), np.ones(len(edges))]
         for axis, line in ((0, self.x), (1, self.y)):
             with np.errstate(divide="ignore", invalid="ignore"):
                 crossing = (line.vertices - start[:, axis, None]) / direction[:, axis, None]
-            cuts.append(np.where((crossing > 0) & (crossing < 1), crossing, 0.0))
-        parameters = np.sort(np.concatenate(cuts, axis=1), axis=1)
-        owner, place = np.nonzero(np.diff(parameters, axis=1) > 0)
-        first, second = parameters[owner, place, None], parameters[owner, place + 1, None]
+            crossed, at = np.nonzero((crossing > 0) & (crossing < 1))
+            owners.append(crossed)
+            parameters.append(crossing[crossed, at])
+        owner, parameter = np.concatenate(owners), np.concatenate(parameters)
+        order = np.lexsort((parameter, owner))
+        owner, parameter = owner[order], parameter[order]
+        piece = np.flatnonzero((owner[:-1] == owner[1:]) & (parameter[:-1] < parameter[1:]))
+        first, second, owner = parameter[piece, None], parameter[piece + 1, None], owner[piece]
         begin = start[owner] + first * direction[owner]
         finish = np.where(second == 1.0, end[owner], start[owner] + second * direction[owner])
         height = (begin[:, 1] + finish[:, 1]) / 2
         kept = (height > self.y.vertices[0]) & (height < self.y.vertices[-1]) & (begin[:, 1] != finish[:, 1])
-        return begin[kept], finish[kept]
+        return begin[kept], finish[kept], owner[kept]
+
+
+def _powers(values: Array, degree: int) -> Array:
+    """Powers 0 to `degree`, in a last axis."""
+    powers = np.ones((*values.shape, degree + 1))
+    for k in range(degree):
+        np.multiply(powers[..., k], values, out=powers[..., k + 1])
+    return powers
 
 
 def oriented_edges(region: Polygon | MultiPolygon) -> Array:

@@ -1,0 +1,154 @@
+"""How far the pad's surface gives under contact cells: closed form near by, finite elements for the rest.
+
+What a patch of traction does close to itself is the response of a half space, known exactly (half_space.py). What
+the sheet adds, its thickness, layers and free sides, varies slowly and is resolved by a coarse mesh. The compliance
+between cells is therefore the half space's plus a smooth remainder: the finite elements' response minus the half
+space's, averaged over coarse patches and interpolated by splines that keep these averages.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from scipy.interpolate import CubicSpline, PPoly
+
+from mjtactile.cells import Cells, cells_of
+from mjtactile.fem import PARITIES, free_in_plane
+from mjtactile.folding import fold_forces
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.line import Line
+from mjtactile.pad import Array
+from mjtactile.table import table_name
+
+#: Patches along a side are as many as elements, or half as many from this number of elements on.
+_EVERY_ELEMENT_BELOW = 16
+#: A top layer thinner than this many patches is not what the surface feels like from a patch's distance.
+_THIN_LAYER = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCompliance:
+    """Compliance of one pad's surface between any contact cells; make it with `surface_compliance`.
+
+    Attributes:
+        normal_factor: of the half space, (1 - nu) / (2 pi G) [1/Pa].
+        poisson: Poisson ratio of the half space [-].
+        remainder: sheet minus half space between coarse patches, (3, patches, 3, patches) [m/N]; patches by row.
+        lines: patch ends along x and y [m].
+    """
+
+    normal_factor: float
+    poisson: float
+    remainder: Array
+    lines: tuple[Array, Array]
+
+    @cached_property
+    def _splines(self) -> tuple[PPoly, PPoly]:
+        return _averaging_spline(self.lines[0]), _averaging_spline(self.lines[1])
+
+    def normal(self, cells: Cells) -> Array:
+        """Mean normal displacement of each cell per normal force on each cell, (cells, cells) [m/N]."""
+        weights = self._weights(cells.centroids)
+        integrals = self.normal_factor * cells.half_space.inverse_distance
+        return integrals / np.outer(cells.areas, cells.areas) + weights @ self.remainder[2, :, 2, :] @ weights.T
+
+    def full(self, cells: Cells) -> Array:
+        """Mean displacement per force, (3, cells, 3, cells) [m/N], pad frame."""
+        integrals, share = cells.half_space, self.poisson / (1 - self.poisson)
+        along, across = integrals.coupling
+        # Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
+        distance, slope = integrals.inverse_distance, (1 - 2 * self.poisson) / (2 * (1 - self.poisson))
+        compliance = np.empty((3, cells.count, 3, cells.count))
+        compliance[0, :, 0] = distance + share * integrals.yy
+        compliance[1, :, 1] = distance + share * integrals.xx
+        compliance[0, :, 1] = compliance[1, :, 0] = -share * integrals.xy
+        compliance[2, :, 2] = distance
+        compliance[0, :, 2], compliance[2, :, 0] = slope * along, -slope * along
+        compliance[1, :, 2], compliance[2, :, 1] = slope * across, -slope * across
+        compliance *= self.normal_factor / (cells.areas[:, None, None] * cells.areas)
+        weights = self._weights(cells.centroids)
+        return compliance + np.einsum("ap,ipjq,bq->iajb", weights, self.remainder, weights, optimize=True)
+
+    def _weights(self, points: Array) -> Array:
+        """Share of each patch in the remainder at each point, (points, patches)."""
+        along_x, along_y = (spline(points[:, axis]) for axis, spline in enumerate(self._splines))
+        return (along_y[:, :, None] * along_x[:, None, :]).reshape(len(points), -1)
+
+
+def surface_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
+    """Compliance of the surface of the pad that influence matrices belong to."""
+    grid = influence.surface
+    lines = _patch_ends(grid.x), _patch_ends(grid.y)
+    sheet = _sheet_compliance(influence, lines)
+    patches = _rectangles(*lines)
+    top = influence.pad.layers[0]
+    factor = (1 - top.poisson) / (2 * np.pi * top.shear_modulus)
+    if top.thickness < _THIN_LAYER * min(np.diff(line).min() for line in lines):
+        factor = _felt_factor(sheet[2, :, 2], patches, (len(lines[1]) - 1, len(lines[0]) - 1))
+    half_space = SurfaceCompliance(factor, top.poisson, np.zeros_like(sheet), lines).full(patches)
+    return SurfaceCompliance(factor, top.poisson, sheet - half_space, lines)
+
+
+def _patch_ends(line: Line) -> Array:
+    """Mesh lines that bound the patches, all of them or about every second, symmetric about the middle."""
+    count = line.element_count if line.element_count < _EVERY_ELEMENT_BELOW else line.element_count // 2
+    half = np.round(np.linspace(0, line.element_count // 2, count // 2 + 1)).astype(int)
+    places = np.concatenate([half, line.element_count - half[-2::-1]]) if line.element_count % 2 == 0 else None
+    return line.vertices if places is None else line.vertices[places]
+
+
+def _sheet_compliance(influence: InfluenceMatrices, lines: tuple[Array, Array]) -> Array:
+    """Finite-element compliance between patches under constant traction, (3, patches, 3, patches) [m/N]."""
+    grid, quarter = influence.surface, influence.mesh.quarter()
+    shares_x, shares_y = _nodal_shares(grid.x, lines[0]), _nodal_shares(grid.y, lines[1])
+    nodal = np.einsum("ky,lx->klyx", shares_y, shares_x).reshape(-1, *grid.node_shape)
+    forces = np.zeros((3, len(nodal), *grid.node_shape, 3))
+    for component in range(3):
+        forces[component, ..., component] = nodal
+    total = 0.0
+    for parity in PARITIES:
+        columns = free_in_plane(quarter, parity)
+        folded = fold_forces(forces, parity).reshape(3 * len(nodal), -1)[:, columns.ravel()]
+        total = total + folded @ np.asarray(influence.tables[table_name("compliance", parity)]) @ folded.T
+    symmetric = (np.asarray(total) + np.asarray(total).T) / 2
+    return symmetric.reshape(3, len(nodal), 3, len(nodal))
+
+
+def _nodal_shares(line: Line, ends: Array) -> Array:
+    """Nodal forces of a unit force spread evenly over each patch, (patches, nodes); Simpson's rule is exact here."""
+    shares = np.zeros((len(ends) - 1, line.node_count))
+    patch = np.searchsorted(ends, (line.vertices[:-1] + line.vertices[1:]) / 2) - 1
+    for place, share in enumerate((1 / 6, 4 / 6, 1 / 6)):
+        np.add.at(shares, (patch, 2 * np.arange(line.element_count) + place), share * line.sizes)
+    return shares / np.diff(ends)[:, None]
+
+
+def _rectangles(x: Array, y: Array) -> Cells:
+    low_x, low_y = (low.ravel() for low in np.meshgrid(x[:-1], y[:-1]))
+    high_x, high_y = (high.ravel() for high in np.meshgrid(x[1:], y[1:]))
+    boxes = shapely.box(low_x, low_y, high_x, high_y)
+    return cells_of(boxes, np.arange(len(boxes)))
+
+
+def _felt_factor(sheet: Array, patches: Cells, shape: tuple[int, int]) -> float:
+    """Factor of the half space that gives like the sheet under a load that alternates in the middle of the surface.
+
+    A skin thinner than the patches says little about how the surface gives at their distance.
+    """
+    row, column = shape[0] // 2, shape[1] // 2
+    load = np.zeros(shape)
+    load[row, column] = 1.0
+    for near_row, near_column in ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)):
+        load[near_row % shape[0], near_column % shape[1]] -= 0.25
+    force = load.ravel()
+    unit = patches.half_space.inverse_distance / np.outer(patches.areas, patches.areas)
+    return float(force @ sheet @ force / (force @ unit @ force))
+
+
+def _averaging_spline(ends: Array) -> PPoly:
+    """Quadratic spline weights of patch values whose interpolant has these values as its averages over the patches."""
+    running = np.vstack([np.zeros(len(ends) - 1), np.cumsum(np.diag(np.diff(ends)), axis=0)])
+    return CubicSpline(ends, running, axis=0).derivative()

@@ -1,0 +1,186 @@
+"""Closed-form response of an elastic half space to tractions that are constant on polygons.
+
+A half space answers a point force on its surface with displacements of the form 1/r, x^2/r^3, x y/r^3 and x/r^2
+(Boussinesq, Cerruti; Johnson, Contact Mechanics, 1985, section 3.2). Averages over one polygon of the response to
+another are area integrals of these kernels over both. Each kernel is a sum of second derivatives, 1/r of the distance
+r itself, so the divergence theorem turns both area integrals into integrals over the polygons' edges,
+
+    int_A int_B d_a d_b r dA dB = - oint_A oint_B n_a n'_b r ds ds',
+
+with a smooth integrand. A Taylor series does for edges far apart; for near ones the inner integral is in closed form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+
+from mjtactile.pad import Array
+
+Indices = npt.NDArray[np.int64]
+
+#: Edges nearer than this, over the sum of their lengths, are integrated in closed form.
+_NEAR = 1.5
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+#: Edges count as one where middles and lengths agree to this fraction of the whole extent.
+_SAME_EDGE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpaceIntegrals:
+    """Integrals over pairs of cells, r and (x, y) from a point of the second cell to one of the first.
+
+    Attributes:
+        xx: of the second derivative of r by x twice, which is y^2/r^3; shape (cells, cells) [m^3].
+        xy: of that by x and y, which is -x y/r^3.
+        yy: of that by y twice, which is x^2/r^3.
+        edges: of all cells, for `coupling`.
+        owner: the cell each edge belongs to.
+        scale: lengths of these cells over those of `edges`.
+        angle: counter-clockwise from those of `edges` to these cells [rad].
+    """
+
+    xx: Array
+    xy: Array
+    yy: Array
+    edges: Array
+    owner: Indices
+    scale: float = 1.0
+    angle: float = 0.0
+    unplaced: HalfSpaceIntegrals | None = None
+
+    @cached_property
+    def inverse_distance(self) -> Array:
+        """Integrals of 1/r [m^3]."""
+        return self.xx + self.yy
+
+    @cached_property
+    def coupling(self) -> tuple[Array, Array]:
+        """Integrals of x/r^2 and y/r^2 [m^3]."""
+        if self.unplaced is None:
+            return _coupling_integrals(self.edges, self.owner)
+        along, across = (self.scale**3 * one for one in self.unplaced.coupling)
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return cosine * along - sine * across, sine * along + cosine * across
+
+    def placed(self, scale: float, angle: float) -> HalfSpaceIntegrals:
+        """The integrals of the same cells scaled and turned counter-clockwise by an angle [rad]."""
+        cosine, sine = np.cos(angle), np.sin(angle)
+        volume = scale**3
+        turned_xx = cosine**2 * self.xx - 2 * cosine * sine * self.xy + sine**2 * self.yy
+        turned_yy = sine**2 * self.xx + 2 * cosine * sine * self.xy + cosine**2 * self.yy
+        turned_xy = cosine * sine * (self.xx - self.yy) + (cosine**2 - sine**2) * self.xy
+        return HalfSpaceIntegrals(
+            volume * turned_xx, volume * turned_xy, volume * turned_yy, self.edges, self.owner, scale, angle, self
+        )
+
+
+def half_space_integrals(edges: Array, owner: Indices) -> HalfSpaceIntegrals:
+    """Integrals over all pairs of cells.
+
+    Args:
+        edges: of all cells, cell on the left, shape (edges, 2 ends, 2) [m].
+        owner: the cell each edge belongs to, shape (edges,).
+    """
+    first, place = distinct_edges(edges)
+    distinct = edges[first]
+    distances = _edge_integrals_of_distance(distinct)
+    normal_x, normal_y = _boundary_operators(edges, owner, place, len(distinct))
+    along_x, along_y = normal_x @ distances, normal_y @ distances
+    xx, xy, yy = -(normal_x @ along_x.T), -(normal_y @ along_x.T), -(normal_y @ along_y.T)
+    return HalfSpaceIntegrals(*((one + one.T) / 2 for one in (xx, xy, yy)), edges, owner)
+
+
+def distinct_edges(edges: Array) -> tuple[Indices, Indices]:
+    """Edges without duplicates, whichever way they run: their places, and for each edge its place among them."""
+    resolution = _SAME_EDGE * np.ptp(edges.reshape(-1, 2), axis=0).max()
+    length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    keys = np.column_stack([edges.mean(axis=1), length]) / resolution
+    _, first, place = np.unique(np.round(keys).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    return first, place.ravel().astype(np.int64)
+
+
+def _boundary_operators(edges: Array, owner: Indices, place: Indices, count: int) -> list[sparse.csr_array]:
+    """Outward normals x and y as matrices (cells, distinct edges)."""
+    along = edges[:, 1] - edges[:, 0]
+    along = along / np.linalg.norm(along, axis=1, keepdims=True)
+    shape = (int(owner.max()) + 1, count)
+    return [sparse.csr_array((normal, (owner, place)), shape=shape) for normal in (along[:, 1], -along[:, 0])]
+
+
+def _edge_integrals_of_distance(edges: Array) -> Array:
+    """Double integrals of the distance over all pairs of edges, shape (edges, edges) [m^3]."""
+    start, along = edges[:, 0], edges[:, 1] - edges[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    unit, middle = along / length[:, None], edges.mean(axis=1)
+    distance = _distances(middle)
+    integrals = _expanded(unit, middle, length, distance)
+    near = distance < _NEAR * (length[:, None] + length)
+    # Gauss points on the shorter edge, the closed form along the longer one.
+    shorter, longer = np.nonzero(near & (length[:, None] <= length))
+    values = np.zeros(len(shorter))
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        points = middle[shorter] + node / 2 * along[shorter]
+        values += weight / 2 * length[shorter] * _line_integral(points, start[longer], unit[longer], length[longer])
+    integrals[shorter, longer] = values
+    integrals[longer, shorter] = values
+    return integrals
+
+
+def _expanded(unit: Array, middle: Array, length: Array, distance: Array) -> Array:
+    """Integrals of the distance over pairs of far edges: its Taylor series to second order about the middles."""
+    projection = unit @ middle.T
+    own = np.diagonal(projection)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = 1.0 / distance
+        sine_first = 1.0 - ((own[:, None] - projection) * inverse) ** 2
+        bend = length[:, None] ** 2 * sine_first * inverse
+        return (distance + (bend + bend.T) / 24) * (length[:, None] * length)
+
+
+def _line_integral(points: Array, start: Array, unit: Array, length: Array) -> Array:
+    """Integral of the distance from each point along a line: 1/2 [s r + d^2 asinh(s / d)] between its ends."""
+    offset = start - points
+    low = np.einsum("ei,ei->e", offset, unit)
+    high = low + length
+    square = np.maximum(np.einsum("ei,ei->e", offset, offset) - low**2, 0.0)
+    # The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
+    low, high = np.where(low + high < 0.0, -high, low), np.where(low + high < 0.0, -low, high)
+    to_low, to_high = np.sqrt(low**2 + square), np.sqrt(high**2 + square)
+    bend = square * np.log((high + to_high) / np.maximum(low + to_low, 1e-12 * length))
+    return 0.5 * (high * to_high - low * to_low + bend)
+
+
+def _distances(points: Array) -> Array:
+    """Between all pairs of points (n, 2), shape (n, n)."""
+    x, y = points[:, 0], points[:, 1]
+    square = (x[:, None] - x) ** 2
+    square += (y[:, None] - y) ** 2
+    return np.sqrt(square, out=square)
+
+
+def _coupling_integrals(edges: Array, owner: Indices) -> tuple[Array, Array]:
+    """Integrals of x/r^2 and y/r^2 over pairs of cells [m^3].
+
+    x/r^2 is the Laplacian of x (2 ln r - 1) / 4, smooth enough for Gauss points throughout.
+    """
+    first_places, place = distinct_edges(edges)
+    distinct = edges[first_places]
+    along, middle = distinct[:, 1] - distinct[:, 0], distinct.mean(axis=1)
+    length = np.linalg.norm(along, axis=1)
+    potentials = np.zeros((2, len(distinct), len(distinct)))
+    for first, first_weight in zip(_NODES, _WEIGHTS, strict=True):
+        for second, second_weight in zip(_NODES, _WEIGHTS, strict=True):
+            offset = (middle + first / 2 * along)[:, None, :] - (middle + second / 2 * along)[None, :, :]
+            square = np.einsum("abi,abi->ab", offset, offset)
+            logarithm = np.log(np.where(square > 0.0, square, 1.0)) - 1.0
+            potentials += first_weight * second_weight / 16 * (offset.transpose(2, 0, 1) * logarithm)
+    potentials *= length[:, None] * length
+    operators = _boundary_operators(edges, owner, place, len(distinct))
+    coupled = [-sum(normal @ (normal @ potential).T for normal in operators).T for potential in potentials]
+    along_x, along_y = ((one - one.T) / 2 for one in coupled)
+    return along_x, along_y
