@@ -136,7 +136,7 @@ class TriangleSurface:
         vertices = corners.reshape(-1, 3)
         known = sheet.holds(vertices[:, 0], vertices[:, 1]) & (vertices[:, 2] >= floor)
         crossings = sheet.crossings(vertices, np.roll(corners, -1, axis=1).reshape(-1, 3))
-        at_corners = self.heights(pose, *sheet.corners.T, floor)
+        at_corners = self.heights(pose, sheet.corners[:, 0], sheet.corners[:, 1], floor)
         found = np.concatenate([vertices[known, 2], crossings[crossings[:, 2] >= floor, 2], at_corners])
         return float(found.min(initial=np.inf))
 

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile.envelope import TriangleSurface
+from mjtactile.envelope import Indices, TriangleSurface
 from mjtactile.errors import FootprintError
 from mjtactile.gap import Array, Box, Cylinder, HalfSpace, Pose, Shape
 from mjtactile.planar import areal
@@ -61,7 +61,7 @@ class LowerSurface:
             faces.append(face)
         if not _is_plane(np.concatenate([face.corners for face in faces]), level):
             return None
-        return areal(shapely.union_all([_outline(face) for face in faces]))
+        return _union([_outline(face) for face in faces])
 
 
 def lower_surface(
@@ -72,16 +72,16 @@ def lower_surface(
     Args:
         shapes: with their poses in the pad frame.
         sheet: the sensing surface.
-        depth: of the pad [m]: what is lower than its underside does not face it.
+        depth: of the pad [m]: what is lower than its underside does not face it, nor what is as high above it.
         facing_gap: parts lower than the rest by more than this, within half of it from the sheet's rim, are beside
             the pad [m].
 
     Raises:
-        FootprintError: nothing is above the sheet but such slivers.
+        FootprintError: nothing is above the sheet within reach but such slivers.
     """
     inner = sheet.shrunk(facing_gap / 2)
     touch = min((shape.lowest(pose, inner, -depth) for shape, pose in shapes), default=np.inf)
-    if not np.isfinite(touch):
+    if touch > depth:
         raise FootprintError(
             f"nothing of it is over the surface, or only a sliver at the rim, {facing_gap / 2 * 1e6:.3g} um wide. "
             "Press further in from the edge."
@@ -96,7 +96,7 @@ class _Face(NamedTuple):
 
     corners: Array  #: of their parts over the sheet, in the pad frame [m], shape (n, 3)
     outlines: list[Polygon]  #: of each [m]; empty for triangles
-    triangles: tuple[TriangleSurface, Pose, Array] | None = None  #: surface, pose and numbers
+    triangles: tuple[TriangleSurface, Pose, Indices] | None = None  #: surface, pose and numbers
 
 
 def _face(shape: Shape, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> _Face | None:
@@ -137,7 +137,7 @@ def _triangle_face(
     np.maximum.at(high, owner, points[:, 2])
     flat = (high <= ceiling) & (low >= floor)
     slanted = (low < ceiling) & (high > ceiling)
-    areas = shapely.area(shapely.polygons(corners[..., :2]))
+    areas = np.asarray(shapely.area(shapely.polygons(corners[..., :2])))
     # A triangle's part below the ceiling is at most this share of it squared or its complement; this bounds neither
     # by much and needs no cutting.
     beside = (areas[slanted] * (ceiling - low[slanted]) / (high[slanted] - low[slanted])).sum()
@@ -146,15 +146,15 @@ def _triangle_face(
     return _Face(points[flat[owner]], [], (surface, pose, numbers[flat]))
 
 
-def _clipped(corners: Array, sheet: Rectangle) -> tuple[Array, Array]:
+def _clipped(corners: Array, sheet: Rectangle) -> tuple[Array, Indices]:
     """Corners of the parts of triangles over a rectangle, shape (n, 3) [m], and the triangle each belongs to."""
     inside = sheet.holds(corners[..., 0], corners[..., 1]).all(axis=1)
     whole, cut = np.flatnonzero(inside), np.flatnonzero(~inside)
     points, owner = corners[whole].reshape(-1, 3), np.repeat(whole, 3)
     if len(cut) == 0:
         return points, owner
-    parts = shapely.intersection(shapely.polygons(corners[cut, :, :2]), shapely.box(*sheet))
-    parts[shapely.area(parts) == 0.0] = Polygon()
+    parts = np.asarray(shapely.intersection(shapely.polygons(corners[cut, :, :2]), shapely.box(*sheet)))
+    parts[np.asarray(shapely.area(parts)) == 0.0] = Polygon()
     rims, index = shapely.get_coordinates(parts, return_index=True)
     first = corners[cut[index], 0]
     a, b = corners[cut[index], 1] - first, corners[cut[index], 2] - first
@@ -174,6 +174,11 @@ def _is_plane(points: Array, level: bool) -> bool:
 
 def _outline(face: _Face) -> Polygon | MultiPolygon:
     if face.triangles is None:
-        return areal(shapely.union_all(face.outlines))
+        return _union(face.outlines)
     surface, pose, numbers = face.triangles
     return surface.outline(pose, numbers)
+
+
+def _union(areas: Sequence[Polygon | MultiPolygon]) -> Polygon | MultiPolygon:
+    """A single area stays as it is, its first corner the first: laws that know it from before look for that."""
+    return areas[0] if len(areas) == 1 else areal(shapely.union_all(areas))

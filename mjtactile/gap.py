@@ -159,6 +159,9 @@ class Box:
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
         """See Shape."""
+        bottom = pose.position - pose.rotation @ (np.sign(pose.rotation[2]) * self.half_sizes)
+        if sheet.holds(bottom[0], bottom[1]) and bottom[2] >= floor:
+            return float(bottom[2])
         return min((sheet.lowest_of_polygon(corners, floor) for corners in self._lower_faces(pose)), default=np.inf)
 
     def facets(self, pose: Pose) -> list[Facet]:
@@ -193,7 +196,7 @@ class HalfSpace:
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
         """See Shape."""
-        return float(self.heights(pose, *sheet.corners.T, floor).min())
+        return float(self.heights(pose, sheet.corners[:, 0], sheet.corners[:, 1], floor).min())
 
     def facets(self, pose: Pose) -> list[Facet]:
         """The whole plane where it faces down; what an outline can hold of it, a kilometre square."""
@@ -212,14 +215,14 @@ def _rays(pose: Pose, x: Array, y: Array) -> tuple[Array, Array]:
 
 def _through_unit_ball(origins: Array, direction: Array) -> tuple[Array, Array]:
     """Where lines enter and leave the unit ball, each of shape (n,); entry after exit for those that miss it."""
-    square = direction @ direction
+    square = float(direction @ direction)
     nearest = -(origins @ direction) / square
     return _around(nearest, 1.0 - ((origins + nearest[:, None] * direction) ** 2).sum(axis=1), square)
 
 
 def _through_barrel(origins: Array, direction: Array, radius: float) -> tuple[Array, Array]:
     """Where lines enter and leave the endless cylinder about z, as in `_through_unit_ball`."""
-    square = direction[:2] @ direction[:2]
+    square = float(direction[:2] @ direction[:2])
     if square < _PARALLEL**2:
         outside = (origins[:, :2] ** 2).sum(axis=1) > radius**2
         return np.where(outside, np.inf, -np.inf), np.where(outside, -np.inf, np.inf)

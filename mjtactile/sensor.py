@@ -2,62 +2,56 @@
 
 from __future__ import annotations
 
-import contextlib
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 import shapely
-import trimesh
 from shapely import MultiPolygon, Polygon
 
 from mjtactile.cache import influence_matrices
 from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.errors import ContactWarning, FootprintError, SceneError
-from mjtactile.footprint import Footprint
-from mjtactile.geom import body_face, geom_solid, pressing_geoms
+from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
+from mjtactile.footprint import FACING_GAP, Footprint
+from mjtactile.imprint import GapImprints, Imprints, SectionImprints
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Array, Pad
 from mjtactile.planar import areal
+from mjtactile.preset import Fidelity
 from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
 
-#: What is no higher than this above a body's lowest point faces the pad [m], by default.
-FACING_GAP = 50e-6
-#: A footprint is kept while no coordinate of its pose relative to the pad moves by more than this [m or 1].
-POSE_TOLERANCE = 1e-9
 #: Largest difference between a pad's size and its geom's [m].
 _SIZE_TOLERANCE = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class _KeptFootprint:
-    """A body's footprint and the poses of its geoms relative to the pad it was cut for."""
-
-    poses: Array
-    footprint: Footprint
+#: What a sensor without a law of its own uses where its influence matrices have none either.
+_PLAIN_LAW = "uniform"
 
 
 class TactileSensor:
     """Readings of a pad that is a box geom of a MuJoCo model; its +z face senses.
 
     Contact forces come from MuJoCo, footprints from the geometry of what touches: a body's visual geoms where it has
-    some, its colliding geoms otherwise. Flat faces are what law "uniform" is made for; of a curved body, the part
-    within `facing_gap` of its lowest point presses.
+    some, its colliding geoms otherwise. Law "uniform" takes the section of a body `facing_gap` above its lowest point
+    for its footprint, the others the true shape: the outline of a flat face, the gap map of any other.
 
     Args:
         model: compiled model.
         pad: its size and thickness must be the geom's; by default the paper's.
         geom: name of the pad's geom.
         mesh: "draft", "default", "fine" or a MeshDensity; ignored when `influence` is given.
+        preset: fidelity by name in place of a mesh, see `influence_matrices`; ignored when `influence` is given.
         influence: influence matrices of this pad, where they are at hand.
-        law: contact law, see `contact_load`.
+        law: contact law, see `contact_load`; None for the influence matrices' own.
+        tangential: how shear is spread, see `contact_load`.
+        friction: sliding friction for tangential "coulomb" [-]; None for that of MuJoCo's contacts.
+        tilt: "free" or "fixed", see `contact_load`; None for "free".
         facing_gap: [m].
 
     Raises:
         SceneError: when the model has no such geom, or it is not a box of the pad's size.
+        ContactError: when there is no such tilt.
     """
 
     def __init__(
@@ -66,9 +60,13 @@ class TactileSensor:
         pad: Pad | None = None,
         *,
         geom: str = "pad",
-        mesh: str | MeshDensity = "default",
+        mesh: str | MeshDensity | None = None,
+        preset: str | Fidelity | None = None,
         influence: InfluenceMatrices | None = None,
-        law: str = "uniform",
+        law: str | None = None,
+        tangential: str = "proportional",
+        friction: float | None = None,
+        tilt: str | None = None,
         facing_gap: float = FACING_GAP,
     ) -> None:
         self.model = model
@@ -79,11 +77,13 @@ class TactileSensor:
                 f"the influence matrices belong to a {influence.pad.summary}, the sensor to a {self.pad.summary}. "
                 "Make them with influence_matrices(pad)."
             )
-        self.influence = influence_matrices(self.pad, mesh) if influence is None else influence
-        self.law = law
+        if tilt not in (None, "free", "fixed"):
+            raise ContactError(f"tilt {tilt!r} does not exist. Available: free, fixed.")
+        self.influence = influence_matrices(self.pad, mesh, preset=preset) if influence is None else influence
+        self.law = law if law is not None else _own_law(self.influence)
+        self.tangential, self.friction, self.tilt = tangential, friction, tilt or "free"
         self.facing_gap = facing_gap
-        self._solids: dict[int, trimesh.Trimesh] = {}
-        self._kept: dict[int, _KeptFootprint] = {}
+        self._imprints = self._new_imprints()
 
     def read(self, data: mujoco.MjData) -> Array:
         """Von Mises readings (layers, rows, columns) [Pa] from the contacts of the last step or forward pass.
@@ -97,8 +97,10 @@ class TactileSensor:
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
         """Tractions on the pad; None without contact. Its resultant is MuJoCo's contact wrench."""
         total: SurfaceLoad | None = None
-        for footprint, wrench in self._touches(data):
-            load = contact_load(self.influence, footprint, wrench[:3], moment=wrench[3:], law=self.law)
+        for touch in self._touches(data):
+            load = contact_load(
+                self.influence, touch.footprint, touch.wrench[:3], moment=touch.wrench[3:], **self._options(data, touch)
+            )
             total = load if total is None else total + load
         return total
 
@@ -108,14 +110,14 @@ class TactileSensor:
 
     def outline(self, data: mujoco.MjData) -> Polygon | MultiPolygon:
         """What faces the pad of all bodies that press on it, in the pad frame [m]; empty without contact."""
-        return areal(shapely.union_all([footprint.outline for footprint, _ in self._touches(data)]))
+        return areal(shapely.union_all([touch.footprint.outline for touch in self._touches(data)]))
 
     def forget_footprints(self) -> None:
-        """Cut every footprint anew at the next reading."""
-        self._kept.clear()
+        """Make every footprint anew at the next reading, also of height fields that have changed."""
+        self._imprints.forget()
 
-    def _touches(self, data: mujoco.MjData) -> Iterator[tuple[Footprint, Array]]:
-        """Footprint and wrench of each body that presses on the pad."""
+    def _touches(self, data: mujoco.MjData) -> Iterator[_Touch]:
+        """Each body that presses on the pad."""
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
         for body, wrench in contacts.by_body(self.model).items():
@@ -124,7 +126,7 @@ class TactileSensor:
             known = contacts.geoms[contacts.geoms >= 0]  # flexes are no geoms
             touching = known[self.model.geom_bodyid[known] == body]
             try:
-                yield self._footprint(data, frame, body, touching), wrench
+                yield _Touch(body, self._footprint(data, frame, body, touching), wrench)
             except FootprintError as error:
                 warnings.warn(
                     f"{self._label(body)} presses on the pad with {np.linalg.norm(wrench[:3]):.3g} N, but not on its "
@@ -139,46 +141,43 @@ class TactileSensor:
     def _footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: np.ndarray) -> Footprint:
         if body < 0:
             raise FootprintError("it is a flex, whose footprint is not modelled. Press with geoms.")
-        choices = pressing_geoms(self.model, body, touching)
-        poses = np.concatenate([self._relative_pose(data, frame, int(g)) for geoms in choices for g in geoms])
-        kept = self._kept.get(body)
-        if kept is not None and kept.poses.shape == poses.shape and np.abs(kept.poses - poses).max() <= POSE_TOLERANCE:
-            return kept.footprint
-        *likelier, last = choices
-        footprint = None
-        for geoms in likelier:
-            with contextlib.suppress(FootprintError):
-                footprint = self._cut(data, frame, geoms)
-        footprint = footprint or self._cut(data, frame, last)
-        self._kept[body] = _KeptFootprint(poses, footprint)
-        return footprint
+        return self._imprints.footprint(data, frame, body, touching)
 
-    def _cut(self, data: mujoco.MjData, frame: PadFrame, geoms: np.ndarray) -> Footprint:
-        """Footprint of some geoms of one body.
+    def _new_imprints(self) -> Imprints:
+        if self.law == "uniform":
+            return SectionImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap)
+        level = self.tilt == "fixed"
+        return GapImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap, level=level)
 
-        Raises:
-            FootprintError: when they are not over the sensing surface by more than a sliver, which is what sinks into
-                the pad's flank.
-        """
-        solids = [(self._solid(int(g)), data.geom_xpos[g], data.geom_xmat[g].reshape(3, 3)) for g in geoms]
-        footprint = Footprint.from_outline(body_face(solids, frame, self.facing_gap), self.influence)
-        if footprint.outline.buffer(-self.facing_gap / 2).is_empty:
-            raise FootprintError(
-                f"what is over the surface is a sliver narrower than {self.facing_gap * 1e6:.3g} um. "
-                "Press further in from the edge."
-            )
-        return footprint
+    def _options(self, data: mujoco.MjData, touch: _Touch) -> dict[str, Any]:
+        """How `contact_load` shall spread a body's wrench."""
+        options: dict[str, Any] = {"law": self.law}
+        if self.tilt != "free":
+            options["tilt"] = self.tilt
+        if self.tangential != "proportional":
+            options["tangential"] = self.tangential
+        if self.tangential == "coulomb":
+            options["friction"] = self._friction(data, touch.body) if self.friction is None else self.friction
+        return options
 
-    def _relative_pose(self, data: mujoco.MjData, frame: PadFrame, geom: int) -> Array:
-        """Id, position and rotation of a geom in the pad frame, shape (13,)."""
-        position = frame.rotation.T @ (data.geom_xpos[geom] - frame.position)
-        rotation = frame.rotation.T @ data.geom_xmat[geom].reshape(3, 3)
-        return np.concatenate([[geom], position, rotation.ravel()])
+    def _friction(self, data: mujoco.MjData, body: int) -> float:
+        """The largest sliding friction of a body's contacts with the pad: what they hold, the law can hold [-]."""
+        pairs = data.contact.geom.reshape(-1, 2)
+        on_pad = (pairs == self.geom).any(axis=1) & (pairs >= 0).all(axis=1)
+        bodies = self.model.geom_bodyid[pairs]
+        return float(data.contact.friction[on_pad & (bodies == body).any(axis=1), :2].max())
 
-    def _solid(self, geom: int) -> trimesh.Trimesh:
-        if geom not in self._solids:
-            self._solids[geom] = geom_solid(self.model, geom)
-        return self._solids[geom]
+
+class _Touch(NamedTuple):
+    """A body that presses on the pad."""
+
+    body: int
+    footprint: Footprint
+    wrench: Array  #: [N, N m], shape (6,)
+
+
+def _own_law(influence: InfluenceMatrices) -> str:
+    return getattr(getattr(influence, "fidelity", None), "law", _PLAIN_LAW)
 
 
 def _pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 from shapely import Polygon, box
 
+import mjtactile.imprint
 import mjtactile.sensor
 from mjtactile.contact import contact_load
 from mjtactile.errors import ContactWarning, SceneError
@@ -196,13 +197,13 @@ def test_without_contact_nothing_is_computed(draft, monkeypatch):
 
 def counted_faces(monkeypatch) -> list[int]:
     calls = []
-    original = mjtactile.sensor.body_face
+    original = mjtactile.imprint.body_face
 
     def counting(*args):
         calls.append(1)
         return original(*args)
 
-    monkeypatch.setattr(mjtactile.sensor, "body_face", counting)
+    monkeypatch.setattr(mjtactile.imprint, "body_face", counting)
     return calls
 
 

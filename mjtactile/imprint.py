@@ -1,0 +1,210 @@
+"""Footprints of the bodies of a MuJoCo model on one pad, made anew only where a body has moved over the pad.
+
+Bodies press with their visual geoms where they have some over the pad, with colliding ones otherwise: bodies often
+collide by stand-ins (feet, convex pieces) beside geoms that show the true shape.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import shapely
+import trimesh
+from shapely.geometry.base import BaseGeometry
+
+from mjtactile.errors import FootprintError
+from mjtactile.facing import LowerSurface, lower_surface
+from mjtactile.footprint import Footprint
+from mjtactile.gap import Array, Pose, Shape
+from mjtactile.geom import body_face, geom_shape, geom_solid, pressing_geoms
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.planar import areal
+from mjtactile.search import Rectangle
+from mjtactile.wrench import Indices, PadFrame
+
+#: A footprint is kept while no coordinate of its pose relative to the pad moves by more than this [m or 1].
+POSE_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A body's footprint and the poses of its geoms relative to the pad it was made for."""
+
+    poses: Array
+    footprint: Footprint
+
+
+class Imprints(ABC):
+    """Footprints on one pad.
+
+    Args:
+        model: compiled model.
+        pad_geom: id of the pad's geom.
+        influence: of the pad.
+        facing_gap: what is no higher than this above a body's first touch faces the pad [m].
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, pad_geom: int, influence: InfluenceMatrices, *, facing_gap: float
+    ) -> None:
+        self.model = model
+        self.pad_geom = pad_geom
+        self.influence = influence
+        self.facing_gap = facing_gap
+        self._kept: dict[int, _Kept] = {}
+
+    def footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Footprint:
+        """Footprint of a body that presses on the pad.
+
+        Args:
+            data: state of the model.
+            frame: of the pad.
+            body: id.
+            touching: ids of its geoms that touch the pad.
+
+        Raises:
+            FootprintError: when nothing of it is over the sensing surface.
+            SceneError: when one of its geoms has no solid or surface to press with.
+        """
+        choices = self._choices(body, touching)
+        geoms = np.concatenate(choices)
+        positions = (data.geom_xpos[geoms] - frame.position) @ frame.rotation
+        rotations = frame.rotation.T @ data.geom_xmat[geoms].reshape(-1, 3, 3)
+        poses = np.column_stack([geoms.astype(float), positions, rotations.reshape(-1, 9)])
+        kept = self._kept.get(body)
+        if kept is not None and kept.poses.shape == poses.shape and np.abs(kept.poses - poses).max() <= POSE_TOLERANCE:
+            return kept.footprint
+        placed = {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
+        *likelier, last = choices
+        footprint = None
+        for choice in likelier:
+            with contextlib.suppress(FootprintError):
+                footprint = self._made({int(g): placed[int(g)] for g in choice})
+        footprint = footprint or self._made({int(g): placed[int(g)] for g in last})
+        self._kept[body] = _Kept(poses, footprint)
+        return footprint
+
+    def forget(self) -> None:
+        """Make every footprint anew, and everything that was kept of the geoms' shapes."""
+        self._kept.clear()
+
+    def _choices(self, body: int, touching: Indices) -> list[Indices]:
+        return pressing_geoms(self.model, body, touching)
+
+    @abstractmethod
+    def _made(self, placed: dict[int, Pose]) -> Footprint:
+        """Footprint of some geoms of one body in their poses in the pad frame."""
+
+
+class SectionImprints(Imprints):
+    """Footprints that are sections of the bodies' solids `facing_gap` above their lowest points, for law "uniform"."""
+
+    def __init__(
+        self, model: mujoco.MjModel, pad_geom: int, influence: InfluenceMatrices, *, facing_gap: float
+    ) -> None:
+        super().__init__(model, pad_geom, influence, facing_gap=facing_gap)
+        self._solids: dict[int, trimesh.Trimesh] = {}
+
+    def forget(self) -> None:
+        """See Imprints."""
+        super().forget()
+        self._solids.clear()
+
+    def _made(self, placed: dict[int, Pose]) -> Footprint:
+        for geom in placed.keys() - self._solids.keys():
+            self._solids[geom] = geom_solid(self.model, geom)
+        solids = [(self._solids[geom], pose.position, pose.rotation) for geom, pose in placed.items()]
+        here = PadFrame(np.zeros(3), np.eye(3))
+        footprint = Footprint.from_outline(body_face(solids, here, self.facing_gap), self.influence)
+        if footprint.outline.buffer(-self.facing_gap / 2).is_empty:
+            raise FootprintError(
+                f"what is over the surface is a sliver narrower than {self.facing_gap * 1e6:.3g} um. "
+                "Press further in from the edge."
+            )
+        return footprint
+
+
+class GapImprints(Imprints):
+    """Footprints that are outlines where a body's face is flat, and gap maps where it is not.
+
+    Args:
+        model: compiled model.
+        pad_geom: id of the pad's geom.
+        influence: of the pad.
+        facing_gap: see Imprints.
+        level: whether a face must be parallel to the pad to count as flat, because its body cannot tilt.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        pad_geom: int,
+        influence: InfluenceMatrices,
+        *,
+        facing_gap: float,
+        level: bool = False,
+    ) -> None:
+        super().__init__(model, pad_geom, influence, facing_gap=facing_gap)
+        self.level = level
+        self._sheet = Rectangle(*influence.surface.sheet.bounds)
+        self._depth = influence.pad.thickness
+        self._shapes: dict[int, Shape] = {}
+
+    def surface(self, placed: dict[int, Pose]) -> LowerSurface:
+        """Lower surface of some geoms of one body in their poses in the pad frame.
+
+        Raises:
+            FootprintError: when nothing of it is over the sensing surface, or only far above.
+        """
+        near = {geom: pose for geom, pose in placed.items() if self._may_touch(geom, pose)}
+        for geom in near.keys() - self._shapes.keys():
+            self._shapes[geom] = geom_shape(self.model, geom)
+        shapes = [(self._shapes[geom], pose) for geom, pose in near.items()]
+        return lower_surface(shapes, self._sheet, depth=self._depth, facing_gap=self.facing_gap)
+
+    def forget(self) -> None:
+        """See Imprints."""
+        super().forget()
+        self._shapes.clear()
+
+    def _choices(self, body: int, touching: Indices) -> list[Indices]:
+        """Beside what touches now, all of the body that may touch as it presses deeper."""
+        *shown, _ = pressing_geoms(self.model, body, touching)
+        own, model, pad = np.flatnonzero(self.model.geom_bodyid == body), self.model, self.pad_geom
+        collides = (model.geom_contype[own] & model.geom_conaffinity[pad]) != 0
+        collides |= (model.geom_conaffinity[own] & model.geom_contype[pad]) != 0
+        return [*shown, np.union1d(own[collides], touching)]
+
+    def _made(self, placed: dict[int, Pose]) -> Footprint:
+        surface = self.surface(placed)
+        face = surface.flat_face(self.facing_gap, level=self.level)
+        if face is not None:
+            return Footprint.from_outline(face, self.influence)
+        outline = surface.flat_face(self.facing_gap) if self.level else None
+        try:
+            return Footprint.from_gap(surface.gap, self.influence, outline=outline)
+        except FootprintError:  # too small to find on the whole sheet
+            return Footprint.from_gap(surface.gap, self.influence, outline=self._shadow(placed))
+
+    def _shadow(self, placed: dict[int, Pose]) -> BaseGeometry:
+        """Squares about the balls about geoms [m]."""
+        squares = [
+            shapely.Point(pose.position[:2]).buffer(self.model.geom_rbound[geom], cap_style="square")
+            for geom, pose in placed.items()
+            if self._may_touch(geom, pose) and self.model.geom_rbound[geom] > 0.0
+        ]
+        return areal(shapely.union_all(squares))
+
+    def _may_touch(self, geom: int, pose: Pose) -> bool:
+        """Whether the ball about a geom is over the sheet and no higher than the pad is thick."""
+        if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            return True
+        radius = self.model.geom_rbound[geom]
+        x, y, z = pose.position
+        west, south, east, north = self._sheet
+        over = west - radius < x < east + radius and south - radius < y < north + radius
+        return over and z - radius < self._depth
