@@ -70,7 +70,8 @@ def press(
 
 @app.command()
 def build(
-    mesh: MeshName = "default",
+    mesh: Annotated[str | None, typer.Option(help="Mesh: draft, default or fine.  [default: default]")] = None,
+    preset: Annotated[str | None, typer.Option(help="fast, balanced or accurate, in place of a mesh.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Build even if the cache has it.")] = False,
 ) -> None:
     """Build the default pad's influence matrices into the cache."""
@@ -79,28 +80,30 @@ def build(
     from mjtactile.cache import cached_path, influence_matrices
     from mjtactile.pad import Pad
 
-    path = cached_path(Pad(), mesh)
+    path = cached_path(Pad(), mesh, preset=preset)
     if force:
         path.unlink(missing_ok=True)
     present = path.exists()
     start = perf_counter()
-    influence = influence_matrices(mesh=mesh)
+    influence = influence_matrices(mesh=mesh, preset=preset)
     action = "found" if present else "built"
     typer.echo(f"{action} {influence.nbytes / 1e6:.0f} MB in {perf_counter() - start:.2f} s: {path}")
 
 
 @app.command()
 def info(as_json: AsJson = False) -> None:
-    """Show the pad, the indenters, the meshes and what is in the cache."""
+    """Show the pad, the indenters, the meshes, the presets and what is in the cache."""
     from mjtactile import __version__
     from mjtactile.cache import cache_directory, cached_path
     from mjtactile.mesh import MESHES
     from mjtactile.outlines import INDENTER_NAMES
     from mjtactile.pad import Pad
+    from mjtactile.preset import PRESETS
     from mjtactile.report import OTHER_INDENTERS
 
     pad = Pad()
     meshes = {name: cached_path(pad, name) for name in MESHES}
+    presets = {name: cached_path(pad, preset=name) for name in PRESETS}
     facts: dict[str, Any] = {
         "version": __version__,
         "mujoco": _mujoco_version(),
@@ -109,6 +112,7 @@ def info(as_json: AsJson = False) -> None:
         "other indenters": list(OTHER_INDENTERS),
         "cache": str(cache_directory()),
         "meshes": {name: _size(path) for name, path in meshes.items()},
+        "presets": {name: _size(path) for name, path in presets.items()},
     }
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
@@ -118,7 +122,7 @@ def info(as_json: AsJson = False) -> None:
             value = ", ".join(value)
         elif isinstance(value, dict):
             value = ", ".join(
-                f"{mesh} ({'not built' if size is None else f'{size / 1e6:.0f} MB'})" for mesh, size in value.items()
+                f"{table} ({'not built' if size is None else f'{size / 1e6:.0f} MB'})" for table, size in value.items()
             )
         typer.echo(f"{name + ':':17}{value}")
 

@@ -13,7 +13,7 @@ from mjtactile.matrix import StressMatrix
 from mjtactile.pad import Array
 
 #: Unused columns between two runs that are cheaper to read than to leave out.
-_BRIDGED = 4
+_BRIDGED = 12
 #: Forces below this share of the precision's rounding, relative to the load's largest, are rounding themselves.
 _NEGLIGIBLE = 1 / 16
 

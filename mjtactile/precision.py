@@ -1,7 +1,7 @@
 """Half-precision storage of matrices: every row scaled to the middle of what float16 can hold.
 
-A row's scale is a power of two, so scaling itself loses nothing: entries down to 2e-9 of the row's largest keep
-eleven bits, and smaller ones an error of less than 1e-12 of it, whatever the magnitude of the matrix.
+A row's scale is a power of two, so scaling itself loses nothing: entries down to 4e-9 of the row's largest keep
+eleven bits, and smaller ones an error of at most 2e-12 of it, whatever the magnitude of the matrix.
 
 numpy has no fast product in half precision. Matrices are widened to float32 when they are first used and kept, so
 that float16 halves the file and what is mapped of it, while what has been used costs float32's memory besides.

@@ -41,8 +41,6 @@ _SPACING = 0.45
 _MOST_DISCS = 150
 #: Columns that a load uses, of all: what the speed of a whole matrix is judged by.
 _USED_SHARE = 1 / 3
-#: Share of the tolerance that the discs may use; the rest is for outlines they do not represent.
-_SAFETY = 0.5
 
 
 def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: str) -> Tables:
@@ -74,7 +72,7 @@ def _reduced_layer(
     """Factors of each class's matrix of one sensing layer."""
     weighted = [matrix * weights.astype(matrix.dtype) for matrix in matrices]
     bases, strengths = _spanned(_responses(spanning, weighted))
-    ranks = _sufficient_ranks(_responses(control, weighted), bases, strengths, _SAFETY * tolerance)
+    ranks = _sufficient_ranks(_responses(control, weighted), bases, strengths, tolerance)
     factors: list[tuple[npt.NDArray[Any], ...]] = []
     for whole, scaled, basis, rank in zip(matrices, weighted, bases, ranks, strict=True):
         columns, rows = whole.shape
