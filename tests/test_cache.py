@@ -16,11 +16,12 @@ from conftest import COARSE, LAYERED_PAD
 import mjtactile.build
 import mjtactile.cache
 import mjtactile.provenance
-from mjtactile.cache import CACHE_VARIABLE, cache_directory, cached_path, influence_matrices
-from mjtactile.errors import InfluenceWarning, MeshError
+from mjtactile.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
+from mjtactile.errors import InfluenceWarning, MeshError, PresetError
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Pad
+from mjtactile.preset import Fidelity
 
 #: The smallest mesh there is; builds in a few hundredths of a second.
 TINY = MeshDensity(in_plane_size=2.0, through_size=0.5, rim_grading=1.0, base_grading=1.0, points_per_axis=(1,))
@@ -76,6 +77,55 @@ def test_pads_and_meshes_have_files_of_their_own(builds, cache):
     influence_matrices(Pad(), replace(TINY, points_per_axis=(2,)), progress=False)
     assert len(builds) == 3
     assert len(files(cache)) == 3
+
+
+STORAGES = [{"precision": "float64"}, {"precision": "float16"}, {"reduction": 0.3}, {"reduction": 0.1}]
+
+
+def test_storages_have_files_of_their_own(cache):
+    """And the plain table serves all that can be made of it."""
+    chosen = [Fidelity(mesh=TINY, **choices) for choices in ({}, *STORAGES)]
+    assert len({cached_path(Pad(), preset=c) for c in chosen}) == len(chosen)
+    assert cached_path(Pad(), preset=chosen[0]) == cached_path(Pad(), TINY)
+    for c in chosen:
+        found = influence_matrices(preset=c, progress=False)
+        assert found.fidelity == c
+        assert isinstance(found.tables["compliance ++"].base, np.memmap)
+        again = build_influence(Pad(), c, progress=False)
+        assert_same(found, again)
+    assert len(files(cache)) == len(chosen)
+
+
+def test_storage_is_derived_from_the_plain_table_where_there_is_one(builds):
+    tiny()
+    influence_matrices(preset=Fidelity(mesh=TINY, precision="float16"), progress=False)
+    influence_matrices(preset=Fidelity(mesh=TINY, reduction=0.1), progress=False)
+    assert len(builds) == 1
+    influence_matrices(preset=Fidelity(mesh=TINY, precision="float64"), progress=False)  # float32 has lost too much
+    assert len(builds) == 2
+
+
+def test_storage_alone_is_built_without_keeping_the_plain_table(builds, cache):
+    chosen = Fidelity(mesh=TINY, precision="float16")
+    influence_matrices(preset=chosen, progress=False)
+    assert len(builds) == 1
+    assert files(cache) == [cached_path(Pad(), preset=chosen).name]
+
+
+def test_contact_law_and_cells_share_a_table(builds):
+    tiny()
+    for chosen in (Fidelity(mesh=TINY, law="elastic", cells=7), Fidelity(mesh=TINY, law="foundation")):
+        assert influence_matrices(preset=chosen, progress=False).fidelity == chosen
+        assert influence_matrices(preset=chosen, progress=False, cache=False).fidelity == chosen
+    assert len(builds) == 3  # the first, and two that were told not to look
+
+
+def test_mesh_and_preset_together_are_refused(builds):
+    with pytest.raises(PresetError, match=r"preset 'fast' brings its own mesh, 'draft', but mesh = 'fine'"):
+        influence_matrices(mesh="fine", preset="fast")
+    with pytest.raises(PresetError, match="Available: fast, balanced, accurate"):
+        influence_matrices(preset="quick")
+    assert builds == []
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.7])

@@ -169,3 +169,77 @@ def test_one_layer_sensor_reads_what_the_four_layer_sensor_reads_there(draft):
 def test_mesh_is_known_by_name(draft, coarse_square):
     assert draft.mesh_name == "draft"
     assert coarse_square.mesh_name == "custom"
+
+
+@pytest.mark.parametrize("name", ["draft", "layered"])
+def test_readings_are_those_of_the_response(name, request):
+    influence = request.getfixturevalue(name)
+    outlines = [indenter_outline("star", shift=(x, 0.4e-3), rotate_deg=20, scale=0.45) for x in (0.0, 1e-3, -1.5e-3)]
+    loads = [contact_load(influence, Footprint.from_outline(o, influence), (0.02, 0.01, -0.1)) for o in outlines]
+    response = influence.point_response(loads)
+    assert response.shape == (3, influence.sample_slices[-1].stop, 5)
+    np.testing.assert_array_equal(influence.readings_of(response), influence.readings(loads))
+    np.testing.assert_array_equal(influence.readings_of(response[1]), influence.readings_of(response)[1])
+    single = influence.point_response(loads[1])
+    np.testing.assert_allclose(single, response[1], rtol=0, atol=1e-6 * np.abs(single).max())  # single precision
+    assert influence.point_response([]).shape == (0, *single.shape)
+
+
+def test_response_to_a_sum_is_the_sum_of_responses(layered):
+    """Six loads as a basis: readings of a combination are those of the combined load; in double precision."""
+    outline = indenter_outline("star", shift=(1e-3, 0.4e-3), rotate_deg=20, scale=0.45)
+    footprint = Footprint.from_outline(outline, layered)
+    units = [contact_load(layered, footprint, (0.02 * (k % 3), 0.01 * k, -0.1 - 0.02 * k)) for k in range(6)]
+    weights = np.array([0.3, -1.2, 0.8, 2.0, -0.4, 0.1])
+    combined = SurfaceLoad(sum(w * u.forces for w, u in zip(weights, units, strict=True)), layered.surface, outline)
+    basis = layered.point_response(units)
+    response = np.tensordot(weights, basis, axes=1)
+    expected = layered.readings(combined)
+    np.testing.assert_allclose(layered.readings_of(response), expected, rtol=1e-10)
+    narrow = np.tensordot(weights.astype(np.float32), basis.astype(np.float32), axes=1)
+    np.testing.assert_allclose(layered.readings_of(narrow), expected, rtol=1e-5)  # single precision
+
+
+def test_response_lies_layer_by_layer_and_points_along_the_pads_axes(layered):
+    """Its mean over a taxel's points is the deviatoric part of the mean stress tensor."""
+    footprint = Footprint.from_outline(indenter_outline("star", shift=(1e-3, 0.4e-3), scale=0.45), layered)
+    load = contact_load(layered, footprint, (0.03, 0.02, -0.1))
+    response, stress = layered.point_response(load), layered.stress(load)
+    for k, (of_layer, average) in enumerate(zip(layered.sample_slices, layered.averages, strict=True)):
+        xx, yy, zz, xy, yz, zx = stress[:, k].reshape(6, -1)
+        expected = np.stack(
+            [
+                1.5 * (zz - (xx + yy + zz) / 3),
+                np.sqrt(3) / 2 * (xx - yy),
+                np.sqrt(3) * xy,
+                np.sqrt(3) * yz,
+                np.sqrt(3) * zx,
+            ]
+        )
+        np.testing.assert_allclose((average @ response[of_layer]).T, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_response_of_other_matrices_is_refused(draft, layered):
+    with pytest.raises(InfluenceError, match=r"shape \(5, 5\), but these influence matrices make .*with others"):
+        draft.readings_of(np.zeros((5, 5)))
+    with pytest.raises(InfluenceError, match="with others"):
+        layered.readings_of(np.zeros((2, draft.sample_slices[-1].stop, 5)))
+
+
+def test_a_symmetric_press_reads_one_class_only(draft):
+    """Rounding puts forces of 1e-17 of the load into the others, which would quadruple the work."""
+    footprint = Footprint.from_outline(indenter_outline("circle"), draft)
+    load = contact_load(draft, footprint, (0, 0, -0.1))
+    forces = load.forces.copy()
+    forces[3, 4] += 1e-17 * np.abs(forces).max()
+    loads, _ = draft._folded(SurfaceLoad(forces, load.surface, load.contact))
+    assert [bool(of_class.runs) for of_class in loads.classes] == [True, False, False, False]
+    np.testing.assert_allclose(
+        draft.readings(SurfaceLoad(forces, load.surface, load.contact)), draft.readings(load), rtol=1e-6
+    )
+
+
+def test_plain_matrices_say_so(draft, coarse_square):
+    assert draft.fidelity == Fidelity(mesh="draft", precision="float32", reduction=0.0, law="uniform", cells=400)
+    assert coarse_square.fidelity.precision == "float64"
+    assert coarse_square.density == coarse_square.fidelity.mesh

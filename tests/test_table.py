@@ -17,11 +17,15 @@ from conftest import COARSE, LAYERED_PAD
 
 import mjtactile.provenance
 from mjtactile.cache import build_influence
-from mjtactile.errors import CorruptInfluenceError, InfluenceError, StaleInfluenceError
+from mjtactile.contact import contact_load
+from mjtactile.errors import CorruptInfluenceError, InfluenceError, PresetError, StaleInfluenceError
 from mjtactile.fem import Parity
+from mjtactile.footprint import Footprint
+from mjtactile.indenter import indenter_outline
 from mjtactile.influence import InfluenceMatrices, load_influence
 from mjtactile.mesh import MESHES, MeshDensity
 from mjtactile.pad import Pad
+from mjtactile.preset import Fidelity
 from mjtactile.table import read_tables, table_name, write_tables
 
 TABLES = {"a": np.arange(6.0).reshape(2, 3), "b": np.array([1, 2], dtype=np.int32), "c": np.ones(3, dtype=np.float32)}
@@ -158,6 +162,62 @@ def test_saved_matrices_come_back_without_naming_the_pad(small, saved):
     for name, table in small.tables.items():
         np.testing.assert_array_equal(loaded.tables[name], table)
         assert loaded.tables[name].dtype == table.dtype
+
+
+VARIANTS = [
+    {"precision": "float64"},
+    {"precision": "float16"},
+    {"reduction": 0.1},
+    {"precision": "float16", "reduction": 0.1, "law": "elastic", "cells": 50},
+]
+
+
+@pytest.mark.parametrize("choices", VARIANTS, ids=str)
+def test_every_storage_comes_back(choices, tmp_path):
+    chosen = Fidelity(mesh=COARSE, **choices)
+    built = build_influence(LAYERED_PAD, chosen, progress=False)
+    path = tmp_path / "t.safetensors"
+    built.save(path)
+    loaded = load_influence(path)
+    assert loaded.fidelity == chosen
+    assert load_influence(path, preset=chosen).fidelity == chosen
+    assert load_influence(path, mesh=COARSE).fidelity == chosen
+    assert set(loaded.tables) == set(built.tables)
+    footprint = Footprint.from_outline(indenter_outline("star", scale=0.4), built)
+    load = contact_load(built, footprint, (0.02, 0.01, -0.1))
+    np.testing.assert_array_equal(loaded.readings(load), built.readings(load))
+    np.testing.assert_array_equal(loaded.stress(load), built.stress(load))
+    with pytest.raises(StaleInfluenceError, match="another mesh, storage, pad or version"):
+        load_influence(path, preset=Fidelity(mesh=COARSE))
+
+
+def test_contact_law_may_change_without_the_table(saved):
+    chosen = Fidelity(mesh=COARSE, law="elastic", cells=60)
+    assert load_influence(saved, preset=chosen).fidelity == chosen
+
+
+def test_mesh_and_preset_together_are_refused(saved):
+    with pytest.raises(PresetError, match="Drop mesh="):
+        load_influence(saved, mesh="draft", preset="fast")
+
+
+def test_file_of_the_first_format_version_is_refused_as_stale(saved):
+    """It named no fidelity."""
+    tables, metadata = read_tables(saved)
+    del metadata["fidelity"]
+    metadata["fingerprint"] = "0" * 64
+    write_tables(saved, {name: np.array(table) for name, table in tables.items()}, metadata)
+    with pytest.raises(StaleInfluenceError, match="version"):
+        load_influence(saved)
+
+
+@pytest.mark.parametrize("wrong", [{"precision": "float8"}, {"colour": "blue"}, 3], ids=str)
+def test_table_of_an_unknown_storage_is_refused(wrong, saved):
+    tables, metadata = read_tables(saved)
+    metadata["fidelity"] = wrong
+    write_tables(saved, {name: np.array(table) for name, table in tables.items()}, metadata)
+    with pytest.raises(CorruptInfluenceError, match="mjtactile build"):
+        load_influence(saved)
 
 
 def test_wrong_pad_is_refused_naming_both(saved):

@@ -139,10 +139,21 @@ def test_build_finds_what_is_there_and_builds_what_is_not(tmp_path, draft):
     assert len(list((tmp_path / "new").glob("*.safetensors"))) == 1
 
 
+def test_build_makes_a_preset_and_finds_it_again(tmp_path):
+    done = run("build", "--preset", "fast", MJTACTILE_CACHE=str(tmp_path))
+    assert done.stdout.startswith("built 2"), done.stderr
+    assert run("build", "--preset", "fast", MJTACTILE_CACHE=str(tmp_path)).stdout.startswith("found 2")
+    both = run("build", "--preset", "fast", "--mesh", "draft")
+    assert both.returncode == 2
+    assert "Drop mesh=" in both.stderr
+    assert "Available: fast, balanced, accurate" in run("build", "--preset", "quick").stderr
+
+
 def test_info_lists_punches_meshes_and_cache(tmp_path):
     done = run("info", "--json", MJTACTILE_CACHE=str(tmp_path))
     facts = json.loads(done.stdout)
     assert "star" in facts["punches"]
     assert facts["meshes"] == {"draft": None, "default": None, "fine": None}
+    assert facts["presets"] == {"fast": None, "balanced": None, "accurate": None}
     assert facts["cache"] == str(tmp_path)
     assert "not built" in run("info", MJTACTILE_CACHE=str(tmp_path)).stdout
