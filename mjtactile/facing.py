@@ -59,7 +59,7 @@ class LowerSurface:
             if face is None or not _is_plane(face.corners, level):
                 return None
             faces.append(face)
-        if not _is_plane(np.concatenate([face.corners for face in faces]), level):
+        if not faces or not _is_plane(np.concatenate([face.corners for face in faces]), level):
             return None
         return _union([_outline(face) for face in faces])
 
