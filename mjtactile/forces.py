@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mjtactile.errors import InfluenceError
 from mjtactile.fem import PARITIES
 from mjtactile.folding import fold_forces
 from mjtactile.matrix import StressMatrix
 from mjtactile.pad import Array
+from mjtactile.surface import SurfaceGrid
+
+if TYPE_CHECKING:
+    from mjtactile.contact import SurfaceLoad
 
 #: Unused columns between two runs that are cheaper to read than to leave out.
 _BRIDGED = 12
@@ -55,6 +62,25 @@ class FoldedLoads:
         """Responses (batch, classes, rows) [Pa] through one matrix per class."""
         responses = [matrix.times(forces) for matrix, forces in zip(matrices, self.classes, strict=True)]
         return np.stack(responses, axis=1) * self.scale[:, None, None]
+
+
+def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
+    """Nodal forces of some loads together, shape (batch, nodes y, nodes x, 3) [N].
+
+    Raises:
+        InfluenceError: when a load belongs to another surface or is not finite.
+    """
+    expected = (*surface.node_shape, 3)
+    for load in loads:
+        if load.forces.shape != expected:
+            raise InfluenceError(
+                f"the load has nodal forces of shape {load.forces.shape}, but this surface takes {expected}: it was "
+                "made for another pad or mesh. Make the footprint and the load with these influence matrices."
+            )
+    batch = np.stack([load.forces for load in loads])
+    if not np.isfinite(batch).all():
+        raise InfluenceError("the load holds NaN or infinite nodal forces; check the traction it was made from.")
+    return batch
 
 
 def folded_loads(batch: Array, columns: list[np.ndarray], precision: str) -> FoldedLoads:

@@ -20,8 +20,8 @@ import scipy.sparse as sparse
 
 from mjtactile.errors import InfluenceError
 from mjtactile.fem import PARITIES, free_in_plane
-from mjtactile.folding import unfold_field, unfold_points
-from mjtactile.forces import FoldedLoads, folded_loads
+from mjtactile.folding import QUADRANTS, unfold_field, unfold_points
+from mjtactile.forces import FoldedLoads, folded_loads, nodal_batch
 from mjtactile.matrix import StressMatrix, read_matrix
 from mjtactile.mesh import MeshDensity, SheetMesh, sheet_mesh
 from mjtactile.pad import Array, Pad
@@ -84,7 +84,8 @@ class InfluenceMatrices:
     @cached_property
     def sample_slices(self) -> list[slice]:
         """For each sensing layer, which of all sample points are its own; they lie quadrant by quadrant."""
-        ends = np.cumsum([0, *(average.shape[1] for average in self.averages)]).tolist()
+        counts = [len(QUADRANTS) * len(self.tables[f"sampling points {k}"]) for k in range(len(self.pad.depths))]
+        ends = np.cumsum([0, *counts]).tolist()
         return [slice(start, end) for start, end in itertools.pairwise(ends)]
 
     @cached_property
@@ -201,16 +202,7 @@ class InfluenceMatrices:
     ) -> tuple[FoldedLoads, bool]:
         """Loads split into classes, and whether one load stood for itself; by default in the matrices' precision."""
         single = not isinstance(load, Sequence)
-        expected = (*self.surface.node_shape, 3)
-        for one in [load] if single else load:
-            if one.forces.shape != expected:
-                raise InfluenceError(
-                    f"the load has nodal forces of shape {one.forces.shape}, but this surface takes {expected}: it was "
-                    "made for another pad or mesh. Make the footprint and the load with these influence matrices."
-                )
-        batch = np.stack([one.forces for one in ([load] if single else load)])
-        if not np.isfinite(batch).all():
-            raise InfluenceError("the load holds NaN or infinite nodal forces; check the traction it was made from.")
+        batch = nodal_batch([load] if single else load, self.surface)
         return folded_loads(batch, self.columns, precision or self.fidelity.precision), single
 
     def _deviatoric(self, loads: FoldedLoads, sensing_layer: int) -> Array:

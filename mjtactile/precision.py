@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.pad import Array
-
 #: Exponent of the largest entry of a scaled row; float16 ends just below 2^16.
 _TOP_EXPONENT = 15
 
@@ -28,7 +26,7 @@ def narrow(matrix: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float16], npt.NDArr
     return scaled.astype(np.float16), np.ldexp(np.float32(1.0), exponent).astype(np.float32)
 
 
-def widen(half: npt.NDArray[np.float16], scale: Array) -> npt.NDArray[np.float32]:
+def widen(half: npt.NDArray[np.float16], scale: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     """What `narrow` made narrow, in single precision and in memory of its own."""
     wide = half.astype(np.float32)
     wide *= scale

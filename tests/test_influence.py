@@ -191,7 +191,7 @@ def test_response_to_a_sum_is_the_sum_of_responses(layered):
     footprint = Footprint.from_outline(outline, layered)
     units = [contact_load(layered, footprint, (0.02 * (k % 3), 0.01 * k, -0.1 - 0.02 * k)) for k in range(6)]
     weights = np.array([0.3, -1.2, 0.8, 2.0, -0.4, 0.1])
-    combined = SurfaceLoad(sum(w * u.forces for w, u in zip(weights, units, strict=True)), layered.surface, outline)
+    combined = SurfaceLoad(np.tensordot(weights, [unit.forces for unit in units], axes=1), layered.surface, outline)
     basis = layered.point_response(units)
     response = np.tensordot(weights, basis, axes=1)
     expected = layered.readings(combined)
