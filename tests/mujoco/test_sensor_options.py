@@ -1,0 +1,132 @@
+"""Choices of a sensor beyond its pad, and geoms that are neither primitives nor meshes."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjtactile.sensor
+from mjtactile.contact import SurfaceLoad
+from mjtactile.errors import ContactError
+from mjtactile.scene import force_vector, press, press_scene
+from mjtactile.sensor import TactileSensor
+from mjtactile.wrench import contact_wrenches
+
+OPTION = '<option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"/>'
+PAD_GEOM = """name="pad" type="box" size="0.0075 0.0075 0.0025" priority="1" condim="4" solref="0.003 1"
+    friction="{} 0.0005 0.0001" mass="0.02\""""
+
+
+def pressed(shape: str = "square") -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = press_scene(shape)
+    data = mujoco.MjData(model)
+    press(model, data, force_vector(0.5, 10.0))
+    return model, data
+
+
+def captured_options(monkeypatch, influence) -> list[dict]:
+    """What `contact_load` is asked for, instead of a load."""
+    seen = []
+
+    def capturing(*_args, **options):
+        seen.append(options)
+        return SurfaceLoad.none(influence.surface)
+
+    monkeypatch.setattr(mjtactile.sensor, "contact_load", capturing)
+    return seen
+
+
+def test_a_preset_reaches_the_influence_matrices_and_brings_its_law(draft, monkeypatch):
+    asked = []
+
+    def matrices(*args, **options):
+        asked.append((args, options))
+        return draft
+
+    monkeypatch.setattr(mjtactile.sensor, "influence_matrices", matrices)
+    sensor = TactileSensor(press_scene("square"), preset="fast")
+    assert asked == [((sensor.pad, None), {"preset": "fast"})]
+    assert sensor.law == draft.fidelity.law
+    assert TactileSensor(press_scene("square"), influence=draft, law="elastic").law == "elastic"
+
+
+def test_friction_is_the_contacts_own_unless_given(draft, monkeypatch):
+    seen = captured_options(monkeypatch, draft)
+    model, data = pressed()
+    data.contact.friction[:, :2] = 0.7
+    for friction in (None, 0.3):
+        TactileSensor(model, influence=draft, tangential="coulomb", friction=friction).load(data)
+    TactileSensor(model, influence=draft).load(data)
+    assert [options.get("friction") for options in seen] == [0.7, 0.3, None]
+    assert [options.get("tangential") for options in seen[:2]] == ["coulomb", "coulomb"]
+
+
+def test_each_body_slides_with_its_own_friction(draft, monkeypatch):
+    seen = captured_options(monkeypatch, draft)
+    bodies = "".join(
+        f"""<body pos="{x} 0 0.002"><freejoint/><geom type="box" size=".001 .001 .002" mass=".01" priority="2"
+        friction="{friction} .001 .001"/></body>"""
+        for x, friction in ((-0.004, 0.2), (0.004, 0.9))
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco>{OPTION}<worldbody><geom {PAD_GEOM.format(0.5)} pos="0 0 -.0025"/>{bodies}</worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 50)
+    TactileSensor(model, influence=draft, tangential="coulomb").load(data)
+    assert sorted(options["friction"] for options in seen) == [0.2, 0.9]
+
+
+def test_a_tilt_that_does_not_exist_is_refused(draft):
+    with pytest.raises(ContactError, match=r"tilt 'loose'.*free, fixed"):
+        TactileSensor(press_scene("square"), influence=draft, tilt="loose")
+
+
+def pad_on_terrain() -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A pad face down on a height field with one plateau in the middle of its underside's track."""
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>{OPTION}
+        <asset><hfield name="h" nrow="41" ncol="41" size=".02 .02 .002 .002"/></asset>
+        <worldbody><geom type="hfield" hfield="h"/>
+        <body pos="0.001 0 0.00449" euler="180 0 30"><joint type="slide" axis="0 0 1"/>
+        <geom {PAD_GEOM.format(1)}/></body></worldbody></mujoco>""")
+    x, y = np.meshgrid(np.linspace(-0.02, 0.02, 41), np.linspace(-0.02, 0.02, 41))
+    model.hfield_data[:] = ((np.abs(x) < 3.1e-3) & (np.abs(y) < 2.1e-3)).astype(float).ravel()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 100)
+    return model, data
+
+
+def test_a_height_field_presses_on_a_pad_that_lies_on_it(draft):
+    model, data = pad_on_terrain()
+    sensor = TactileSensor(model, influence=draft, law="uniform")
+    assert sensor.read(data).max() > 0.0
+    # A plateau of 6 x 4 mm whose flanks fall by 2 mm over the next 1 mm: 50 um down it is 0.025 mm wider all round.
+    assert sensor.outline(data).area == pytest.approx(6.05e-3 * 4.05e-3, rel=0.01)
+    np.testing.assert_allclose(sensor.wrench(data)[2], -0.02 * 9.81, rtol=0.02)
+
+
+TORUS = """<mujoco><option timestep="0.001"/><extension><plugin plugin="mujoco.sdf.torus"><instance name="t">
+    <config key="radius1" value="0.004"/><config key="radius2" value="0.002"/></instance></plugin></extension>
+    <asset><mesh name="t"><plugin instance="t"/></mesh></asset>
+    <worldbody><geom name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025" priority="1" solref=".003 1"/>
+    <body pos="0 0 0.00199"><freejoint/><geom type="sdf" mesh="t" mass="0.01"><plugin instance="t"/></geom></body>
+    </worldbody></mujoco>"""
+
+
+def torus_on_pad() -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = mujoco.MjModel.from_xml_string(TORUS)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 200)
+    return model, data
+
+
+def test_a_signed_distance_function_presses_with_a_ring(draft):
+    model, data = torus_on_pad()
+    sensor = TactileSensor(model, influence=draft, law="uniform")
+    load = sensor.load(data)
+    assert load is not None
+    np.testing.assert_allclose(load.resultant()[0], contact_wrenches(model, data, 0).total[:3], atol=1e-9)
+    # A ring of 4 mm radius, where its tube of 2 mm is 50 um above its bottom; sunk in a little, and a mesh.
+    width = 2 * np.sqrt(2 * 2e-3 * 5e-5)
+    assert sensor.outline(data).area == pytest.approx(2 * np.pi * 4e-3 * width, rel=0.1)
