@@ -72,6 +72,25 @@ class Cells:
         terms = (cross / 2, (x0 + x1) * cross / 6, (y0 + y1) * cross / 6)
         return np.stack([np.bincount(self.owner, term, self.count) for term in terms])
 
+    @cached_property
+    def quadrature(self) -> Array:
+        """Four points per cell whose mean integrates quadratic functions over it, (cells, 4, 2) [m].
+
+        They lie on the cell's principal axes of inertia.
+        """
+        own = self.edges - self.centroids[self.owner][:, None, :]
+        (x0, y0), (x1, y1) = own.transpose(1, 2, 0)
+        cross = x0 * y1 - x1 * y0
+        terms = (
+            (x0**2 + x0 * x1 + x1**2) * cross / 12,
+            (2 * x0 * y0 + x0 * y1 + x1 * y0 + 2 * x1 * y1) * cross / 24,
+            (y0**2 + y0 * y1 + y1**2) * cross / 12,
+        )
+        xx, xy, yy = (np.bincount(self.owner, term, self.count) / self.areas for term in terms)
+        spread, axes = np.linalg.eigh(np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2))
+        arms = np.swapaxes(np.sqrt(2 * np.maximum(spread, 0.0))[:, None, :] * axes, 1, 2)
+        return self.centroids[:, None, :] + np.concatenate([arms, -arms], axis=1)
+
     @property
     def _anchor(self) -> Array:
         return self.edges[0, 0]
@@ -149,9 +168,27 @@ def outline_cells(outline: Area, count: int) -> Cells:
     return _shape_cells(shapely.to_wkb(local), count).placed(resolution, angle, origin)
 
 
-def lattice_cells(centre: npt.ArrayLike, angle: float, size: float, columns: int, rows: int) -> Cells:
-    """Square cells of one size [m] in rows and columns about a centre [m], turned by an angle [rad]."""
-    return _unit_lattice(columns, rows).placed(size, angle, centre)
+def stretched_cells(outline: Area, count: int, angle: float, stretch: float) -> Cells:
+    """About `count` cells that fill an outline, longer along the direction at an angle [rad] by a factor."""
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    size = np.sqrt(outline.area)
+    there = turn @ np.diag([1.0, stretch]) / size
+    origin = shapely.get_coordinates(outline)[0]
+    local = shapely.transform(outline, lambda points: (points - origin) @ there)
+    cut = _partition(areal(shapely.make_valid(local)), count)
+    back = np.linalg.inv(there)
+    parts = shapely.transform(cut.parts, lambda points: points @ back + origin)
+    return cells_of(parts, cut.part_owner)
+
+
+def lattice_cells(
+    centre: npt.ArrayLike, angle: float, size: float, columns: int, rows: int, stretch: float = 1.0
+) -> Cells:
+    """Rectangular cells in rows and columns about a centre [m], turned by an angle [rad].
+
+    They are `size` [m] long, along the rows, and `size / stretch` wide.
+    """
+    return _unit_lattice(columns, rows, stretch).placed(size, angle, centre)
 
 
 @functools.lru_cache(maxsize=_KEPT_SHAPES)
@@ -160,9 +197,9 @@ def _shape_cells(outline: bytes, count: int) -> Cells:
 
 
 @functools.lru_cache(maxsize=_KEPT_SHAPES)
-def _unit_lattice(columns: int, rows: int) -> Cells:
-    x, y = np.meshgrid(np.arange(columns) - columns / 2, np.arange(rows) - rows / 2)
-    boxes = shapely.box(x.ravel(), y.ravel(), x.ravel() + 1, y.ravel() + 1)
+def _unit_lattice(columns: int, rows: int, stretch: float) -> Cells:
+    x, y = np.meshgrid(np.arange(columns) - columns / 2, (np.arange(rows) - rows / 2) / stretch)
+    boxes = shapely.box(x.ravel(), y.ravel(), x.ravel() + 1, y.ravel() + 1 / stretch)
     return cells_of(boxes, np.arange(len(boxes)))
 
 

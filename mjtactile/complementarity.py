@@ -1,0 +1,161 @@
+"""Frictionless contact of a rigid body with an elastic surface as a convex quadratic programme.
+
+Cell forces F >= 0 minimise the complementary energy 1/2 F.A F + g.F under the given resultants B^T F = q. The
+multipliers of the resultants are the body's rigid motion d (approach and tilts), and the conditions for a minimum are
+those of contact: the separation  A F - (B d - g)  is nowhere negative, and zero wherever the surface is pressed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from mjtactile.errors import ContactError
+from mjtactile.pad import Array
+from mjtactile.rigid import Mask, RigidContact
+from mjtactile.winkler import winkler_contact
+
+#: Forces and separations this small beside the largest count as zero.
+_TOLERANCE = 1e-11
+#: Stiffness given to every rigid motion, over the stiffness of the contact.
+_OPEN_TILT = 1e-14
+#: Resultants must come out to this fraction of the normal force.
+_RESULTANTS = 1e-9
+#: Exchanges of whole sets before single cells change sides.
+_SET_EXCHANGES = 30
+_SINGLE_EXCHANGES = 20
+#: Springs that start the search, over the stiffness of single cells.
+_SPRINGS = 0.2
+
+
+def rigid_contact(
+    compliance: Array, modes: Array, gaps: Array, resultants: Array, start: Mask | None = None
+) -> RigidContact:
+    """Press a rigid body into an elastic surface.
+
+    Args:
+        compliance: of the cells, symmetric, (cells, cells) [m/N].
+        modes: downward displacement of each cell per unit of each rigid motion, (cells, motions).
+        gaps: of the body above the surface before it moves, (cells,) [m].
+        resultants: sum of the forces times each mode, (motions,); the first is the normal force [N], positive.
+        start: cells that are likely in contact, as those of the last time.
+
+    Raises:
+        ContactError: when no contact was found, which the resultants or the compliance must be to blame for.
+    """
+    force, give = resultants[0], float(np.diagonal(compliance).mean())
+    lowest = gaps.min()  # heights are counted from it: they can be huge beside the approach
+    scaled = _Programme(compliance / give, modes, (gaps - lowest) / (give * force), resultants / force)
+    solved = scaled.solve(start)
+    if solved is None:
+        raise ContactError(
+            "no contact carries this wrench: the force passes too near the edge of what the body covers, or the gap "
+            "map is not finite there. Move the force inward, or check the gap map."
+        )
+    pressed, forces, motion, separation, map_forces = solved
+    map_forces = map_forces * np.append(np.ones(len(resultants)), force)
+    motion = motion * give * force
+    motion[0] += lowest
+    return RigidContact(forces * force, motion, separation * give * force, pressed, map_forces)
+
+
+_Solved = tuple[Mask, Array, Array, Array, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class _Programme:
+    """The programme in units of the normal force and of a cell's own give."""
+
+    compliance: Array
+    modes: Array
+    gaps: Array
+    resultants: Array
+
+    def solve(self, start: Mask | None) -> _Solved | None:
+        """Forces, motion and separation that meet all conditions; None if none were found."""
+        solved = None if start is None else self._exchange_sets(start)
+        if solved is None and not self.gaps.any():
+            solved = self._exchange_sets(np.ones(len(self.gaps), dtype=bool))
+        if solved is None:
+            springs = _SPRINGS / np.diagonal(self.compliance)
+            feasible = winkler_contact(springs, self.modes, self.gaps, self.resultants)
+            solved = self._exchange_sets(feasible.pressed) or self._descend(feasible.forces)
+        if solved is None or np.abs(self.modes.T @ solved[1] - self.resultants).max() > _RESULTANTS:
+            return None
+        return solved
+
+    def _on(self, pressed: Mask) -> _Solved | None:
+        """The solution if exactly these cells were in contact; None where they cannot carry the resultants."""
+        places = np.flatnonzero(pressed)
+        if not len(places):
+            return None
+        factor, failed = scipy.linalg.lapack.dpotrf(self.compliance[np.ix_(places, places)], lower=1)
+        if failed:
+            return None
+        right = np.column_stack([self.modes[places], self.gaps[places]])
+        answers = scipy.linalg.lapack.dpotrs(factor, right, lower=1)[0]
+        stiffness = self.modes[places].T @ answers[:, :-1]
+        # Cells in one row leave a tilt open; a trace of stiffness keeps it finite until others come into contact.
+        stiffness = stiffness + _OPEN_TILT * np.trace(stiffness) * np.eye(len(stiffness))
+        # With the motion d = S^-1 (q + B^T A^-1 g), forces are A^-1 (B d - g): linear in q, constant in g.
+        to_motion = np.linalg.inv(stiffness)
+        map_places = np.column_stack(
+            [answers[:, :-1] @ to_motion, answers[:, :-1] @ to_motion @ (self.modes[places].T @ answers[:, -1])]
+        )
+        map_places[:, -1] -= answers[:, -1]
+        map_forces = np.zeros((len(self.gaps), len(self.resultants) + 1))
+        map_forces[places] = map_places
+        forces = map_forces @ np.append(self.resultants, 1.0)
+        motion = to_motion @ (self.resultants + self.modes[places].T @ answers[:, -1])
+        separation = self.compliance[:, places] @ forces[places] - (self.modes @ motion - self.gaps)
+        separation[places] = 0.0
+        return pressed, forces, motion, separation, map_forces
+
+    def _violated(self, solved: _Solved) -> Array:
+        """How far each cell is from its condition, zero where it is met."""
+        pressed, forces, _, separation, _ = solved
+        pull = np.where(pressed, -forces, 0.0) / np.abs(forces).max()
+        overlap = np.where(pressed, 0.0, -separation) / max(np.abs(separation).max(), 1.0)
+        violation = np.maximum(pull, overlap)
+        return np.where(violation > _TOLERANCE, violation, 0.0)
+
+    def _exchange_sets(self, pressed: Mask) -> _Solved | None:
+        """Move every cell that violates its condition to the other side until none does."""
+        seen = set()
+        for _ in range(_SET_EXCHANGES):
+            solved = self._on(pressed)
+            if solved is None or pressed.tobytes() in seen:
+                return None
+            violated = self._violated(solved) > 0.0
+            if not violated.any():
+                return solved
+            seen.add(pressed.tobytes())
+            pressed = pressed ^ violated
+        return None
+
+    def _descend(self, forces: Array) -> _Solved | None:
+        """Primal active-set method from forces that carry the resultants: the energy falls at every step.
+
+        Slower than exchanging sets, but it cannot cycle.
+        """
+        pressed = forces > 0.0
+        for _ in range(_SINGLE_EXCHANGES * len(forces)):
+            solved = self._on(pressed)
+            if solved is None:
+                return None
+            step = solved[1] - forces
+            blocking = pressed & (solved[1] < -_TOLERANCE * np.abs(solved[1]).max())
+            if blocking.any():
+                length = float((forces[blocking] / -step[blocking]).min())
+                forces = np.maximum(forces + length * step, 0.0)
+                pressed = pressed & ~(blocking & (forces <= _TOLERANCE * forces.max()))
+                continue
+            violation = self._violated(solved)
+            if not violation.any():
+                return solved
+            forces = np.maximum(solved[1], 0.0)
+            pressed = pressed.copy()
+            pressed[violation.argmax()] = True
+        return None
