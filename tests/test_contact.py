@@ -18,13 +18,13 @@ from mjtactile.footprint import Footprint
 from mjtactile.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.line import Line
-from mjtactile.mesh import MESHES
 from mjtactile.pad import Pad
+from mjtactile.preset import Fidelity
 from mjtactile.planar import polygons_of, triangulate
 from mjtactile.surface import SurfaceGrid
 
 #: Loads need a surface and a pad, no tables.
-INFLUENCE = InfluenceMatrices(Pad(), MESHES["draft"], {})
+INFLUENCE = InfluenceMatrices(Pad(), Fidelity(mesh="draft"), {})
 SIDE = 6e-3
 SQUARE = Footprint.from_outline(box(-SIDE / 2, -SIDE / 2, SIDE / 2, SIDE / 2), INFLUENCE)
 #: The resultant is the wrench to this fraction of it.
@@ -263,7 +263,7 @@ def test_what_is_left_over_adds_too():
 
 
 def test_loads_on_different_grids_do_not_add():
-    other = InfluenceMatrices(Pad(), MESHES["default"], {})
+    other = InfluenceMatrices(Pad(), Fidelity(mesh="default"), {})
     load = contact_load(other, Footprint.from_outline(SQUARE.outline, other), (0, 0, -0.1))
     with pytest.raises(ContactError, match="same influence matrices"):
         load.__add__(contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)))
