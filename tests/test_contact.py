@@ -19,8 +19,8 @@ from mjtactile.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.line import Line
 from mjtactile.pad import Pad
-from mjtactile.preset import Fidelity
 from mjtactile.planar import polygons_of, triangulate
+from mjtactile.preset import Fidelity
 from mjtactile.surface import SurfaceGrid
 
 #: Loads need a surface and a pad, no tables.
