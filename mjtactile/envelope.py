@@ -27,13 +27,15 @@ Indices = npt.NDArray[np.int64]
 TILT_MARGIN = 1e-3
 #: Directions this close count as the same: rotations round.
 _SAME_DIRECTION = 1e-12
-#: Change of tilt an outline bears [rad]: it changes lengths by half the square, 5e-9 of them.
-_SAME_OUTLINE = 1e-4
+#: Change of tilt an outline bears [rad]. It is turned as what it is, a face at one height; what that face truly rises,
+#: at most tens of micrometres, is misplaced by this part of it.
+_SAME_OUTLINE = 1e-3
 #: Points this far outside a triangle, relative to its size, still meet it: no light falls through shared edges.
 _SEAM = 1e-9
 #: Triangles steeper than this (the cosine of their normal with the pad's) show only their edge.
 _STEEP = 1e-9
-_MOST_CELLS_PER_SIDE = 256
+#: Cells along each side of the grid: finer ones take longer to fill, coarser ones hold more triangles to try.
+_LEAST_CELLS_PER_SIDE, _MOST_CELLS_PER_SIDE = 16, 256
 
 
 class View(NamedTuple):
@@ -157,7 +159,7 @@ class TriangleSurface:
     def outline(self, pose: Pose, triangles: Indices) -> Polygon | MultiPolygon:
         """Union of some triangles of a plane face, seen along the pad's normal [m].
 
-        The last one is kept and moved along while the tilt changes by less than would move its rim by a part in 1e8.
+        The last one is kept and moved along while the tilt hardly changes.
         """
         kept = self._outline
         direction = pose.rotation[2]
@@ -206,7 +208,7 @@ class TriangleSurface:
         a, b, c = shadow[:, 0], shadow[:, 1], shadow[:, 2]
         low, high = np.minimum(np.minimum(a, b), c) - margin, np.maximum(np.maximum(a, b), c) + margin
         corner, extent = low.min(axis=0), high.max(axis=0) - low.min(axis=0)
-        count = int(np.clip(np.sqrt(len(used)) / 2, 4, _MOST_CELLS_PER_SIDE))
+        count = int(np.clip(1.5 * np.sqrt(len(used)), _LEAST_CELLS_PER_SIDE, _MOST_CELLS_PER_SIDE))
         cell = extent / count
         first = np.clip(((low - corner) // cell).astype(np.int64), 0, count - 1)
         last = np.clip(((high - corner) // cell).astype(np.int64), 0, count - 1)

@@ -253,6 +253,17 @@ def test_the_least_height_over_a_sheet_is_found_wherever_the_body_is(kind):
     assert found > 10
 
 
+def test_the_least_height_of_a_needle_that_dips_beside_the_sheet_is_at_the_sheets_edge():
+    radius, slope, start = 2e-5, np.radians(5.0), np.array([1.1e-4, 2.3e-4, 0.0])
+    for heading in (0.3, 0.9, 2.0):
+        turn = Rotation.from_euler("z", heading) * Rotation.from_euler("y", np.pi / 2 + slope)
+        lowest = Capsule(radius, 2e-2).lowest(Pose(start, turn.as_matrix()), SHEET, FLOOR)
+        ahead = np.array([np.cos(heading), np.sin(heading)])
+        reach = ((7.5e-3 - np.sign(ahead) * start[:2]) / np.abs(ahead)).min()
+        # Off its axis the needle's underside is over the sheet a little further out.
+        assert lowest == pytest.approx(-reach * np.tan(slope) - radius / np.cos(slope), abs=radius * np.tan(slope))
+
+
 def test_what_is_below_the_floor_is_not_above_the_pad():
     pose = Pose(np.array([0.0, 0.0, -1e-3]), np.eye(3))
     x = np.array([0.0, 3.9e-3])
@@ -260,3 +271,7 @@ def test_what_is_below_the_floor_is_not_above_the_pad():
     assert np.isinf(Box((4e-3, 4e-3, 4e-3)).heights(pose, x, x * 0, -2.5e-3)).all()
     assert np.isinf(Capsule(4e-3, 4e-3).heights(pose, x, x * 0, -2.5e-3)).all()
     assert np.isinf(Box((4e-3, 4e-3, 4e-3)).lowest(pose, SHEET, -2.5e-3))
+    mesh = geom_shape(one_geom('type="mesh" mesh="m"', mesh_asset("octagon")), 0)
+    assert np.isinf(mesh.heights(pose, x, x * 0, -2.5e-3)).all()
+    assert np.isinf(mesh.lowest(pose, SHEET, -2.5e-3))
+    assert np.isfinite(mesh.heights(pose, x * 0, x * 0, -9e-3)).all()

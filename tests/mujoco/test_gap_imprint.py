@@ -95,8 +95,11 @@ def test_a_small_tilt_leaves_a_face_flat_unless_it_must_be_level(geom, area, coa
 
 
 def test_a_mesh_that_tilts_a_little_keeps_its_outline(coarse_square):
-    model = world('<geom type="mesh" mesh="m"/>', mesh(indenter_solid("star")))
-    there = Standing(model, coarse_square, (0, 0, 0))
+    askew = Rotation.from_euler("xyz", [0.5, 0.7, -0.2])  # so that its corners are rounded to single precision
+    solid = indenter_solid("star")
+    solid.vertices = askew.apply(solid.vertices)
+    back = " ".join(map(repr, askew.inv().as_quat(scalar_first=True).tolist()))
+    there = Standing(world(f'<geom type="mesh" mesh="m" quat="{back}"/>', mesh(solid)), coarse_square, (0, 0, 0))
     first = there.footprint()
     for turn, shift in ((np.array([0.0, 5e-5, 0.3]), 1e-3), (np.array([0.0, 2e-3, 0.3]), -1e-3)):
         there.move((shift, 0, 0), Rotation.from_euler("xyz", turn))
@@ -104,6 +107,14 @@ def test_a_mesh_that_tilts_a_little_keeps_its_outline(coarse_square):
         assert moved.gap is None
         expected = shapely.affinity.translate(shapely.affinity.rotate(first.outline, 0.3, (0, 0), True), shift, 0.0)
         assert moved.outline.symmetric_difference(expected).area < 1e-5 * expected.area
+        assert moved.area == pytest.approx(np.cos(turn[1]) * first.area, rel=2e-7)
+
+
+def test_the_flanks_of_a_small_box_that_leans_are_part_of_its_face(coarse_square):
+    """All of its bottom is within 50 um of its lowest point, but so are parts of its sides."""
+    turn = Rotation.from_euler("x", 10.0, degrees=True)
+    there = Standing(world('<geom type="box" size=".0001 .0001 .001"/>'), coarse_square, (0, 0, 1e-3), turn)
+    assert there.footprint().gap is not None
 
 
 def test_a_chamfer_makes_a_face_curved(coarse_square):
@@ -166,7 +177,7 @@ def test_what_touches_first_is_over_the_sheet_although_the_lowest_point_is_besid
 def test_a_leg_beside_the_pad_does_not_hide_the_foot_on_it(coarse_square):
     """It even digs 10 um into the flank."""
     legs = f"""<geom type="box" size=".002 .002 .001" pos="0 0 .001"/>
-        <geom type="box" size=".001 .002 .004" pos="{EDGE + 1e-3 - 1e-5} 0 -.001"/>"""
+        <geom type="box" size=".001 .002 .003" pos="{EDGE + 1e-3 - 1e-5} 0 -.001"/>"""
     there = Standing(world(legs), coarse_square, (0, 0, -1e-6))
     assert there.surface().touch == pytest.approx(-1e-6, abs=1e-12)
     footprint = there.footprint()
@@ -191,6 +202,7 @@ def test_a_clamp_that_reaches_under_the_pad_presses_with_its_upper_jaw(coarse_sq
         ('type="sphere" size=".002"', (0, 0, 0.5)),
         ('type="sphere" size=".002"', (0, 0, -8e-3)),
         ('type="plane" size="1 1 1"', (0, 0, -1e-3)),  # faces away
+        ('type="plane" size="1 1 1" quat="0 1 0 0"', (0, 0, 6e-3)),
     ],
 )
 def test_what_is_not_over_the_surface_is_refused(geom, position, coarse_square):
