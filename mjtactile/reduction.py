@@ -2,15 +2,16 @@
 
 Per sensing layer and symmetry class, a matrix T (columns x rows) becomes T V' times V, where the rows of V span the
 responses to discs of one small diameter all over the sheet, pressed and sheared: the smallest contacts it is meant
-for. Wider contacts are sums of these. V is the leading right singular vectors of those responses, each scaled to
-norm 1; singular vectors of T itself waste half of them on loads that alternate from node to node.
+for. Wider contacts are sums of these. V is the leading right singular vectors of those responses, each response scaled
+to norm 1. Singular vectors of T itself take a decomposition of all of it and, at equal rank, lose up to twice as much
+on real contacts: part of them serves loads that alternate from node to node.
 
 The tolerance bounds, for such discs between those, the root mean square error of a layer's stress at its sample points
-over the root mean square of that stress, each point with its weight in the readings; that bounds the readings' error in the same norm. On
-the paper's pad punches, 2 mm discs and loads half off the rim, none of them used here, gave up to 0.7 of the
-tolerance in the L2 norm of a layer's readings, and up to 1.3 of it in the worst taxel over the layer's peak. It does
-not bound the relative error of taxels far from the load, loads narrower than the discs (1 mm wide ones come to one
-and a half tolerances), or what the mesh itself gets wrong.
+over the root mean square of that stress, each point with its weight in the readings; that bounds the readings' error
+in the same norm. On the paper's pad, mesh "default", punches, 2 mm discs and loads half off the rim, none of them used
+here, gave up to 0.7 of the tolerance in the L2 norm of a layer's readings, and up to 1.3 of it in the worst taxel over
+the layer's peak. It does not bound the relative error of taxels far from the load, loads narrower than the discs (1 mm
+wide ones come to one and a half tolerances), or what the mesh itself gets wrong.
 
 A matrix stays whole where its factors would not be smaller and, for a load that covers a third of the columns, not
 faster; as a rule that is the shallowest layer.
