@@ -179,7 +179,7 @@ def test_height_fields_are_as_high_as_rays_say():
 TORUS = """<mujoco><extension><plugin plugin="mujoco.sdf.torus"><instance name="t">
     <config key="radius1" value="0.005"/><config key="radius2" value="0.002"/></instance></plugin></extension>
     <asset><mesh name="t"><plugin instance="t"/></mesh></asset>
-    <worldbody><geom name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025"/>
+    <worldbody><geom type="sphere" size="0.0005"/>
     <body><freejoint/><geom type="sdf" mesh="t" mass="0.01" group="3"><plugin instance="t"/></geom></body></worldbody>
     </mujoco>"""
 
@@ -195,6 +195,7 @@ def test_a_signed_distance_function_is_seen_through_rays():
     # MuJoCo follows a ray to the surface within 1e-7 of the model's unit, a metre.
     np.testing.assert_allclose(surface.heights(pose, x, y, FLOOR), tube, atol=3e-7)
     assert surface.lowest(pose, SHEET, FLOOR) == pytest.approx(0.5e-3, abs=3e-7)
+    assert np.isinf(surface.heights(pose, x, y, 0.6e-3)).tolist() == [*~over[:3], True, *~over[4:]]
 
 
 def test_a_spheres_gap_is_half_the_square_of_the_distance_over_its_radius():
