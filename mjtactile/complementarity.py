@@ -33,7 +33,7 @@ _SPRINGS = 0.2
 def rigid_contact(
     compliance: Array, modes: Array, gaps: Array, resultants: Array, start: Mask | None = None
 ) -> RigidContact:
-    """Press a rigid body into an elastic surface.
+    """Press a rigid body into an elastic surface, without friction.
 
     Args:
         compliance: of the cells, symmetric, (cells, cells) [m/N].
@@ -45,10 +45,39 @@ def rigid_contact(
     Raises:
         ContactError: when no contact was found, which the resultants or the compliance must be to blame for.
     """
+    return _solve(compliance, modes, gaps, resultants, 1, start)
+
+
+def bonded_contact(
+    compliance: Array, modes: Array, gaps: Array, resultants: Array, start: Mask | None = None
+) -> RigidContact:
+    """Press a rigid body into an elastic surface that sticks to it wherever they touch.
+
+    Args:
+        compliance: symmetric, (3, cells, 3, cells) [m/N]: shear x, shear y, pressing.
+        modes: displacement per unit of each rigid motion, (3, cells, motions); the first motion is the approach.
+        gaps: of the body above the surface before it moves, (cells,) [m].
+        resultants: sum of the forces times each mode, (motions,); the first is the normal force [N], positive.
+        start: cells that are likely in contact.
+    Returns: the contact, its forces and their map in three blocks of cells.
+
+    Raises:
+        ContactError: when no contact was found.
+    """
+    size = 3 * len(gaps)
+    heights = np.concatenate([np.zeros(2 * len(gaps)), gaps])
+    return _solve(compliance.reshape(size, size), modes.reshape(size, -1), heights, resultants, 3, start)
+
+
+def _solve(
+    compliance: Array, modes: Array, heights: Array, resultants: Array, blocks: int, start: Mask | None
+) -> RigidContact:
+    normal = slice(len(heights) - len(heights) // blocks, None)
     force, give = resultants[0], float(np.diagonal(compliance).mean())
-    lowest = gaps.min()  # heights are counted from it: they can be huge beside the approach
-    scaled = _Programme(compliance / give, modes, (gaps - lowest) / (give * force), resultants / force)
-    solved = scaled.solve(start)
+    lowest = heights[normal].min()  # heights are counted from it: they can be huge beside the approach
+    gaps = heights.copy()
+    gaps[normal] -= lowest
+    solved = _Programme(compliance / give, modes, gaps / (give * force), resultants / force, blocks).solve(start)
     if solved is None:
         raise ContactError(
             "no contact carries this wrench: the force passes too near the edge of what the body covers, or the gap "
@@ -66,19 +95,32 @@ _Solved = tuple[Mask, Array, Array, Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class _Programme:
-    """The programme in units of the normal force and of a cell's own give."""
+    """The programme in units of the normal force and of a cell's own give.
+
+    Unknowns stand in one block (pressing) or three (shear x, shear y, pressing) of one per cell; only pressing forces
+    are bound to be positive.
+    """
 
     compliance: Array
     modes: Array
     gaps: Array
     resultants: Array
+    blocks: int = 1
+
+    @property
+    def cells(self) -> int:
+        return len(self.gaps) // self.blocks
+
+    @property
+    def _normal(self) -> slice:
+        return slice((self.blocks - 1) * self.cells, None)
 
     def solve(self, start: Mask | None) -> _Solved | None:
         """Forces, motion and separation that meet all conditions; None if none were found."""
         solved = None if start is None else self._exchange_sets(start)
         if solved is None and not self.gaps.any():
-            solved = self._exchange_sets(np.ones(len(self.gaps), dtype=bool))
-        if solved is None:
+            solved = self._exchange_sets(np.ones(self.cells, dtype=bool))
+        if solved is None and self.blocks == 1:
             springs = _SPRINGS / np.diagonal(self.compliance)
             feasible = winkler_contact(springs, self.modes, self.gaps, self.resultants)
             solved = self._exchange_sets(feasible.pressed) or self._descend(feasible.forces)
@@ -88,7 +130,7 @@ class _Programme:
 
     def _on(self, pressed: Mask) -> _Solved | None:
         """The solution if exactly these cells were in contact; None where they cannot carry the resultants."""
-        places = np.flatnonzero(pressed)
+        places = np.flatnonzero(np.tile(pressed, self.blocks))
         if not len(places):
             return None
         factor, failed = scipy.linalg.lapack.dpotrf(self.compliance[np.ix_(places, places)], lower=1)
@@ -109,13 +151,14 @@ class _Programme:
         map_forces[places] = map_places
         forces = map_forces @ np.append(self.resultants, 1.0)
         motion = to_motion @ (self.resultants + self.modes[places].T @ answers[:, -1])
-        separation = self.compliance[:, places] @ forces[places] - (self.modes @ motion - self.gaps)
-        separation[places] = 0.0
+        normal = self._normal
+        separation = self.compliance[normal, places] @ forces[places] - (self.modes @ motion - self.gaps)[normal]
+        separation[pressed] = 0.0
         return pressed, forces, motion, separation, map_forces
 
     def _violated(self, solved: _Solved) -> Array:
         """How far each cell is from its condition, zero where it is met."""
-        pressed, forces, _, separation, _ = solved
+        pressed, forces, separation = solved[0], solved[1][self._normal], solved[3]
         pull = np.where(pressed, -forces, 0.0) / np.abs(forces).max()
         overlap = np.where(pressed, 0.0, -separation) / max(np.abs(separation).max(), 1.0)
         violation = np.maximum(pull, overlap)

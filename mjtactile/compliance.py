@@ -8,6 +8,7 @@ space's, averaged over coarse patches and interpolated by splines that keep thes
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -78,8 +79,17 @@ class SurfaceCompliance:
         return (along_y[:, :, None] * along_x[:, None, :]).reshape(len(points), -1)
 
 
+_known: weakref.WeakKeyDictionary[InfluenceMatrices, SurfaceCompliance] = weakref.WeakKeyDictionary()
+
+
 def surface_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
-    """Compliance of the surface of the pad that influence matrices belong to."""
+    """Compliance of the surface of the pad that influence matrices belong to; made once for each."""
+    if influence not in _known:
+        _known[influence] = _make_compliance(influence)
+    return _known[influence]
+
+
+def _make_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
     grid = influence.surface
     lines = _patch_ends(grid.x), _patch_ends(grid.y)
     sheet = _sheet_compliance(influence, lines)

@@ -6,75 +6,38 @@ surface grid; these reproduce the traction's resultant force and moment to round
 
 from __future__ import annotations
 
+import math
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
-from shapely import MultiPolygon, Polygon
+from shapely import Polygon
 
+from mjtactile.cell_laws import CellLoad, ContactOptions, cell_load
+from mjtactile.compliance import surface_compliance
 from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.load import ContactState, SurfaceLoad
 from mjtactile.pad import Array
-from mjtactile.planar import areal
-from mjtactile.pressure import linear_pressure
-from mjtactile.surface import SurfaceGrid
+from mjtactile.uniform import pressure_grip, uniform_load
 
-#: Names of the contact laws.
-LAWS = ("uniform",)
+__all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactState", "SurfaceLoad", "contact_load"]
+
+#: Names of the contact laws, the cheapest first.
+LAWS = ("uniform", "foundation", "elastic")
+#: Names of the ways shear spreads over a contact.
+TANGENTIALS = ("proportional", "stick", "coulomb")
+#: Whether the body may tilt under its load.
+TILTS = ("free", "fixed")
 #: Mean pressure over the top layer's modulus above which strains are no longer small.
 LINEAR_RANGE = 0.1
+#: Indentation over the sheet's thickness above which they are not either.
+LINEAR_INDENTATION = 0.1
 #: A part of the wrench counts as not carried when it is larger than this fraction of the wrench.
 _RESIDUAL_TOLERANCE = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class SurfaceLoad:
-    """Tractions on a pad's surface, as nodal forces.
-
-    Attributes:
-        forces: on the surface grid's nodes [N], pad frame, shape (nodes y, nodes x, 3).
-        surface: the grid.
-        contact: the part of the surface that carries pressure, in the pad frame [m].
-        residual_force: given force minus the force carried [N], shape (3,); zero when the law could carry it.
-        residual_moment: given moment minus the moment carried [N m], about the pad's origin, shape (3,).
-    """
-
-    forces: Array
-    surface: SurfaceGrid
-    contact: Polygon | MultiPolygon
-    residual_force: Array = field(default_factory=lambda: np.zeros(3))
-    residual_moment: Array = field(default_factory=lambda: np.zeros(3))
-
-    def resultant(self) -> tuple[Array, Array]:
-        """Force [N] and moment [N m] of the load about the pad's origin, each of shape (3,), pad frame."""
-        x, y = self.surface.x.nodes, self.surface.y.nodes
-        fx, fy, fz = np.moveaxis(self.forces, -1, 0)
-        along_x, along_y = fz.sum(axis=0) @ x, fz.sum(axis=1) @ y
-        torsion = fy.sum(axis=0) @ x - fx.sum(axis=1) @ y
-        return np.array([fx.sum(), fy.sum(), fz.sum()]), np.array([along_y, -along_x, torsion])
-
-    def __add__(self, other: SurfaceLoad) -> SurfaceLoad:
-        """Both loads at once: tractions of several bodies on one pad add up."""
-        if self.forces.shape != other.forces.shape:
-            raise ContactError(
-                f"loads on different surface grids do not add: {self.forces.shape} and {other.forces.shape} nodes. "
-                "Make both with the same influence matrices."
-            )
-        contact = areal(self.contact.union(other.contact))
-        return SurfaceLoad(
-            self.forces + other.forces,
-            self.surface,
-            contact,
-            self.residual_force + other.residual_force,
-            self.residual_moment + other.residual_moment,
-        )
-
-    @classmethod
-    def none(cls, surface: SurfaceGrid) -> SurfaceLoad:
-        """No load at all."""
-        return cls(np.zeros((*surface.node_shape, 3)), surface, Polygon())
 
 
 def contact_load(
@@ -83,38 +46,88 @@ def contact_load(
     force: npt.ArrayLike,
     *,
     moment: npt.ArrayLike | None = None,
-    law: str = "uniform",
+    law: str | None = None,
+    tangential: str = "proportional",
+    friction: float | None = None,
+    tilt: str = "free",
+    cells: int | None = None,
 ) -> SurfaceLoad:
     """Tractions that carry a contact wrench on a footprint.
 
-    Law "uniform": pressure is constant over the footprint plus the linear gradient that carries the moment, and zero
-    where that would pull; shear is constant over the area under pressure plus the rotation that carries the torsion.
+    Laws: "uniform": pressure is constant over the footprint plus the linear gradient that carries the moment, and zero
+    where that would pull; a curved body presses with its lowest part. "foundation": springs under the body's true
+    shape, as stiff as the pad is under a face of the same area. "elastic": the pad's own compliance against the rigid
+    body: pressure where they touch, a gap where they do not.
+
+    Shear: "proportional" to the pressure, as in sliding, with a turn for the torsion; "stick": the surface does not
+    move along the body; "coulomb": it sticks where |t| < mu p and slips elsewhere, after loading without history.
+    Laws "uniform" and "foundation" know proportional shear only.
 
     Args:
         influence: of the pad.
-        footprint: the covered area, made with the same influence matrices.
+        footprint: of the body, made with the same influence matrices.
         force: on the pad [N], pad frame, shape (3,); pressing is force[2] < 0.
         moment: about the pad's origin [N m], shape (3,); by default the force acts at the footprint's centroid.
-        law: name of the contact law.
+        law: name of the contact law; by default the one the influence matrices' preset names.
+        tangential: how shear spreads.
+        friction: coefficient [-], which bounds shear and torsion; None: no bound. "coulomb" needs one.
+        tilt: "free": the body tilts until its moments are the given ones; "fixed": it keeps its orientation, and the
+            moments about x and y are what comes of that: the residual holds the difference to given ones. Law
+            "uniform" takes no notice of it.
+        cells: contact cells of laws "foundation" and "elastic"; by default as many as the preset says.
 
     Returns:
-        The load. What the footprint cannot carry is left out, nearest first, and stands in its residual.
+        The load. What the contact cannot carry is left out, nearest first, and stands in its residual.
 
     Raises:
-        ContactError: for an unknown law or a wrench that is not three finite numbers each.
+        ContactError: for an unknown name, a wrench that is not three finite numbers each, or no contact found.
 
     Warns:
-        ContactWarning: when the wrench cannot be carried, or the pressure is beyond small strains.
+        ContactWarning: when the wrench cannot be carried, or the contact is beyond small strains.
     """
-    if law not in LAWS:
-        raise ContactError(f"contact law {law!r} does not exist. Available: {', '.join(LAWS)}.")
+    options = _options(influence, law, tangential, friction, tilt, cells)
     wanted_force = _vector("force", force)
-    centre = np.array([*footprint.centroid, 0.0])
-    wanted_moment = np.cross(centre, wanted_force) if moment is None else _vector("moment", moment)
-    load = _uniform(footprint, wanted_force, wanted_moment)
-    _warn_unless_carried(load, wanted_force, wanted_moment, footprint)
+    if moment is None:
+        wanted_moment = np.cross(np.array([*footprint.centroid, 0.0]), wanted_force)
+    else:
+        wanted_moment = _vector("moment", moment)
+    if options.law == "uniform":
+        load = _uniform(footprint.facing, wanted_force, wanted_moment, friction)
+    else:
+        load = _on_cells(influence, footprint, wanted_force, wanted_moment, options)
+    _warn_unless_carried(load, wanted_force, wanted_moment, footprint, options)
+    if moment is None and not options.tilting:
+        load.residual_moment[:2] = 0.0  # no moment was asked for
     _warn_beyond_linear_range(load, wanted_force, influence)
     return load
+
+
+def _options(
+    influence: InfluenceMatrices,
+    law: str | None,
+    tangential: str,
+    friction: float | None,
+    tilt: str,
+    cells: int | None,
+) -> ContactOptions:
+    law = influence.fidelity.law if law is None else law
+    cells = influence.fidelity.cells if cells is None else cells
+    for kind, name, known in (
+        ("contact law", law, LAWS),
+        ("tangential", tangential, TANGENTIALS),
+        ("tilt", tilt, TILTS),
+    ):
+        if name not in known:
+            raise ContactError(f"{kind} {name!r} does not exist. Available: {', '.join(known)}.")
+    if tangential != "proportional" and law != "elastic":
+        raise ContactError(f"tangential={tangential!r} needs law='elastic'; law {law!r} knows 'proportional' only.")
+    if friction is not None and not (math.isfinite(friction) and friction >= 0.0):
+        raise ContactError(f"friction = {friction}; expected a coefficient that is not negative, for example 0.8.")
+    if tangential == "coulomb" and friction is None:
+        raise ContactError("tangential='coulomb' needs a coefficient: pass friction=..., for example 0.8.")
+    if isinstance(cells, bool) or not isinstance(cells, int) or cells < 1:
+        raise ContactError(f"cells = {cells!r}; expected a whole number of contact cells from 1 on.")
+    return ContactOptions(law=law, tangential=tangential, friction=friction, tilting=tilt == "free", cells=cells)
 
 
 def _vector(name: str, value: npt.ArrayLike) -> Array:
@@ -124,72 +137,79 @@ def _vector(name: str, value: npt.ArrayLike) -> Array:
     return vector
 
 
-def _uniform(footprint: Footprint, force: Array, moment: Array) -> SurfaceLoad:
-    surface = footprint.surface
-    nodal = np.zeros((*surface.node_shape, 3))
-    if force[2] > 0:
-        return SurfaceLoad(nodal, surface, Polygon(), force, moment)
-    contact, integrals = footprint.outline, footprint.integrals
-    if force[2] < 0:
-        pressure = linear_pressure(footprint, -force[2], (moment[1], -moment[0]))
-        contact = pressure.contact
-        integrals = integrals if contact is footprint.outline else surface.nodal_integrals(contact)
-        coefficients = _pressure_coefficients(surface, integrals, pressure.first_moments)
-        nodal[..., 2] = -np.einsum("i,iyx->yx", coefficients, integrals)
-    nodal[..., :2] = _shear(surface, integrals, force, moment[2])
-    load = SurfaceLoad(nodal, surface, contact)
+def _uniform(footprint: Footprint, force: Array, moment: Array, friction: float | None) -> SurfaceLoad:
+    load = uniform_load(footprint, force, moment)
+    if friction is None or force[2] > 0.0:
+        return load
+    held = uniform_load(footprint, *_held(load, force, moment, friction))
+    carried_force, carried_moment = held.resultant()
+    return replace(held, residual_force=force - carried_force, residual_moment=moment - carried_moment)
+
+
+def _held(load: SurfaceLoad, force: Array, moment: Array, friction: float) -> tuple[Array, Array]:
+    """The wrench with its shear and torsion reduced to what friction holds under this load's pressure."""
+    grip = pressure_grip(load)
+    if grip is None:
+        return np.array([0.0, 0.0, force[2]]), np.array([*moment[:2], 0.0])
+    across = grip.centre[0] * force[1] - grip.centre[1] * force[0]
+    nearest, _ = grip.nearest(np.array([*force[:2], (moment[2] - across) / grip.length]), friction)
+    across = grip.centre[0] * nearest[1] - grip.centre[1] * nearest[0]
+    return np.array([*nearest[:2], force[2]]), np.array([*moment[:2], nearest[2] * grip.length + across])
+
+
+def _on_cells(
+    influence: InfluenceMatrices, footprint: Footprint, force: Array, moment: Array, options: ContactOptions
+) -> SurfaceLoad:
+    surface = influence.surface
+    if force[2] >= 0.0:
+        nothing = np.zeros((*surface.node_shape, 3))
+        return SurfaceLoad(nothing, surface, Polygon(), force, moment, ContactState(stick_area=0.0))
+    through = np.array([moment[1], -moment[0]]) / -force[2]
+    wrench = np.array([*force, moment[2]])
+    solved = cell_load(surface_compliance(influence), footprint, wrench, through, options)
+    nodal = solved.cells.nodal_forces(surface, solved.forces)
+    load = SurfaceLoad(nodal, surface, Polygon())
     carried_force, carried_moment = load.resultant()
-    return SurfaceLoad(nodal, surface, contact, force - carried_force, moment - carried_moment)
+    return SurfaceLoad(
+        nodal,
+        surface,
+        partial(_touching, solved),
+        force - carried_force,
+        moment - carried_moment,
+        solved.state,
+    )
 
 
-def _local_frame(surface: SurfaceGrid, integrals: Array) -> tuple[Array, Array, Array]:
-    """Linear functions 1, (x - centre) / scale, (y - centre) / scale: nodal integrals, node values, (centre, scale)."""
-    area, first_x, first_y = integrals.sum(axis=(1, 2))
-    centre, scale = np.array([first_x, first_y]) / area, np.sqrt(area)
-    local = np.stack([integrals[0], *((integrals[1:] - centre[:, None, None] * integrals[0]) / scale)])
-    x, y = np.meshgrid((surface.x.nodes - centre[0]) / scale, (surface.y.nodes - centre[1]) / scale)
-    return local, np.stack([np.ones_like(x), x, y]), np.array([*centre, scale])
+def _touching(solved: CellLoad) -> Polygon:
+    return solved.cells.outline(solved.forces[:, 2] < 0.0)  # type: ignore[return-value]
 
 
-def _pressure_coefficients(surface: SurfaceGrid, integrals: Array, moments: Array) -> Array:
-    """Coefficients of 1, x, y whose pressure has the given integrals of p, x p and y p over the contact."""
-    local, nodes, (centre_x, centre_y, scale) = _local_frame(surface, integrals)
-    normal, first_x, first_y = moments
-    wanted = np.array([normal, (first_x - centre_x * normal) / scale, (first_y - centre_y * normal) / scale])
-    p, along_x, along_y = np.linalg.solve(np.einsum("iyx,jyx->ji", local, nodes), wanted)
-    along_x, along_y = along_x / scale, along_y / scale
-    return np.array([p - along_x * centre_x - along_y * centre_y, along_x, along_y])
-
-
-def _shear(surface: SurfaceGrid, integrals: Array, force: Array, torsion: float) -> Array:
-    """Nodal shear forces (nodes y, nodes x, 2): constant plus a rotation about the contact's centroid."""
-    local, nodes, (centre_x, centre_y, scale) = _local_frame(surface, integrals)
-    area = local[0].sum()
-    polar = np.einsum("yx,yx->", local[1], nodes[1]) + np.einsum("yx,yx->", local[2], nodes[2])
-    about_centre = torsion - (centre_x * force[1] - centre_y * force[0])
-    rate = about_centre / (scale * polar)
-    shear_x = force[0] / area * local[0] - rate * local[2]
-    shear_y = force[1] / area * local[0] + rate * local[1]
-    return np.stack([shear_x, shear_y], axis=-1)
-
-
-def _warn_unless_carried(load: SurfaceLoad, force: Array, moment: Array, footprint: Footprint) -> None:
+def _warn_unless_carried(
+    load: SurfaceLoad, force: Array, moment: Array, footprint: Footprint, options: ContactOptions
+) -> None:
     length = np.sqrt(footprint.area)
     size = np.linalg.norm(force) + np.linalg.norm(moment) / length
-    missing = np.linalg.norm(load.residual_force) + np.linalg.norm(load.residual_moment) / length
+    left_moment = load.residual_moment.copy()
+    if not options.tilting and options.law != "uniform":
+        left_moment[:2] = 0.0  # a body that keeps its orientation answers with whatever moment that takes
+    missing = np.linalg.norm(load.residual_force) + np.linalg.norm(left_moment) / length
     if missing <= _RESIDUAL_TOLERANCE * size:
         return
+    through = np.round(np.array([moment[1], -moment[0]]) / (-force[2] or np.nan) * 1e3, 6) + 0.0
     if force[2] > 0:
         reason = "the force pulls the indenter off the pad"
     elif force[2] == 0:
-        reason = "there is a tilting moment but no force pressing"
-    else:
-        through = np.round(np.array([moment[1], -moment[0]]) / -force[2] * 1e3, 6) + 0.0
+        reason = "there is a moment or shear but no force pressing"
+    elif abs(load.residual_force[2]) > _RESIDUAL_TOLERANCE * size or (
+        np.linalg.norm(left_moment[:2]) / length > _RESIDUAL_TOLERANCE * size
+    ):
         reason = f"the force passes through ({through[0]:.4g}, {through[1]:.4g}) mm, outside the area it spans"
-    left_force, left_moment = _format(load.residual_force, size), _format(load.residual_moment, size * length)
+    else:
+        reason = f"it slips: friction {options.friction} does not hold the shear and torsion"
     warnings.warn(
         f"the footprint cannot carry this wrench: {reason}. The nearest load that it can carry is used; "
-        f"force {left_force} N and moment {left_moment} N m are left over.",
+        f"force {_format(load.residual_force, size)} N and moment {_format(left_moment, size * length)} N m "
+        "are left over.",
         ContactWarning,
         stacklevel=3,
     )
@@ -202,14 +222,22 @@ def _format(vector: Array, size: float) -> str:
 
 
 def _warn_beyond_linear_range(load: SurfaceLoad, force: Array, influence: InfluenceMatrices) -> None:
-    young = influence.pad.layers[0].young
-    if load.contact.is_empty or force[2] >= 0:
+    young, thickness = influence.pad.layers[0].young, influence.pad.thickness
+    if load.contact_area == 0.0 or force[2] >= 0:
         return
-    pressure = -force[2] / load.contact.area
+    pressure = -force[2] / load.contact_area
     if pressure > LINEAR_RANGE * young:
-        warnings.warn(
-            f"the mean pressure, {pressure:.3g} Pa, is over {LINEAR_RANGE:.0%} of the top layer's modulus, {young:.3g} "
-            "Pa: strains are no longer small and the readings of this linear model are too simple there.",
-            ContactWarning,
-            stacklevel=3,
+        limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {young:.3g} Pa"
+        reason = f"the mean pressure, {pressure:.3g} Pa, is over {limit}"
+    elif load.approach > LINEAR_INDENTATION * thickness:
+        reason = (
+            f"the indentation, {load.approach * 1e3:.3g} mm, is over {LINEAR_INDENTATION:.0%} of the pad's thickness, "
+            f"{thickness * 1e3:.3g} mm"
         )
+    else:
+        return
+    warnings.warn(
+        f"{reason}: strains are no longer small and the readings of this linear model are too simple there.",
+        ContactWarning,
+        stacklevel=3,
+    )

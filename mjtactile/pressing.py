@@ -83,6 +83,17 @@ class CellContact:
             return np.array([normal])
         return normal * np.array([1.0, *((self._within_reach(through) - self.centre) / self.length)])
 
+    def on_all_cells(self, contact: RigidContact) -> RigidContact:
+        """A contact solved on the reached cells, on all of them."""
+        if self.reached.all():
+            return contact
+        count = self.cells.count
+        forces, separation, pressed = np.zeros(count), np.full(count, np.inf), np.zeros(count, dtype=bool)
+        map_forces = np.zeros((count, contact.map_forces.shape[1]))
+        forces[self.reached], separation[self.reached] = contact.forces, contact.separation
+        pressed[self.reached], map_forces[self.reached] = contact.pressed, contact.map_forces
+        return RigidContact(forces, contact.motion, separation, pressed, map_forces)
+
     def _within_reach(self, through: Array) -> Array:
         """The point, or the nearest to it that forces on the cells can pass through."""
         centroids = self.cells.centroids[self.reached]
@@ -146,18 +157,7 @@ def press(footprint: Footprint, normal: float, through: Array, *, tilting: bool,
 
 def _solved(at: CellContact, normal: float, through: Array, solver: Solver, start: Mask | None) -> Pressed:
     likely = None if start is None else start[at.reached]
-    return Pressed(at, _on_all_cells(solver(at, at.resultants(normal, through), likely), at))
-
-
-def _on_all_cells(contact: RigidContact, at: CellContact) -> RigidContact:
-    if at.reached.all():
-        return contact
-    forces, separation = np.zeros(at.cells.count), np.full(at.cells.count, np.inf)
-    pressed = np.zeros(at.cells.count, dtype=bool)
-    map_forces = np.zeros((at.cells.count, contact.map_forces.shape[1]))
-    forces[at.reached], separation[at.reached] = contact.forces, contact.separation
-    pressed[at.reached], map_forces[at.reached] = contact.pressed, contact.map_forces
-    return RigidContact(forces, contact.motion, separation, pressed, map_forces)
+    return Pressed(at, at.on_all_cells(solver(at, at.resultants(normal, through), likely)))
 
 
 def _overlapping(at: CellContact, found: Pressed) -> Mask | None:

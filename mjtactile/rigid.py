@@ -17,7 +17,7 @@ class RigidContact:
     """Solution of one contact.
 
     Attributes:
-        forces: pressing on each cell [N], shape (cells,).
+        forces: pressing on each cell [N], shape (cells,); bonded contacts have shear x and y in front, (3 cells,).
         motion: of the body into the pad, one per resultant: approach [m], tilts [rad].
         separation: of body and surface at each cell [m].
         pressed: cells in contact.

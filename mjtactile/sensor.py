@@ -45,7 +45,7 @@ class TactileSensor:
         influence: influence matrices of this pad, where they are at hand.
         law: contact law, see `contact_load`; None for the influence matrices' own.
         tangential: how shear is spread, see `contact_load`.
-        friction: sliding friction for tangential "coulomb" [-]; None for that of MuJoCo's contacts.
+        friction: sliding friction [-], see `contact_load`; None for that of MuJoCo's contacts where "coulomb" needs it.
         tilt: "free" or "fixed", see `contact_load`; None for "free".
         facing_gap: [m].
 
@@ -156,8 +156,10 @@ class TactileSensor:
             options["tilt"] = self.tilt
         if self.tangential != "proportional":
             options["tangential"] = self.tangential
-        if self.tangential == "coulomb":
-            options["friction"] = self._friction(data, touch.body) if self.friction is None else self.friction
+        if self.friction is not None:
+            options["friction"] = self.friction
+        elif self.tangential == "coulomb":
+            options["friction"] = self._friction(data, touch.body)
         return options
 
     def _friction(self, data: mujoco.MjData, body: int) -> float:

@@ -1,0 +1,218 @@
+"""Contact laws that solve for a traction on each contact cell: "elastic" and "foundation", with friction.
+
+Pressing decides where and how hard the body touches; shear then spreads over what is pressed. Bonded contact solves
+for both at once, and partial slip goes back and forth between the two until neither changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mjtactile.cells import Cells
+from mjtactile.complementarity import bonded_contact, rigid_contact
+from mjtactile.compliance import SurfaceCompliance
+from mjtactile.errors import ContactError
+from mjtactile.footprint import Footprint
+from mjtactile.foundation import foundation_contact
+from mjtactile.friction import ShearGrip, coulomb_shear, proportional_shear
+from mjtactile.load import ContactState
+from mjtactile.pad import Array
+from mjtactile.pressing import CellContact, Pressed, press
+from mjtactile.rigid import Mask, RigidContact
+
+#: Rounds of pressing and shear, and the change of forces at which they agree.
+_ROUNDS = 60
+_AGREED = 1e-10
+#: Shear within this fraction of mu F slips.
+_SLIPS = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactOptions:
+    """How a contact is solved; see `contact_load`."""
+
+    law: str
+    tangential: str
+    friction: float | None
+    tilting: bool
+    cells: int
+
+
+@dataclass(frozen=True, eq=False)
+class CellLoad:
+    """Forces on contact cells.
+
+    Attributes:
+        pressed: the solved contact.
+        forces: on each cell, pad frame, (cells, 3) [N].
+        state: what is known of the contact.
+    """
+
+    pressed: Pressed
+    forces: Array
+    state: ContactState
+
+    @property
+    def cells(self) -> Cells:
+        """The contact cells."""
+        return self.pressed.at.cells
+
+
+def cell_load(
+    compliance: SurfaceCompliance, footprint: Footprint, wrench: Array, through: Array, options: ContactOptions
+) -> CellLoad:
+    """Tractions on cells that carry a wrench, or the nearest to it that they can.
+
+    Args:
+        compliance: of the pad's surface.
+        footprint: of the body.
+        wrench: force [N], pressing, and torsion about the pad's normal through its origin [N m], shape (4,).
+        through: point (x, y) of the surface the force passes through [m].
+        options: law, friction and tilt.
+
+    Raises:
+        ContactError: when no contact was found.
+    """
+    solver = {"elastic": _elastic, "foundation": foundation_contact}[options.law]
+    normal = -float(wrench[2])
+    pressed = press(
+        footprint,
+        normal,
+        through,
+        tilting=options.tilting,
+        count=options.cells,
+        solver=lambda at, resultants, start: solver(compliance, at, resultants, start),
+    )
+    if options.tangential == "stick":
+        bonded = _bonded(compliance, pressed, normal, through, wrench)
+        if (
+            options.friction is None
+            or _grip(bonded.pressed, bonded.forces).nearest(
+                _about_grip(bonded.pressed, bonded.forces, wrench), options.friction
+            )[1]
+            is None
+        ):
+            return bonded
+    shear = np.zeros((2, pressed.at.cells.count))
+    if options.tangential == "coulomb":
+        pressed, shear = _partial_slip(compliance, pressed, normal, through, wrench, options)
+    elif wrench[[0, 1, 3]].any():
+        shear = _sheared(pressed, wrench, options)
+    return _load(pressed, shear, options.friction if options.tangential == "coulomb" else None)
+
+
+def _elastic(compliance: SurfaceCompliance, at: CellContact, resultants: Array, start: Mask | None) -> RigidContact:
+    matrix = compliance.normal(at.cells)
+    if not at.reached.all():
+        matrix = matrix[np.ix_(at.reached, at.reached)]
+    return rigid_contact(matrix, at.modes, at.gaps, resultants, start)
+
+
+def _grip(pressed: Pressed, forces: Array | None = None) -> ShearGrip:
+    """The cells that carry shear: those under pressure."""
+    normal = pressed.contact.forces if forces is None else -forces[:, 2]
+    chosen = normal > 0.0
+    points = pressed.at.cells.centroids[chosen]
+    centre = normal[chosen] @ points / normal[chosen].sum()
+    return ShearGrip(points, normal[chosen], centre, pressed.at.length)
+
+
+def _about_grip(pressed: Pressed, forces: Array | None, wrench: Array) -> Array:
+    """Shear resultants of a wrench about the centre of pressure, torsion made a force; (3,) [N]."""
+    grip = _grip(pressed, forces)
+    torsion = wrench[3] - (grip.centre[0] * wrench[1] - grip.centre[1] * wrench[0])
+    return np.array([wrench[0], wrench[1], torsion / grip.length])
+
+
+def _sheared(pressed: Pressed, wrench: Array, options: ContactOptions) -> Array:
+    """Shear in proportion to the pressure, or of full sliding where friction carries no more, (2, cells) [N]."""
+    grip, wanted = _grip(pressed), _about_grip(pressed, None, wrench)
+    sliding = None
+    if options.friction is not None:
+        wanted, sliding = grip.nearest(wanted, options.friction)
+    shear = np.zeros((2, pressed.at.cells.count))
+    shear[:, pressed.contact.forces > 0.0] = proportional_shear(grip, wanted) if sliding is None else sliding
+    return shear
+
+
+def _partial_slip(
+    compliance: SurfaceCompliance,
+    pressed: Pressed,
+    normal: float,
+    through: Array,
+    wrench: Array,
+    options: ContactOptions,
+) -> tuple[Pressed, Array]:
+    """Pressing and shear of a contact that slips where friction does not hold."""
+    assert options.friction is not None
+    at = pressed.at
+    full = compliance.full(at.cells)
+    resultants, places = at.resultants(normal, through), np.flatnonzero(at.reached)
+    matrix = full[2][np.ix_(places, [2], places)][:, 0]
+    shear = np.zeros((2, at.cells.count))
+    contact = pressed.contact
+    for _ in range(_ROUNDS):
+        before = np.concatenate([contact.forces, shear.ravel()])
+        lifted = -np.einsum("iaj,aj->i", full[2][:, :2], shear)
+        solved = rigid_contact(matrix, at.modes, at.gaps + lifted[places], resultants, contact.pressed[places])
+        contact = at.on_all_cells(solved)
+        now = Pressed(at, contact)
+        grip, chosen = _grip(now), contact.forces > 0.0
+        wanted, sliding = grip.nearest(_about_grip(now, None, wrench), options.friction)
+        if sliding is None:
+            kept = np.flatnonzero(chosen)
+            tangential = full[:2][:, kept][:, :, :2][:, :, :, kept]
+            slip = -full[:2, :, 2][:, kept] @ contact.forces
+            sliding = coulomb_shear(tangential, grip, slip, wanted, options.friction)
+        shear = np.zeros((2, at.cells.count))
+        shear[:, chosen] = sliding
+        if np.abs(np.concatenate([contact.forces, shear.ravel()]) - before).max() <= _AGREED * normal:
+            return Pressed(at, contact), shear
+    raise ContactError(
+        "pressure and slip did not agree. Use tangential='proportional' or 'stick', or a smaller friction."
+    )
+
+
+def _bonded(compliance: SurfaceCompliance, pressed: Pressed, normal: float, through: Array, wrench: Array) -> CellLoad:
+    """Pressing and shear of a contact that does not slip at all."""
+    at = pressed.at
+    places, count = np.flatnonzero(at.reached), int(at.reached.sum())
+    full = compliance.full(at.cells)[:, places][:, :, :, places]
+    downward = np.array([1.0, 1.0, -1.0])  # pressing forces count downward
+    full = full * downward[:, None, None, None] * downward[:, None]
+    grip = ShearGrip(at.cells.centroids[places], np.ones(count), at.centre, at.length)
+    motions = at.modes.shape[1]
+    modes = np.zeros((3, count, motions + 3))
+    modes[2, :, :motions] = at.modes
+    modes[:2, :, motions:] = grip.modes
+    torsion = wrench[3] - (at.centre[0] * wrench[1] - at.centre[1] * wrench[0])
+    resultants = np.concatenate([at.resultants(normal, through), wrench[:2], [torsion / at.length]])
+    contact = bonded_contact(full, modes, at.gaps, resultants, pressed.contact.pressed[places])
+    blocks = contact.forces.reshape(3, count)
+    own = replace(
+        contact, forces=blocks[2], motion=contact.motion[:motions], map_forces=contact.map_forces[2 * count :]
+    )
+    shear = np.zeros((2, at.cells.count))
+    shear[:, places] = blocks[:2]
+    return _load(Pressed(at, at.on_all_cells(own)), shear, None)
+
+
+def _load(pressed: Pressed, shear: Array, friction: float | None) -> CellLoad:
+    forces = np.column_stack([*shear, -pressed.contact.forces])
+    areas, slopes = pressed.at.cells.areas, pressed.slopes
+    touching = pressed.contact.forces > 0.0
+    stick_area = np.nan
+    if friction is not None:
+        holds = np.linalg.norm(shear, axis=0) < (1 - _SLIPS) * friction * pressed.contact.forces
+        stick_area = float(areas[holds].sum())
+    state = ContactState(
+        approach=float(pressed.contact.motion[0]),
+        # The body moves down by approach + slope . (x, y), so it turns by (-slope y, slope x).
+        tilts=(-float(slopes[1]), float(slopes[0])),
+        contact_area=float(areas[touching].sum()),
+        peak_pressure=float((pressed.contact.forces / areas).max()),
+        stick_area=stick_area,
+    )
+    return CellLoad(pressed, forces, state)
