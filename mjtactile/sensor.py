@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,11 +12,12 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from mjtactile.cache import influence_matrices
-from mjtactile.contact import SurfaceLoad, contact_load
+from mjtactile.contact import LAWS, TANGENTIALS, TILTS, contact_load
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
 from mjtactile.footprint import FACING_GAP, Footprint
 from mjtactile.imprint import GapImprints, Imprints, SectionImprints
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.load import SurfaceLoad
 from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Array, Pad
 from mjtactile.planar import areal
@@ -25,8 +26,6 @@ from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
 
 #: Largest difference between a pad's size and its geom's [m].
 _SIZE_TOLERANCE = 1e-6
-#: What a sensor without a law of its own uses where its influence matrices have none either.
-_PLAIN_LAW = "uniform"
 
 
 class TactileSensor:
@@ -51,7 +50,7 @@ class TactileSensor:
 
     Raises:
         SceneError: when the model has no such geom, or it is not a box of the pad's size.
-        ContactError: when there is no such tilt.
+        ContactError: when there is no such law, tangential or tilt.
     """
 
     def __init__(
@@ -77,11 +76,12 @@ class TactileSensor:
                 f"the influence matrices belong to a {influence.pad.summary}, the sensor to a {self.pad.summary}. "
                 "Make them with influence_matrices(pad)."
             )
-        if tilt not in (None, "free", "fixed"):
-            raise ContactError(f"tilt {tilt!r} does not exist. Available: free, fixed.")
         self.influence = influence_matrices(self.pad, mesh, preset=preset) if influence is None else influence
-        self.law = law if law is not None else _own_law(self.influence)
-        self.tangential, self.friction, self.tilt = tangential, friction, tilt or "free"
+        self.law = self.influence.fidelity.law if law is None else law
+        self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
+        _require("contact law", self.law, LAWS)
+        _require("tangential", self.tangential, TANGENTIALS)
+        _require("tilt", self.tilt, TILTS)
         self.facing_gap = facing_gap
         self._imprints = self._new_imprints()
 
@@ -89,7 +89,7 @@ class TactileSensor:
         """Von Mises readings (layers, rows, columns) [Pa] from the contacts of the last step or forward pass.
 
         Warns:
-            ContactWarning: when a contact wrench cannot be carried by the footprint it came through.
+            ContactWarning: when a contact wrench cannot be carried by the footprint it came through, or only in part.
         """
         load = self.load(data)
         return np.zeros(self.pad.reading_shape) if load is None else self.influence.readings(load)
@@ -98,10 +98,9 @@ class TactileSensor:
         """Tractions on the pad; None without contact. Its resultant is MuJoCo's contact wrench."""
         total: SurfaceLoad | None = None
         for touch in self._touches(data):
-            load = contact_load(
-                self.influence, touch.footprint, touch.wrench[:3], moment=touch.wrench[3:], **self._options(data, touch)
-            )
-            total = load if total is None else total + load
+            load = self._solved(data, touch)
+            if load is not None:
+                total = load if total is None else total + load
         return total
 
     def wrench(self, data: mujoco.MjData) -> Array:
@@ -149,18 +148,30 @@ class TactileSensor:
         level = self.tilt == "fixed"
         return GapImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap, level=level)
 
-    def _options(self, data: mujoco.MjData, touch: _Touch) -> dict[str, Any]:
-        """How `contact_load` shall spread a body's wrench."""
-        options: dict[str, Any] = {"law": self.law}
-        if self.tilt != "free":
-            options["tilt"] = self.tilt
-        if self.tangential != "proportional":
-            options["tangential"] = self.tangential
-        if self.friction is not None:
-            options["friction"] = self.friction
-        elif self.tangential == "coulomb":
-            options["friction"] = self._friction(data, touch.body)
-        return options
+    def _solved(self, data: mujoco.MjData, touch: _Touch) -> SurfaceLoad | None:
+        """Load of one body; None, and a warning, where the law finds no contact that carries its wrench."""
+        friction = self.friction
+        if friction is None and self.tangential == "coulomb":
+            friction = self._friction(data, touch.body)
+        try:
+            return contact_load(
+                self.influence,
+                touch.footprint,
+                touch.wrench[:3],
+                moment=touch.wrench[3:],
+                law=self.law,
+                tangential=self.tangential,
+                friction=friction,
+                tilt=self.tilt,
+            )
+        except ContactError as error:
+            warnings.warn(
+                f"{self._label(touch.body)} presses on the pad with {np.linalg.norm(touch.wrench[:3]):.3g} N, but "
+                f"nothing is read from it: {error}",
+                ContactWarning,
+                stacklevel=4,
+            )
+            return None
 
     def _friction(self, data: mujoco.MjData, body: int) -> float:
         """The largest sliding friction of a body's contacts with the pad: what they hold, the law can hold [-]."""
@@ -178,8 +189,9 @@ class _Touch(NamedTuple):
     wrench: Array  #: [N, N m], shape (6,)
 
 
-def _own_law(influence: InfluenceMatrices) -> str:
-    return getattr(getattr(influence, "fidelity", None), "law", _PLAIN_LAW)
+def _require(kind: str, name: str, available: tuple[str, ...]) -> None:
+    if name not in available:
+        raise ContactError(f"{kind} {name!r} does not exist. Available: {', '.join(available)}.")
 
 
 def _pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
 
 import mjtactile.sensor
-from mjtactile.contact import SurfaceLoad
-from mjtactile.errors import ContactError
+from mjtactile.errors import ContactError, ContactWarning
+from mjtactile.load import SurfaceLoad
 from mjtactile.scene import force_vector, press, press_scene
 from mjtactile.sensor import TactileSensor
 from mjtactile.wrench import contact_wrenches
@@ -78,9 +80,21 @@ def test_each_body_slides_with_its_own_friction(draft, monkeypatch):
     assert sorted(options["friction"] for options in seen) == [0.2, 0.9]
 
 
-def test_a_tilt_that_does_not_exist_is_refused(draft):
-    with pytest.raises(ContactError, match=r"tilt 'loose'.*free, fixed"):
-        TactileSensor(press_scene("square"), influence=draft, tilt="loose")
+@pytest.mark.parametrize("option", ["law", "tangential", "tilt"])
+def test_choices_that_do_not_exist_are_refused(option, draft):
+    choice: dict[str, Any] = {option: "loose"}
+    with pytest.raises(ContactError, match=rf"{option} 'loose' does not exist.*Available: \w+, "):
+        TactileSensor(press_scene("square"), influence=draft, **choice)
+
+
+def test_a_body_whose_contact_is_not_found_warns_and_is_left_out(draft, monkeypatch):
+    def failing(*_args, **_options):
+        raise ContactError("no contact carries this wrench.")
+
+    monkeypatch.setattr(mjtactile.sensor, "contact_load", failing)
+    model, data = pressed()
+    with pytest.warns(ContactWarning, match="body 'square' presses .* nothing is read from it: no contact carries"):
+        assert not TactileSensor(model, influence=draft).read(data).any()
 
 
 def pad_on_terrain() -> tuple[mujoco.MjModel, mujoco.MjData]:
