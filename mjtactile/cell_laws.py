@@ -157,7 +157,7 @@ def _partial_slip(
         before = np.concatenate([contact.forces, shear.ravel()])
         lifted = -np.einsum("iaj,aj->i", full[2][:, :2], shear)
         solved = rigid_contact(matrix, at.modes, at.gaps + lifted[places], resultants, contact.pressed[places])
-        contact = at.on_all_cells(solved)
+        contact = solved.spread(at.reached)
         now = Pressed(at, contact)
         grip, chosen = _grip(now), contact.forces > 0.0
         wanted, sliding = grip.nearest(_about_grip(now, None, wrench), options.friction)
@@ -190,13 +190,10 @@ def _bonded(compliance: SurfaceCompliance, pressed: Pressed, normal: float, thro
     torsion = wrench[3] - (at.centre[0] * wrench[1] - at.centre[1] * wrench[0])
     resultants = np.concatenate([at.resultants(normal, through), wrench[:2], [torsion / at.length]])
     contact = bonded_contact(full, modes, at.gaps, resultants, pressed.contact.pressed[places])
-    blocks = contact.forces.reshape(3, count)
-    own = replace(
-        contact, forces=blocks[2], motion=contact.motion[:motions], map_forces=contact.map_forces[2 * count :]
-    )
+    own = replace(contact, map_forces=contact.map_forces[2 * count :])
     shear = np.zeros((2, at.cells.count))
-    shear[:, places] = blocks[:2]
-    return _load(Pressed(at, at.on_all_cells(own)), shear, None)
+    shear[:, places] = contact.forces[: 2 * count].reshape(2, count)
+    return _load(Pressed(at, own.spread(at.reached)), shear, None)
 
 
 def _load(pressed: Pressed, shear: Array, friction: float | None) -> CellLoad:

@@ -14,11 +14,9 @@ import scipy.linalg
 
 from mjtactile.errors import ContactError
 from mjtactile.pad import Array
-from mjtactile.rigid import Mask, RigidContact
+from mjtactile.rigid import TOLERANCE, Mask, RigidContact
 from mjtactile.winkler import winkler_contact
 
-#: Forces and separations this small beside the largest count as zero.
-_TOLERANCE = 1e-11
 #: Stiffness given to every rigid motion, over the stiffness of the contact.
 _OPEN_TILT = 1e-14
 #: Resultants must come out to this fraction of the normal force.
@@ -83,14 +81,7 @@ def _solve(
             "no contact carries this wrench: the force passes too near the edge of what the body covers, or the gap "
             "map is not finite there. Move the force inward, or check the gap map."
         )
-    pressed, forces, motion, separation, map_forces = solved
-    map_forces = map_forces * np.append(np.ones(len(resultants)), force)
-    motion = motion * give * force
-    motion[0] += lowest
-    return RigidContact(forces * force, motion, separation * give * force, pressed, map_forces)
-
-
-_Solved = tuple[Mask, Array, Array, Array, Array]
+    return solved.scaled(force, give, lowest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +106,7 @@ class _Programme:
     def _normal(self) -> slice:
         return slice((self.blocks - 1) * self.cells, None)
 
-    def solve(self, start: Mask | None) -> _Solved | None:
+    def solve(self, start: Mask | None) -> RigidContact | None:
         """Forces, motion and separation that meet all conditions; None if none were found."""
         solved = None if start is None else self._exchange_sets(start)
         if solved is None and not self.gaps.any():
@@ -124,11 +115,11 @@ class _Programme:
             springs = _SPRINGS / np.diagonal(self.compliance)
             feasible = winkler_contact(springs, self.modes, self.gaps, self.resultants)
             solved = self._exchange_sets(feasible.pressed) or self._descend(feasible.forces)
-        if solved is None or np.abs(self.modes.T @ solved[1] - self.resultants).max() > _RESULTANTS:
+        if solved is None or np.abs(self.modes.T @ solved.forces - self.resultants).max() > _RESULTANTS:
             return None
         return solved
 
-    def _on(self, pressed: Mask) -> _Solved | None:
+    def _on(self, pressed: Mask) -> RigidContact | None:
         """The solution if exactly these cells were in contact; None where they cannot carry the resultants."""
         places = np.flatnonzero(np.tile(pressed, self.blocks))
         if not len(places):
@@ -143,42 +134,31 @@ class _Programme:
         stiffness = stiffness + _OPEN_TILT * np.trace(stiffness) * np.eye(len(stiffness))
         # With the motion d = S^-1 (q + B^T A^-1 g), forces are A^-1 (B d - g): linear in q, constant in g.
         to_motion = np.linalg.inv(stiffness)
-        map_places = np.column_stack(
-            [answers[:, :-1] @ to_motion, answers[:, :-1] @ to_motion @ (self.modes[places].T @ answers[:, -1])]
-        )
-        map_places[:, -1] -= answers[:, -1]
+        map_motion = np.column_stack([to_motion, to_motion @ (self.modes[places].T @ answers[:, -1])])
         map_forces = np.zeros((len(self.gaps), len(self.resultants) + 1))
-        map_forces[places] = map_places
-        forces = map_forces @ np.append(self.resultants, 1.0)
-        motion = to_motion @ (self.resultants + self.modes[places].T @ answers[:, -1])
+        map_forces[places] = answers[:, :-1] @ map_motion
+        map_forces[places, -1] -= answers[:, -1]
         normal = self._normal
-        separation = self.compliance[normal, places] @ forces[places] - (self.modes @ motion - self.gaps)[normal]
-        separation[pressed] = 0.0
-        return pressed, forces, motion, separation, map_forces
+        map_separation = self.compliance[normal, places] @ map_forces[places] - self.modes[normal] @ map_motion
+        map_separation[:, -1] += self.gaps[normal]
+        map_separation[pressed] = 0.0
+        return RigidContact(self.resultants, pressed, map_forces, map_motion, map_separation)
 
-    def _violated(self, solved: _Solved) -> Array:
-        """How far each cell is from its condition, zero where it is met."""
-        pressed, forces, separation = solved[0], solved[1][self._normal], solved[3]
-        pull = np.where(pressed, -forces, 0.0) / np.abs(forces).max()
-        overlap = np.where(pressed, 0.0, -separation) / max(np.abs(separation).max(), 1.0)
-        violation = np.maximum(pull, overlap)
-        return np.where(violation > _TOLERANCE, violation, 0.0)
-
-    def _exchange_sets(self, pressed: Mask) -> _Solved | None:
+    def _exchange_sets(self, pressed: Mask) -> RigidContact | None:
         """Move every cell that violates its condition to the other side until none does."""
         seen = set()
         for _ in range(_SET_EXCHANGES):
             solved = self._on(pressed)
             if solved is None or pressed.tobytes() in seen:
                 return None
-            violated = self._violated(solved) > 0.0
+            violated = solved.violation > 0.0
             if not violated.any():
                 return solved
             seen.add(pressed.tobytes())
             pressed = pressed ^ violated
         return None
 
-    def _descend(self, forces: Array) -> _Solved | None:
+    def _descend(self, forces: Array) -> RigidContact | None:
         """Primal active-set method from forces that carry the resultants: the energy falls at every step.
 
         Slower than exchanging sets, but it cannot cycle.
@@ -188,17 +168,17 @@ class _Programme:
             solved = self._on(pressed)
             if solved is None:
                 return None
-            step = solved[1] - forces
-            blocking = pressed & (solved[1] < -_TOLERANCE * np.abs(solved[1]).max())
+            step = solved.forces - forces
+            blocking = pressed & (solved.forces < -TOLERANCE * np.abs(solved.forces).max())
             if blocking.any():
                 length = float((forces[blocking] / -step[blocking]).min())
                 forces = np.maximum(forces + length * step, 0.0)
-                pressed = pressed & ~(blocking & (forces <= _TOLERANCE * forces.max()))
+                pressed = pressed & ~(blocking & (forces <= TOLERANCE * forces.max()))
                 continue
-            violation = self._violated(solved)
+            violation = solved.violation
             if not violation.any():
                 return solved
-            forces = np.maximum(solved[1], 0.0)
+            forces = np.maximum(solved.forces, 0.0)
             pressed = pressed.copy()
             pressed[violation.argmax()] = True
         return None

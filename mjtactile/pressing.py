@@ -83,17 +83,6 @@ class CellContact:
             return np.array([normal])
         return normal * np.array([1.0, *((self._within_reach(through) - self.centre) / self.length)])
 
-    def on_all_cells(self, contact: RigidContact) -> RigidContact:
-        """A contact solved on the reached cells, on all of them."""
-        if self.reached.all():
-            return contact
-        count = self.cells.count
-        forces, separation, pressed = np.zeros(count), np.full(count, np.inf), np.zeros(count, dtype=bool)
-        map_forces = np.zeros((count, contact.map_forces.shape[1]))
-        forces[self.reached], separation[self.reached] = contact.forces, contact.separation
-        pressed[self.reached], map_forces[self.reached] = contact.pressed, contact.map_forces
-        return RigidContact(forces, contact.motion, separation, pressed, map_forces)
-
     def _within_reach(self, through: Array) -> Array:
         """The point, or the nearest to it that forces on the cells can pass through."""
         centroids = self.cells.centroids[self.reached]
@@ -119,7 +108,7 @@ class Pressed:
     @property
     def slopes(self) -> Array:
         """Downward displacement of the body per length along x and y [-]."""
-        return self.contact.motion[1:] / self.at.length if self.at.tilting else np.zeros(2)
+        return self.contact.motion[1:3] / self.at.length if self.at.tilting else np.zeros(2)
 
 
 def press(footprint: Footprint, normal: float, through: Array, *, tilting: bool, count: int, solver: Solver) -> Pressed:
@@ -157,7 +146,7 @@ def press(footprint: Footprint, normal: float, through: Array, *, tilting: bool,
 
 def _solved(at: CellContact, normal: float, through: Array, solver: Solver, start: Mask | None) -> Pressed:
     likely = None if start is None else start[at.reached]
-    return Pressed(at, at.on_all_cells(solver(at, at.resultants(normal, through), likely)))
+    return Pressed(at, solver(at, at.resultants(normal, through), likely).spread(at.reached))
 
 
 def _overlapping(at: CellContact, found: Pressed) -> Mask | None:

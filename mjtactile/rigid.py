@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -11,21 +12,81 @@ from mjtactile.pad import Array
 
 Mask = npt.NDArray[np.bool_]
 
+#: Forces and separations this small beside the largest count as zero.
+TOLERANCE = 1e-11
+
 
 @dataclass(frozen=True, eq=False)
 class RigidContact:
-    """Solution of one contact.
+    """Solution of one contact, which is linear in its resultants while the same cells are pressed.
 
     Attributes:
-        forces: pressing on each cell [N], shape (cells,); bonded contacts have shear x and y in front, (3 cells,).
-        motion: of the body into the pad, one per resultant: approach [m], tilts [rad].
-        separation: of body and surface at each cell [m].
-        pressed: cells in contact.
-        map_forces: forces as `map_forces @ (q, 1)` while the same cells are in contact, (cells, resultants + 1).
+        resultants: sum of the pressing forces times each rigid motion's displacement, (motions,).
+        pressed: cells in contact, (cells,).
+        map_forces: (resultants, 1) to forces pressing on each cell [N], (cells, motions + 1); bonded contacts have
+            shear x and y in front, (3 cells, motions + 1).
+        map_motion: (resultants, 1) to the body's motion into the pad, approach [m] first, (motions, motions + 1).
+        map_separation: (resultants, 1) to the separation of body and surface at each cell [m], (cells, motions + 1).
     """
 
-    forces: Array
-    motion: Array
-    separation: Array
+    resultants: Array
     pressed: Mask
     map_forces: Array
+    map_motion: Array
+    map_separation: Array
+
+    @cached_property
+    def forces(self) -> Array:
+        """Pressing on each cell [N], shape (cells,); bonded contacts have shear x and y in front, (3 cells,)."""
+        return self.map_forces @ np.append(self.resultants, 1.0)
+
+    @cached_property
+    def motion(self) -> Array:
+        """Of the body into the pad, one per resultant; the first is the approach [m]."""
+        return self.map_motion @ np.append(self.resultants, 1.0)
+
+    @cached_property
+    def separation(self) -> Array:
+        """Of body and surface at each cell [m]."""
+        return self.map_separation @ np.append(self.resultants, 1.0)
+
+    @cached_property
+    def violation(self) -> Array:
+        """How far each cell is from its condition, pressure where pressed and a gap elsewhere; 0 where it is met."""
+        pressing, separation = self.forces[-len(self.pressed) :], self.separation
+        pull = np.where(self.pressed, -pressing, 0.0) / np.abs(self.forces).max()
+        apart = np.isfinite(separation)
+        overlap = np.where(self.pressed | ~apart, 0.0, -separation)
+        # What the body moves is the measure of what overlaps.
+        scale = max(float(np.abs(separation[apart]).max(initial=0.0)), float(np.abs(self.motion[0])))
+        violation = np.maximum(pull, overlap / scale if scale > 0.0 else overlap)
+        return np.where(violation > TOLERANCE, violation, 0.0)
+
+    def under(self, resultants: Array) -> RigidContact | None:
+        """The contact under other resultants; None where other cells would be pressed."""
+        changed = RigidContact(resultants, self.pressed, self.map_forces, self.map_motion, self.map_separation)
+        return None if changed.violation.any() else changed
+
+    def scaled(self, force: float, give: float, lowest: float) -> RigidContact:
+        """The same contact in units `force` [N] and `give` [m/N] times it, heights counted from `lowest` [m]."""
+        units = np.append(np.ones(len(self.resultants)), force)
+        map_motion = give * self.map_motion * units
+        map_motion[0, -1] += lowest
+        return RigidContact(
+            force * self.resultants,
+            self.pressed,
+            self.map_forces * units,
+            map_motion,
+            give * self.map_separation * units,
+        )
+
+    def spread(self, places: Mask) -> RigidContact:
+        """A contact solved on some cells, on all of them: the others are out of reach."""
+        if places.all():
+            return self
+        pressed = np.zeros(len(places), dtype=bool)
+        map_forces = np.zeros((len(places), self.map_forces.shape[1]))
+        map_separation = np.zeros_like(map_forces)
+        map_separation[:, -1] = np.inf
+        pressed[places], map_forces[places], map_separation[places] = self.pressed, self.map_forces, self.map_separation
+        return RigidContact(self.resultants, pressed, map_forces, self.map_motion, map_separation)

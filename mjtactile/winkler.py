@@ -54,15 +54,12 @@ def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Arr
                 break
         motion = motion + length * step
         energy = energy_of(motion)
-    contact = _on(modes @ motion > gaps, weights, modes, gaps, wanted, resultants[0], scale)
-    contact.motion[0] += lowest
-    return contact
+    contact = _on(modes @ motion > gaps, weights, modes, gaps, wanted)
+    return contact.scaled(float(resultants[0]), scale / float(resultants[0]), lowest)
 
 
-def _on(
-    pressed: np.ndarray, weights: Array, modes: Array, gaps: Array, wanted: Array, force: float, scale: float
-) -> RigidContact:
-    """The exact solution on the cells under pressure, in N and m."""
+def _on(pressed: np.ndarray, weights: Array, modes: Array, gaps: Array, wanted: Array) -> RigidContact:
+    """The exact solution on the cells under pressure."""
     own = modes[pressed]
     curvature = own.T @ (weights[pressed, None] * own)
     if pressed.sum() < len(wanted) or np.linalg.cond(curvature) > 1e13:
@@ -70,11 +67,10 @@ def _on(
             "no contact carries this wrench: the force passes too near the edge of what the body covers."
         )
     to_motion = np.linalg.inv(curvature)
-    from_gaps = own.T @ (weights[pressed] * gaps[pressed])
-    motion = to_motion @ (wanted + from_gaps)
-    map_forces = np.zeros((len(gaps), len(wanted) + 1))
-    map_forces[pressed, :-1] = weights[pressed, None] * (own @ to_motion)
-    map_forces[pressed, -1] = force * weights[pressed] * (own @ (to_motion @ from_gaps) - gaps[pressed])
-    forces = map_forces @ np.append(wanted * force, 1.0)
-    separation = np.where(pressed, 0.0, gaps - modes @ motion)
-    return RigidContact(forces, motion * scale, separation * scale, pressed, map_forces)
+    map_motion = np.column_stack([to_motion, to_motion @ (own.T @ (weights[pressed] * gaps[pressed]))])
+    map_separation = -modes @ map_motion
+    map_separation[:, -1] += gaps
+    map_forces = np.zeros_like(map_separation)
+    map_forces[pressed] = -weights[pressed, None] * map_separation[pressed]
+    map_separation[pressed] = 0.0
+    return RigidContact(wanted, pressed, map_forces, map_motion, map_separation)
