@@ -70,7 +70,7 @@ class Cells:
         (x0, y0), (x1, y1) = (self.edges - self._anchor).transpose(1, 2, 0)
         cross = x0 * y1 - x1 * y0
         terms = (cross / 2, (x0 + x1) * cross / 6, (y0 + y1) * cross / 6)
-        return np.stack([np.bincount(self.owner, term, self.count) for term in terms])
+        return np.stack([np.bincount(self.owner, term, self.count) for term in terms]).astype(np.float64)
 
     @cached_property
     def quadrature(self) -> Array:
@@ -240,8 +240,9 @@ def _cut_into_squares(region: Area, bounds: tuple[float, float, float, float], s
     low_x, low_y, high_x, high_y = bounds
     x = np.linspace(low_x, high_x, max(1, round((high_x - low_x) / size)) + 1)
     y = np.linspace(low_y, high_y, max(1, round((high_y - low_y) / size)) + 1)
-    corners = np.broadcast_arrays(x[:-1], y[:-1, None], x[1:], y[1:, None])
-    boxes = shapely.box(*(c.ravel() for c in corners))
+    low_corners, high_corners = np.meshgrid(x[:-1], y[:-1]), np.meshgrid(x[1:], y[1:])
+    left, bottom, right, top = (c.ravel() for c in (*low_corners, *high_corners))
+    boxes = shapely.box(left, bottom, right, top)
     shapely.prepare(region)
     whole = shapely.covers(region, boxes)
     crossed = shapely.intersects(region, boxes) & ~whole

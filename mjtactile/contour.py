@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -40,12 +41,12 @@ def region_below(
     inside = _inside(function, level, *np.meshgrid(x, y))
     if not inside.any():
         return Polygon()
-    rows, columns = inside.any(axis=1).nonzero()[0], inside.any(axis=0).nonzero()[0]
+    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     closer = (
-        x[max(columns[0] - 1, 0)],
-        y[max(rows[0] - 1, 0)],
-        x[min(columns[-1] + 1, len(x) - 1)],
-        y[min(rows[-1] + 1, len(y) - 1)],
+        float(x[max(columns[0] - 1, 0)]),
+        float(y[max(rows[0] - 1, 0)]),
+        float(x[min(columns[-1] + 1, len(x) - 1)]),
+        float(y[min(rows[-1] + 1, len(y) - 1)]),
     )
     if max(np.ptp(rows), np.ptp(columns)) < _FEW_CELLS and max(
         closer[2] - closer[0], closer[3] - closer[1]
@@ -78,7 +79,9 @@ def _traced(
     framed = np.pad(inside, 1).astype(float)
     columns, rows = np.arange(-1, len(x) + 1), np.arange(-1, len(y) + 1)
     generator = contour_generator(columns, rows, framed, fill_type=FillType.OuterOffset)
-    points, offsets = generator.filled(0.5, 2.0)
+    # Outer rings with their holes behind them: corners, and where each ring ends.
+    filled: Any = generator.filled(0.5, 2.0)
+    points, offsets = filled
     places = [np.asarray(one) for one in points]
     if not places:
         return Polygon()

@@ -171,7 +171,7 @@ def _newton_step(
     right = -dual - t * np.tile(push, 2)
     free, per_motion = np.hsplit(scipy.linalg.cho_solve(factor, np.column_stack([right, E]), check_finite=False), [1])
     d_motion = np.linalg.solve(E.T @ per_motion, -primal - E.T @ free[:, 0])
-    dt = free[:, 0] + per_motion @ d_motion
+    dt = (free[:, 0] + per_motion @ d_motion).astype(np.float64)
     d_multiplier = push + ratio * (tx * dt[:cells] + ty * dt[cells:])
     share = _share_inside(tx, ty, dt[:cells], dt[cells:], radius)
     falling = d_multiplier < 0.0

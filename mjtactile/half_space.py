@@ -92,7 +92,8 @@ def half_space_integrals(edges: Array, owner: Indices) -> HalfSpaceIntegrals:
     normal_x, normal_y = _boundary_operators(edges, owner, place, len(distinct))
     along_x, along_y = normal_x @ distances, normal_y @ distances
     xx, xy, yy = -(normal_x @ along_x.T), -(normal_y @ along_x.T), -(normal_y @ along_y.T)
-    return HalfSpaceIntegrals(*((one + one.T) / 2 for one in (xx, xy, yy)), edges, owner)
+    xx, xy, yy = ((one + one.T) / 2 for one in (xx, xy, yy))
+    return HalfSpaceIntegrals(xx, xy, yy, edges, owner)
 
 
 def distinct_edges(edges: Array) -> tuple[Indices, Indices]:
@@ -181,6 +182,7 @@ def _coupling_integrals(edges: Array, owner: Indices) -> tuple[Array, Array]:
             potentials += first_weight * second_weight / 16 * (offset.transpose(2, 0, 1) * logarithm)
     potentials *= length[:, None] * length
     operators = _boundary_operators(edges, owner, place, len(distinct))
-    coupled = [-sum(normal @ (normal @ potential).T for normal in operators).T for potential in potentials]
+    normal_x, normal_y = operators
+    coupled = [-(normal_x @ (normal_x @ one).T + normal_y @ (normal_y @ one).T).T for one in potentials]
     along_x, along_y = ((one - one.T) / 2 for one in coupled)
     return along_x, along_y
