@@ -14,13 +14,9 @@ import scipy.linalg
 
 from mjtactile.errors import ContactError
 from mjtactile.pad import Array
-from mjtactile.rigid import TOLERANCE, Mask, RigidContact
+from mjtactile.rigid import RESULTANTS, TOLERANCE, Mask, RigidContact, flexibility
 from mjtactile.winkler import winkler_contact
 
-#: Stiffness given to every rigid motion, over the stiffness of the contact.
-_OPEN_TILT = 1e-14
-#: Resultants must come out to this fraction of the normal force.
-_RESULTANTS = 1e-9
 #: Exchanges of whole sets before single cells change sides.
 _SET_EXCHANGES = 30
 _SINGLE_EXCHANGES = 20
@@ -115,7 +111,7 @@ class _Programme:
             springs = _SPRINGS / np.diagonal(self.compliance)
             feasible = winkler_contact(springs, self.modes, self.gaps, self.resultants)
             solved = self._exchange_sets(feasible.pressed) or self._descend(feasible.forces)
-        if solved is None or np.abs(self.modes.T @ solved.forces - self.resultants).max() > _RESULTANTS:
+        if solved is None or np.abs(self.modes.T @ solved.forces - self.resultants).max() > RESULTANTS:
             return None
         return solved
 
@@ -124,16 +120,14 @@ class _Programme:
         places = np.flatnonzero(np.tile(pressed, self.blocks))
         if not len(places):
             return None
-        factor, failed = scipy.linalg.lapack.dpotrf(self.compliance[np.ix_(places, places)], lower=1)
+        factor, failed = scipy.linalg.lapack.dpotrf(self.compliance[np.ix_(places, places)], lower=1)  # type: ignore[attr-defined]
         if failed:
             return None
         right = np.column_stack([self.modes[places], self.gaps[places]])
-        answers = scipy.linalg.lapack.dpotrs(factor, right, lower=1)[0]
+        answers = scipy.linalg.lapack.dpotrs(factor, right, lower=1)[0]  # type: ignore[attr-defined]
         stiffness = self.modes[places].T @ answers[:, :-1]
-        # Cells in one row leave a tilt open; a trace of stiffness keeps it finite until others come into contact.
-        stiffness = stiffness + _OPEN_TILT * np.trace(stiffness) * np.eye(len(stiffness))
         # With the motion d = S^-1 (q + B^T A^-1 g), forces are A^-1 (B d - g): linear in q, constant in g.
-        to_motion = np.linalg.inv(stiffness)
+        to_motion = flexibility(stiffness, self.resultants + self.modes[places].T @ answers[:, -1])
         map_motion = np.column_stack([to_motion, to_motion @ (self.modes[places].T @ answers[:, -1])])
         map_forces = np.zeros((len(self.gaps), len(self.resultants) + 1))
         map_forces[places] = answers[:, :-1] @ map_motion

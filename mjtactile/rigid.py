@@ -14,6 +14,28 @@ Mask = npt.NDArray[np.bool_]
 
 #: Forces and separations this small beside the largest count as zero.
 TOLERANCE = 1e-11
+#: Motions that the contact resists less than this, over the one it resists most, are open.
+_OPEN = 1e-12
+#: Resultants along an open motion that are more than rounding.
+_LOADED = 1e-11
+#: Resultants must come out to this fraction of the normal force.
+RESULTANTS = 1e-9
+
+
+def flexibility(stiffness: Array, resultants: Array) -> Array:
+    """Motion per resultant of a contact with a symmetric stiffness (motions, motions).
+
+    Cells in one row leave a tilt open. It stays as it is, unless the resultants load it: then it goes far, until other
+    cells come into contact.
+    """
+    values, vectors = np.linalg.eigh(stiffness)
+    largest = max(float(values[-1]), np.finfo(float).tiny)
+    loaded = np.abs(vectors.T @ resultants) > _LOADED * np.abs(resultants).max()
+    open_motions = values < _OPEN * largest
+    inverse = np.where(
+        open_motions, np.where(loaded, 1.0 / (_OPEN * largest), 0.0), 1.0 / np.maximum(values, _OPEN * largest)
+    )
+    return (vectors * inverse) @ vectors.T
 
 
 @dataclass(frozen=True, eq=False)

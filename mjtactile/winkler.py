@@ -6,12 +6,13 @@ import numpy as np
 
 from mjtactile.errors import ContactError
 from mjtactile.pad import Array
-from mjtactile.rigid import RigidContact
+from mjtactile.rigid import RESULTANTS, RigidContact, flexibility
 
 _ITERATIONS = 200
 #: Resultants fit to this fraction of the normal force; on the cells found, they are then made exact.
 _TOLERANCE = 1e-12
 _SUFFICIENT_DECREASE = 1e-4
+_DAMPING = 1e-12
 
 
 def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Array) -> RigidContact:
@@ -46,7 +47,8 @@ def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Arr
         if np.abs(gradient).max() <= _TOLERANCE:
             break
         curvature = modes[pressed].T @ (weights[pressed, None] * modes[pressed])
-        step = -np.linalg.lstsq(curvature, gradient, rcond=1e-14)[0]
+        # Where the springs under pressure leave a tilt open, damping sends the body far along it, to the next springs.
+        step = -np.linalg.solve(curvature + _DAMPING * (np.trace(curvature) + 1.0) * np.eye(len(wanted)), gradient)
         length = 1.0
         while energy_of(motion + length * step) > energy + _SUFFICIENT_DECREASE * length * float(gradient @ step):
             length /= 2
@@ -55,6 +57,10 @@ def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Arr
         motion = motion + length * step
         energy = energy_of(motion)
     contact = _on(modes @ motion > gaps, weights, modes, gaps, wanted)
+    if np.abs(modes.T @ contact.forces - wanted).max() > RESULTANTS:
+        raise ContactError(
+            "no contact carries this wrench: the force passes too near the edge of what the body covers."
+        )
     return contact.scaled(float(resultants[0]), scale / float(resultants[0]), lowest)
 
 
@@ -62,11 +68,7 @@ def _on(pressed: np.ndarray, weights: Array, modes: Array, gaps: Array, wanted: 
     """The exact solution on the cells under pressure."""
     own = modes[pressed]
     curvature = own.T @ (weights[pressed, None] * own)
-    if pressed.sum() < len(wanted) or np.linalg.cond(curvature) > 1e13:
-        raise ContactError(
-            "no contact carries this wrench: the force passes too near the edge of what the body covers."
-        )
-    to_motion = np.linalg.inv(curvature)
+    to_motion = flexibility(curvature, wanted + own.T @ (weights[pressed] * gaps[pressed]))
     map_motion = np.column_stack([to_motion, to_motion @ (own.T @ (weights[pressed] * gaps[pressed]))])
     map_separation = -modes @ map_motion
     map_separation[:, -1] += gaps
