@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import get_lapack_funcs
+from scipy.linalg import get_lapack_funcs, solve_triangular
 
 from mjtactile.errors import MeshError
 from mjtactile.fem import Parity, Stiffness, free_in_plane
@@ -59,24 +59,23 @@ class EliminatedSheet:
     def _eliminate(self, on_layer: Callable[[], None]) -> Array:
         """Stiffness that the surface plane feels; leaves the way back down in self._layers, base first."""
         block = self._stiffness.block
-        below = np.empty((0, 0))  # stiffness of the lower plane, with everything under it; the base has none
+        below = np.empty((0, 0))  # stiffness of the lower plane from what is under it; the base has none
         for element in range(self._stiffness.mesh.z.element_count):
             lower, middle, upper = 2 * element, 2 * element + 1, 2 * element + 2
-            middle_inverse = _inverse(block(middle, middle).toarray())
-            upper_middle = block(upper, middle)
-            upper_path = upper_middle @ middle_inverse
-            stiffness = block(upper, upper).toarray() - upper_middle @ upper_path.T
-            lower_path, from_upper = None, None
+            # With Cholesky factors K_mm = L L^T, what a plane adds to the next is (L^-1 K_mu)^T (L^-1 K_mu). Products
+            # with inverses would lose twice as many digits: all of them where the Poisson ratio is near 0.5.
+            of_middle = _factor(block(middle, middle).toarray())
+            to_upper = _forward(of_middle, block(middle, upper).toarray())
+            stiffness = block(upper, upper).toarray() - to_upper.T @ to_upper
+            middle_from_lower, lower_from_upper = None, None
             if element > 0:
-                lower_middle = block(lower, middle)
-                lower_path = lower_middle @ middle_inverse
-                below -= lower_middle @ lower_path.T
-                coupling = block(lower, upper).toarray() - lower_middle @ upper_path.T
-                from_upper = -(_inverse(below) @ coupling)
-                stiffness += coupling.T @ from_upper
-                lower_path = -lower_path.T
-            self._layers.append(_ElementLayer(-upper_path.T, lower_path, from_upper))
-            below = (stiffness + stiffness.T) / 2
+                to_lower = _forward(of_middle, block(middle, lower).toarray())
+                of_lower = _factor(below - to_lower.T @ to_lower)
+                through = _forward(of_lower, block(lower, upper).toarray() - to_lower.T @ to_upper)
+                stiffness -= through.T @ through
+                middle_from_lower, lower_from_upper = -_backward(of_middle, to_lower), -_backward(of_lower, through)
+            self._layers.append(_ElementLayer(-_backward(of_middle, to_upper), middle_from_lower, lower_from_upper))
+            below = stiffness
             on_layer()
         return below
 
@@ -110,16 +109,33 @@ class EliminatedSheet:
         return block(0, 1) @ plane_1 + block(0, 2) @ plane_2
 
 
-def _inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric positive definite matrix, by Cholesky; exactly symmetric."""
-    factorise, invert = get_lapack_funcs(("potrf", "potri"), (matrix,))
+def _factor(matrix: Array) -> Array:
+    """Lower Cholesky factor of a symmetric positive definite matrix."""
+    (factorise,) = get_lapack_funcs(("potrf",), (matrix,))
     factor, failed = factorise(matrix, lower=1, clean=1)
-    lower, singular = invert(factor, lower=1, overwrite_c=1)
-    if failed or singular:
+    if failed:
         raise MeshError(
             "the finite-element equations are not positive definite in double precision. "
             "A layer is too thin or too soft beside its neighbours, or its Poisson ratio too near 0.5."
         )
+    return factor
+
+
+def _forward(factor: Array, right: Array) -> Array:
+    """L^-1 times a matrix."""
+    return solve_triangular(factor, right, lower=True, check_finite=False)
+
+
+def _backward(factor: Array, right: Array) -> Array:
+    """L^-T times a matrix."""
+    return solve_triangular(factor, right, lower=True, trans="T", check_finite=False)
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a symmetric positive definite matrix, by Cholesky; exactly symmetric."""
+    factor = _factor(matrix)
+    (invert,) = get_lapack_funcs(("potri",), (factor,))
+    lower, _ = invert(factor, lower=1, overwrite_c=1)
     inverse = np.tril(lower)
     inverse += np.tril(lower, -1).T
     return inverse
