@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mjtactile.cells import Cells
+from mjtactile.cells import Area, Cells
 from mjtactile.complementarity import bonded_contact, rigid_contact
 from mjtactile.compliance import SurfaceCompliance
 from mjtactile.errors import ContactError
@@ -18,8 +18,9 @@ from mjtactile.footprint import Footprint
 from mjtactile.foundation import foundation_contact
 from mjtactile.friction import ShearGrip, coulomb_shear, proportional_shear
 from mjtactile.load import ContactState
+from mjtactile.options import ContactOptions, Wrench
 from mjtactile.pad import Array
-from mjtactile.pressing import CellContact, Pressed, press
+from mjtactile.pressing import CellContact, Pressed, Solver, press
 from mjtactile.rigid import Mask, RigidContact
 
 #: Rounds of pressing and shear, and the change of forces at which they agree.
@@ -27,17 +28,6 @@ _ROUNDS = 60
 _AGREED = 1e-10
 #: Shear within this fraction of mu F slips.
 _SLIPS = 1e-6
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContactOptions:
-    """How a contact is solved; see `contact_load`."""
-
-    law: str
-    tangential: str
-    friction: float | None
-    tilting: bool
-    cells: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,59 +38,70 @@ class CellLoad:
         pressed: the solved contact.
         forces: on each cell, pad frame, (cells, 3) [N].
         state: what is known of the contact.
+        bonded: of a contact that does not slip at all, the contact with its shear, on the cells reached.
     """
 
     pressed: Pressed
     forces: Array
     state: ContactState
+    bonded: RigidContact | None = None
 
     @property
     def cells(self) -> Cells:
         """The contact cells."""
         return self.pressed.at.cells
 
+    def touching(self) -> Area:
+        """The part of the surface under pressure [m]."""
+        return self.cells.outline(self.forces[:, 2] < 0.0)
+
+    def held(self, wrench: Wrench, friction: float) -> bool:
+        """Whether friction holds a wrench's shear and torsion under this pressure."""
+        grip = _grip(self.pressed)
+        return grip.nearest(grip.about_centre(wrench.force, wrench.moment[2]), friction)[1] is None
+
 
 def cell_load(
-    compliance: SurfaceCompliance, footprint: Footprint, wrench: Array, through: Array, options: ContactOptions
+    compliance: SurfaceCompliance,
+    footprint: Footprint,
+    wrench: Wrench,
+    options: ContactOptions,
+    known: CellLoad | None = None,
 ) -> CellLoad:
     """Tractions on cells that carry a wrench, or the nearest to it that they can.
 
     Args:
         compliance: of the pad's surface.
         footprint: of the body.
-        wrench: force [N], pressing, and torsion about the pad's normal through its origin [N m], shape (4,).
-        through: point (x, y) of the surface the force passes through [m].
+        wrench: pressing.
         options: law, friction and tilt.
+        known: a contact of the same footprint under another wrench, whose cells serve again if they fit.
 
     Raises:
         ContactError: when no contact was found.
     """
-    solver = {"elastic": _elastic, "foundation": foundation_contact}[options.law]
-    normal = -float(wrench[2])
     pressed = press(
         footprint,
-        normal,
-        through,
+        wrench.normal,
+        wrench.through,
         tilting=options.tilting,
         count=options.cells,
-        solver=lambda at, resultants, start: solver(compliance, at, resultants, start),
+        solver=_solver(compliance, options),
+        known=None if known is None else known.pressed,
     )
     if options.tangential == "stick":
-        bonded = _bonded(compliance, pressed, normal, through, wrench)
-        if (
-            options.friction is None
-            or _grip(bonded.pressed, bonded.forces).nearest(
-                _about_grip(bonded.pressed, bonded.forces, wrench), options.friction
-            )[1]
-            is None
-        ):
+        bonded = _bonded(compliance, pressed, wrench)
+        if options.friction is None or bonded.held(wrench, options.friction):
             return bonded
-    shear = np.zeros((2, pressed.at.cells.count))
     if options.tangential == "coulomb":
-        pressed, shear = _partial_slip(compliance, pressed, normal, through, wrench, options)
-    elif wrench[[0, 1, 3]].any():
-        shear = _sheared(pressed, wrench, options)
-    return _load(pressed, shear, options.friction if options.tangential == "coulomb" else None)
+        pressed, shear = _partial_slip(compliance, pressed, wrench, options)
+        return _load(pressed, shear, options.friction)
+    return _load(pressed, _sheared(pressed, wrench, options), None)
+
+
+def _solver(compliance: SurfaceCompliance, options: ContactOptions) -> Solver:
+    law = {"elastic": _elastic, "foundation": foundation_contact}[options.law]
+    return lambda at, resultants, start: law(compliance, at, resultants, start)
 
 
 def _elastic(compliance: SurfaceCompliance, at: CellContact, resultants: Array, start: Mask | None) -> RigidContact:
@@ -110,26 +111,20 @@ def _elastic(compliance: SurfaceCompliance, at: CellContact, resultants: Array, 
     return rigid_contact(matrix, at.modes, at.gaps, resultants, start)
 
 
-def _grip(pressed: Pressed, forces: Array | None = None) -> ShearGrip:
+def _grip(pressed: Pressed) -> ShearGrip:
     """The cells that carry shear: those under pressure."""
-    normal = pressed.contact.forces if forces is None else -forces[:, 2]
+    normal = pressed.contact.forces
     chosen = normal > 0.0
     points = pressed.at.cells.centroids[chosen]
-    centre = normal[chosen] @ points / normal[chosen].sum()
-    return ShearGrip(points, normal[chosen], centre, pressed.at.length)
+    return ShearGrip(points, normal[chosen], normal[chosen] @ points / normal[chosen].sum(), pressed.at.length)
 
 
-def _about_grip(pressed: Pressed, forces: Array | None, wrench: Array) -> Array:
-    """Shear resultants of a wrench about the centre of pressure, torsion made a force; (3,) [N]."""
-    grip = _grip(pressed, forces)
-    torsion = wrench[3] - (grip.centre[0] * wrench[1] - grip.centre[1] * wrench[0])
-    return np.array([wrench[0], wrench[1], torsion / grip.length])
-
-
-def _sheared(pressed: Pressed, wrench: Array, options: ContactOptions) -> Array:
+def _sheared(pressed: Pressed, wrench: Wrench, options: ContactOptions) -> Array:
     """Shear in proportion to the pressure, or of full sliding where friction carries no more, (2, cells) [N]."""
-    grip, wanted = _grip(pressed), _about_grip(pressed, None, wrench)
-    sliding = None
+    if not (wrench.force[:2].any() or wrench.moment[2]):
+        return np.zeros((2, pressed.at.cells.count))
+    grip = _grip(pressed)
+    wanted, sliding = grip.about_centre(wrench.force, wrench.moment[2]), None
     if options.friction is not None:
         wanted, sliding = grip.nearest(wanted, options.friction)
     shear = np.zeros((2, pressed.at.cells.count))
@@ -140,16 +135,14 @@ def _sheared(pressed: Pressed, wrench: Array, options: ContactOptions) -> Array:
 def _partial_slip(
     compliance: SurfaceCompliance,
     pressed: Pressed,
-    normal: float,
-    through: Array,
-    wrench: Array,
+    wrench: Wrench,
     options: ContactOptions,
 ) -> tuple[Pressed, Array]:
     """Pressing and shear of a contact that slips where friction does not hold."""
     assert options.friction is not None
     at = pressed.at
     full = compliance.full(at.cells)
-    resultants, places = at.resultants(normal, through), np.flatnonzero(at.reached)
+    resultants, places = at.resultants(wrench.normal, wrench.through), np.flatnonzero(at.reached)
     matrix = full[2][np.ix_(places, [2], places)][:, 0]
     shear = np.zeros((2, at.cells.count))
     contact = pressed.contact
@@ -160,7 +153,7 @@ def _partial_slip(
         contact = solved.spread(at.reached)
         now = Pressed(at, contact)
         grip, chosen = _grip(now), contact.forces > 0.0
-        wanted, sliding = grip.nearest(_about_grip(now, None, wrench), options.friction)
+        wanted, sliding = grip.nearest(grip.about_centre(wrench.force, wrench.moment[2]), options.friction)
         if sliding is None:
             kept = np.flatnonzero(chosen)
             tangential = full[:2][:, kept][:, :, :2][:, :, :, kept]
@@ -168,14 +161,14 @@ def _partial_slip(
             sliding = coulomb_shear(tangential, grip, slip, wanted, options.friction)
         shear = np.zeros((2, at.cells.count))
         shear[:, chosen] = sliding
-        if np.abs(np.concatenate([contact.forces, shear.ravel()]) - before).max() <= _AGREED * normal:
+        if np.abs(np.concatenate([contact.forces, shear.ravel()]) - before).max() <= _AGREED * wrench.normal:
             return Pressed(at, contact), shear
     raise ContactError(
         "pressure and slip did not agree. Use tangential='proportional' or 'stick', or a smaller friction."
     )
 
 
-def _bonded(compliance: SurfaceCompliance, pressed: Pressed, normal: float, through: Array, wrench: Array) -> CellLoad:
+def _bonded(compliance: SurfaceCompliance, pressed: Pressed, wrench: Wrench) -> CellLoad:
     """Pressing and shear of a contact that does not slip at all."""
     at = pressed.at
     places, count = np.flatnonzero(at.reached), int(at.reached.sum())
@@ -187,13 +180,13 @@ def _bonded(compliance: SurfaceCompliance, pressed: Pressed, normal: float, thro
     modes = np.zeros((3, count, motions + 3))
     modes[2, :, :motions] = at.modes
     modes[:2, :, motions:] = grip.modes
-    torsion = wrench[3] - (at.centre[0] * wrench[1] - at.centre[1] * wrench[0])
-    resultants = np.concatenate([at.resultants(normal, through), wrench[:2], [torsion / at.length]])
+    shear_resultants = grip.about_centre(wrench.force, wrench.moment[2])
+    resultants = np.concatenate([at.resultants(wrench.normal, wrench.through), shear_resultants])
     contact = bonded_contact(full, modes, at.gaps, resultants, pressed.contact.pressed[places])
     own = replace(contact, map_forces=contact.map_forces[2 * count :])
     shear = np.zeros((2, at.cells.count))
     shear[:, places] = contact.forces[: 2 * count].reshape(2, count)
-    return _load(Pressed(at, own.spread(at.reached)), shear, None)
+    return replace(_load(Pressed(at, own.spread(at.reached)), shear, None), bonded=contact)
 
 
 def _load(pressed: Pressed, shear: Array, friction: float | None) -> CellLoad:

@@ -50,8 +50,20 @@ class SurfaceCompliance:
     def _splines(self) -> tuple[PPoly, PPoly]:
         return _averaging_spline(self.lines[0]), _averaging_spline(self.lines[1])
 
+    @cached_property
+    def _kept(self) -> weakref.WeakKeyDictionary[Cells, Array]:
+        return weakref.WeakKeyDictionary()
+
     def normal(self, cells: Cells) -> Array:
-        """Mean normal displacement of each cell per normal force on each cell, (cells, cells) [m/N]."""
+        """Mean normal displacement of each cell per normal force on each cell, (cells, cells) [m/N].
+
+        Kept as long as the cells are.
+        """
+        if cells not in self._kept:
+            self._kept[cells] = self._normal(cells)
+        return self._kept[cells]
+
+    def _normal(self, cells: Cells) -> Array:
         weights = self._weights(cells.centroids)
         integrals = self.normal_factor * cells.half_space.inverse_distance
         return integrals / np.outer(cells.areas, cells.areas) + weights @ self.remainder[2, :, 2, :] @ weights.T

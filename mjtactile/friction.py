@@ -47,6 +47,11 @@ class ShearGrip:
         one, zero = np.ones_like(x), np.zeros_like(x)
         return np.stack([np.column_stack([one, zero, -y]), np.column_stack([zero, one, x])])
 
+    def about_centre(self, force: Array, torsion: float) -> Array:
+        """Resultants [N] of a force [N] and a torsion about the pad's origin [N m]; see `resultants`."""
+        about = torsion - (self.centre[0] * force[1] - self.centre[1] * force[0])
+        return np.array([force[0], force[1], about / self.length])
+
     def resultants(self, shear: Array) -> Array:
         """Force x, y and torsion about the centre over `length` [N], of shear forces (2, cells) [N]."""
         return np.einsum("aci,ac->i", self.modes, shear)

@@ -7,14 +7,14 @@ the force: a coarse lattice finds that part and closes in on it until cells of t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 import shapely.ops
-from shapely import Polygon
+from shapely import MultiPolygon, Polygon
 
 from mjtactile.cells import Cells, lattice_cells, outline_cells, stretched_cells
 from mjtactile.errors import ContactError
@@ -32,6 +32,8 @@ _FILLED = 0.7
 _ELONGATED = 1.5
 #: Longest cells of such lattices: 2 to this power times as long as wide.
 _LONGEST = 5
+#: Cells chosen for one contact serve another whose area differs by no more than this share.
+_SAME_CELLS = 0.25
 #: Nearest the force's line may pass to the hull of the cells, over the root of their area.
 _HULL_MARGIN = 1e-3
 
@@ -45,12 +47,14 @@ class CellContact:
         heights: of the body above each cell at first touch [m], shape (cells,); infinite where it cannot touch.
         centre: rigid motions turn the body about this point (x, y) [m].
         tilting: whether the body may tilt.
+        chosen_for: area in contact for which these cells were chosen on a curved body [m^2].
     """
 
     cells: Cells
     heights: Array
     centre: Array
     tilting: bool
+    chosen_for: float = 0.0
 
     @cached_property
     def reached(self) -> Mask:
@@ -83,12 +87,25 @@ class CellContact:
             return np.array([normal])
         return normal * np.array([1.0, *((self._within_reach(through) - self.centre) / self.length)])
 
-    def _within_reach(self, through: Array) -> Array:
-        """The point, or the nearest to it that forces on the cells can pass through."""
+    @cached_property
+    def _hull(self) -> Polygon:
+        """Points that forces on the cells can pass through, a margin apart from the edge."""
         centroids = self.cells.centroids[self.reached]
         hull = shapely.MultiPoint(centroids).convex_hull.buffer(-_HULL_MARGIN * self.length)
+        shapely.prepare(hull)
+        return hull
+
+    def carried(self, normal: float, through: Array) -> Array | None:
+        """The same, if forces on the cells can pass through that point; else None."""
+        if self.tilting and self._within_reach(through) is not through:
+            return None
+        return self.resultants(normal, through)
+
+    def _within_reach(self, through: Array) -> Array:
+        """The point, or the nearest to it that forces on the cells can pass through."""
+        hull = self._hull
         if hull.is_empty:
-            return centroids.mean(axis=0)
+            return self.cells.centroids[self.reached].mean(axis=0)
         if hull.covers(shapely.Point(through)):
             return through
         return np.array(shapely.ops.nearest_points(hull, shapely.Point(through))[0].coords[0])
@@ -106,12 +123,31 @@ class Pressed:
     contact: RigidContact
 
     @property
+    def area(self) -> float:
+        """Area in contact [m^2]."""
+        return float(self.at.cells.areas[self.contact.pressed].sum())
+
+    @property
+    def fits(self) -> bool:
+        """Whether the contact is about as large as the one its cells were chosen for."""
+        return abs(self.area - self.at.chosen_for) <= _SAME_CELLS * self.at.chosen_for
+
+    @property
     def slopes(self) -> Array:
         """Downward displacement of the body per length along x and y [-]."""
         return self.contact.motion[1:3] / self.at.length if self.at.tilting else np.zeros(2)
 
 
-def press(footprint: Footprint, normal: float, through: Array, *, tilting: bool, count: int, solver: Solver) -> Pressed:
+def press(
+    footprint: Footprint,
+    normal: float,
+    through: Array,
+    *,
+    tilting: bool,
+    count: int,
+    solver: Solver,
+    known: Pressed | None = None,
+) -> Pressed:
     """Press a body into the pad.
 
     Args:
@@ -121,17 +157,22 @@ def press(footprint: Footprint, normal: float, through: Array, *, tilting: bool,
         tilting: whether the body may tilt; otherwise the force passes where it will.
         count: cells wanted.
         solver: contact law.
+        known: the same body pressed otherwise, whose cells serve again if they fit.
 
     Raises:
         ContactError: when no contact was found.
     """
+    if known is not None:
+        again = _solved(known.at, normal, through, solver, known.contact.pressed)
+        if footprint.gap is None or again.fits:
+            return again
     centre = np.array(footprint.centroid)
     if footprint.gap is None:
         cells = outline_cells(footprint.outline, count)
         at = CellContact(cells, np.zeros(cells.count), centre, tilting and cells.count >= 3)
         return _solved(at, normal, through, solver, None)
     shapely.prepare(footprint.outline)
-    region = _Region.around(footprint.outline)
+    region, found = _Region.around(footprint.outline), None
     for _ in range(_SEARCHES):
         at = _on_lattice(footprint, region, centre, tilting)
         found = _solved(at, normal, through, solver, None)
@@ -140,8 +181,10 @@ def press(footprint: Footprint, normal: float, through: Array, *, tilting: bool,
         region = closer
         if finished:
             break
+    assert found is not None
     at = _final_cells(footprint, region, count, centre, tilting)
-    return _solved(at, normal, through, solver, _overlapping(at, found))
+    pressed = _solved(at, normal, through, solver, _overlapping(at, found))
+    return Pressed(replace(at, chosen_for=pressed.area), pressed.contact)
 
 
 def _solved(at: CellContact, normal: float, through: Array, solver: Solver, start: Mask | None) -> Pressed:
@@ -166,7 +209,7 @@ class _Region:
     height: float
 
     @classmethod
-    def around(cls, outline: shapely.Geometry) -> _Region:
+    def around(cls, outline: Polygon | MultiPolygon) -> _Region:
         low_x, low_y, high_x, high_y = outline.bounds
         return cls(((low_x + high_x) / 2, (low_y + high_y) / 2), 0.0, high_x - low_x, high_y - low_y)
 

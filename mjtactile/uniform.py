@@ -5,6 +5,8 @@ Pressure is zero where it would pull. Integrals over the outline are exact.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import shapely
 from shapely import Polygon
@@ -12,6 +14,7 @@ from shapely import Polygon
 from mjtactile.footprint import Footprint
 from mjtactile.friction import ShearGrip
 from mjtactile.load import ContactState, SurfaceLoad
+from mjtactile.options import Wrench
 from mjtactile.pad import Array
 from mjtactile.pressure import linear_pressure
 from mjtactile.surface import SurfaceGrid
@@ -43,7 +46,71 @@ def uniform_load(footprint: Footprint, force: Array, moment: Array) -> SurfaceLo
     return SurfaceLoad(nodal, surface, contact, force - carried_force, moment - carried_moment, state)
 
 
-def pressure_grip(load: SurfaceLoad) -> ShearGrip | None:
+def uniform_load_within(footprint: Footprint, wrench: Wrench, friction: float | None) -> SurfaceLoad:
+    """The same for a wrench, with shear and torsion no larger than friction holds."""
+    load = uniform_load(footprint, wrench.force, wrench.moment)
+    if friction is None or wrench.normal < 0.0:
+        return load
+    held = uniform_load(footprint, *_held(load, wrench, friction))
+    force, moment = held.resultant()
+    return replace(held, residual_force=wrench.force - force, residual_moment=wrench.moment - moment)
+
+
+def _held(load: SurfaceLoad, wrench: Wrench, friction: float) -> tuple[Array, Array]:
+    """The wrench with its shear and torsion reduced to what friction holds under this load's pressure."""
+    force, moment = wrench.force, wrench.moment
+    grip = _pressure_grip(load)
+    if grip is None:
+        return np.array([0.0, 0.0, force[2]]), np.array([*moment[:2], 0.0])
+    nearest, _ = grip.nearest(grip.about_centre(force, moment[2]), friction)
+    across = grip.centre[0] * nearest[1] - grip.centre[1] * nearest[0]
+    return np.array([*nearest[:2], force[2]]), np.array([*moment[:2], nearest[2] * grip.length + across])
+
+
+@dataclass(frozen=True, eq=False)
+class UniformBasis:
+    """Law "uniform" on one footprint as a linear map, while its pressure is nowhere zero.
+
+    Attributes:
+        forces: nodal forces of its six parts, (6, nodes y, nodes x, 3): pressures 1, x, y and shears x, y, turn.
+        to_pressure: first moments (p, x p, y p) to the coefficients of pressures 1, x, y.
+        corners: of the outline, (corners, 2) [m].
+        shear: area [m^2], centre x, y [m], and turning moment per unit of the turn's shear [N m].
+    """
+
+    forces: Array
+    to_pressure: Array
+    corners: Array
+    shear: tuple[float, float, float, float]
+
+    @classmethod
+    def of(cls, footprint: Footprint) -> UniformBasis:
+        """Parts of the law on a flat footprint."""
+        surface, integrals = footprint.surface, footprint.integrals
+        local, nodes, (centre_x, centre_y, scale) = _local_frame(surface, integrals)
+        polar = np.einsum("yx,yx->", local[1], nodes[1]) + np.einsum("yx,yx->", local[2], nodes[2])
+        forces = np.zeros((6, *surface.node_shape, 3))
+        forces[:3, ..., 2] = -integrals
+        forces[3, ..., 0] = forces[4, ..., 1] = local[0]
+        forces[5, ..., 0], forces[5, ..., 1] = -local[2], local[1]
+        to_pressure = np.column_stack([_pressure_coefficients(surface, integrals, unit) for unit in np.eye(3)])
+        shear = (float(local[0].sum()), float(centre_x), float(centre_y), float(scale * polar))
+        return cls(forces, to_pressure, shapely.get_coordinates(footprint.outline), shear)
+
+    def weights(self, wrench: Wrench) -> Array | None:
+        """Share of each part in a wrench's load, (6,); None where the law is not linear."""
+        if wrench.normal <= 0.0:
+            return None
+        pressure = self.to_pressure @ np.array([wrench.normal, wrench.moment[1], -wrench.moment[0]])
+        if (pressure[0] + self.corners @ pressure[1:]).min() < 0.0:
+            return None
+        area, centre_x, centre_y, polar = self.shear
+        fx, fy, _ = wrench.force
+        turn = (wrench.moment[2] - (centre_x * fy - centre_y * fx)) / polar
+        return np.array([*pressure, fx / area, fy / area, turn])
+
+
+def _pressure_grip(load: SurfaceLoad) -> ShearGrip | None:
     """What carries shear under a load's pressure, as its nodal forces; None without pressure."""
     normal = -load.forces[..., 2].ravel()
     # Nodal forces of a polygon are partly negative; friction is bound by the pressure they stand for.

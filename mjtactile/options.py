@@ -1,0 +1,118 @@
+"""What is asked of a contact: law, shear, friction, tilt and the wrench, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile.errors import ContactError
+from mjtactile.footprint import Footprint
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.pad import Array
+from mjtactile.preset import CONTACT_LAWS as LAWS
+
+__all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
+
+#: Names of the ways shear spreads over a contact.
+TANGENTIALS = ("proportional", "stick", "coulomb")
+#: Whether the body may tilt under its load.
+TILTS = ("free", "fixed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactOptions:
+    """How a contact is solved; see `contact_load`."""
+
+    law: str
+    tangential: str
+    friction: float | None
+    tilting: bool
+    cells: int
+
+
+@dataclass(frozen=True, eq=False)
+class Wrench:
+    """A force and its moment about the pad's origin, pad frame.
+
+    Attributes:
+        force: [N], shape (3,); pressing is force[2] < 0.
+        moment: [N m], shape (3,).
+        moment_given: False where the force was put at the footprint's centroid.
+    """
+
+    force: Array
+    moment: Array
+    moment_given: bool = True
+
+    @property
+    def normal(self) -> float:
+        """Pressing force [N]."""
+        return -float(self.force[2])
+
+    @property
+    def through(self) -> Array:
+        """Point (x, y) at which the force's line meets the surface, torsion apart [m]; for a pressing force."""
+        return np.array([self.moment[1], -self.moment[0]]) / self.normal
+
+
+def contact_options(
+    influence: InfluenceMatrices,
+    *,
+    law: str | None = None,
+    tangential: str = "proportional",
+    friction: float | None = None,
+    tilt: str = "free",
+    cells: int | None = None,
+) -> ContactOptions:
+    """Options as `contact_load` takes them; what is None comes from the influence matrices' fidelity.
+
+    Raises:
+        ContactError: for names and numbers that make no sense, alone or together.
+    """
+    law = influence.fidelity.law if law is None else law
+    cells = influence.fidelity.cells if cells is None else cells
+    for kind, name, known in (
+        ("contact law", law, LAWS),
+        ("tangential", tangential, TANGENTIALS),
+        ("tilt", tilt, TILTS),
+    ):
+        if name not in known:
+            raise ContactError(f"{kind} {name!r} does not exist. Available: {', '.join(known)}.")
+    if tangential != "proportional" and law != "elastic":
+        raise ContactError(f"tangential={tangential!r} needs law='elastic'; law {law!r} knows 'proportional' only.")
+    if friction is not None and not (_is_number(friction) and math.isfinite(friction) and friction >= 0.0):
+        raise ContactError(f"friction = {friction!r}; expected a coefficient that is not negative, for example 0.8.")
+    if tangential == "coulomb" and friction is None:
+        raise ContactError("tangential='coulomb' needs a coefficient: pass friction=..., for example 0.8.")
+    if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or cells < 1:
+        raise ContactError(f"cells = {cells!r}; expected a whole number of contact cells from 1 on.")
+    return ContactOptions(law=law, tangential=tangential, friction=friction, tilting=tilt == "free", cells=int(cells))
+
+
+def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayLike | None) -> Wrench:
+    """The wrench to carry; without a moment the force acts at the footprint's centroid.
+
+    Raises:
+        ContactError: when force or moment is not three finite numbers.
+    """
+    wanted = _vector("force", force)
+    if moment is None:
+        return Wrench(wanted, np.cross(np.array([*footprint.centroid, 0.0]), wanted), moment_given=False)
+    return Wrench(wanted, _vector("moment", moment))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
+def _vector(name: str, value: npt.ArrayLike) -> Array:
+    try:
+        vector = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.zeros(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise ContactError(f"{name} = {value!r}; expected three finite numbers (x, y, z) in the pad frame, N or N m.")
+    return vector
