@@ -1,8 +1,8 @@
 """Readings of one footprint under changing wrenches, without pressing anew each time.
 
 While the same contact cells are pressed, the stress at the sample points is a fixed combination of a few responses,
-the wrench basis; it is made once a few readings in a row pressed the same cells. A wrench that presses other cells, or lets some slip, ends
-it: the contact is solved anew, from the cells that were pressed, and a new basis begins.
+the wrench basis; it is made once a few readings in a row pressed the same cells. A wrench that presses other cells,
+or lets some slip, ends it: the contact is solved anew, from the cells that were pressed, and a new basis begins.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from mjtactile.load import SurfaceLoad
 from mjtactile.options import Wrench, contact_options, wanted_wrench
 from mjtactile.pad import Array
 from mjtactile.uniform import UniformBasis, uniform_load_within
-
 
 #: Readings in a row with the same cells pressed before a basis is worth its making.
 _STEADY_READINGS = 2
@@ -82,14 +81,18 @@ class WrenchBasis:
         Warns:
             ContactWarning: as `contact_load`.
         """
+        return self.influence.readings_of(self.response(force, moment))
+
+    def response(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> Array:
+        """Deviatoric stress at the sample points (points, 5) [Pa], which adds up over bodies; see `readings`."""
         wrench = wanted_wrench(self.footprint, force, moment)
         if self._parts is None and self._steady >= _STEADY_READINGS:
             self._parts = self._linear_parts()
         if self._parts is not None:
-            readings = self._parts.readings(self.influence, wrench)
-            if readings is not None:
-                return readings
-        return self.influence.readings(self._pressed(wrench))
+            response = self._parts.response(self.influence, wrench)
+            if response is not None:
+                return response
+        return self.influence.point_response(self._pressed(wrench))
 
     def load(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> SurfaceLoad:
         """The load under a wrench, solved from what is known of the last one."""
@@ -153,15 +156,14 @@ class _Parts:
         self._weights = weights
         self._solved = solved
 
-    def readings(self, influence: InfluenceMatrices, wrench: Wrench) -> Array | None:
+    def response(self, influence: InfluenceMatrices, wrench: Wrench) -> Array | None:
+        """Response to a wrench; None where the parts do not make up its load."""
         weights = self._weights(wrench)
         if weights is None:
             return None
         if self._solved is not None:
             warn_beyond_linear_range(influence, wrench, self._solved.state)
         shares = weights[self._used] * self._scale
-        size = float(np.abs(shares).max())
-        if size == 0.0:
-            return np.zeros(influence.pad.reading_shape)
-        response = (shares / size).astype(np.float32) @ self._response
-        return size * influence.readings_of(response.reshape(self._shape))
+        size = float(np.abs(shares).max()) or 1.0
+        combined = (shares / size).astype(np.float32) @ self._response
+        return size * combined.reshape(self._shape)

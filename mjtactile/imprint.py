@@ -26,8 +26,9 @@ from mjtactile.planar import areal
 from mjtactile.search import Rectangle
 from mjtactile.wrench import Indices, PadFrame
 
-#: A footprint is kept while no coordinate of its pose relative to the pad moves by more than this [m or 1].
-POSE_TOLERANCE = 1e-9
+#: A footprint is kept while no coordinate of its pose relative to the pad has moved by more than this since it was
+#: made [m or rad]. Readings then are off by less than a thousandth, see docs/contact.md.
+POSE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +47,23 @@ class Imprints(ABC):
         pad_geom: id of the pad's geom.
         influence: of the pad.
         facing_gap: what is no higher than this above a body's first touch faces the pad [m].
+        pose_tolerance: see POSE_TOLERANCE.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, pad_geom: int, influence: InfluenceMatrices, *, facing_gap: float
+        self,
+        model: mujoco.MjModel,
+        pad_geom: int,
+        influence: InfluenceMatrices,
+        *,
+        facing_gap: float,
+        pose_tolerance: float = POSE_TOLERANCE,
     ) -> None:
         self.model = model
         self.pad_geom = pad_geom
         self.influence = influence
         self.facing_gap = facing_gap
+        self.pose_tolerance = pose_tolerance
         self._kept: dict[int, _Kept] = {}
 
     def footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Footprint:
@@ -76,7 +85,11 @@ class Imprints(ABC):
         rotations = frame.rotation.T @ data.geom_xmat[geoms].reshape(-1, 3, 3)
         poses = np.column_stack([geoms.astype(float), positions, rotations.reshape(-1, 9)])
         kept = self._kept.get(body)
-        if kept is not None and kept.poses.shape == poses.shape and np.abs(kept.poses - poses).max() <= POSE_TOLERANCE:
+        if (
+            kept is not None
+            and kept.poses.shape == poses.shape
+            and np.abs(kept.poses - poses).max() <= self.pose_tolerance
+        ):
             return kept.footprint
         placed = {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
         *likelier, last = choices
@@ -104,9 +117,15 @@ class SectionImprints(Imprints):
     """Footprints that are sections of the bodies' solids `facing_gap` above their lowest points, for law "uniform"."""
 
     def __init__(
-        self, model: mujoco.MjModel, pad_geom: int, influence: InfluenceMatrices, *, facing_gap: float
+        self,
+        model: mujoco.MjModel,
+        pad_geom: int,
+        influence: InfluenceMatrices,
+        *,
+        facing_gap: float,
+        pose_tolerance: float = POSE_TOLERANCE,
     ) -> None:
-        super().__init__(model, pad_geom, influence, facing_gap=facing_gap)
+        super().__init__(model, pad_geom, influence, facing_gap=facing_gap, pose_tolerance=pose_tolerance)
         self._solids: dict[int, trimesh.Trimesh] = {}
 
     def forget(self) -> None:
@@ -135,7 +154,7 @@ class GapImprints(Imprints):
         model: compiled model.
         pad_geom: id of the pad's geom.
         influence: of the pad.
-        facing_gap: see Imprints.
+        facing_gap, pose_tolerance: see Imprints.
         level: whether a face must be parallel to the pad to count as flat, because its body cannot tilt.
     """
 
@@ -146,9 +165,10 @@ class GapImprints(Imprints):
         influence: InfluenceMatrices,
         *,
         facing_gap: float,
+        pose_tolerance: float = POSE_TOLERANCE,
         level: bool = False,
     ) -> None:
-        super().__init__(model, pad_geom, influence, facing_gap=facing_gap)
+        super().__init__(model, pad_geom, influence, facing_gap=facing_gap, pose_tolerance=pose_tolerance)
         self.level = level
         self._sheet = Rectangle(*influence.surface.sheet.bounds)
         self._depth = influence.pad.thickness

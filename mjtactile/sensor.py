@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from mjtactile.basis import WrenchBasis
 from mjtactile.cache import influence_matrices
-from mjtactile.contact import LAWS, TANGENTIALS, TILTS, contact_load
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
 from mjtactile.footprint import FACING_GAP, Footprint
-from mjtactile.imprint import GapImprints, Imprints, SectionImprints
+from mjtactile.imprint import POSE_TOLERANCE, GapImprints, Imprints, SectionImprints
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
 from mjtactile.mesh import MeshDensity
+from mjtactile.options import contact_options
 from mjtactile.pad import Array, Pad
 from mjtactile.planar import areal
 from mjtactile.preset import Fidelity
 from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
+
+Answer = TypeVar("Answer")
 
 #: Largest difference between a pad's size and its geom's [m].
 _SIZE_TOLERANCE = 1e-6
@@ -47,10 +50,12 @@ class TactileSensor:
         friction: sliding friction [-], see `contact_load`; None for that of MuJoCo's contacts where "coulomb" needs it.
         tilt: "free" or "fixed", see `contact_load`; None for "free".
         facing_gap: [m].
+        pose_tolerance: a footprint and what is known of its contact are kept while no coordinate of the body's pose
+            relative to the pad has moved by more than this since they were made [m or rad].
 
     Raises:
         SceneError: when the model has no such geom, or it is not a box of the pad's size.
-        ContactError: when there is no such law, tangential or tilt.
+        ContactError: when there is no such law, tangential or tilt, or they do not go together.
     """
 
     def __init__(
@@ -67,6 +72,7 @@ class TactileSensor:
         friction: float | None = None,
         tilt: str | None = None,
         facing_gap: float = FACING_GAP,
+        pose_tolerance: float = POSE_TOLERANCE,
     ) -> None:
         self.model = model
         self.pad = pad if pad is not None else (influence.pad if influence is not None else Pad())
@@ -79,11 +85,13 @@ class TactileSensor:
         self.influence = influence_matrices(self.pad, mesh, preset=preset) if influence is None else influence
         self.law = self.influence.fidelity.law if law is None else law
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
-        _require("contact law", self.law, LAWS)
-        _require("tangential", self.tangential, TANGENTIALS)
-        _require("tilt", self.tilt, TILTS)
+        # Friction of "coulomb" may only be known at the contact; the rest is refused here.
+        known_friction = 1.0 if friction is None and tangential == "coulomb" else friction
+        contact_options(self.influence, law=law, tangential=tangential, friction=known_friction, tilt=self.tilt)
         self.facing_gap = facing_gap
+        self.pose_tolerance = pose_tolerance
         self._imprints = self._new_imprints()
+        self._bases: dict[int, WrenchBasis] = {}
 
     def read(self, data: mujoco.MjData) -> Array:
         """Von Mises readings (layers, rows, columns) [Pa] from the contacts of the last step or forward pass.
@@ -91,14 +99,18 @@ class TactileSensor:
         Warns:
             ContactWarning: when a contact wrench cannot be carried by the footprint it came through, or only in part.
         """
-        load = self.load(data)
-        return np.zeros(self.pad.reading_shape) if load is None else self.influence.readings(load)
+        total: Array | None = None
+        for touch in self._touches(data):
+            response = self._solved(data, touch, WrenchBasis.response)
+            if response is not None:
+                total = response if total is None else total + response
+        return np.zeros(self.pad.reading_shape) if total is None else self.influence.readings_of(total)
 
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
         """Tractions on the pad; None without contact. Its resultant is MuJoCo's contact wrench."""
         total: SurfaceLoad | None = None
         for touch in self._touches(data):
-            load = self._solved(data, touch)
+            load = self._solved(data, touch, WrenchBasis.load)
             if load is not None:
                 total = load if total is None else total + load
         return total
@@ -114,6 +126,7 @@ class TactileSensor:
     def forget_footprints(self) -> None:
         """Make every footprint anew at the next reading, also of height fields that have changed."""
         self._imprints.forget()
+        self._bases.clear()
 
     def _touches(self, data: mujoco.MjData) -> Iterator[_Touch]:
         """Each body that presses on the pad."""
@@ -143,27 +156,18 @@ class TactileSensor:
         return self._imprints.footprint(data, frame, body, touching)
 
     def _new_imprints(self) -> Imprints:
+        kept = {"facing_gap": self.facing_gap, "pose_tolerance": self.pose_tolerance}
         if self.law == "uniform":
-            return SectionImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap)
+            return SectionImprints(self.model, self.geom, self.influence, **kept)
         level = self.tilt == "fixed"
-        return GapImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap, level=level)
+        return GapImprints(self.model, self.geom, self.influence, **kept, level=level)
 
-    def _solved(self, data: mujoco.MjData, touch: _Touch) -> SurfaceLoad | None:
-        """Load of one body; None, and a warning, where the law finds no contact that carries its wrench."""
-        friction = self.friction
-        if friction is None and self.tangential == "coulomb":
-            friction = self._friction(data, touch.body)
+    def _solved(
+        self, data: mujoco.MjData, touch: _Touch, ask: Callable[[WrenchBasis, Array, Array], Answer]
+    ) -> Answer | None:
+        """What one body's contact answers; None, and a warning, where no contact is found that carries its wrench."""
         try:
-            return contact_load(
-                self.influence,
-                touch.footprint,
-                touch.wrench[:3],
-                moment=touch.wrench[3:],
-                law=self.law,
-                tangential=self.tangential,
-                friction=friction,
-                tilt=self.tilt,
-            )
+            return ask(self._basis(data, touch), touch.wrench[:3], touch.wrench[3:])
         except ContactError as error:
             warnings.warn(
                 f"{self._label(touch.body)} presses on the pad with {np.linalg.norm(touch.wrench[:3]):.3g} N, but "
@@ -172,6 +176,24 @@ class TactileSensor:
                 stacklevel=4,
             )
             return None
+
+    def _basis(self, data: mujoco.MjData, touch: _Touch) -> WrenchBasis:
+        """The body's own basis, a new one when its footprint or its friction is."""
+        friction = self.friction
+        if friction is None and self.tangential == "coulomb":
+            friction = self._friction(data, touch.body)
+        basis = self._bases.get(touch.body)
+        if basis is None or basis.footprint is not touch.footprint or basis.options.friction != friction:
+            basis = WrenchBasis(
+                self.influence,
+                touch.footprint,
+                law=self.law,
+                tangential=self.tangential,
+                friction=friction,
+                tilt=self.tilt,
+            )
+            self._bases[touch.body] = basis
+        return basis
 
     def _friction(self, data: mujoco.MjData, body: int) -> float:
         """The largest sliding friction of a body's contacts with the pad: what they hold, the law can hold [-]."""
@@ -187,11 +209,6 @@ class _Touch(NamedTuple):
     body: int
     footprint: Footprint
     wrench: Array  #: [N, N m], shape (6,)
-
-
-def _require(kind: str, name: str, available: tuple[str, ...]) -> None:
-    if name not in available:
-        raise ContactError(f"{kind} {name!r} does not exist. Available: {', '.join(available)}.")
 
 
 def _pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:

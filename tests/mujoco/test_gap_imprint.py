@@ -268,9 +268,9 @@ def test_colliding_geoms_that_do_not_touch_yet_are_part_of_the_body(coarse_squar
 def test_footprints_are_kept_while_the_pose_stays(coarse_square):
     there = Standing(world('<geom type="sphere" size=".006"/>'), coarse_square, (0, 0, 6e-3))
     first = there.footprint()
-    there.move((1e-11, 0, 6e-3))
+    there.move((0.9e-6, 0, 6e-3))
     assert there.footprint() is first
-    there.move((1e-6, 0, 6e-3))
+    there.move((1.8e-6, 0, 6e-3))  # counted from where it was made, not from where it was last
     assert there.footprint() is not first
     there.move((0, 0, 6e-3))
     again = there.footprint()

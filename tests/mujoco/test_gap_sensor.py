@@ -45,13 +45,7 @@ def pressed(name: str, *, pad_first: bool, place=(1e-3, -5e-4)) -> tuple[mujoco.
 # An ideal edge or corner strains any pad beyond the linear range, as the warning rightly says.
 @pytest.mark.filterwarnings("ignore:.*strains are no longer small")
 @pytest.mark.parametrize("pad_first", [True, False])
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[pytest.mark.xfail(reason="no contact found on a line")] if name == "edge" else [])
-        for name in BODIES
-    ],
-)
+@pytest.mark.parametrize("name", BODIES)
 def test_loads_resultant_is_mujocos_wrench(name, pad_first, draft):
     model, data = pressed(name, pad_first=pad_first)
     expected = contact_wrenches(model, data, model.geom("pad").id).total

@@ -185,9 +185,9 @@ def test_without_contact_nothing_is_computed(draft, monkeypatch):
     def never(*_args, **_kwargs):
         raise AssertionError("no contact: no work")
 
-    monkeypatch.setattr(mjtactile.sensor, "contact_load", never)
+    monkeypatch.setattr(mjtactile.sensor, "WrenchBasis", never)
     monkeypatch.setattr(Footprint, "from_outline", never)
-    monkeypatch.setattr(InfluenceMatrices, "readings", never)
+    monkeypatch.setattr(InfluenceMatrices, "readings_of", never)
     readings = sensor.read(data)
     assert readings.shape == (4, 13, 13)
     assert not readings.any()

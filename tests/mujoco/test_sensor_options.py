@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mjtactile.sensor
+from mjtactile.basis import WrenchBasis
 from mjtactile.errors import ContactError, ContactWarning
-from mjtactile.load import SurfaceLoad
 from mjtactile.scene import force_vector, press, press_scene
 from mjtactile.sensor import TactileSensor
 from mjtactile.wrench import contact_wrenches
@@ -28,14 +28,15 @@ def pressed(shape: str = "square") -> tuple[mujoco.MjModel, mujoco.MjData]:
 
 
 def captured_options(monkeypatch, influence) -> list[dict]:
-    """What `contact_load` is asked for, instead of a load."""
+    """What each new WrenchBasis is asked for."""
     seen = []
 
-    def capturing(*_args, **options):
-        seen.append(options)
-        return SurfaceLoad.none(influence.surface)
+    class Capturing(WrenchBasis):
+        def __init__(self, *args, **options) -> None:
+            seen.append(options)
+            super().__init__(*args, **options)
 
-    monkeypatch.setattr(mjtactile.sensor, "contact_load", capturing)
+    monkeypatch.setattr(mjtactile.sensor, "WrenchBasis", Capturing)
     return seen
 
 
@@ -58,7 +59,7 @@ def test_friction_is_the_contacts_own_unless_given(draft, monkeypatch):
     model, data = pressed()
     data.contact.friction[:, :2] = 0.7
     for friction in (None, 0.3):
-        TactileSensor(model, influence=draft, tangential="coulomb", friction=friction).load(data)
+        TactileSensor(model, influence=draft, law="elastic", tangential="coulomb", friction=friction).load(data)
     TactileSensor(model, influence=draft).load(data)
     assert [options.get("friction") for options in seen] == [0.7, 0.3, None]
     assert [options.get("tangential") for options in seen[:2]] == ["coulomb", "coulomb"]
@@ -76,7 +77,7 @@ def test_each_body_slides_with_its_own_friction(draft, monkeypatch):
     )
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 50)
-    TactileSensor(model, influence=draft, tangential="coulomb").load(data)
+    TactileSensor(model, influence=draft, law="elastic", tangential="coulomb").load(data)
     assert sorted(options["friction"] for options in seen) == [0.2, 0.9]
 
 
@@ -87,11 +88,16 @@ def test_choices_that_do_not_exist_are_refused(option, draft):
         TactileSensor(press_scene("square"), influence=draft, **choice)
 
 
+def test_options_that_do_not_go_together_are_refused(draft):
+    with pytest.raises(ContactError, match="needs law='elastic'"):
+        TactileSensor(press_scene("square"), influence=draft, law="uniform", tangential="stick")
+
+
 def test_a_body_whose_contact_is_not_found_warns_and_is_left_out(draft, monkeypatch):
     def failing(*_args, **_options):
         raise ContactError("no contact carries this wrench.")
 
-    monkeypatch.setattr(mjtactile.sensor, "contact_load", failing)
+    monkeypatch.setattr(mjtactile.sensor.WrenchBasis, "response", failing)
     model, data = pressed()
     with pytest.warns(ContactWarning, match="body 'square' presses .* nothing is read from it: no contact carries"):
         assert not TactileSensor(model, influence=draft).read(data).any()
