@@ -16,7 +16,7 @@ import scipy.sparse as sparse
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile.half_space import HalfSpaceIntegrals, distinct_edges, half_space_integrals
+from mjtactile.half_space import HalfSpaceIntegrals, PlacedIntegrals, distinct_edges, half_space_integrals
 from mjtactile.pad import Array
 from mjtactile.planar import areal
 from mjtactile.surface import SurfaceGrid, oriented_edges
@@ -30,8 +30,9 @@ _TWO_RINGS_FROM = 400
 _RING_WIDTHS = {1: (0.1,), 2: (0.05, 0.2)}
 #: Pieces smaller than this fraction of a whole cell of their ring join a neighbour.
 _SLIVER = 0.35
-#: Outlines that agree to this fraction of their size after a rotation and a shift share one set of cells.
-_SAME_SHAPE = 1e-7
+#: Outlines that agree to this fraction of their size after a rotation and a shift share one set of cells. What lies
+#: over the sheet's edge for it carries nothing, so it also bounds what a resultant may be off.
+_SAME_SHAPE = 1e-11
 #: Sets of cells kept with their half-space integrals, which take longer to make than everything else.
 _KEPT_SHAPES = 64
 #: Grid on which cells are joined into an outline, over the size of the largest.
@@ -106,7 +107,7 @@ class Cells:
         return (self._moments[1:] / self._moments[0]).T + self._anchor
 
     @cached_property
-    def half_space(self) -> HalfSpaceIntegrals:
+    def half_space(self) -> HalfSpaceIntegrals | PlacedIntegrals:
         """Integrals of the half-space kernels over every pair of these cells."""
         if self.shape is not None:
             return self.shape.half_space.placed(*self.placement)

@@ -1,4 +1,6 @@
-"""Readings under uniform tractions against CalculiX, an independent quadratic finite-element code; data/calculix.json tells its source.
+"""Readings under uniform tractions against CalculiX, an independent quadratic finite-element code.
+
+Where the data come from stands in data/calculix.json.
 
 CalculiX's own meshes differ from one another by 0.2 to 0.5 % on these cases (error_bar in the data).
 """
@@ -32,19 +34,19 @@ BOUNDS = {
 UNIFORM_ON_THE_PAPERS_PAD = [name for name in CASES if name.startswith(("A", "B1"))]
 
 
-def true_ellipse(semi_x: float, semi_y: float) -> Polygon:
-    """An ellipse as a polygon of 720 corners and the same area."""
-    step = 2 * math.pi / 720
-    angles = step * np.arange(720)
+def true_ellipse(semi_x: float, semi_y: float, corners: int = 720) -> Polygon:
+    """An ellipse as a polygon of the same area."""
+    step = 2 * math.pi / corners
+    angles = step * np.arange(corners)
     same_area = math.sqrt(step / math.sin(step))
     return Polygon(same_area * np.column_stack([semi_x * np.cos(angles), semi_y * np.sin(angles)]))
 
 
-def outline_of(case: dict) -> Polygon:
+def outline_of(case: dict, corners: int = 720) -> Polygon:
     """The loaded area in the pad frame [m]."""
     geometry = case["geometry"]
     if geometry["kind"] == "ellipse":
-        millimetres = affinity.translate(true_ellipse(geometry["a"], geometry["b"]), *geometry["c"])
+        millimetres = affinity.translate(true_ellipse(geometry["a"], geometry["b"], corners), *geometry["c"])
     else:
         millimetres = Polygon(geometry["v"])
     return affinity.scale(millimetres, 1e-3, 1e-3, origin=(0, 0))
