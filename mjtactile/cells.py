@@ -37,6 +37,8 @@ _SAME_SHAPE = 1e-11
 _KEPT_SHAPES = 64
 #: Grid on which cells are joined into an outline, over the size of the largest.
 _GRID = 1e-7
+#: Edges shorter than this fraction of the extent are none.
+_NO_EDGE = 1e-12
 _NO_PARTS: npt.NDArray[np.object_] = np.array([], dtype=object)
 
 
@@ -127,9 +129,12 @@ class Cells:
     def nodal_forces(self, surface: SurfaceGrid, forces: Array) -> Array:
         """Nodal forces (nodes y, nodes x, components) [N] of forces on cells (cells, components) [N]."""
         first, to_steps = self._steps
-        steps = to_steps @ (forces / self.areas[:, None])
+        loaded = forces.any(axis=0)
+        steps = to_steps @ (forces[:, loaded] / self.areas[:, None])
         stepped = steps.any(axis=1)
-        return surface.traction_forces(self.edges[first[stepped]], steps[stepped])
+        nodal = np.zeros((*surface.node_shape, forces.shape[1]))
+        nodal[..., loaded] = surface.traction_forces(self.edges[first[stepped]], steps[stepped])
+        return nodal
 
     def placed(self, scale: float, angle: float, origin: npt.ArrayLike) -> Cells:
         """These cells scaled, turned counter-clockwise [rad], then shifted so that (0, 0) lands on `origin` [m]."""
@@ -206,8 +211,12 @@ def _unit_lattice(columns: int, rows: int, stretch: float) -> Cells:
 
 def cells_of(parts: npt.NDArray[np.object_], part_owner: Indices) -> Cells:
     """Cells that consist of polygons, numbered from 0 without a hole."""
-    edges = [oriented_edges(part) for part in parts]
-    return Cells(np.concatenate(edges), np.repeat(part_owner, [len(one) for one in edges]), parts, part_owner)
+    rings = [oriented_edges(part) for part in parts]
+    edges, owner = np.concatenate(rings), np.repeat(part_owner, [len(one) for one in rings])
+    # Cuts leave corners that coincide but for rounding; edges between them have no direction.
+    length = np.abs(edges[:, 1] - edges[:, 0]).max(axis=1)
+    kept = length > _NO_EDGE * np.ptp(edges, axis=(0, 1)).max()
+    return Cells(edges[kept], owner[kept], parts, part_owner)
 
 
 def _partition(outline: Area, count: int) -> Cells:

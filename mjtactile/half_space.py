@@ -35,23 +35,29 @@ class HalfSpaceIntegrals:
     """Integrals over pairs of cells, r and (x, y) from a point of the second cell to one of the first.
 
     Attributes:
-        xx: of the second derivative of r by x twice, which is y^2/r^3; shape (cells, cells) [m^3].
-        xy: of that by x and y, which is -x y/r^3.
-        yy: of that by y twice, which is x^2/r^3.
-        edges: of all cells, for `coupling`.
+        edges: of all cells.
         owner: the cell each edge belongs to.
-        scale: lengths of these cells over those of `edges`.
-        angle: counter-clockwise from those of `edges` to these cells [rad].
+        hessian: integrals of the second derivatives of r, xx, xy and yy, each (cells, cells) [m^3].
     """
 
-    xx: Array
-    xy: Array
-    yy: Array
     edges: Array
     owner: Indices
-    scale: float = 1.0
-    angle: float = 0.0
-    unplaced: HalfSpaceIntegrals | None = None
+    hessian: tuple[Array, Array, Array]
+
+    @property
+    def xx(self) -> Array:
+        """Integrals of y^2/r^3 [m^3]."""
+        return self.hessian[0]
+
+    @property
+    def xy(self) -> Array:
+        """Integrals of -x y/r^3 [m^3]."""
+        return self.hessian[1]
+
+    @property
+    def yy(self) -> Array:
+        """Integrals of x^2/r^3 [m^3]."""
+        return self.hessian[2]
 
     @cached_property
     def inverse_distance(self) -> Array:
@@ -61,22 +67,51 @@ class HalfSpaceIntegrals:
     @cached_property
     def coupling(self) -> tuple[Array, Array]:
         """Integrals of x/r^2 and y/r^2 [m^3]."""
-        if self.unplaced is None:
-            return _coupling_integrals(self.edges, self.owner)
-        along, across = (self.scale**3 * one for one in self.unplaced.coupling)
-        cosine, sine = np.cos(self.angle), np.sin(self.angle)
-        return cosine * along - sine * across, sine * along + cosine * across
+        return _coupling_integrals(self.edges, self.owner)
 
-    def placed(self, scale: float, angle: float) -> HalfSpaceIntegrals:
+    def placed(self, scale: float, angle: float) -> PlacedIntegrals:
         """The integrals of the same cells scaled and turned counter-clockwise by an angle [rad]."""
-        cosine, sine = np.cos(angle), np.sin(angle)
-        volume = scale**3
-        turned_xx = cosine**2 * self.xx - 2 * cosine * sine * self.xy + sine**2 * self.yy
-        turned_yy = sine**2 * self.xx + 2 * cosine * sine * self.xy + cosine**2 * self.yy
-        turned_xy = cosine * sine * (self.xx - self.yy) + (cosine**2 - sine**2) * self.xy
-        return HalfSpaceIntegrals(
-            volume * turned_xx, volume * turned_xy, volume * turned_yy, self.edges, self.owner, scale, angle, self
-        )
+        return PlacedIntegrals(self, scale, angle)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedIntegrals:
+    """Integrals of cells elsewhere, from those of the same cells; made as far as they are asked for."""
+
+    shape: HalfSpaceIntegrals
+    scale: float
+    angle: float
+
+    @cached_property
+    def inverse_distance(self) -> Array:
+        """Integrals of 1/r [m^3]."""
+        return self.scale**3 * self.shape.inverse_distance
+
+    @cached_property
+    def xx(self) -> Array:
+        """Integrals of y^2/r^3 [m^3]."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        xx, xy, yy = self.shape.hessian
+        return self.scale**3 * (c**2 * xx - 2 * c * s * xy + s**2 * yy)
+
+    @cached_property
+    def xy(self) -> Array:
+        """Integrals of -x y/r^3 [m^3]."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        xx, xy, yy = self.shape.hessian
+        return self.scale**3 * (c * s * (xx - yy) + (c**2 - s**2) * xy)
+
+    @cached_property
+    def yy(self) -> Array:
+        """Integrals of x^2/r^3 [m^3]."""
+        return self.inverse_distance - self.xx
+
+    @cached_property
+    def coupling(self) -> tuple[Array, Array]:
+        """Integrals of x/r^2 and y/r^2 [m^3]."""
+        along, across = (self.scale**3 * one for one in self.shape.coupling)
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        return c * along - s * across, s * along + c * across
 
 
 def half_space_integrals(edges: Array, owner: Indices) -> HalfSpaceIntegrals:
@@ -93,7 +128,7 @@ def half_space_integrals(edges: Array, owner: Indices) -> HalfSpaceIntegrals:
     along_x, along_y = normal_x @ distances, normal_y @ distances
     xx, xy, yy = -(normal_x @ along_x.T), -(normal_y @ along_x.T), -(normal_y @ along_y.T)
     xx, xy, yy = ((one + one.T) / 2 for one in (xx, xy, yy))
-    return HalfSpaceIntegrals(xx, xy, yy, edges, owner)
+    return HalfSpaceIntegrals(edges, owner, (xx, xy, yy))
 
 
 def distinct_edges(edges: Array) -> tuple[Indices, Indices]:

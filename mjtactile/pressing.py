@@ -88,12 +88,9 @@ class CellContact:
         return normal * np.array([1.0, *((self._within_reach(through) - self.centre) / self.length)])
 
     @cached_property
-    def _hull(self) -> Polygon:
-        """Points that forces on the cells can pass through, a margin apart from the edge."""
-        centroids = self.cells.centroids[self.reached]
-        hull = shapely.MultiPoint(centroids).convex_hull.buffer(-_HULL_MARGIN * self.length)
-        shapely.prepare(hull)
-        return hull
+    def _hull(self) -> shapely.Geometry:
+        """Convex hull of the cells' centroids [m]."""
+        return shapely.MultiPoint(self.cells.centroids[self.reached]).convex_hull
 
     def carried(self, normal: float, through: Array) -> Array | None:
         """The same, if forces on the cells can pass through that point; else None."""
@@ -102,13 +99,15 @@ class CellContact:
         return self.resultants(normal, through)
 
     def _within_reach(self, through: Array) -> Array:
-        """The point, or the nearest to it that forces on the cells can pass through."""
-        hull = self._hull
-        if hull.is_empty:
-            return self.cells.centroids[self.reached].mean(axis=0)
-        if hull.covers(shapely.Point(through)):
+        """The point, or the nearest to it that forces on the cells can pass through, a margin inside their hull."""
+        hull, margin = self._hull, _HULL_MARGIN * self.length
+        point = shapely.Point(through)
+        if isinstance(hull, Polygon) and hull.contains(point) and hull.exterior.distance(point) >= margin:
             return through
-        return np.array(shapely.ops.nearest_points(hull, shapely.Point(through))[0].coords[0])
+        inner = hull.buffer(-margin)
+        if inner.is_empty:
+            return self.cells.centroids[self.reached].mean(axis=0)
+        return np.array(shapely.ops.nearest_points(inner, point)[0].coords[0])
 
 
 #: Solves one contact on the cells reached: cells, resultants, cells likely in contact.

@@ -92,5 +92,6 @@ def _map_arrays(path: Path) -> Tables:
     tables: Tables = {}
     for name, entry in header.items():
         first, last = (start + offset for offset in entry["data_offsets"])
-        tables[name] = content[first:last].view(_DTYPES[entry["dtype"]]).reshape(entry["shape"])
+        # Plain arrays over the mapped file: slicing a memmap costs more than many a product with the slice.
+        tables[name] = np.asarray(content[first:last].view(_DTYPES[entry["dtype"]]).reshape(entry["shape"]))
     return tables
