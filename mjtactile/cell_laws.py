@@ -16,7 +16,7 @@ from mjtactile.compliance import SurfaceCompliance
 from mjtactile.errors import ContactError
 from mjtactile.footprint import Footprint
 from mjtactile.foundation import foundation_contact
-from mjtactile.friction import ShearGrip, coulomb_shear, proportional_shear
+from mjtactile.friction import ShearGrip, bonded_shear, coulomb_shear, proportional_shear
 from mjtactile.load import ContactState
 from mjtactile.options import ContactOptions, Wrench
 from mjtactile.pad import Array
@@ -182,11 +182,26 @@ def _bonded(compliance: SurfaceCompliance, pressed: Pressed, wrench: Wrench) -> 
     modes[:2, :, motions:] = grip.modes
     shear_resultants = grip.about_centre(wrench.force, wrench.moment[2])
     resultants = np.concatenate([at.resultants(wrench.normal, wrench.through), shear_resultants])
-    contact = bonded_contact(full, modes, at.gaps, resultants, pressed.contact.pressed[places])
+    try:
+        contact = bonded_contact(full, modes, at.gaps, resultants, pressed.contact.pressed[places])
+    except ContactError:
+        return _bonded_as_pressed(compliance, pressed, wrench)
     own = replace(contact, map_forces=contact.map_forces[2 * count :])
     shear = np.zeros((2, at.cells.count))
     shear[:, places] = contact.forces[: 2 * count].reshape(2, count)
     return replace(_load(Pressed(at, own.spread(at.reached)), shear, None), bonded=contact)
+
+
+def _bonded_as_pressed(compliance: SurfaceCompliance, pressed: Pressed, wrench: Wrench) -> CellLoad:
+    """Bonded shear on what is pressed without it, where shear so large leaves no cells that both press and stick."""
+    grip, places = _grip(pressed), np.flatnonzero(pressed.contact.forces > 0.0)
+    full = compliance.full(pressed.at.cells)[:, places]
+    slip = -full[:2, :, 2] @ pressed.contact.forces
+    tangential = full[:2, :, :2][:, :, :, places]
+    shear = np.zeros((2, pressed.at.cells.count))
+    wanted = grip.about_centre(wrench.force, wrench.moment[2])
+    shear[:, places] = bonded_shear(tangential, grip, slip, wanted)
+    return _load(pressed, shear, None)
 
 
 def _load(pressed: Pressed, shear: Array, friction: float | None) -> CellLoad:

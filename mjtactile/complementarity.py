@@ -7,19 +7,24 @@ those of contact: the separation  A F - (B d - g)  is nowhere negative, and zero
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
 
 from mjtactile.errors import ContactError
+from mjtactile.interior import interior_point, positive_definite, resting_cells
 from mjtactile.pad import Array
-from mjtactile.rigid import RESULTANTS, TOLERANCE, Mask, RigidContact, flexibility
-from mjtactile.winkler import winkler_contact
+from mjtactile.rigid import RESULTANTS, TOLERANCE, Mask, Motions, RigidContact, flexibility
+from mjtactile.winkler import springs_under_pressure
 
 #: Exchanges of whole sets before single cells change sides.
 _SET_EXCHANGES = 30
 _SINGLE_EXCHANGES = 20
+#: Heights this large beside the approach drown what presses.
+_HIGH = 1e3
+#: Violations left where cells on the verge of contact keep changing sides.
+_ON_THE_VERGE = 1e-8
 #: Springs that start the search, over the stiffness of single cells.
 _SPRINGS = 0.2
 
@@ -71,13 +76,15 @@ def _solve(
     lowest = heights[normal].min()  # heights are counted from it: they can be huge beside the approach
     gaps = heights.copy()
     gaps[normal] -= lowest
-    solved = _Programme(compliance / give, modes, gaps / (give * force), resultants / force, blocks).solve(start)
+    motions = Motions.of(modes)
+    mixed = motions.to_mixed @ (resultants / force)
+    solved = _Programme(compliance / give, motions.modes, gaps / (give * force), mixed, blocks).solve(start)
     if solved is None:
         raise ContactError(
             "no contact carries this wrench: the force passes too near the edge of what the body covers, or the gap "
             "map is not finite there. Move the force inward, or check the gap map."
         )
-    return solved.scaled(force, give, lowest)
+    return motions.unmixed(solved, resultants / force).scaled(force, give, lowest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,11 +116,34 @@ class _Programme:
             solved = self._exchange_sets(np.ones(self.cells, dtype=bool))
         if solved is None and self.blocks == 1:
             springs = _SPRINGS / np.diagonal(self.compliance)
-            feasible = winkler_contact(springs, self.modes, self.gaps, self.resultants)
-            solved = self._exchange_sets(feasible.pressed) or self._descend(feasible.forces)
-        if solved is None or np.abs(self.modes.T @ solved.forces - self.resultants).max() > RESULTANTS:
-            return None
+            likely = springs_under_pressure(springs, self.modes, self.gaps, self.resultants)
+            solved = self._exchange_sets(likely)
+        if solved is None or not self._balances(solved):
+            definite = replace(self, compliance=positive_definite(self.compliance))
+            solved = definite._from_interior()
         return solved
+
+    def _balances(self, solved: RigidContact) -> bool:
+        left = np.abs(self.modes.T @ solved.forces - self.resultants).max()
+        return float(left) <= RESULTANTS * float(np.abs(self.resultants).max())
+
+    def _from_interior(self) -> RigidContact | None:
+        """The slow way that does not cycle; None if not even that finds forces that carry the resultants."""
+        bounded = np.arange(len(self.gaps)) >= self._normal.start
+        if self.blocks == 1 and self.gaps.max() > _HIGH:
+            resting = self._exchange_sets(resting_cells(self.gaps, self.modes, self.resultants))
+            if resting is not None and self._balances(resting):
+                return resting
+        forces, multipliers = interior_point(self.compliance, self.gaps, self.modes, self.resultants, bounded)
+        normal, apart = forces[self._normal], multipliers[self._normal]
+        pressed = normal * self.cells > apart
+        solved = self._exchange_sets(pressed)
+        if solved is None or not self._balances(solved):
+            # Cells on the verge of contact, which rounding moves from one side to the other and back.
+            solved = self._on(pressed)
+            if solved is None or solved.violation.max() > _ON_THE_VERGE:
+                solved = self._descend(np.where(pressed, normal, 0.0)) if self.blocks == 1 else None
+        return solved if solved is not None and self._balances(solved) else None
 
     def _on(self, pressed: Mask) -> RigidContact | None:
         """The solution if exactly these cells were in contact; None where they cannot carry the resultants."""
@@ -133,9 +163,11 @@ class _Programme:
         map_forces[places] = answers[:, :-1] @ map_motion
         map_forces[places, -1] -= answers[:, -1]
         normal = self._normal
-        map_separation = self.compliance[normal, places] @ map_forces[places] - self.modes[normal] @ map_motion
-        map_separation[:, -1] += self.gaps[normal]
-        map_separation[pressed] = 0.0
+        map_separation = np.zeros((self.cells, map_forces.shape[1]))
+        if not pressed.all():
+            map_separation = self.compliance[normal, places] @ map_forces[places] - self.modes[normal] @ map_motion
+            map_separation[:, -1] += self.gaps[normal]
+            map_separation[pressed] = 0.0
         return RigidContact(self.resultants, pressed, map_forces, map_motion, map_separation)
 
     def _exchange_sets(self, pressed: Mask) -> RigidContact | None:

@@ -14,7 +14,9 @@ import scipy.linalg
 import scipy.optimize
 
 from mjtactile.errors import ContactError
+from mjtactile.interior import positive_definite
 from mjtactile.pad import Array
+from mjtactile.rigid import Motions
 
 #: A wrench within this fraction of the limit counts as sliding.
 _AT_LIMIT = 1e-9
@@ -133,10 +135,10 @@ def coulomb_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array
     bound = friction * grip.normal
     unit = float(bound.mean())
     give = float(np.einsum("acac->", compliance)) / (2 * cells)
-    Q = compliance.reshape(2 * cells, 2 * cells) / give
-    load, E = slip.reshape(-1) / (give * unit), grip.modes.reshape(2 * cells, 3)
-    radius, wanted = bound / unit, wanted / unit
-    t, motion = np.zeros(2 * cells), np.zeros(3)
+    Q = positive_definite(compliance.reshape(2 * cells, 2 * cells) / give)
+    load, motions = slip.reshape(-1) / (give * unit), Motions.of(grip.modes.reshape(2 * cells, 3))
+    E, radius, wanted = motions.modes, bound / unit, motions.to_mixed @ wanted / unit
+    t, motion = np.zeros(2 * cells), np.zeros(E.shape[1])
     multiplier = np.ones(cells) * max(1.0, float(np.abs(load).max())) / radius
     for _ in range(_ITERATIONS):
         slack = 0.5 * (radius**2 - (t.reshape(2, cells) ** 2).sum(axis=0))
@@ -148,6 +150,19 @@ def coulomb_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array
         centred = (0.1 if gap > 1e-6 else 0.01) * gap
         t, motion, multiplier = _newton_step(Q, E, (t, motion, multiplier), slack, (dual, primal), centred, radius)
     raise ContactError("the partial slip did not converge. Use tangential='proportional', or a larger friction.")
+
+
+def bonded_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array) -> Array:
+    """Shear of cells that do not slip at all, under a pressure that is known; arguments as in `coulomb_shear`."""
+    cells = len(grip.normal)
+    give = float(np.einsum("acac->", compliance)) / (2 * cells)
+    factor = scipy.linalg.cho_factor(positive_definite(compliance.reshape(2 * cells, 2 * cells) / give), lower=True)
+    motions = Motions.of(grip.modes.reshape(2 * cells, 3))
+    held = scipy.linalg.cho_solve(factor, slip.reshape(-1) / give)
+    per_motion = scipy.linalg.cho_solve(factor, motions.modes)
+    stiffness = motions.modes.T @ per_motion
+    motion = np.linalg.solve(stiffness, motions.to_mixed @ wanted + motions.modes.T @ held)
+    return (per_motion @ motion - held).reshape(2, cells)
 
 
 def _newton_step(

@@ -16,6 +16,8 @@ Mask = npt.NDArray[np.bool_]
 TOLERANCE = 1e-11
 #: Motions that the contact resists less than this, over the one it resists most, are open.
 _OPEN = 1e-12
+#: Motions this small beside the largest do not move the cells.
+_DEPENDENT = 1e-9
 #: Resultants along an open motion that are more than rounding.
 _LOADED = 1e-11
 #: Resultants must come out to this fraction of the normal force.
@@ -36,6 +38,44 @@ def flexibility(stiffness: Array, resultants: Array) -> Array:
         open_motions, np.where(loaded, 1.0 / (_OPEN * largest), 0.0), 1.0 / np.maximum(values, _OPEN * largest)
     )
     return (vectors * inverse) @ vectors.T
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """Rigid motions, mixed so that they are orthonormal on the cells, and what of the resultants they can take up.
+
+    Tilts about a point far from the cells hardly differ from an approach; mixed, no digits are lost between them.
+
+    Attributes:
+        modes: displacement of each cell per unit of each mixed motion, (cells, kept).
+        to_mixed: resultants to those of the mixed motions, (kept, motions).
+    """
+
+    modes: Array
+    to_mixed: Array
+
+    @classmethod
+    def of(cls, modes: Array) -> Motions:
+        """From the displacements of any motions, (cells, motions)."""
+        basis, sizes, mixing = np.linalg.svd(modes, full_matrices=False)
+        kept = sizes > _DEPENDENT * sizes[0]
+        spread = np.sqrt(len(modes))
+        return cls(spread * basis[:, kept], spread / sizes[kept, None] * mixing[kept])
+
+    def unmixed(self, contact: RigidContact, resultants: Array) -> RigidContact:
+        """A contact under mixed motions, in terms of the motions they were made of."""
+        kept = len(self.to_mixed)
+
+        def back(mapped: Array) -> Array:
+            return np.column_stack([mapped[:, :kept] @ self.to_mixed, mapped[:, kept]])
+
+        return RigidContact(
+            resultants,
+            contact.pressed,
+            back(contact.map_forces),
+            self.to_mixed.T @ back(contact.map_motion),
+            back(contact.map_separation),
+        )
 
 
 @dataclass(frozen=True, eq=False)

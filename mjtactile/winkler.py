@@ -5,14 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from mjtactile.errors import ContactError
+from mjtactile.interior import interior_point, resting_cells
 from mjtactile.pad import Array
-from mjtactile.rigid import RESULTANTS, RigidContact, flexibility
+from mjtactile.rigid import RESULTANTS, Mask, Motions, RigidContact, flexibility
 
 _ITERATIONS = 200
 #: Resultants fit to this fraction of the normal force; on the cells found, they are then made exact.
 _TOLERANCE = 1e-12
 _SUFFICIENT_DECREASE = 1e-4
 _DAMPING = 1e-12
+_EXCHANGES = 30
+#: Heights this large beside the approach drown what presses.
+_HIGH = 1e3
+#: Violations left where springs on the verge of contact keep changing sides.
+_ON_THE_VERGE = 1e-8
 
 
 def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Array) -> RigidContact:
@@ -30,11 +36,39 @@ def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Arr
     Raises:
         ContactError: when no contact carries the resultants.
     """
-    scale, lowest = resultants[0] / stiffness.sum(), gaps.min()
+    force, lowest = float(resultants[0]), gaps.min()
     # Heights are counted from the lowest: they can be huge beside the approach.
-    weights, gaps, wanted = stiffness / stiffness.sum(), (gaps - lowest) / scale, resultants / resultants[0]
-    motion = np.zeros(modes.shape[1])
-    motion[0] = 1.0 + gaps.max()
+    scale, weights = force / stiffness.sum(), stiffness / stiffness.sum()
+    heights, motions = (gaps - lowest) / scale, Motions.of(modes)
+    wanted = motions.to_mixed @ (resultants / force)
+    contact = _on(
+        springs_under_pressure(weights, motions.modes, heights, wanted), weights, motions.modes, heights, wanted
+    )
+    if not _solves(contact, motions.modes):
+        everywhere = np.ones(len(gaps), dtype=bool)
+        forces, multipliers = interior_point(1.0 / weights, heights, motions.modes, wanted, everywhere)
+        contact = _on(forces * len(gaps) > multipliers, weights, motions.modes, heights, wanted)
+    if not _solves(contact, motions.modes) and heights.max() > _HIGH:
+        contact = _on(resting_cells(heights, motions.modes, wanted), weights, motions.modes, heights, wanted)
+        for _ in range(_EXCHANGES):
+            violated = contact.violation > _ON_THE_VERGE
+            if not violated.any():
+                break
+            contact = _on(contact.pressed ^ violated, weights, motions.modes, heights, wanted)
+    if not _solves(contact, motions.modes):
+        raise ContactError(
+            "no contact carries this wrench: the force passes too near the edge of what the body covers."
+        )
+    return motions.unmixed(contact, resultants / force).scaled(force, scale / force, lowest)
+
+
+def springs_under_pressure(weights: Array, modes: Array, gaps: Array, wanted: Array) -> Mask:
+    """Which springs are under pressure, as far as Newton's method finds out.
+
+    Arguments as in `winkler_contact`, in units in which the stiffnesses and the normal force add up to about 1; the
+    modes are orthonormal, apart from a factor: their mean moves every spring by 1.
+    """
+    motion = (1.0 + gaps.max()) * modes.mean(axis=0)  # moves every spring by that much: the modes are orthonormal
 
     def energy_of(trial: Array) -> float:
         overlap = np.maximum(modes @ trial - gaps, 0.0)
@@ -56,12 +90,12 @@ def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Arr
                 break
         motion = motion + length * step
         energy = energy_of(motion)
-    contact = _on(modes @ motion > gaps, weights, modes, gaps, wanted)
-    if np.abs(modes.T @ contact.forces - wanted).max() > RESULTANTS:
-        raise ContactError(
-            "no contact carries this wrench: the force passes too near the edge of what the body covers."
-        )
-    return contact.scaled(float(resultants[0]), scale / float(resultants[0]), lowest)
+    return modes @ motion > gaps
+
+
+def _solves(contact: RigidContact, modes: Array) -> bool:
+    left = np.abs(modes.T @ contact.forces - contact.resultants).max()
+    return bool(left <= RESULTANTS * np.abs(contact.resultants).max() and contact.violation.max() <= _ON_THE_VERGE)
 
 
 def _on(pressed: np.ndarray, weights: Array, modes: Array, gaps: Array, wanted: Array) -> RigidContact:
