@@ -30,8 +30,9 @@ GapMap = Callable[[Array, Array], npt.ArrayLike]
 REACH = 0.2
 #: What touches first is what is within this of the lowest point, over the sheet's thickness.
 _FIRST_TOUCH = 1e-3
-#: Grids that close in on the lowest point, each thirty times finer than the last.
-_REFINEMENTS = 3
+#: Lines of the grid that finds the lowest point, and of those that close in on it, each four times finer.
+_FIRST_LINES, _CLOSER_LINES = 61, 17
+_REFINEMENTS = 8
 #: Under law "uniform" a curved body presses with what is within this of its lowest point [m].
 FACING_GAP = 50e-6
 
@@ -168,16 +169,17 @@ def _lowest(
     """Least height over the bounds, on a grid that closes in on it."""
     low_x, low_y, high_x, high_y = bounds
     lowest = np.inf
-    for _ in range(_REFINEMENTS):
-        x, y = (line.ravel() for line in np.meshgrid(np.linspace(low_x, high_x, 61), np.linspace(low_y, high_y, 61)))
+    for lines in (_FIRST_LINES, *[_CLOSER_LINES] * _REFINEMENTS):
+        along_x, along_y = np.linspace(low_x, high_x, lines), np.linspace(low_y, high_y, lines)
+        x, y = (line.ravel() for line in np.meshgrid(along_x, along_y))
         values = gap(x, y)
-        if outline is not None and not np.isfinite(lowest):
+        if outline is not None:
             values = np.where(shapely.intersects_xy(outline, x, y), values, np.inf)
         place = int(values.argmin())
         if not np.isfinite(values[place]):
             break
         lowest = min(lowest, float(values[place]))
-        span_x, span_y = (high_x - low_x) / 30, (high_y - low_y) / 30
+        span_x, span_y = 2 * (high_x - low_x) / (lines - 1), 2 * (high_y - low_y) / (lines - 1)
         low_x, high_x = max(bounds[0], x[place] - span_x), min(bounds[2], x[place] + span_x)
         low_y, high_y = max(bounds[1], y[place] - span_y), min(bounds[3], y[place] + span_y)
     if not np.isfinite(lowest):

@@ -176,7 +176,8 @@ def press(
         at = _on_lattice(footprint, region, centre, tilting)
         found = _solved(at, normal, through, solver, None)
         closer = region.around_pressed(found)
-        finished = closer.area > _FILLED * region.area
+        # A strip narrower than the cells would seem to fill them: look again with longer ones.
+        finished = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
         region = closer
         if finished:
             break
