@@ -6,6 +6,7 @@ Every wrong input ends in one line on standard error and exit code 2.
 from __future__ import annotations
 
 import json
+import math
 import sys
 import warnings
 from pathlib import Path
@@ -27,7 +28,6 @@ app = typer.Typer(
 bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
 app.add_typer(bench_app, name="bench")
 
-MeshName = Annotated[str, typer.Option(help="Mesh: draft, default or fine.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
 
@@ -42,7 +42,11 @@ def press(
     shift: Annotated[str, typer.Option(help="Of the indenter, x,y [mm].")] = "0,0",
     rotate: Annotated[float, typer.Option(help="Of the indenter, counter-clockwise [deg].")] = 0.0,
     free: Annotated[bool, typer.Option("--free", help="Let the indenter tilt.")] = False,
-    mesh: MeshName = "default",
+    mesh: Annotated[str | None, typer.Option(help="Mesh: draft, default or fine.  [default: default]")] = None,
+    preset: Annotated[str | None, typer.Option(help="fast, balanced or accurate, in place of a mesh.")] = None,
+    law: Annotated[str | None, typer.Option(help="uniform, foundation or elastic.  [default: the preset's]")] = None,
+    tangential: Annotated[str, typer.Option(help="Shear: proportional, stick or coulomb.")] = "proportional",
+    friction: Annotated[float | None, typer.Option(help="Bound of the shear.  [default: none, or MuJoCo's]")] = None,
     out: Annotated[Path | None, typer.Option(help="Write arrays to this .npz file.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw readings, section and scene to this file.")] = None,
     as_json: AsJson = False,
@@ -57,7 +61,18 @@ def press(
     for path in (out, figure):
         if path is not None:
             check_writable(path)
-    report = run_press(shape, force_on_indenter, mesh=mesh, shift=place, rotate_deg=rotate, tilt_free=free)
+    report = run_press(
+        shape,
+        force_on_indenter,
+        mesh=mesh,
+        preset=preset,
+        law=law,
+        tangential=tangential,
+        friction=friction,
+        shift=place,
+        rotate_deg=rotate,
+        tilt_free=free,
+    )
     if out is not None:
         report.save(out)
     if figure is not None:
@@ -133,12 +148,39 @@ def bench_mesh(
     readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
 ) -> None:
     """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
-    from mjtactile.bench import mesh_benchmark, mesh_table, rewrite_table
+    from mjtactile.bench import mesh_benchmark
+    from mjtactile.bench_tables import mesh_table, rewrite_table
 
     result = mesh_benchmark()
     typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
     if readme is not None:
         rewrite_table(readme, "mesh", mesh_table(result))
+
+
+@bench_app.command("trade")
+def bench_trade(
+    as_json: AsJson = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Mesh draft and three cases only.")] = False,
+    measured: Annotated[Path | None, typer.Option(help="Show this earlier result (JSON), measure nothing.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")] = None,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw error against time to this file.")] = None,
+) -> None:
+    """Error and time per update of every fidelity, which of them nothing beats, and the presets among them.
+
+    Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
+    """
+    from mjtactile.bench_tables import rewrite_table, trade_table
+    from mjtactile.bench_trade import trade_benchmark
+
+    result = json.loads(measured.read_text()) if measured is not None else trade_benchmark(quick=quick)
+    if out is not None:
+        out.write_text(json.dumps(result, indent=1) + "\n")
+    typer.echo(json.dumps(result, indent=2) if as_json else trade_table(result))
+    if readme is not None:
+        rewrite_table(readme, "trade", trade_table(result))
+    if figure is not None:
+        _draw_trade(result, figure)
 
 
 def main() -> None:
@@ -203,6 +245,12 @@ def _draw_press(report: Any, path: Path) -> None:
         raise OutputError(f"cannot draw {path}: {error}") from error
 
 
+def _draw_trade(result: dict[str, Any], path: Path) -> None:
+    from mjtactile.bench_figure import trade_figure
+
+    trade_figure(result).savefig(path, dpi=130)
+
+
 def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
     from mjtactile.units import GRAM_FORCE
 
@@ -213,6 +261,10 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
         f"({report.settled.error:.1e} off) after {report.settled.time * 1e3:.0f} ms, "
         f"contact {report.contact.area * 1e6:.4g} mm2",
         highlight=False,
+    )
+    indentation = "" if math.isnan(report.load.approach) else f"indentation {report.load.approach * 1e6:.4g} um, "
+    console.print(
+        f"law {report.law}: {indentation}peak pressure {report.load.peak_pressure * 1e-3:.4g} kPa", highlight=False
     )
     table = Table("depth, mm", "peak, kPa", "at x, y, mm", box=None, pad_edge=False)
     pad = report.influence.pad

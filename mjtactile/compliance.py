@@ -54,6 +54,10 @@ class SurfaceCompliance:
     def _kept(self) -> weakref.WeakKeyDictionary[Cells, Array]:
         return weakref.WeakKeyDictionary()
 
+    @cached_property
+    def _kept_full(self) -> weakref.WeakKeyDictionary[Cells, Array]:
+        return weakref.WeakKeyDictionary()
+
     def normal(self, cells: Cells) -> Array:
         """Mean normal displacement of each cell per normal force on each cell, (cells, cells) [m/N].
 
@@ -69,7 +73,12 @@ class SurfaceCompliance:
         return integrals / np.outer(cells.areas, cells.areas) + weights @ self.remainder[2, :, 2, :] @ weights.T
 
     def full(self, cells: Cells) -> Array:
-        """Mean displacement per force, (3, cells, 3, cells) [m/N], pad frame."""
+        """Mean displacement per force, (3, cells, 3, cells) [m/N], pad frame; kept as long as the cells are."""
+        if cells not in self._kept_full:
+            self._kept_full[cells] = self._full(cells)
+        return self._kept_full[cells]
+
+    def _full(self, cells: Cells) -> Array:
         integrals, share = cells.half_space, self.poisson / (1 - self.poisson)
         along, across = integrals.coupling
         # Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,8 +18,10 @@ from mjtactile.cache import influence_matrices
 from mjtactile.errors import OutputError, SceneError
 from mjtactile.indenter import INDENTER_NAMES, Indenter, box, cylinder, mesh_indenter, punch, sphere
 from mjtactile.influence import InfluenceMatrices
-from mjtactile.mesh import MeshDensity, mesh_density
+from mjtactile.load import SurfaceLoad
+from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Array, Pad
+from mjtactile.preset import Fidelity, mesh_or_preset
 from mjtactile.scene import PressResult, press, press_scene
 from mjtactile.sensor import TactileSensor
 from mjtactile.timing import median_time
@@ -43,9 +46,10 @@ class PressReport:
         commanded: force on the indenter [N], pad frame, shape (3,).
         settled: how the press ended.
         readings: (layers, rows, columns) [Pa].
-        contact: the part of the surface under pressure [m].
+        load: tractions on the pad and the state of the contact.
         outline: what faces the pad [m].
         influence: of the pad.
+        law: contact law.
         unchanged_time: median time of an update while the footprint stays [s].
         moved_time: median time of an update that cuts the footprint anew [s].
     """
@@ -56,11 +60,17 @@ class PressReport:
     commanded: Array
     settled: PressResult
     readings: Array
-    contact: Polygon | MultiPolygon
+    load: SurfaceLoad
     outline: Polygon | MultiPolygon
     influence: InfluenceMatrices
+    law: str
     unchanged_time: float
     moved_time: float
+
+    @property
+    def contact(self) -> Polygon | MultiPolygon:
+        """The part of the surface under pressure [m]."""
+        return self.load.contact
 
     @property
     def force_reached(self) -> float:
@@ -73,6 +83,7 @@ class PressReport:
         return {
             "shape": self.shape,
             "mesh": self.influence.mesh_name,
+            "law": self.law,
             "force_commanded_N": self.commanded.tolist(),
             "force_reached_N": self.settled.wrench[:3].tolist(),
             "moment_reached_Nm": self.settled.wrench[3:].tolist(),
@@ -80,7 +91,9 @@ class PressReport:
             "force_error_relative": self.settled.error,
             "settle_time_s": self.settled.time,
             "settle_steps": self.settled.steps,
-            "contact_area_m2": self.contact.area,
+            "contact_area_m2": self.load.contact_area,
+            "approach_m": _known(self.load.approach),
+            "peak_pressure_Pa": self.load.peak_pressure,
             "depths_m": list(self.influence.pad.depths),
             "peak_reading_Pa": peaks.tolist(),
             "update_unchanged_s": self.unchanged_time,
@@ -114,7 +127,11 @@ def run_press(
     force: Array,
     *,
     pad: Pad | None = None,
-    mesh: str | MeshDensity = "default",
+    mesh: str | MeshDensity | None = None,
+    preset: str | Fidelity | None = None,
+    law: str | None = None,
+    tangential: str = "proportional",
+    friction: float | None = None,
     shift: tuple[float, float] = (0.0, 0.0),
     rotate_deg: float = 0.0,
     tilt_free: bool = False,
@@ -125,7 +142,11 @@ def run_press(
         shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file in metres.
         force: on the indenter [N], pad frame, shape (3,).
         pad: by default the paper's.
-        mesh: of the influence matrices, which are built if the cache lacks them.
+        mesh: of the influence matrices, which are built if the cache lacks them; "default" without a preset.
+        preset: fidelity in place of a mesh.
+        law: of the contact; by default the preset's.
+        tangential: how shear spreads, see `contact_load`.
+        friction: see `TactileSensor`.
         shift: of the indenter's origin in the pad frame [m].
         rotate_deg: counter-clockwise about its origin, before the shift [deg].
         tilt_free: whether the indenter may tilt.
@@ -133,15 +154,17 @@ def run_press(
     Raises:
         IndenterError: unknown shape.
         MeshError: unknown mesh.
+        PresetError: unknown preset, or a mesh too.
+        ContactError: unknown law, or one that does not go with the shear asked for.
         SceneError: the indenter is off the pad, or the press does not settle.
     """
     # The scene comes first: what is wrong with it shows before minutes may go into a table.
-    pad, density = Pad() if pad is None else pad, mesh_density(mesh)
+    pad, fidelity = Pad() if pad is None else pad, mesh_or_preset(mesh, preset)
     model = press_scene(named_indenter(shape), shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free)
     data = mujoco.MjData(model)
     settled = press(model, data, force)
-    influence = influence_matrices(pad, density)
-    sensor = TactileSensor(model, influence=influence)
+    influence = influence_matrices(pad, preset=fidelity)
+    sensor = TactileSensor(model, influence=influence, law=law, tangential=tangential, friction=friction)
     moved_time = median_time(lambda: _read_afresh(sensor, data), _TIMED_UPDATES)
     unchanged_time = median_time(lambda: sensor.read(data), _TIMED_UPDATES)
     load = sensor.load(data)
@@ -154,9 +177,10 @@ def run_press(
         commanded=force,
         settled=settled,
         readings=influence.readings(load),
-        contact=load.contact,
+        load=load,
         outline=sensor.outline(data),
         influence=influence,
+        law=sensor.law,
         unchanged_time=unchanged_time,
         moved_time=moved_time,
     )
@@ -212,6 +236,11 @@ def check_writable(path: Path) -> None:
         raise OutputError(
             f"cannot write {path}: {error.strerror or error}. Choose a folder you can write to."
         ) from error
+
+
+def _known(value: float) -> float | None:
+    """JSON has no NaN."""
+    return None if math.isnan(value) else value
 
 
 def _read_afresh(sensor: TactileSensor, data: mujoco.MjData) -> None:
