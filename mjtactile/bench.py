@@ -1,10 +1,9 @@
-"""Benchmarks: cases as data in benchmarks/, one runner each, tables as Markdown for the README."""
+"""The benchmark of the meshes: cases as data in benchmarks/mesh.toml, tables of their own in fresh processes."""
 
 from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -17,6 +16,7 @@ import mujoco
 import numpy as np
 
 from mjtactile.assets import asset_path
+from mjtactile.bench_tactile import mujoco_tactile_time
 from mjtactile.cache import CACHE_VARIABLE, cached_path
 from mjtactile.contact import SurfaceLoad, contact_load
 from mjtactile.errors import MjTactileError
@@ -29,27 +29,6 @@ from mjtactile.timing import median_time
 from mjtactile.units import GRAM_FORCE, MILLIMETRE
 
 _REPEATS = 30
-_STEPS = 2000
-_SETTLING_STEPS = 200
-#: A press on MuJoCo's own tactile sensor: a square punch, its best case, on a plate of 26 x 26 = 676 points. A plate
-#: lies in its geom's plane x = 0, so the pad is a thin box standing in the world's horizontal plane.
-_MUJOCO_TACTILE = """
-<mujoco>
-  <option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"/>
-  <asset><mesh name="plate" builtin="plate" params="26 26" scale="0.0075 0.0075 0.0001"/></asset>
-  <worldbody>
-    <geom name="pad" type="box" size="0.000001 0.0075 0.0075" quat="0.70710678 0 -0.70710678 0" priority="1"
-          solref="0.003 1" solimp="0.98 0.99 0.001 0.5 2"/>
-    <body pos="0 0 0.0025" gravcomp="1">
-      <joint name="press" type="slide" axis="0 0 1"/>
-      <geom type="box" size="0.005 0.005 0.0025" mass="0.015"/>
-    </body>
-  </worldbody>
-  <actuator><motor joint="press"/></actuator>
-  {sensor}
-</mujoco>
-"""
-_TACTILE_SENSOR = '<sensor><tactile geom="pad" mesh="plate"/></sensor>'
 
 
 def mesh_benchmark() -> dict[str, Any]:
@@ -91,59 +70,6 @@ def mesh_benchmark() -> dict[str, Any]:
         "mujoco_version": mujoco.mj_versionString(),
         "mujoco_tactile_s": mujoco_tactile_time(),
     }
-
-
-def mesh_table(result: dict[str, Any]) -> str:
-    """The benchmark's result as a Markdown table."""
-    lines = [
-        "| mesh | build | table | peak memory | load | update, new footprint | update, same footprint "
-        f"| error against {result['reference']}: median (worst) |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for name, row in result["meshes"].items():
-        errors = list(row["errors"].values())
-        error = "-" if name == result["reference"] else f"{np.median(errors):.2%} ({max(errors):.2%})"
-        lines.append(
-            f"| {name} | {row['build_s']:.1f} s | {row['table_bytes'] / 1e6:.0f} MB "
-            f"| {row['peak_memory_bytes'] / 1e9:.2f} GB | {row['load_s'] * 1e3:.0f} ms "
-            f"| {row['new_footprint_s'] * 1e3:.1f} ms | {row['same_footprint_s'] * 1e3:.1f} ms | {error} |"
-        )
-    lines.append(
-        f"| MuJoCo {result['mujoco_version']} `<tactile>`, 676 points | - | - | - | - "
-        f"| {result['mujoco_tactile_s'] * 1e3:.3f} ms | {result['mujoco_tactile_s'] * 1e3:.3f} ms "
-        "| penetration depth, no stress |"
-    )
-    return "\n".join(lines)
-
-
-def rewrite_table(path: Path, name: str, table: str) -> None:
-    """Replace the table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
-
-    Raises:
-        MjTactileError: when the file has no such markers.
-    """
-    text = path.read_text()
-    pattern = re.compile(rf"(<!-- bench {re.escape(name)} -->\n).*?(<!-- end -->)", flags=re.DOTALL)
-    if not pattern.search(text):
-        raise MjTactileError(
-            f"{path} has no lines '<!-- bench {name} -->' and '<!-- end -->' to put the table between."
-        )
-    path.write_text(pattern.sub(lambda match: match.group(1) + table + "\n" + match.group(2), text))
-
-
-def mujoco_tactile_time() -> float:
-    """Time MuJoCo's own tactile sensor with 676 points adds to a step under a pressing square punch [s]."""
-    return _step_time(_TACTILE_SENSOR) - _step_time("")
-
-
-def _step_time(sensor: str) -> float:
-    model = mujoco.MjModel.from_xml_string(_MUJOCO_TACTILE.format(sensor=sensor))
-    data = mujoco.MjData(model)
-    data.ctrl[:] = -1.0
-    mujoco.mj_step(model, data, _SETTLING_STEPS)
-    if sensor and not data.sensordata[: model.nsensordata // 3].any():
-        raise MjTactileError("MuJoCo's tactile sensor reads nothing under the punch: its timing would be meaningless.")
-    return median_time(lambda: mujoco.mj_step(model, data, _STEPS), 5) / _STEPS
 
 
 def _build_in_fresh_process(mesh: str, pad: Pad, folder: Path) -> tuple[Path, float, int]:

@@ -1,6 +1,7 @@
 import pytest
 
-from mjtactile.bench import mesh_table, mujoco_tactile_time, rewrite_table
+from mjtactile.bench_tables import mesh_table, rewrite_table
+from mjtactile.bench_tactile import mujoco_tactile_time
 from mjtactile.errors import MjTactileError
 
 

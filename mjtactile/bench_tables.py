@@ -1,0 +1,121 @@
+"""Benchmark results as Markdown tables, and a README whose tables are never typed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjtactile.bench_cases import CALCULIX_GROUPS
+from mjtactile.bench_front import front
+from mjtactile.errors import MjTactileError
+from mjtactile.preset import PRESETS
+
+
+def mesh_table(result: dict[str, Any]) -> str:
+    """The benchmark's result as a Markdown table."""
+    lines = [
+        "| mesh | build | table | peak memory | load | update, new footprint | update, same footprint "
+        f"| error against {result['reference']}: median (worst) |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, row in result["meshes"].items():
+        errors = list(row["errors"].values())
+        error = "-" if name == result["reference"] else f"{np.median(errors):.2%} ({max(errors):.2%})"
+        lines.append(
+            f"| {name} | {row['build_s']:.1f} s | {row['table_bytes'] / 1e6:.0f} MB "
+            f"| {row['peak_memory_bytes'] / 1e9:.2f} GB | {row['load_s'] * 1e3:.0f} ms "
+            f"| {row['new_footprint_s'] * 1e3:.1f} ms | {row['same_footprint_s'] * 1e3:.1f} ms | {error} |"
+        )
+    lines.append(
+        f"| MuJoCo {result['mujoco_version']} `<tactile>`, 676 points | - | - | - | - "
+        f"| {result['mujoco_tactile_s'] * 1e3:.3f} ms | {result['mujoco_tactile_s'] * 1e3:.3f} ms "
+        "| penetration depth, no stress |"
+    )
+    return "\n".join(lines)
+
+
+def rewrite_table(path: Path, name: str, table: str) -> None:
+    """Replace the table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
+
+    Raises:
+        MjTactileError: when the file has no such markers.
+    """
+    text = path.read_text()
+    pattern = re.compile(rf"(<!-- bench {re.escape(name)} -->\n).*?(<!-- end -->)", flags=re.DOTALL)
+    if not pattern.search(text):
+        raise MjTactileError(
+            f"{path} has no lines '<!-- bench {name} -->' and '<!-- end -->' to put the table between."
+        )
+    path.write_text(pattern.sub(lambda match: match.group(1) + table + "\n" + match.group(2), text))
+
+
+def trade_table(result: dict[str, Any]) -> str:
+    """The benchmark of fidelities as a Markdown table: presets, then what nothing beats, then what else there is."""
+    rows = result["rows"]
+    presets = [row for name in PRESETS for row in rows if row["preset"] == name]
+    others = [row for row in front(rows) if row["preset"] is None]
+    groups = list(CALCULIX_GROUPS.values())
+    titles = [
+        "preset",
+        "mesh",
+        "law",
+        "cells",
+        "points per axis",
+        "precision",
+        "reduction",
+        "table",
+        "error against finest: median (worst)",
+        *(f"CalculiX {group}: median (worst)" for group in groups),
+        "moved: flat face",
+        "moved: other body",
+        "unchanged",
+    ]
+    lines = [_line(titles), _line(["---"] * len(titles))]
+    lines += [_line(_trade_cells(row, result)) for row in (*presets, *others)]
+    solves = [("direct FEM solve of one load", mesh, seconds) for mesh, seconds in result["direct_s"].items()]
+    tactile = f"MuJoCo {result['mujoco_version']} `<tactile>`, 676 points"
+    for name, mesh, seconds in (*solves, (tactile, "-", result["mujoco_tactile_s"])):
+        times = [_milliseconds(seconds)] * 3
+        lines.append(_line([name, mesh, *["-"] * (len(titles) - 2 - len(times)), *times]))
+    return "\n".join(lines)
+
+
+def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
+    errors = list(row["errors"].values())
+    grouped = [
+        [value for name, value in row["calculix"].items() if name.startswith(f"{group}_")] for group in CALCULIX_GROUPS
+    ]
+    flat = [row["moved_s"][name] for name in result["flat"]]
+    other = [seconds for name, seconds in row["moved_s"].items() if name not in result["flat"]]
+    return [
+        f"**{row['preset']}**" if row["preset"] else "",
+        row["mesh"],
+        row["law"],
+        str(row["cells"] or "-"),
+        ", ".join(map(str, row["points"])),
+        row["precision"],
+        f"{row['reduction']:g}",
+        f"{row['table_bytes'] / 1e6:.0f} MB",
+        _median_worst(errors),
+        *(_median_worst(values) for values in grouped),
+        _milliseconds(float(np.median(flat))),
+        _milliseconds(float(np.median(other))),
+        _milliseconds(float(np.median(list(row["unchanged_s"].values())))),
+    ]
+
+
+def _median_worst(errors: list[float]) -> str:
+    if len(errors) == 1:
+        return f"{errors[0]:.1%}"
+    return f"{np.median(errors):.1%} ({max(errors):.1%})"
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{seconds * 1e3:.2g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+
+
+def _line(cells: list[str]) -> str:
+    return f"| {' | '.join(cells)} |"
