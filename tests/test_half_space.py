@@ -1,0 +1,158 @@
+"""Half-space integrals over pairs of cells, against brute force."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from shapely import Polygon, affinity, box
+
+from mjtactile.cells import cells_of, outline_cells
+from mjtactile.half_space import HalfSpaceIntegrals, distinct_edges, half_space_integrals
+from mjtactile.surface import oriented_edges
+
+TRIANGLE = Polygon([(0.0, 0.0), (1.0, 0.1), (0.3, 0.8)])
+HOOK = Polygon([(0, 0), (1, 0), (1, 0.4), (0.4, 0.4), (0.4, 1), (0, 1)])
+SQUARE = box(0.0, 0.0, 1.0, 1.0)
+
+
+def integrals_of(*shapes: Polygon) -> HalfSpaceIntegrals:
+    edges = [oriented_edges(shape) for shape in shapes]
+    owner = np.repeat(np.arange(len(shapes)), [len(one) for one in edges])
+    return half_space_integrals(np.concatenate(edges), owner)
+
+
+def quadrature(shape: Polygon, order: int = 6, pieces: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 2) and weights of a fan of triangles from the first corner, each cut into smaller ones."""
+    corners = np.array(shape.exterior.coords)[:-1]
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    cuts = np.arange(pieces)[:, None]
+    nodes = ((cuts + (nodes + 1) / 2) / pieces).ravel()
+    weights = np.tile(weights / 2 / pieces, pieces)
+    u, v = (one.ravel() for one in np.meshgrid(nodes, nodes))
+    points, areas = [], []
+    for second, third in itertools.pairwise(corners[1:]):
+        one, two = second - corners[0], third - second
+        points.append(corners[0] + u[:, None] * (one + v[:, None] * two))
+        areas.append(np.outer(weights, weights).ravel() * u * float(one[0] * two[1] - one[1] * two[0]))
+    return np.concatenate(points), np.concatenate(areas)
+
+
+def brute_force(first: Polygon, second: Polygon) -> dict[str, float]:
+    (here, weights), (there, others) = quadrature(first), quadrature(second)
+    x, y = (here[:, None] - there).transpose(2, 0, 1)
+    distance = np.hypot(x, y)
+    kernels = {
+        "xx": y**2 / distance**3,
+        "xy": -x * y / distance**3,
+        "yy": x**2 / distance**3,
+        "along": x / distance**2,
+        "across": y / distance**2,
+    }
+    return {name: float(weights @ kernel @ others) for name, kernel in kernels.items()}
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "error"),
+    [
+        (TRIANGLE, affinity.translate(HOOK, 2.5, -1.0), 1e-3),
+        (TRIANGLE, affinity.translate(HOOK, 30.0, 12.0), 3e-5),
+        (SQUARE, affinity.translate(affinity.rotate(SQUARE, 30), 1.6, 0.2), 1e-3),
+        (affinity.scale(SQUARE, 0.05, 1.0), affinity.translate(SQUARE, 0.9, 0.1), 1e-3),
+        (SQUARE, affinity.translate(affinity.scale(SQUARE, 0.01, 0.01), 1.2, 0.0), 1e-3),
+    ],
+    ids=["near", "far", "turned", "slender", "small"],
+)
+def test_integrals_over_two_cells_are_brute_forces(first, second, error):
+    integrals, expected = integrals_of(first, second), brute_force(first, second)
+    size, abs_coupling = expected["xx"] + expected["yy"], abs(expected["along"]) + abs(expected["across"])
+    slenderness = float(np.ptp(first.bounds[::2]) < 0.1 * np.ptp(first.bounds[1::2]))
+    along, across = integrals.coupling
+    got = {"xx": integrals.xx, "xy": integrals.xy, "yy": integrals.yy, "along": along, "across": across}
+    for name, matrix in got.items():
+        # Couplings of a slender cell are differences of its two long edges': they lose a digit there.
+        allowed = error * size if name in ("xx", "xy", "yy") else max(error, 0.02 * slenderness) * abs_coupling
+        assert matrix[0, 1] == pytest.approx(expected[name], abs=allowed), name
+
+
+def test_a_square_on_itself_is_loves():
+    """Mean of 1/r over pairs of points of a unit square: 4 [asinh 1 - (sqrt 2 - 1) / 3] (Love 1929)."""
+    integrals = integrals_of(SQUARE)
+    expected = 4 * (math.asinh(1.0) - (math.sqrt(2) - 1) / 3)
+    assert integrals.inverse_distance[0, 0] == pytest.approx(expected, rel=2e-3)
+    assert integrals.xx[0, 0] == pytest.approx(expected / 2, rel=2e-3)
+    assert integrals.xy[0, 0] == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(integrals.coupling, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("stretch", [0.02, 0.3, 5.0])
+def test_a_rectangle_on_itself_is_its_parts_on_each_other(stretch):
+    """Cutting a cell changes no integral over it."""
+    whole = affinity.scale(SQUARE, stretch, 1.0, origin=(0, 0))
+    left, right = box(0, 0, 0.3 * stretch, 1.0), box(0.3 * stretch, 0, stretch, 1.0)
+    cut, uncut = integrals_of(left, right), integrals_of(whole)
+    for name in ("xx", "xy", "yy"):
+        assert getattr(cut, name).sum() == pytest.approx(
+            getattr(uncut, name)[0, 0], rel=3e-3, abs=3e-3 * uncut.inverse_distance[0, 0]
+        )
+
+
+def test_coupling_of_neighbours_is_additive():
+    pieces = [box(0, 0, 0.5, 1), box(0.5, 0, 1, 1)]
+    other = box(1, 0.2, 1.4, 0.9)
+    cut, uncut = integrals_of(other, *pieces), integrals_of(other, SQUARE)
+    for one, whole in zip(cut.coupling, uncut.coupling, strict=True):
+        assert one[0, 1:].sum() == pytest.approx(whole[0, 1], rel=5e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize(("scale", "angle"), [(1.0, 0.4), (1e-3, 0.0), (2.5e-4, -2.1)])
+def test_placed_integrals_are_those_of_the_placed_cells(scale, angle):
+    shapes = [TRIANGLE, affinity.translate(HOOK, 1.1, 0.2), affinity.translate(SQUARE, -2, 3)]
+    moved = [
+        affinity.rotate(affinity.scale(one, scale, scale, origin=(0, 0)), angle, origin=(0, 0), use_radians=True)
+        for one in shapes
+    ]
+    placed, expected = integrals_of(*shapes).placed(scale, angle), integrals_of(*moved)
+    size = np.abs(expected.inverse_distance).max()
+    for name in ("xx", "xy", "yy"):
+        np.testing.assert_allclose(getattr(placed, name), getattr(expected, name), atol=2e-3 * size)
+    np.testing.assert_allclose(placed.inverse_distance, expected.inverse_distance, rtol=1e-10)
+    for one, other in zip(placed.coupling, expected.coupling, strict=True):
+        np.testing.assert_allclose(one, other, atol=2e-3 * size)
+
+
+def test_matrices_have_their_symmetry():
+    integrals = outline_cells(TRIANGLE, 80).half_space
+    for name in ("xx", "xy", "yy"):
+        np.testing.assert_array_equal(getattr(integrals, name), getattr(integrals, name).T)
+    for one in integrals.coupling:
+        np.testing.assert_allclose(one, -one.T, atol=1e-14 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("count", [10, 100, 500])
+@pytest.mark.parametrize(
+    "shape", [TRIANGLE, HOOK, affinity.scale(SQUARE, 20.0, 1.0)], ids=["triangle", "hook", "strip"]
+)
+def test_mean_distances_are_positive_definite(shape, count):
+    cells = outline_cells(shape, count)
+    matrix = cells.half_space.inverse_distance / np.outer(cells.areas, cells.areas)
+    values = np.linalg.eigvalsh(matrix)
+    assert values[0] > 1e-3 * np.diagonal(matrix).min()
+
+
+def test_edges_that_agree_count_once_whichever_way_they_run():
+    edges = np.array([[(0, 0), (1, 0)], [(1, 0), (0, 0)], [(0, 0), (0, 1)], [(0, 0), (1, 1e-9)]], dtype=float)
+    first, place = distinct_edges(edges)
+    assert len(first) == 2
+    assert place[0] == place[1] == place[3] != place[2]
+
+
+def test_cells_of_one_and_two_are_the_same_cells():
+    """Two polygons owned by one cell integrate as one."""
+    halves = [box(0, 0, 0.5, 1), box(0.5, 0, 1, 1)]
+    joined = cells_of(np.array(halves, dtype=object), np.array([0, 0]))
+    assert joined.half_space.inverse_distance[0, 0] == pytest.approx(
+        integrals_of(SQUARE).inverse_distance[0, 0], rel=2e-3
+    )
