@@ -13,8 +13,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mjtactile.basis import WrenchBasis
     from mjtactile.cache import influence_matrices
-    from mjtactile.contact import SurfaceLoad, contact_load
+    from mjtactile.contact import contact_load
     from mjtactile.errors import (
         ContactError,
         ContactWarning,
@@ -45,11 +46,13 @@ if TYPE_CHECKING:
         sphere,
     )
     from mjtactile.influence import InfluenceMatrices, load_influence
+    from mjtactile.load import ContactState, SurfaceLoad
     from mjtactile.mesh import MESHES, MeshDensity
     from mjtactile.pad import Layer, Pad, TaxelGrid
     from mjtactile.preset import PRESETS, Fidelity
     from mjtactile.scene import PressResult, force_vector, press, press_scene
     from mjtactile.sensor import TactileSensor
+    from mjtactile.several import contact_loads
 
 __version__ = "0.1.0"
 
@@ -57,7 +60,8 @@ _MODULE_OF = {
     name: module
     for module, names in {
         "cache": ("influence_matrices",),
-        "contact": ("SurfaceLoad", "contact_load"),
+        "basis": ("WrenchBasis",),
+        "contact": ("contact_load",),
         "errors": (
             "ContactError",
             "ContactWarning",
@@ -88,11 +92,13 @@ _MODULE_OF = {
             "sphere",
         ),
         "influence": ("InfluenceMatrices", "load_influence"),
+        "load": ("ContactState", "SurfaceLoad"),
         "mesh": ("MESHES", "MeshDensity"),
         "pad": ("Layer", "Pad", "TaxelGrid"),
         "preset": ("PRESETS", "Fidelity"),
         "scene": ("PressResult", "force_vector", "press", "press_scene"),
         "sensor": ("TactileSensor",),
+        "several": ("contact_loads",),
     }.items()
     for name in names
 }
@@ -102,6 +108,7 @@ __all__ = [
     "MESHES",
     "PRESETS",
     "ContactError",
+    "ContactState",
     "ContactWarning",
     "CorruptInfluenceError",
     "Fidelity",
@@ -126,8 +133,10 @@ __all__ = [
     "SurfaceLoad",
     "TactileSensor",
     "TaxelGrid",
+    "WrenchBasis",
     "box",
     "contact_load",
+    "contact_loads",
     "convex_pieces",
     "cylinder",
     "force_vector",

@@ -26,6 +26,8 @@ from mjtactile.table import table_name
 
 #: Patches along a side are as many as elements, or half as many from this number of elements on.
 _EVERY_ELEMENT_BELOW = 16
+#: Least square of a distance to another body's points, over the area of its smallest cell.
+_COINCIDENT = 1e-2
 #: A top layer thinner than this many patches is not what the surface feels like from a patch's distance.
 _THIN_LAYER = 0.5
 
@@ -93,6 +95,24 @@ class SurfaceCompliance:
         compliance *= self.normal_factor / (cells.areas[:, None, None] * cells.areas)
         weights = self._weights(cells.centroids)
         return compliance + np.einsum("ap,ipjq,bq->iajb", weights, self.remainder, weights, optimize=True)
+
+    def sinking(self, points: Array, cells: Cells, forces: Array) -> Array:
+        """Downward displacement of points some way off (points, 2) [m] under forces on cells (cells, 3) [N], in m."""
+        sources = cells.quadrature.reshape(-1, 2)
+        quarters = np.repeat(forces, cells.quadrature.shape[1], axis=0) / cells.quadrature.shape[1]
+        offset = points[:, None, :] - sources
+        square = np.maximum(np.einsum("psi,psi->ps", offset, offset), float(cells.areas.min()) * _COINCIDENT)
+        slope = (1 - 2 * self.poisson) / (2 * (1 - self.poisson))
+        half_space = -quarters[:, 2] / np.sqrt(square)
+        half_space += slope * np.einsum("psi,si->ps", offset, quarters[:, :2]) / square
+        smooth = np.einsum(
+            "ap,pjq,qj->a",
+            self._weights(points),
+            self.remainder[2],
+            self._weights(cells.centroids).T @ forces,
+            optimize=True,
+        )
+        return self.normal_factor * half_space.sum(axis=1) - smooth
 
     def _weights(self, points: Array) -> Array:
         """Share of each patch in the remainder at each point, (points, patches)."""

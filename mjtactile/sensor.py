@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 import warnings
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeVar
@@ -23,6 +25,7 @@ from mjtactile.options import contact_options
 from mjtactile.pad import Array, Pad
 from mjtactile.planar import areal
 from mjtactile.preset import Fidelity
+from mjtactile.several import contact_loads
 from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
 
 Answer = TypeVar("Answer")
@@ -49,6 +52,8 @@ class TactileSensor:
         tangential: how shear is spread, see `contact_load`.
         friction: sliding friction [-], see `contact_load`; None for that of MuJoCo's contacts where "coulomb" needs it.
         tilt: "free" or "fixed", see `contact_load`; None for "free".
+        coupled: whether each of several bodies on the pad feels how the others bend it, see `contact_loads`; for law
+            "elastic". It matters where bodies are less than 2 mm apart and costs the wrench basis.
         facing_gap: [m].
         pose_tolerance: a footprint and what is known of its contact are kept while no coordinate of the body's pose
             relative to the pad has moved by more than this since they were made [m or rad].
@@ -71,6 +76,7 @@ class TactileSensor:
         tangential: str = "proportional",
         friction: float | None = None,
         tilt: str | None = None,
+        coupled: bool = False,
         facing_gap: float = FACING_GAP,
         pose_tolerance: float = POSE_TOLERANCE,
     ) -> None:
@@ -87,7 +93,10 @@ class TactileSensor:
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
         # Friction of "coulomb" may only be known at the contact; the rest is refused here.
         known_friction = 1.0 if friction is None and tangential == "coulomb" else friction
+        if coupled and tangential == "coulomb" and friction is None:
+            raise ContactError("several coupled bodies slip with one friction: pass friction=..., for example 0.8.")
         contact_options(self.influence, law=law, tangential=tangential, friction=known_friction, tilt=self.tilt)
+        self.coupled = coupled
         self.facing_gap = facing_gap
         self.pose_tolerance = pose_tolerance
         self._imprints = self._new_imprints()
@@ -99,8 +108,12 @@ class TactileSensor:
         Warns:
             ContactWarning: when a contact wrench cannot be carried by the footprint it came through, or only in part.
         """
+        touches = list(self._touches(data))
+        if self.coupled and len(touches) > 1:
+            load = self._coupled_load(touches)
+            return np.zeros(self.pad.reading_shape) if load is None else self.influence.readings(load)
         total: Array | None = None
-        for touch in self._touches(data):
+        for touch in touches:
             response = self._solved(data, touch, WrenchBasis.response)
             if response is not None:
                 total = response if total is None else total + response
@@ -108,8 +121,11 @@ class TactileSensor:
 
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
         """Tractions on the pad; None without contact. Its resultant is MuJoCo's contact wrench."""
+        touches = list(self._touches(data))
+        if self.coupled and len(touches) > 1:
+            return self._coupled_load(touches)
         total: SurfaceLoad | None = None
-        for touch in self._touches(data):
+        for touch in touches:
             load = self._solved(data, touch, WrenchBasis.load)
             if load is not None:
                 total = load if total is None else total + load
@@ -176,6 +192,26 @@ class TactileSensor:
                 stacklevel=4,
             )
             return None
+
+    def _coupled_load(self, touches: list[_Touch]) -> SurfaceLoad | None:
+        """Loads of all bodies together, each on the surface as the others bend it."""
+        wrenches = np.array([touch.wrench for touch in touches])
+        try:
+            loads = contact_loads(
+                self.influence,
+                [touch.footprint for touch in touches],
+                wrenches[:, :3],
+                moments=wrenches[:, 3:],
+                law=self.law,
+                tangential=self.tangential,
+                friction=self.friction,
+                tilt=self.tilt,
+            )
+        except ContactError as error:
+            names = ", ".join(self._label(touch.body) for touch in touches)
+            warnings.warn(f"nothing is read from {names}: {error}", ContactWarning, stacklevel=3)
+            return None
+        return functools.reduce(operator.add, loads)
 
     def _basis(self, data: mujoco.MjData, touch: _Touch) -> WrenchBasis:
         """The body's own basis, a new one when its footprint or its friction is."""
