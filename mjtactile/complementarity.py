@@ -132,8 +132,8 @@ class _Programme:
         bounded = np.arange(len(self.gaps)) >= self._normal.start
         if self.blocks == 1 and self.gaps.max() > _HIGH:
             resting = self._exchange_sets(resting_cells(self.gaps, self.modes, self.resultants))
-            if resting is not None and self._balances(resting):
-                return resting
+            if resting is not None and self._balances(resting.balanced(self.modes)):
+                return resting.balanced(self.modes)
         forces, multipliers = interior_point(self.compliance, self.gaps, self.modes, self.resultants, bounded)
         normal, apart = forces[self._normal], multipliers[self._normal]
         pressed = normal * self.cells > apart

@@ -23,6 +23,8 @@ _AT_LIMIT = 1e-9
 _ITERATIONS = 60
 #: Complementarity gap at which the interior-point method ends, over the energy scale.
 _GAP = 1e-13
+#: Gap and residuals that serve where it ends no earlier.
+_SUFFICIENT = 1e-7
 _STEP_SHARE = 0.995
 
 
@@ -140,6 +142,7 @@ def coulomb_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array
     E, radius, wanted = motions.modes, bound / unit, motions.to_mixed @ wanted / unit
     t, motion = np.zeros(2 * cells), np.zeros(E.shape[1])
     multiplier = np.ones(cells) * max(1.0, float(np.abs(load).max())) / radius
+    gap = error = np.inf
     for _ in range(_ITERATIONS):
         slack = 0.5 * (radius**2 - (t.reshape(2, cells) ** 2).sum(axis=0))
         dual = Q @ t + load + np.tile(multiplier, 2) * t - E @ motion
@@ -149,6 +152,9 @@ def coulomb_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array
             return t.reshape(2, cells) * unit
         centred = (0.1 if gap > 1e-6 else 0.01) * gap
         t, motion, multiplier = _newton_step(Q, E, (t, motion, multiplier), slack, (dual, primal), centred, radius)
+        error = max(np.abs(dual).max(), np.abs(primal).max()) / max(1.0, np.abs(load).max())
+    if gap < _SUFFICIENT and error < _SUFFICIENT:
+        return t.reshape(2, cells) * unit
     raise ContactError("the partial slip did not converge. Use tangential='proportional', or a larger friction.")
 
 

@@ -6,6 +6,7 @@ the force: a coarse lattice finds that part and closes in on it until cells of t
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,7 +21,7 @@ from mjtactile.cells import Cells, lattice_cells, outline_cells, stretched_cells
 from mjtactile.errors import ContactError
 from mjtactile.footprint import Footprint
 from mjtactile.pad import Array
-from mjtactile.planar import areal
+from mjtactile.planar import areal, polygons_of
 from mjtactile.rigid import Mask, RigidContact
 
 #: Cells of the lattices that look for the contact.
@@ -45,14 +46,14 @@ class CellContact:
     Attributes:
         cells: polygons on the surface.
         heights: of the body above each cell at first touch [m], shape (cells,); infinite where it cannot touch.
-        centre: rigid motions turn the body about this point (x, y) [m].
+        reference: the approach is counted at this point (x, y) [m].
         tilting: whether the body may tilt.
         chosen_for: area in contact for which these cells were chosen on a curved body [m^2].
     """
 
     cells: Cells
     heights: Array
-    centre: Array
+    reference: Array
     tilting: bool
     chosen_for: float = 0.0
 
@@ -65,6 +66,11 @@ class CellContact:
     def gaps(self) -> Array:
         """Height of the body above the cells it may press on [m], shape (reached cells,)."""
         return self.heights[self.reached]
+
+    @cached_property
+    def centre(self) -> Array:
+        """Middle of the cells (x, y) [m], about which rigid motions turn the body."""
+        return self.cells.centroids[self.reached].mean(axis=0)
 
     @cached_property
     def length(self) -> float:
@@ -132,6 +138,11 @@ class Pressed:
         return abs(self.area - self.at.chosen_for) <= _SAME_CELLS * self.at.chosen_for
 
     @property
+    def approach(self) -> float:
+        """How far the body moved down at the reference [m]."""
+        return float(self.contact.motion[0] + self.slopes @ (self.at.reference - self.at.centre))
+
+    @property
     def slopes(self) -> Array:
         """Downward displacement of the body per length along x and y [-]."""
         return self.contact.motion[1:3] / self.at.length if self.at.tilting else np.zeros(2)
@@ -162,9 +173,10 @@ def press(
         ContactError: when no contact was found.
     """
     if known is not None:
-        again = _solved(known.at, normal, through, solver, known.contact.pressed)
-        if footprint.gap is None or again.fits:
-            return again
+        with contextlib.suppress(ContactError):  # cells chosen for another force may be far too coarse
+            again = _solved(known.at, normal, through, solver, known.contact.pressed)
+            if footprint.gap is None or again.fits:
+                return again
     centre = np.array(footprint.centroid)
     if footprint.gap is None:
         cells = outline_cells(footprint.outline, count)
@@ -194,7 +206,7 @@ def _solved(at: CellContact, normal: float, through: Array, solver: Solver, star
 
 def _overlapping(at: CellContact, found: Pressed) -> Mask | None:
     """Cells the body would overlap after the motion found on other cells; None if too few to start from."""
-    depth = found.contact.motion[0] + (at.cells.centroids - at.centre) @ found.slopes - at.heights
+    depth = found.contact.motion[0] + (at.cells.centroids - found.at.centre) @ found.slopes - at.heights
     start = depth > 0.0
     return start if start.sum() >= 6 else None
 
@@ -265,15 +277,23 @@ def _on_lattice(footprint: Footprint, region: _Region, centre: Array, tilting: b
     lattice = region.lattice(_SEARCH_CELLS)
     heights = _mean_heights(footprint, lattice)
     heights[~shapely.intersects_xy(footprint.outline, lattice.centroids)] = np.inf
+    here = region.polygon()
+    for part in polygons_of(footprint.outline):
+        point = shapely.get_coordinates(part.point_on_surface())
+        # What is smaller than a cell may hold no cell's middle.
+        if shapely.intersects_xy(here, point)[0] and not shapely.intersects_xy(part, lattice.centroids).any():
+            nearest = int(((lattice.centroids - point) ** 2).sum(axis=1).argmin())
+            heights[nearest] = min(heights[nearest], float(footprint.heights(point)[0]))
     return _reachable(lattice, heights, centre, tilting)
 
 
 def _final_cells(footprint: Footprint, region: _Region, count: int, centre: Array, tilting: bool) -> CellContact:
     """Square cells where the contact ends by itself; cells fitted to the outline where that may end it."""
-    if footprint.outline.covers(region.polygon()):
-        cells = region.lattice(count)
-    else:
+    cells = region.lattice(count)
+    if not shapely.contains_xy(footprint.outline, *cells.edges[:, 0].T).all():
         within = areal(footprint.outline.intersection(region.polygon()))
+        if within.area == 0.0:
+            raise ContactError("the body touches in an area too narrow to find. Pass its outline=... to from_gap.")
         cells = stretched_cells(within, count, region.angle, region.stretch)
     return _reachable(cells, _mean_heights(footprint, cells), centre, tilting)
 

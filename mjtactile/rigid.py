@@ -129,6 +129,16 @@ class RigidContact:
         changed = RigidContact(resultants, self.pressed, self.map_forces, self.map_motion, self.map_separation)
         return None if changed.violation.any() else changed
 
+    def balanced(self, modes: Array) -> RigidContact:
+        """With forces that carry the resultants to rounding: heights huge beside the approach cost them digits."""
+        own = modes[self.pressed]
+        wanted = np.eye(*self.map_motion.shape)
+        map_forces = self.map_forces.copy()
+        for _ in range(2):
+            missing = wanted - own.T @ map_forces[self.pressed]
+            map_forces[self.pressed] += np.linalg.lstsq(own.T, missing, rcond=_DEPENDENT)[0]
+        return RigidContact(self.resultants, self.pressed, map_forces, self.map_motion, self.map_separation)
+
     def scaled(self, force: float, give: float, lowest: float) -> RigidContact:
         """The same contact in units `force` [N] and `give` [m/N] times it, heights counted from `lowest` [m]."""
         units = np.append(np.ones(len(self.resultants)), force)

@@ -55,6 +55,7 @@ def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Arr
             if not violated.any():
                 break
             contact = _on(contact.pressed ^ violated, weights, motions.modes, heights, wanted)
+        contact = contact.balanced(motions.modes)
     if not _solves(contact, motions.modes):
         raise ContactError(
             "no contact carries this wrench: the force passes too near the edge of what the body covers."
