@@ -90,6 +90,7 @@ def cell_load(
         tilting=options.tilting,
         count=options.cells,
         solver=_solver(compliance, options),
+        softness=compliance.normal_factor,
         known=None if known is None else known.pressed,
     )
     if options.tangential == "stick":

@@ -26,7 +26,7 @@ from mjtactile.rigid import Mask, RigidContact
 
 #: Cells of the lattices that look for the contact.
 _SEARCH_CELLS = 100
-_SEARCHES = 16
+_SEARCHES = 30
 #: A search ends when the contact's surroundings fill this part of the lattice.
 _FILLED = 0.7
 #: Contacts longer than this many times their width get a lattice turned along them.
@@ -35,6 +35,9 @@ _ELONGATED = 1.5
 _LONGEST = 5
 #: Cells chosen for one contact serve another whose area differs by no more than this share.
 _SAME_CELLS = 0.25
+#: Cells that a search presses at least, and the give of one cell over that of a point force at its size's distance.
+_SPREAD_CELLS = 10
+_CELL_GIVE = 3.5
 #: Nearest the force's line may pass to the hull of the cells, over the root of their area.
 _HULL_MARGIN = 1e-3
 
@@ -86,6 +89,16 @@ class CellContact:
         offset = (self.cells.centroids[self.reached] - self.centre) / self.length
         ones = np.ones((len(offset), 1))
         return np.hstack([ones, offset]) if self.tilting else ones
+
+    @property
+    def spreading_force(self) -> float:
+        """Force that presses more than a few of these cells on a unit of `softness`, roughly [N Pa].
+
+        A smaller one would rest on single cells, which tells little about where it presses: the search begins with
+        this one, and what it presses contains what a smaller one does.
+        """
+        lowest = np.sort(self.gaps)[:_SPREAD_CELLS]
+        return float((lowest[-1] - lowest[0]) * np.sqrt(self.cells.areas.min()) / _CELL_GIVE)
 
     def resultants(self, normal: float, through: Array) -> Array:
         """What the forces times each mode must add up to, for a force through a point (x, y) [m]."""
@@ -156,6 +169,7 @@ def press(
     tilting: bool,
     count: int,
     solver: Solver,
+    softness: float,
     known: Pressed | None = None,
 ) -> Pressed:
     """Press a body into the pad.
@@ -167,6 +181,7 @@ def press(
         tilting: whether the body may tilt; otherwise the force passes where it will.
         count: cells wanted.
         solver: contact law.
+        softness: surface displacement a point force brings, times its distance, over the force [1/Pa].
         known: the same body pressed otherwise, whose cells serve again if they fit.
 
     Raises:
@@ -186,10 +201,12 @@ def press(
     region, found = _Region.around(footprint.outline), None
     for _ in range(_SEARCHES):
         at = _on_lattice(footprint, region, centre, tilting)
-        found = _solved(at, normal, through, solver, None)
+        force = max(normal, at.spreading_force / softness)
+        found = _solved(at, force, through, solver, None)
         closer = region.around_pressed(found)
         # A strip narrower than the cells would seem to fill them: look again with longer ones.
-        finished = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
+        filled = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
+        finished = filled and force == normal
         region = closer
         if finished:
             break
