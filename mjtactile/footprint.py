@@ -71,7 +71,14 @@ class Footprint:
         return cls(covered, influence.surface)
 
     @classmethod
-    def from_gap(cls, gap: GapMap, influence: InfluenceMatrices, *, outline: BaseGeometry | None = None) -> Footprint:
+    def from_gap(
+        cls,
+        gap: GapMap,
+        influence: InfluenceMatrices,
+        *,
+        outline: BaseGeometry | None = None,
+        lowest: float | None = None,
+    ) -> Footprint:
         """Footprint of a body of any shape.
 
         Args:
@@ -81,6 +88,7 @@ class Footprint:
             influence: the pad's influence matrices.
             outline: polygon within which the body may touch [m], where it is known; by default it is traced from the
                 gap map, which rounds corners off by a tenth of a millimetre on the paper's pad.
+            lowest: least height over the sheet [m], where it is known; by default it is looked for.
 
         Raises:
             FootprintError: when the gap map is NaN or minus infinity somewhere, gives another number of heights than
@@ -89,7 +97,7 @@ class Footprint:
         checked = _checked(gap)
         sheet = influence.surface.sheet
         bounds = sheet.bounds if outline is None else _area_on_sheet(outline, sheet).bounds
-        lowest = _lowest(checked, bounds, outline)
+        lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
         reach = REACH * influence.pad.thickness
         if outline is None:
             area = region_below(checked, lowest + reach, bounds)

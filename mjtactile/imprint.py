@@ -206,9 +206,9 @@ class GapImprints(Imprints):
             return Footprint.from_outline(face, self.influence)
         outline = surface.flat_face(self.facing_gap) if self.level else None
         try:
-            return Footprint.from_gap(surface.gap, self.influence, outline=outline)
+            return Footprint.from_gap(surface.gap, self.influence, outline=outline, lowest=0.0)
         except FootprintError:  # too small to find on the whole sheet
-            return Footprint.from_gap(surface.gap, self.influence, outline=self._shadow(placed))
+            return Footprint.from_gap(surface.gap, self.influence, outline=self._shadow(placed), lowest=0.0)
 
     def _shadow(self, placed: dict[int, Pose]) -> BaseGeometry:
         """Squares about the balls about geoms [m]."""
