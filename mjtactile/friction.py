@@ -26,6 +26,8 @@ _GAP = 1e-13
 #: Gap and residuals that serve where it ends no earlier.
 _SUFFICIENT = 1e-7
 _STEP_SHARE = 0.995
+#: From this share of the limit on, cells that still stick are few: all may as well slide.
+_NEARLY_SLIDES = 0.999
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +67,23 @@ class ShearGrip:
         motion = self.modes @ direction
         size = np.linalg.norm(motion, axis=0)
         return friction * self.normal * np.divide(motion, size, out=np.zeros_like(motion), where=size > 0.0)
+
+    def sliding_with(self, wanted: Array, friction: float) -> Array:
+        """Shear forces (2, cells) with these resultants, everywhere in the same proportion to what friction bears.
+
+        Of all motions d with wanted.d = 1, sliding works least along the one whose resultants point the wanted way.
+        """
+        size = float(np.linalg.norm(wanted))
+        unit = wanted / size
+        aside = np.linalg.svd(unit[None, :])[2][1:].T
+
+        def work(place: Array) -> tuple[float, Array]:
+            shear = self.sliding(unit + aside @ place, friction)
+            resultants = self.resultants(shear)
+            return float(resultants @ (unit + aside @ place)) / size, aside.T @ resultants / size
+
+        found = scipy.optimize.minimize(work, np.zeros(2), jac=True, method="BFGS", options={"gtol": 1e-12})
+        return self.sliding(unit + aside @ found.x, friction) / max(found.fun, 1.0)
 
     def nearest(self, wanted: Array, friction: float) -> tuple[Array, Array | None]:
         """The nearest resultants friction can carry, and the shear of full sliding there; None within the limit."""
@@ -139,9 +158,25 @@ def coulomb_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array
     give = float(np.einsum("acac->", compliance)) / (2 * cells)
     Q = positive_definite(compliance.reshape(2 * cells, 2 * cells) / give)
     load, motions = slip.reshape(-1) / (give * unit), Motions.of(grip.modes.reshape(2 * cells, 3))
-    E, radius, wanted = motions.modes, bound / unit, motions.to_mixed @ wanted / unit
-    t, motion = np.zeros(2 * cells), np.zeros(E.shape[1])
-    multiplier = np.ones(cells) * max(1.0, float(np.abs(load).max())) / radius
+    E, radius, mixed = motions.modes, bound / unit, motions.to_mixed @ wanted / unit
+    t = _interior_shear(Q, load, E, radius, mixed, np.zeros(2 * cells))
+    if t is None:
+        # Close to sliding: begin with what slides, a little less of it.
+        sliding = grip.sliding_with(wanted, friction) / unit
+        t = _interior_shear(Q, load, E, radius, mixed, sliding.reshape(-1))
+        if t is None and np.linalg.norm(sliding, axis=0).sum() >= _NEARLY_SLIDES * radius.sum():
+            t = sliding.reshape(-1)
+    if t is None:
+        raise ContactError("the partial slip did not converge. Use tangential='proportional', or a larger friction.")
+    return t.reshape(2, cells) * unit
+
+
+def _interior_shear(Q: Array, load: Array, E: Array, radius: Array, wanted: Array, start: Array) -> Array | None:
+    """Shear of `coulomb_shear`, in units of a cell's own give and of the mean bound; None if it does not converge."""
+    cells = len(radius)
+    t, motion = start, np.zeros(E.shape[1])
+    slack = 0.5 * (radius**2 - (t.reshape(2, cells) ** 2).sum(axis=0))
+    multiplier = max(1.0, float(np.abs(load).max())) * 0.5 * radius / slack
     gap = error = np.inf
     for _ in range(_ITERATIONS):
         slack = 0.5 * (radius**2 - (t.reshape(2, cells) ** 2).sum(axis=0))
@@ -149,13 +184,13 @@ def coulomb_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array
         primal = E.T @ t - wanted
         gap = float(multiplier @ slack) / cells
         if gap < _GAP and max(np.abs(dual).max(), np.abs(primal).max()) < 1e-10 * max(1.0, np.abs(load).max()):
-            return t.reshape(2, cells) * unit
+            return t
+        if slack.min() <= 0.0:
+            break  # rounding
         centred = (0.1 if gap > 1e-6 else 0.01) * gap
         t, motion, multiplier = _newton_step(Q, E, (t, motion, multiplier), slack, (dual, primal), centred, radius)
         error = max(np.abs(dual).max(), np.abs(primal).max()) / max(1.0, np.abs(load).max())
-    if gap < _SUFFICIENT and error < _SUFFICIENT:
-        return t.reshape(2, cells) * unit
-    raise ContactError("the partial slip did not converge. Use tangential='proportional', or a larger friction.")
+    return t if gap < _SUFFICIENT and error < _SUFFICIENT else None
 
 
 def bonded_shear(compliance: Array, grip: ShearGrip, slip: Array, wanted: Array) -> Array:

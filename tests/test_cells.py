@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import MultiPolygon, Point, Polygon, affinity, box
 
-from mjtactile.cells import Cells, lattice_cells, outline_cells, stretched_cells
+from mjtactile.cells import Area, Cells, lattice_cells, outline_cells, stretched_cells
 from mjtactile.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.pad import Pad
-from mjtactile.planar import triangulate
+from mjtactile.planar import areal, triangulate
 from mjtactile.preset import Fidelity
 from mjtactile.surface import SurfaceGrid
 
@@ -69,9 +69,9 @@ def test_cells_fill_any_outline(corners, hole, count, scale):
     steps = np.cumsum([step for _, step in corners])
     angles = 2 * math.pi * steps / steps[-1]
     radii = np.array([radius for radius, _ in corners])
-    outline = Polygon(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)])).buffer(0.0)
-    outline = outline.difference(Point(0.02, 0.03).buffer(hole)) if hole > 0.01 else outline
-    outline = affinity.scale(outline, 10.0**scale, 10.0**scale, origin=(0, 0))
+    outline: Area = areal(Polygon(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)])).buffer(0.0))
+    outline = areal(outline.difference(Point(0.02, 0.03).buffer(hole))) if hole > 0.01 else outline
+    outline = areal(affinity.scale(outline, 10.0**scale, 10.0**scale, origin=(0, 0)))
     if outline.area > 1e-3 * 10.0 ** (2 * scale):
         assert_fills(outline_cells(outline, count), outline)
 
@@ -160,7 +160,7 @@ def test_nodal_forces_of_a_constant_traction_are_the_outlines(name):
 def test_resultants_reach_the_nodes_to_rounding(name, shift):
     """Random forces on cells, over the sheet's edge too: force and moment are those of the nodes."""
     outline = indenter_outline(name, shift=shift, rotate_deg=77).intersection(SURFACE.sheet)
-    cells = outline_cells(outline, 150)
+    cells = outline_cells(areal(outline), 150)
     forces = np.random.default_rng(1).uniform(0.1, 1.0, (cells.count, 3))
     nodal = cells.nodal_forces(SURFACE, forces)
     np.testing.assert_allclose(nodal.sum(axis=(0, 1)), forces.sum(axis=0), rtol=1e-10)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from direct import relative_difference
 from shapely import Point, Polygon, affinity
+from shapely.geometry.base import BaseGeometry
 from test_calculix import CASES, GRAM_FORCE, expected_readings, outline_of
 
 from mjtactile.cache import influence_matrices
@@ -79,8 +80,10 @@ def regular(corners: int, radius: float) -> Polygon:
     return Polygon(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
-def placed(shape: Polygon, turn_deg: float, x: float, y: float) -> Polygon:
-    return affinity.translate(affinity.rotate(shape, turn_deg, origin=(0, 0)), x, y)
+def placed(shape: BaseGeometry, turn_deg: float, x: float, y: float) -> Polygon:
+    moved = affinity.translate(affinity.rotate(shape, turn_deg, origin=(0, 0)), x, y)
+    assert isinstance(moved, Polygon)
+    return moved
 
 
 ELLIPSE = affinity.scale(Point(0, 0).buffer(1e-3, quad_segs=32), 4.0, 1.8)
