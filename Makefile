@@ -49,6 +49,7 @@ models: $(VENV)/installed
 
 tables: $(VENV)/installed
 	$(BIN)/mjtactile bench mesh --readme README.md
+	$(BIN)/mjtactile bench trade --readme README.md --out benchmarks/trade.json --figure docs/images/trade.png
 
 clean:
 	rm -rf $(VENV) .mujoco-* build dist demo.npz demo.png

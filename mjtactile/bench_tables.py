@@ -83,6 +83,15 @@ def trade_table(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def rounded(result: Any) -> Any:
+    """The same plain values with every number rounded to four digits, which is more than timings repeat."""
+    if isinstance(result, dict):
+        return {name: rounded(value) for name, value in result.items()}
+    if isinstance(result, list):
+        return [rounded(value) for value in result]
+    return float(f"{result:.4g}") if isinstance(result, float) else result
+
+
 def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
     errors = list(row["errors"].values())
     grouped = [
