@@ -170,10 +170,10 @@ def bench_trade(
 
     Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
     """
-    from mjtactile.bench_tables import rewrite_table, trade_table
+    from mjtactile.bench_tables import rewrite_table, rounded, trade_table
     from mjtactile.bench_trade import trade_benchmark
 
-    result = json.loads(measured.read_text()) if measured is not None else trade_benchmark(quick=quick)
+    result = json.loads(measured.read_text()) if measured is not None else rounded(trade_benchmark(quick=quick))
     if out is not None:
         out.write_text(json.dumps(result, indent=1) + "\n")
     typer.echo(json.dumps(result, indent=2) if as_json else trade_table(result))
@@ -181,6 +181,15 @@ def bench_trade(
         rewrite_table(readme, "trade", trade_table(result))
     if figure is not None:
         _draw_trade(result, figure)
+
+
+@bench_app.command("extremes")
+def bench_extremes(as_json: AsJson = False) -> None:
+    """What comes out, or which error, at the ends of what may be asked."""
+    from mjtactile.bench_extremes import extremes_benchmark, extremes_table
+
+    result = extremes_benchmark()
+    typer.echo(json.dumps(result, indent=2) if as_json else extremes_table(result))
 
 
 def main() -> None:

@@ -150,3 +150,35 @@ def test_a_signed_distance_function_presses_with_a_ring(draft):
     # A ring of 4 mm radius, where its tube of 2 mm is 50 um above its bottom; sunk in a little, and a mesh.
     width = 2 * np.sqrt(2 * 2e-3 * 5e-5)
     assert sensor.outline(data).area == pytest.approx(2 * np.pi * 4e-3 * width, rel=0.1)
+
+
+def two_boxes(gap: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Two free boxes that stand beside each other on a pad."""
+    bodies = "".join(
+        f"""<body pos="{side * (0.001 + gap / 2)} 0 0.002"><freejoint/>
+        <geom type="box" size=".001 .002 .002" mass=".02" contype="{kind}" conaffinity="{kind}"/></body>"""
+        for side, kind in ((-1, 1), (1, 2))
+    )
+    pad = f'<geom {PAD_GEOM.format(1)} contype="3" conaffinity="3" pos="0 0 -.0025"/>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco>{OPTION}<worldbody>{pad}{bodies}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 60)
+    return model, data
+
+
+def test_coupled_bodies_feel_each_other(draft):
+    model, data = two_boxes(gap=2e-4)
+    alone = TactileSensor(model, influence=draft, law="elastic")
+    coupled = TactileSensor(model, influence=draft, law="elastic", coupled=True)
+    apart, together = alone.read(data), coupled.read(data)
+    assert 5e-3 < np.linalg.norm(together - apart) / np.linalg.norm(apart) < 0.1
+    load = coupled.load(data)
+    assert load is not None
+    np.testing.assert_allclose(load.resultant()[0], coupled.wrench(data)[:3], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(draft.readings(load), together, rtol=1e-6)
+
+
+def test_coupled_slip_needs_one_friction(draft):
+    model, _ = two_boxes(gap=1e-3)
+    with pytest.raises(ContactError, match="several coupled bodies slip with one friction"):
+        TactileSensor(model, influence=draft, law="elastic", tangential="coulomb", coupled=True)
