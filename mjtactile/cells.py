@@ -37,6 +37,8 @@ _SAME_SHAPE = 1e-11
 _KEPT_SHAPES = 64
 #: Grid on which cells are joined into an outline, over the size of the largest.
 _GRID = 1e-7
+#: Outlines of more corners lose those that move them by less than this fraction of a cell.
+_MOST_CORNERS, _UNSEEN = 400, 1e-3
 #: Edges shorter than this fraction of the extent are none.
 _NO_EDGE = 1e-12
 _NO_PARTS: npt.NDArray[np.object_] = np.array([], dtype=object)
@@ -199,7 +201,10 @@ def lattice_cells(
 
 @functools.lru_cache(maxsize=_KEPT_SHAPES)
 def _shape_cells(outline: bytes, count: int) -> Cells:
-    return _partition(areal(shapely.make_valid(shapely.from_wkb(outline))), count)
+    area = areal(shapely.make_valid(shapely.from_wkb(outline)))
+    if shapely.get_num_coordinates(area) > _MOST_CORNERS:  # the work grows with their square
+        area = areal(shapely.make_valid(area.simplify(_UNSEEN * np.sqrt(area.area / count))))
+    return _partition(area, count)
 
 
 @functools.lru_cache(maxsize=_KEPT_SHAPES)

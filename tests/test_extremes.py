@@ -1,0 +1,318 @@
+"""The ends of what may be asked: right to a stated error, or a clear one. The table: `mjtactile bench extremes`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from conftest import COARSE
+from hypothesis import Phase, assume, given, settings
+from hypothesis import strategies as st
+from shapely import MultiPolygon, Point, Polygon, affinity, box
+from threadpoolctl import threadpool_limits
+
+from mjtactile.basis import WrenchBasis
+from mjtactile.bench_extreme_loads import WAYS, imbalance, wrong_inputs
+from mjtactile.bench_extremes import attempt, extremes_table, solution_error
+from mjtactile.contact import contact_load
+from mjtactile.errors import ContactWarning, FootprintError, MjTactileError, PadError
+from mjtactile.footprint import Footprint
+from mjtactile.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.interior import interior_point, resting_cells
+from mjtactile.pad import Layer, Pad
+from mjtactile.rigid import Motions
+
+quietly = pytest.mark.filterwarnings("ignore::mjtactile.errors.ContactWarning")
+#: A failing load is told as it is: solving hundreds of smaller ones takes minutes.
+NO_SHRINKING = (Phase.explicit, Phase.reuse, Phase.generate)
+#: The resultant and what is left over make up the given wrench to this fraction of it.
+CARRIED = 1e-9
+
+
+def pad_of(*layers: tuple[float, float, float]) -> Pad:
+    """The paper's pad with other layers: thickness [mm], modulus [Pa], Poisson ratio."""
+    stack = tuple(Layer(thickness=t * 1e-3, young=e, poisson=nu) for t, e, nu in layers)
+    return Pad(layers=stack)
+
+
+@pytest.mark.parametrize(
+    ("pad", "tolerance"),
+    [
+        (pad_of((5, 3e6, 0.0)), 1e-12),
+        (pad_of((5, 3e6, 0.4999)), 1e-10),
+        (pad_of((5, 3e6, 0.4999999)), 1e-7),  # products with inverses: 2e-3
+        (pad_of((5, 1.0, 0.49)), 1e-12),
+        (pad_of((5, 1e12, 0.49)), 1e-12),
+        (pad_of((1, 3e12, 0.49), (4, 3e6, 0.49)), 1e-6),
+        (pad_of((1, 3.0, 0.49), (4, 3e6, 0.49)), 1e-12),
+        (pad_of((1e-3, 3e6, 0.49), (4.999, 3e6, 0.49)), 1e-9),
+        (pad_of((1e-3, 3e12, 0.49), (4.999, 3e6, 0.49)), 1e-3),
+    ],
+    ids=["nu 0", "nu .4999", "nu .4999999", "1 Pa", "1e12 Pa", "stiff top", "soft top", "1 um", "1 um, stiff"],
+)
+def test_solution_is_that_of_refined_sparse_factors(pad, tolerance):
+    assert solution_error(pad, COARSE) <= tolerance
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: pad_of((5, 3e6, 0.5)), r"poisson = 0\.5 is outside \[0, 0\.5\)\. .* use 0\.49"),
+        (lambda: pad_of((0.9e-3, 3e6, 0.49)), "at least 1e-06 m"),
+    ],
+    ids=["incompressible", "thinner than 1 um"],
+)
+def test_pads_beyond_the_extremes_are_refused(make, message):
+    with pytest.raises(PadError, match=message):
+        make()
+
+
+shapes = st.fixed_dictionaries(
+    {
+        "name": st.sampled_from(INDENTER_NAMES),
+        "shift": st.tuples(st.floats(-8e-3, 8e-3), st.floats(-8e-3, 8e-3)),
+        "rotate_deg": st.floats(0, 360),
+        "scale": st.sampled_from([0.01, 0.1, 0.5, 1.0, 3.0]),
+    }
+)
+directions = st.tuples(st.floats(-1, 1), st.floats(-1, 1))
+ways = st.sampled_from(list(WAYS))
+tilts = st.sampled_from(["free", "fixed"])
+
+
+def given_wrench(face: Footprint, decade: float, direction, lever, torsion: float) -> tuple[np.ndarray, np.ndarray]:
+    """A pressing force through a point a lever [m] from the face's centroid, with a torsion."""
+    force = 10.0**decade * np.array([*direction, -1.0])
+    through = np.append(np.add(face.centroid, lever), 0.0)
+    return force, np.cross(through, force) + np.array([0.0, 0.0, 10.0**decade * torsion])
+
+
+def check_load(influence, face: Footprint, force, moment, way: str, tilt: str, cells: int) -> None:
+    load = contact_load(influence, face, force, moment=moment, tilt=tilt, cells=cells, **WAYS[way])
+    length = max(math.sqrt(face.area), float(np.hypot(*face.centroid)))
+    assert imbalance(load, force, moment, length) <= CARRIED
+    assert abs(load.residual_force[2]) <= 1e-8 * -force[2], "what presses is carried"
+    readings = influence.readings(load)
+    assert np.isfinite(readings).all()
+    assert readings.max() > 0.0
+
+
+@quietly
+@settings(max_examples=40, deadline=None, phases=NO_SHRINKING)
+@given(
+    shape=shapes,
+    way=ways,
+    tilt=tilts,
+    cells=st.sampled_from([1, 2, 3, 20, 60]),
+    decade=st.floats(-9, 9),
+    direction=directions,
+    lever=st.tuples(st.floats(-1, 1), st.floats(-1, 1)).map(lambda p: (p[0] ** 7, p[1] ** 7)),
+    torsion=st.floats(-1e-3, 1e-3),
+)
+def test_any_flat_face_under_any_wrench(draft, shape, way, tilt, cells, decade, direction, lever, torsion):
+    """Pressed through any point up to a metre away."""
+    outline = indenter_outline(**shape)
+    assume(outline.intersection(box(-7.5e-3, -7.5e-3, 7.5e-3, 7.5e-3)).area > 1e-10)
+    face = Footprint.from_outline(outline, draft)
+    check_load(draft, face, *given_wrench(face, decade, direction, lever, torsion), way, tilt, cells)
+
+
+def sphere(radius, x0, y0):
+    def gap(x, y):
+        inside = radius**2 - (x - x0) ** 2 - (y - y0) ** 2
+        return np.where(inside > 0.0, radius - np.sqrt(np.maximum(inside, 0.0)), np.inf)
+
+    return gap
+
+
+BODIES = {
+    "sphere": lambda a, x, y: sphere(10 ** (-2 + a), x, y),
+    "cone": lambda a, x, y: lambda u, v: (0.01 + abs(a)) * np.hypot(u - x, v - y),
+    "tilted plane": lambda a, x, y: lambda u, v: a * u + (x + y) * 10 * v,
+    "edge": lambda a, x, y: lambda u, v: np.abs(a * (u - x) + 0.1 * (v - y)),
+    "two spheres": lambda a, x, y: lambda u, v: np.minimum(sphere(1e-3, x, y)(u, v), sphere(1e-3, -x, -y)(u, v) + 1e-6),
+    "steps": lambda a, x, y: lambda u, v: np.floor((u - x) / 1e-3) * 1e-5 + 0.0 * v,
+    "far away": lambda a, x, y: lambda u, v: 7.0 + 0.0 * u,
+}
+
+
+@quietly
+@settings(max_examples=25, deadline=None, phases=NO_SHRINKING)
+@given(
+    body=st.sampled_from(list(BODIES)),
+    slope=st.floats(-0.1, 0.1),
+    place=st.tuples(st.floats(-7e-3, 7e-3), st.floats(-7e-3, 7e-3)),
+    way=ways,
+    tilt=tilts,
+    decade=st.floats(-3, 3),
+    direction=st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)),
+)
+def test_any_body_is_carried_or_refused(draft, body, slope, place, way, tilt, decade, direction):
+    footprint = Footprint.from_gap(BODIES[body](slope, *place), draft)
+    force, moment = given_wrench(footprint, decade, direction, (0.0, 0.0), 0.0)
+    check_load(draft, footprint, force, moment, way, tilt, 60)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@quietly
+def test_readings_of_flat_faces_scale_with_the_force(draft, way):
+    face = Footprint.from_outline(indenter_outline("star", shift=(1e-3, 0.5e-3), rotate_deg=20), draft)
+    force, moment = np.array([0.02, 0.01, -0.2]), np.array([1e-4, 2e-4, 1e-5])
+    unit = draft.readings(contact_load(draft, face, force, moment=moment, cells=60, **WAYS[way]))
+    for scale in (1e-9, 1e-3, 1e9):
+        readings = draft.readings(
+            contact_load(draft, face, scale * force, moment=scale * moment, cells=60, **WAYS[way])
+        )
+        np.testing.assert_allclose(readings, scale * unit, rtol=0, atol=1e-6 * scale * unit.max())
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_mirrored_load_has_mirrored_readings(draft, way):
+    """Cells follow the outline's first edge, and a mirrored outline's is cut otherwise: 2 % on coarse cells."""
+    outline = indenter_outline("triangle", shift=(1.2e-3, 0.5e-3), rotate_deg=20, scale=0.7)
+    mirrored = affinity.scale(outline, -1, 1, origin=(0, 0))
+    force = np.array([0.02, 0.01, -0.2])
+    pair = [
+        draft.readings(contact_load(draft, Footprint.from_outline(shape, draft), one, cells=150, **WAYS[way]))
+        for shape, one in ((outline, force), (mirrored, force * [-1, 1, 1]))
+    ]
+    tolerance = 1e-6 if way in ("uniform", "foundation") else 0.02
+    np.testing.assert_allclose(pair[1][:, :, ::-1], pair[0], rtol=0, atol=tolerance * pair[0].max())
+
+
+def rewritten(outline: Polygon, how: str) -> Polygon:
+    """The same area, written otherwise."""
+    ring = np.array(outline.exterior.coords)[:-1]
+    if how == "start":
+        ring = np.roll(ring, 7, axis=0)
+    elif how == "reversed":
+        ring = ring[::-1]
+    elif how == "duplicates":
+        ring = np.repeat(ring, 2, axis=0)
+    elif how == "thousands of points":
+        steps = np.linspace(0, 1, 80, endpoint=False)[:, None]
+        ring = np.concatenate([a + steps * (b - a) for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True)])
+    return Polygon(ring)
+
+
+@pytest.mark.parametrize("how", ["start", "reversed", "duplicates", "thousands of points"])
+@pytest.mark.parametrize("law", ["uniform", "foundation", "elastic"])
+def test_answer_does_not_depend_on_how_the_outline_is_written(draft, law, how):
+    """Laws on cells: to what other cells of the same number make of it."""
+    outline = indenter_outline("ellipse", shift=(1e-3, 0.5e-3), rotate_deg=20, scale=0.6)
+    force = np.array([0.02, 0.01, -0.2])
+    readings = [
+        draft.readings(contact_load(draft, Footprint.from_outline(one, draft), force, law=law, cells=150))
+        for one in (outline, rewritten(outline, how))
+    ]
+    tolerance = 0.02 if law == "elastic" else 1e-6
+    np.testing.assert_allclose(readings[1], readings[0], rtol=0, atol=tolerance * readings[0].max())
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_face_of_several_parts_and_slivers(draft, way):
+    parts = [Point(-4e-3, 1e-3).buffer(1e-3), Point(3e-3, -2e-3).buffer(5e-6), box(0, 3e-3, 5e-3, 3.002e-3)]
+    face = Footprint.from_outline(MultiPolygon(parts), draft)
+    force, moment = given_wrench(face, -1, (0.1, 0.05), (0.0, 0.0), 1e-5)
+    load = contact_load(draft, face, force, moment=moment, cells=60, **WAYS[way])
+    assert imbalance(load, force, moment, 1e-2) <= CARRIED
+    assert np.isfinite(draft.readings(load)).all()
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_force_far_outside_warns_and_the_nearest_is_used(draft, way):
+    face = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), draft)
+    force, moment = np.array([0.0, 0.0, -0.01]), np.array([0.0, 10.0, 0.0])
+    with pytest.warns(ContactWarning, match="outside the area it spans"):
+        load = contact_load(draft, face, force, moment=moment, cells=60, **WAYS[way])
+    carried = load.resultant()[1][1] / 0.01
+    assert 1.2e-3 < carried < 2e-3, "near the face's edge"
+    np.testing.assert_allclose(load.resultant()[1] + load.residual_moment, moment, atol=1e-9)
+
+
+@pytest.mark.parametrize("law", ["uniform", "foundation", "elastic"])
+def test_a_contact_that_stays_does_not_drift(draft, law):
+    """A million updates: `mjtactile bench extremes`."""
+    face = Footprint.from_outline(indenter_outline("circle"), draft)
+    basis, force = WrenchBasis(draft, face, law=law, cells=60), np.array([0.02, 0.01, -0.2])
+    first = [basis.readings(force, np.zeros(3)) for _ in range(3)][-1]
+    for _ in range(1000):
+        last = basis.readings(force, np.zeros(3))
+    np.testing.assert_array_equal(last, first)
+    np.testing.assert_allclose(
+        first,
+        draft.readings(contact_load(draft, face, force, moment=np.zeros(3), law=law, cells=60)),
+        rtol=0,
+        atol=1e-5 * first.max(),
+    )
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_repeated_contacts_are_the_same_bits(draft, way):
+    face = Footprint.from_outline(indenter_outline("square", shift=(1e-3, 0)), draft)
+    with threadpool_limits(limits=1, user_api="blas"):
+        first, second = (contact_load(draft, face, (0.02, 0.01, -0.2), cells=60, **WAYS[way]).forces for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_wrong_inputs_end_in_an_error_that_says_what_was_expected(draft):
+    calls = wrong_inputs(draft, Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), draft))
+    for name, call in calls.items():
+        with pytest.raises(MjTactileError) as caught:
+            call()
+        assert len(str(caught.value)) > 20, name
+
+
+def test_force_without_footprint_is_an_error_and_footprint_without_force_no_load(draft):
+    with pytest.raises(FootprintError, match="covers none of the pad"):
+        Footprint.from_outline(Polygon(), draft)
+    face = Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), draft)
+    for options in WAYS.values():
+        assert not draft.readings(contact_load(draft, face, np.zeros(3), **options)).any()
+
+
+def test_a_body_smaller_than_the_search_cells_is_found(draft):
+    """Two small spheres far apart: cells of the first lattice are wider than either."""
+    body = BODIES["two spheres"](0.0, 5e-3, 5e-3)
+    load = contact_load(draft, Footprint.from_gap(body, draft), (0, 0, -0.001), law="elastic", cells=60)
+    assert load.residual_force[2] == pytest.approx(0.0, abs=1e-11)
+
+
+def test_interior_point_meets_the_conditions():
+    rng = np.random.default_rng(0)
+    root, modes = rng.normal(size=(40, 40)), rng.normal(size=(40, 2))
+    matrix, linear = root @ root.T + np.eye(40), 10 * rng.normal(size=40)
+    wanted = modes.T @ rng.random(40)
+    bounded = np.arange(40) >= 5
+    x, z = interior_point(matrix, linear, modes, wanted, bounded)
+    np.testing.assert_allclose(modes.T @ x, wanted, atol=1e-10)
+    assert (x[bounded] >= 0).all()
+    assert (z >= 0).all()
+    assert x @ z <= 1e-9
+    slope = matrix @ x + linear - z
+    assert np.abs(slope - modes @ np.linalg.lstsq(modes, slope, rcond=None)[0]).max() <= 1e-7
+    assert (x[bounded] < 1e-9).any(), "some bounds hold"
+
+
+def test_a_heavy_board_rests_on_the_points_around_its_weight():
+    modes = np.column_stack([np.ones(5), [0, 1, 0, 1, 0.5], [0, 0, 1, 1, 0.5]])
+    heights = np.array([0.0, 0.0, 0.0, 0.1, 0.2])
+    np.testing.assert_array_equal(
+        resting_cells(heights, modes, np.array([1.0, 0.25, 0.25])), [True, True, True, False, False]
+    )
+
+
+def test_motions_about_a_far_point_keep_their_digits():
+    offset = np.random.default_rng(1).random((30, 2)) + 1e3
+    motions = Motions.of(np.column_stack([np.ones(30), offset]))
+    np.testing.assert_allclose(motions.modes.T @ motions.modes, 30 * np.eye(3), atol=1e-9)
+    row = Motions.of(np.column_stack([np.ones(9), np.arange(9.0), np.arange(9.0)]))
+    assert row.modes.shape[1] == 2, "what does not move the cells is left out"
+
+
+def test_table_shows_errors_and_distances():
+    rows = [attempt("a", "b", lambda: ("c", 1.5e-3)), attempt("d", "e", lambda: (pad_of((5, -1, 0.3)), None))]
+    table = extremes_table([row._asdict() for row in rows])
+    assert "| a | c | 1.5e-03 | b |" in table
+    assert "| d | PadError: young = -1 Pa" in table
