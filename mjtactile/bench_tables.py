@@ -118,12 +118,12 @@ def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
 
 def _median_worst(errors: list[float]) -> str:
     if len(errors) == 1:
-        return f"{errors[0]:.1%}"
-    return f"{np.median(errors):.1%} ({max(errors):.1%})"
+        return f"{errors[0]:.2%}"
+    return f"{np.median(errors):.2%} ({max(errors):.2%})"
 
 
 def _milliseconds(seconds: float) -> str:
-    return f"{seconds * 1e3:.2g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+    return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
 
 
 def _line(cells: list[str]) -> str:
