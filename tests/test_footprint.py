@@ -64,10 +64,11 @@ def test_curved_body_faces_the_pad_with_its_lowest_part():
 def test_outline_limits_the_body_and_its_lowest_point():
     """A tilted face: the lowest point is on the outline's edge, and what is lower beyond it does not count."""
     face = Point(1e-3, 0).buffer(2e-3, quad_segs=64)
-    footprint = Footprint.from_gap(lambda x, y: 0.1 * x, INFLUENCE, outline=face)
+    footprint = Footprint.from_gap(lambda x, y: 0.1 * (x + y), INFLUENCE, outline=face)
     assert footprint.outline.equals(face)
-    assert footprint.lowest == pytest.approx(0.1 * -1e-3, abs=1e-8)
-    assert footprint.centroid[0] == pytest.approx(-1e-3, abs=0.1e-3)
+    assert footprint.lowest == pytest.approx(0.1 * (1e-3 - 2e-3 * math.sqrt(2)), abs=1e-7)
+    edge = 2e-3 / math.sqrt(2)
+    assert footprint.centroid == pytest.approx((1e-3 - edge, -edge), abs=0.1e-3)
 
 
 def test_body_over_the_edge_touches_where_there_is_a_sheet():
