@@ -128,7 +128,7 @@ def _forward(factor: Array, right: Array) -> Array:
 
 def _backward(factor: Array, right: Array) -> Array:
     """L^-T times a matrix."""
-    return solve_triangular(factor, right, lower=True, trans="T", check_finite=False)
+    return solve_triangular(factor, right, lower=True, trans=1, check_finite=False)
 
 
 def _inverse(matrix: Array) -> Array:

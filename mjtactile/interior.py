@@ -139,7 +139,7 @@ def resting_cells(heights: Array, modes: Array, wanted: Array) -> npt.NDArray[np
 
 def positive_definite(quadratic: Array) -> Array:
     """The matrix, or where rounding or interpolation made it indefinite, that plus what makes it definite."""
-    if quadratic.ndim == 1 or scipy.linalg.lapack.dpotrf(quadratic, lower=1)[1] == 0:
+    if quadratic.ndim == 1 or scipy.linalg.lapack.dpotrf(quadratic, lower=1)[1] == 0:  # type: ignore[attr-defined]
         return quadratic
     eigenvalues = scipy.linalg.eigvalsh(quadratic)
     return quadratic + (_FLOOR * eigenvalues[-1] - eigenvalues[0]) * np.eye(len(quadratic))
