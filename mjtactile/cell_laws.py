@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mjtactile.cell_contact import CellContact, Pressed, Solver
 from mjtactile.cells import Area, Cells
 from mjtactile.complementarity import bonded_contact, rigid_contact
 from mjtactile.compliance import SurfaceCompliance
@@ -21,7 +22,7 @@ from mjtactile.friction import ShearGrip, bonded_shear, coulomb_shear, proportio
 from mjtactile.load import ContactState
 from mjtactile.options import ContactOptions, Wrench
 from mjtactile.pad import Array
-from mjtactile.pressing import CellContact, Pressed, Solver, press
+from mjtactile.pressing import press
 from mjtactile.rigid import Mask, RigidContact
 
 #: Rounds of pressing and shear, and the change of forces at which they agree.

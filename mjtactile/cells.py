@@ -1,12 +1,7 @@
-"""Contact cells: the covered area cut into polygons, each under one constant traction.
-
-The pressure under a rigid edge grows without bound, but only within a fraction of a millimetre. Narrow rings along
-the outline take that up; inside it, square cells of one size suffice. Every cell ends exactly at the outline.
-"""
+"""Contact cells: polygons on the sensing surface, each under one constant traction."""
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,21 +19,8 @@ from mjtactile.surface import SurfaceGrid, oriented_edges
 Area = Polygon | MultiPolygon
 Indices = npt.NDArray[np.int64]
 
-#: From this many cells on there are two rings along the outline instead of one.
-_TWO_RINGS_FROM = 400
-#: Widths of the rings, from the outline inward, over the size of the square cells.
-_RING_WIDTHS = {1: (0.1,), 2: (0.05, 0.2)}
-#: Pieces smaller than this fraction of a whole cell of their ring join a neighbour.
-_SLIVER = 0.35
-#: Outlines that agree to this fraction of their size after a rotation and a shift share one set of cells. What lies
-#: over the sheet's edge for it carries nothing, so it also bounds what a resultant may be off.
-_SAME_SHAPE = 1e-11
-#: Sets of cells kept with their half-space integrals, which take longer to make than everything else.
-_KEPT_SHAPES = 64
 #: Grid on which cells are joined into an outline, over the size of the largest.
 _GRID = 1e-7
-#: Outlines of more corners lose those that move them by less than this fraction of a cell.
-_MOST_CORNERS, _UNSEEN = 400, 1e-3
 #: Edges shorter than this fraction of the extent are none.
 _NO_EDGE = 1e-12
 _NO_PARTS: npt.NDArray[np.object_] = np.array([], dtype=object)
@@ -158,62 +140,6 @@ class Cells:
         return areal(shapely.union_all(placed, grid_size=_GRID * np.sqrt(self.areas.max())))
 
 
-def outline_cells(outline: Area, count: int) -> Cells:
-    """About `count` cells that fill an outline.
-
-    Outlines that differ by a shift and a rotation only, as those of one moving punch do, share their cells and
-    half-space integrals: the cells follow the outline's first edge, not the axes.
-    """
-    corners = shapely.get_coordinates(outline)
-    origin = corners[0]
-    direction = corners[1] - origin
-    angle = float(np.arctan2(direction[1], direction[0]))
-    cosine, sine = np.cos(angle), np.sin(angle)
-    # On a grid, and without negative zeros: rounding while a punch moves must not make another shape of it.
-    resolution = 2.0 ** np.floor(np.log2(_SAME_SHAPE * outline.length))
-    turn = np.array([[cosine, -sine], [sine, cosine]]) / resolution
-    local = shapely.transform(outline, lambda points: np.round((points - origin) @ turn) + 0.0)
-    return _shape_cells(shapely.to_wkb(local), count).placed(resolution, angle, origin)
-
-
-def stretched_cells(outline: Area, count: int, angle: float, stretch: float) -> Cells:
-    """About `count` cells that fill an outline, longer along the direction at an angle [rad] by a factor."""
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    size = np.sqrt(outline.area)
-    there = turn @ np.diag([1.0, stretch]) / size
-    origin = shapely.get_coordinates(outline)[0]
-    local = shapely.transform(outline, lambda points: (points - origin) @ there)
-    cut = _partition(areal(shapely.make_valid(local)), count)
-    back = np.linalg.inv(there)
-    parts = shapely.transform(cut.parts, lambda points: points @ back + origin)
-    return cells_of(parts, cut.part_owner)
-
-
-def lattice_cells(
-    centre: npt.ArrayLike, angle: float, size: float, columns: int, rows: int, stretch: float = 1.0
-) -> Cells:
-    """Rectangular cells in rows and columns about a centre [m], turned by an angle [rad].
-
-    They are `size` [m] long, along the rows, and `size / stretch` wide.
-    """
-    return _unit_lattice(columns, rows, stretch).placed(size, angle, centre)
-
-
-@functools.lru_cache(maxsize=_KEPT_SHAPES)
-def _shape_cells(outline: bytes, count: int) -> Cells:
-    area = areal(shapely.make_valid(shapely.from_wkb(outline)))
-    if shapely.get_num_coordinates(area) > _MOST_CORNERS:  # the work grows with their square
-        area = areal(shapely.make_valid(area.simplify(_UNSEEN * np.sqrt(area.area / count))))
-    return _partition(area, count)
-
-
-@functools.lru_cache(maxsize=_KEPT_SHAPES)
-def _unit_lattice(columns: int, rows: int, stretch: float) -> Cells:
-    x, y = np.meshgrid(np.arange(columns) - columns / 2, (np.arange(rows) - rows / 2) / stretch)
-    boxes = shapely.box(x.ravel(), y.ravel(), x.ravel() + 1, y.ravel() + 1 / stretch)
-    return cells_of(boxes, np.arange(len(boxes)))
-
-
 def cells_of(parts: npt.NDArray[np.object_], part_owner: Indices) -> Cells:
     """Cells that consist of polygons, numbered from 0 without a hole."""
     rings = [oriented_edges(part) for part in parts]
@@ -222,72 +148,3 @@ def cells_of(parts: npt.NDArray[np.object_], part_owner: Indices) -> Cells:
     length = np.abs(edges[:, 1] - edges[:, 0]).max(axis=1)
     kept = length > _NO_EDGE * np.ptp(edges, axis=(0, 1)).max()
     return Cells(edges[kept], owner[kept], parts, part_owner)
-
-
-def _partition(outline: Area, count: int) -> Cells:
-    widths = _RING_WIDTHS[2 if count >= _TWO_RINGS_FROM else 1]
-    # area / h^2 squares inside and about one piece per ring and length h along the outline
-    along = len(widths) * outline.length
-    size = (along + np.sqrt(along**2 + 4 * count * outline.area)) / (2 * count)
-    pieces, wholes = [], []
-    rest = outline
-    for width in (*(fraction * size for fraction in widths), None):
-        inner = Polygon() if width is None else _inset(rest, width)
-        ring = areal(rest.difference(inner)) if width is not None else rest
-        cut = _cut_into_squares(ring, outline.bounds, size)
-        pieces.append(cut)
-        wholes.append(np.full(len(cut), size * (size if width is None else width)))
-        rest = inner
-    group = np.repeat(np.arange(len(pieces)), [len(cut) for cut in pieces])
-    cells = np.concatenate(pieces)
-    label = _join_slivers(cells, group, _SLIVER * np.concatenate(wholes))
-    return cells_of(cells, label)
-
-
-def _inset(outline: Area, width: float) -> Area:
-    """The outline moved inward, its curves drawn no finer than the ring needs."""
-    inner = outline.buffer(-width, join_style="mitre", mitre_limit=5.0)
-    return areal(inner.simplify(0.1 * width).intersection(outline))
-
-
-def _cut_into_squares(region: Area, bounds: tuple[float, float, float, float], size: float) -> npt.NDArray[np.object_]:
-    """Connected pieces of a region between the lines of a square lattice over the bounds."""
-    low_x, low_y, high_x, high_y = bounds
-    x = np.linspace(low_x, high_x, max(1, round((high_x - low_x) / size)) + 1)
-    y = np.linspace(low_y, high_y, max(1, round((high_y - low_y) / size)) + 1)
-    low_corners, high_corners = np.meshgrid(x[:-1], y[:-1]), np.meshgrid(x[1:], y[1:])
-    left, bottom, right, top = (c.ravel() for c in (*low_corners, *high_corners))
-    boxes = shapely.box(left, bottom, right, top)
-    shapely.prepare(region)
-    whole = shapely.covers(region, boxes)
-    crossed = shapely.intersects(region, boxes) & ~whole
-    cut = [shapely.clip_by_rect(region, *box.bounds) for box in boxes[crossed]]
-    parts = shapely.get_parts(shapely.get_parts(np.array(cut, dtype=object)))
-    parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & (shapely.area(parts) > 0.0)]
-    return np.concatenate([boxes[whole], parts])
-
-
-def _join_slivers(pieces: npt.NDArray[np.object_], group: Indices, least: Array) -> Indices:
-    """Number of the cell each piece belongs to: pieces under their least area join their group's longest neighbour."""
-    area = shapely.area(pieces)
-    parent = np.arange(len(pieces))
-
-    def root(k: int) -> int:
-        while parent[k] != k:
-            k = parent[k]
-        return k
-
-    slivers = [int(k) for k in np.argsort(area, kind="stable") if area[k] < least[k]]
-    if slivers:
-        query, found = shapely.STRtree(pieces).query(pieces[slivers], predicate="intersects")
-        for place, sliver in enumerate(slivers):
-            own = root(sliver)
-            if area[own] >= least[sliver]:
-                continue
-            near = np.array([k for k in found[query == place] if group[k] == group[sliver] and root(int(k)) != own])
-            shared = shapely.length(shapely.intersection(pieces[near], pieces[sliver])) if len(near) else np.zeros(0)
-            if len(near) and shared.max() > 0.0:
-                other = root(int(near[shared.argmax()]))
-                parent[own] = other
-                area[other] += area[own]
-    return np.unique([root(k) for k in range(len(pieces))], return_inverse=True)[1].astype(np.int64)

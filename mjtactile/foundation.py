@@ -12,11 +12,11 @@ import weakref
 import numpy as np
 import shapely
 
-from mjtactile.cells import outline_cells
+from mjtactile.cell_contact import CellContact
 from mjtactile.complementarity import rigid_contact
 from mjtactile.compliance import SurfaceCompliance
 from mjtactile.pad import Array
-from mjtactile.pressing import CellContact
+from mjtactile.partition import outline_cells
 from mjtactile.rigid import Mask, RigidContact
 from mjtactile.winkler import winkler_contact
 

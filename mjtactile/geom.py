@@ -17,6 +17,7 @@ from mjtactile.envelope import TriangleSurface
 from mjtactile.errors import IndenterError, SceneError
 from mjtactile.gap import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Shape
 from mjtactile.outlines import SIDES
+from mjtactile.pad import Pad
 from mjtactile.planar import areal
 from mjtactile.rays import RaySurface
 from mjtactile.solid import checked, face_outline
@@ -24,6 +25,8 @@ from mjtactile.wrench import PadFrame
 
 Array = npt.NDArray[np.float64]
 
+#: Largest difference between a pad's size and its geom's [m].
+_SIZE_TOLERANCE = 1e-6
 #: Extent given to planes and to the depth below them, which MuJoCo leaves infinite [m].
 _PLANE_EXTENT = 1.0
 
@@ -195,3 +198,28 @@ def _no_surface(model: mujoco.MjModel, geom: int) -> str:
 
 def _label(model: mujoco.MjModel, geom: int) -> str:
     return f"'{model.geom(geom).name}'" if model.geom(geom).name else f"number {geom}"
+
+
+def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
+    """Id of the box geom that is a pad.
+
+    Raises:
+        SceneError: when the model has no such geom, or it is not a box of the pad's size.
+    """
+    geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name)
+    if geom < 0:
+        names = [model.geom(i).name for i in range(model.ngeom) if model.geom(i).name]
+        raise SceneError(f"geom '{name}' does not exist in the model. Available: {names}. Pass geom=... of the pad.")
+    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
+        raise SceneError(f"geom '{name}' is not a box. A pad is a box geom whose +z face senses.")
+    actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
+    if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
+        raise SceneError(
+            f"geom '{name}' measures {_millimetres(actual)} mm, but the pad {_millimetres(expected)} mm. "
+            "Give the geom half of the pad's lengths as its size, or pass the Pad that fits it."
+        )
+    return geom
+
+
+def _millimetres(lengths: Array) -> str:
+    return " x ".join(f"{length * 1e3:.4g}" for length in lengths)

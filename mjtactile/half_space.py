@@ -27,7 +27,7 @@ Indices = npt.NDArray[np.int64]
 _NEAR = 1.5
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 #: Edges count as one where middles and lengths agree to this fraction of the whole extent.
-_SAME_EDGE = 1e-7
+_SAME_EDGE = 1e-10
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from mjtactile.basis import WrenchBasis
 from mjtactile.cache import influence_matrices
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
 from mjtactile.footprint import FACING_GAP, Footprint
+from mjtactile.geom import pad_geom
 from mjtactile.imprint import POSE_TOLERANCE, GapImprints, Imprints, SectionImprints
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
@@ -29,9 +30,6 @@ from mjtactile.several import contact_loads
 from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
 
 Answer = TypeVar("Answer")
-
-#: Largest difference between a pad's size and its geom's [m].
-_SIZE_TOLERANCE = 1e-6
 
 
 class TactileSensor:
@@ -82,7 +80,7 @@ class TactileSensor:
     ) -> None:
         self.model = model
         self.pad = pad if pad is not None else (influence.pad if influence is not None else Pad())
-        self.geom = _pad_geom(model, geom, self.pad)
+        self.geom = pad_geom(model, geom, self.pad)
         if influence is not None and influence.pad != self.pad:
             raise SceneError(
                 f"the influence matrices belong to a {influence.pad.summary}, the sensor to a {self.pad.summary}. "
@@ -245,23 +243,3 @@ class _Touch(NamedTuple):
     body: int
     footprint: Footprint
     wrench: Array  #: [N, N m], shape (6,)
-
-
-def _pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
-    geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name)
-    if geom < 0:
-        names = [model.geom(i).name for i in range(model.ngeom) if model.geom(i).name]
-        raise SceneError(f"geom '{name}' does not exist in the model. Available: {names}. Pass geom=... of the pad.")
-    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
-        raise SceneError(f"geom '{name}' is not a box. A pad is a box geom whose +z face senses.")
-    actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
-    if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
-        raise SceneError(
-            f"geom '{name}' measures {_millimetres(actual)} mm, but the pad {_millimetres(expected)} mm. "
-            "Give the geom half of the pad's lengths as its size, or pass the Pad that fits it."
-        )
-    return geom
-
-
-def _millimetres(lengths: Array) -> str:
-    return " x ".join(f"{length * 1e3:.4g}" for length in lengths)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile.cell_contact import CellContact
 from mjtactile.cell_laws import CellLoad, cell_load
 from mjtactile.compliance import SurfaceCompliance, surface_compliance
 from mjtactile.contact import cell_surface_load, contact_load, nothing_pressed, reported
@@ -21,7 +22,6 @@ from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
 from mjtactile.options import ContactOptions, Wrench, contact_options, wanted_wrench
 from mjtactile.pad import Array
-from mjtactile.pressing import CellContact
 
 #: Rounds over all bodies, and the change of forces, over the normal force, at which they agree.
 _ROUNDS = 50

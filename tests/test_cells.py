@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import MultiPolygon, Point, Polygon, affinity, box
 
-from mjtactile.cells import Area, Cells, lattice_cells, outline_cells, stretched_cells
+from mjtactile.cells import Area, Cells
 from mjtactile.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.pad import Pad
+from mjtactile.partition import lattice_cells, outline_cells, stretched_cells
 from mjtactile.planar import areal, triangulate
 from mjtactile.preset import Fidelity
 from mjtactile.surface import SurfaceGrid

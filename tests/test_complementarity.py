@@ -11,9 +11,10 @@ import scipy.linalg
 import scipy.optimize
 from shapely import Polygon
 
-from mjtactile.cells import Cells, outline_cells
+from mjtactile.cells import Cells
 from mjtactile.complementarity import bonded_contact, rigid_contact
 from mjtactile.compliance import SurfaceCompliance
+from mjtactile.partition import outline_cells
 from mjtactile.rigid import RigidContact
 
 #: What a condition may be off, over the largest force or displacement.

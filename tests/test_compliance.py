@@ -8,12 +8,13 @@ from conftest import COARSE, in_double_precision
 from scipy.interpolate import RegularGridInterpolator
 from shapely import Point, Polygon
 
-from mjtactile.cells import Cells, outline_cells
+from mjtactile.cells import Cells
 from mjtactile.compliance import SurfaceCompliance, surface_compliance
 from mjtactile.indenter import indenter_outline
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
 from mjtactile.pad import Layer, Pad
+from mjtactile.partition import outline_cells
 
 
 def dome(cells: Cells, centre: tuple[float, float], radius: float, component: int) -> np.ndarray:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from test_complementarity import SURFACE
 
-from mjtactile.cells import outline_cells
 from mjtactile.friction import ShearGrip, coulomb_shear, proportional_shear
 from mjtactile.indenter import indenter_outline
+from mjtactile.partition import outline_cells
 
 CELLS = outline_cells(indenter_outline("triangle"), 60)
 #: Conditions hold to this fraction of the largest force or displacement.

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from shapely import Polygon, affinity, box
 
-from mjtactile.cells import cells_of, outline_cells
+from mjtactile.cells import cells_of
 from mjtactile.half_space import HalfSpaceIntegrals, distinct_edges, half_space_integrals
+from mjtactile.partition import outline_cells
 from mjtactile.surface import oriented_edges
 
 TRIANGLE = Polygon([(0.0, 0.0), (1.0, 0.1), (0.3, 0.8)])
@@ -143,7 +144,7 @@ def test_mean_distances_are_positive_definite(shape, count):
 
 
 def test_edges_that_agree_count_once_whichever_way_they_run():
-    edges = np.array([[(0, 0), (1, 0)], [(1, 0), (0, 0)], [(0, 0), (0, 1)], [(0, 0), (1, 1e-9)]], dtype=float)
+    edges = np.array([[(0, 0), (1, 0)], [(1, 0), (0, 0)], [(0, 0), (0, 1)], [(0, 0), (1, 1e-12)]], dtype=float)
     first, place = distinct_edges(edges)
     assert len(first) == 2
     assert place[0] == place[1] == place[3] != place[2]
