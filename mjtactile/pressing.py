@@ -28,6 +28,8 @@ _SEARCH_CELLS = 100
 _SEARCHES = 30
 #: A search ends when the contact's surroundings fill this part of the lattice.
 _FILLED = 0.7
+#: Least area a search closes in on, over what the body covers.
+_SMALLEST = 1e-9
 
 
 def press(
@@ -73,6 +75,8 @@ def press(
         force = max(normal, at.spreading_force / softness)
         found = _solved(at, force, through, solver, None)
         closer = region.around_pressed(found)
+        if closer.area < _SMALLEST * footprint.outline.area:
+            break  # coordinates have no digits for less
         # A strip narrower than the cells would seem to fill them: look again with longer ones.
         filled = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
         finished = filled and force == normal
@@ -104,7 +108,8 @@ def _on_lattice(footprint: Footprint, region: Region, centre: Array, tilting: bo
     heights[~shapely.intersects_xy(footprint.outline, lattice.centroids)] = np.inf
     here = region.polygon()
     for part in polygons_of(footprint.outline):
-        point = shapely.get_coordinates(part.point_on_surface())
+        middle = part.centroid
+        point = shapely.get_coordinates(middle if part.contains(middle) else part.point_on_surface())
         # What is smaller than a cell may hold no cell's middle.
         if shapely.intersects_xy(here, point)[0] and not shapely.intersects_xy(part, lattice.centroids).any():
             nearest = int(((lattice.centroids - point) ** 2).sum(axis=1).argmin())
