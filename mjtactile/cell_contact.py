@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 import shapely.ops
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from mjtactile.cells import Cells
 from mjtactile.pad import Array
@@ -89,7 +90,7 @@ class CellContact:
         return normal * np.array([1.0, *((self._within_reach(through) - self.centre) / self.length)])
 
     @cached_property
-    def _hull(self) -> shapely.Geometry:
+    def _hull(self) -> BaseGeometry:
         """Convex hull of the cells' centroids [m]."""
         return shapely.MultiPoint(self.cells.centroids[self.reached]).convex_hull
 

@@ -151,7 +151,7 @@ def _partial_slip(
     at = pressed.at
     full = compliance.full(at.cells)
     resultants, places = at.resultants(wrench.normal, wrench.through), np.flatnonzero(at.reached)
-    matrix = full[2][np.ix_(places, [2], places)][:, 0]
+    matrix = full[2, :, 2, :][np.ix_(places, places)]
     shear, lifted = np.zeros((2, at.cells.count)), np.zeros(at.cells.count)
     contact = pressed.contact
     for trial in range(_ROUNDS):

@@ -95,8 +95,10 @@ class Cells:
     @cached_property
     def half_space(self) -> HalfSpaceIntegrals | PlacedIntegrals:
         """Integrals of the half-space kernels over every pair of these cells."""
-        if self.shape is not None:
-            return self.shape.half_space.placed(*self.placement)
+        return self._own_integrals if self.shape is None else self.shape._own_integrals.placed(*self.placement)
+
+    @cached_property
+    def _own_integrals(self) -> HalfSpaceIntegrals:
         return half_space_integrals(self.edges - self._anchor, self.owner)
 
     @cached_property

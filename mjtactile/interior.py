@@ -91,8 +91,8 @@ def _linear_step(
     def step(products: Array) -> _Step:
         free = solve(-dual + products / safe)
         dy = np.linalg.lstsq(stiffness, -primal - constraints.T @ free, rcond=None)[0]
-        dx = free + per_motion @ dy
-        return dx, dy, np.where(bounded, (products - z * dx) / safe, 0.0)
+        dx: Array = free + per_motion @ dy
+        return dx, np.asarray(dy, dtype=float), np.where(bounded, (products - z * dx) / safe, 0.0)
 
     return step
 
