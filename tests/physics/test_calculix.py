@@ -1,6 +1,6 @@
 """Readings under uniform tractions against CalculiX, an independent quadratic finite-element code.
 
-Where the data come from stands in data/calculix.json.
+Where the data come from stands in benchmarks/calculix.json, which the benchmark of fidelities reads too.
 
 CalculiX's own meshes differ from one another by 0.2 to 0.5 % on these cases (error_bar in the data).
 """
@@ -22,7 +22,7 @@ from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MESHES, MeshDensity
 from mjtactile.pad import Layer, Pad
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "benchmarks"
 CASES = json.loads((DATA / "calculix.json").read_text())["cases"]
 GRAM_FORCE = 9.80665e-3  # [N]
 #: Relative L2 error over the 676 readings that each mesh promises, per group of cases.
