@@ -16,6 +16,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from mjtactile.cli_bench import AsJson, bench_app
 from mjtactile.errors import MjTactileError
 
 app = typer.Typer(
@@ -25,10 +26,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
 app.add_typer(bench_app, name="bench")
-
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 
 
 @app.command()
@@ -142,56 +140,6 @@ def info(as_json: AsJson = False) -> None:
         typer.echo(f"{name + ':':17}{value}")
 
 
-@bench_app.command("mesh")
-def bench_mesh(
-    as_json: AsJson = False,
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
-) -> None:
-    """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
-    from mjtactile.bench import mesh_benchmark
-    from mjtactile.bench_tables import mesh_table, rewrite_table
-
-    result = mesh_benchmark()
-    typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
-    if readme is not None:
-        rewrite_table(readme, "mesh", mesh_table(result))
-
-
-@bench_app.command("trade")
-def bench_trade(
-    as_json: AsJson = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Mesh draft and three cases only.")] = False,
-    measured: Annotated[Path | None, typer.Option(help="Show this earlier result (JSON), measure nothing.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")] = None,
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
-    figure: Annotated[Path | None, typer.Option(help="Draw error against time to this file.")] = None,
-) -> None:
-    """Error and time per update of every fidelity, which of them nothing beats, and the presets among them.
-
-    Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
-    """
-    from mjtactile.bench_tables import rewrite_table, rounded, trade_table
-    from mjtactile.bench_trade import trade_benchmark
-
-    result = json.loads(measured.read_text()) if measured is not None else rounded(trade_benchmark(quick=quick))
-    if out is not None:
-        out.write_text(json.dumps(result, indent=1) + "\n")
-    typer.echo(json.dumps(result, indent=2) if as_json else trade_table(result))
-    if readme is not None:
-        rewrite_table(readme, "trade", trade_table(result))
-    if figure is not None:
-        _draw_trade(result, figure)
-
-
-@bench_app.command("extremes")
-def bench_extremes(as_json: AsJson = False) -> None:
-    """What comes out, or which error, at the ends of what may be asked."""
-    from mjtactile.bench_extremes import extremes_benchmark, extremes_table
-
-    result = extremes_benchmark()
-    typer.echo(json.dumps(result, indent=2) if as_json else extremes_table(result))
-
-
 def main() -> None:
     """Entry point: errors are one line, exit code 2; warnings are one line each."""
     warnings.showwarning = _show_warning
@@ -252,12 +200,6 @@ def _draw_press(report: Any, path: Path) -> None:
         from mjtactile.errors import OutputError
 
         raise OutputError(f"cannot draw {path}: {error}") from error
-
-
-def _draw_trade(result: dict[str, Any], path: Path) -> None:
-    from mjtactile.bench_figure import trade_figure
-
-    trade_figure(result).savefig(path, dpi=130)
 
 
 def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
