@@ -27,7 +27,7 @@ _SLIVER = 0.35
 #: over the sheet's edge for it carries nothing, so it also bounds what a resultant may be off.
 _SAME_SHAPE = 2e-12
 #: Sets of cells kept with their half-space integrals, which take longer to make than everything else.
-_KEPT_SHAPES = 64
+_KEPT_SHAPES = 24
 #: Outlines of more corners lose those that move them by less than this fraction of a cell.
 _MOST_CORNERS, _UNSEEN = 400, 1e-3
 
