@@ -26,7 +26,7 @@ BOUNDS = {"balanced": {"B2": 0.025, "B3": 0.03}, "accurate": {"B2": 0.016, "B3":
 APPROACH = 0.03
 FLAT = [name for name in CASES if name.startswith(("B2", "B3"))]
 SPHERE = "C_sphere_R6_50gf"
-SPHERE_BOUND = {"balanced": 0.03, "accurate": 0.03}
+SPHERE_BOUND = {"balanced": 0.02, "accurate": 0.015}
 #: Of a polygon that stands for a circle.
 CORNERS = 128
 PRESETS = ["balanced", pytest.param("accurate", marks=pytest.mark.slow)]
