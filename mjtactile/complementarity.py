@@ -150,7 +150,8 @@ class _Programme:
         places = np.flatnonzero(np.tile(pressed, self.blocks))
         if not len(places):
             return None
-        factor, failed = scipy.linalg.lapack.dpotrf(self.compliance[np.ix_(places, places)], lower=1)  # type: ignore[attr-defined]
+        own = self.compliance if pressed.all() else self.compliance[np.ix_(places, places)]
+        factor, failed = scipy.linalg.lapack.dpotrf(own, lower=1)  # type: ignore[attr-defined]
         if failed:
             return None
         right = np.column_stack([self.modes[places], self.gaps[places]])

@@ -71,8 +71,14 @@ class SurfaceCompliance:
 
     def _normal(self, cells: Cells) -> Array:
         weights = self._weights(cells.centroids)
-        integrals = self.normal_factor * cells.half_space.inverse_distance
-        return integrals / np.outer(cells.areas, cells.areas) + weights @ self.remainder[2, :, 2, :] @ weights.T
+        compliance = weights @ (self._normal_remainder @ weights.T)
+        per_area = 1.0 / cells.areas
+        compliance += cells.half_space.inverse_distance * (self.normal_factor * per_area)[:, None] * per_area
+        return compliance
+
+    @cached_property
+    def _normal_remainder(self) -> Array:
+        return np.ascontiguousarray(self.remainder[2, :, 2, :])
 
     def full(self, cells: Cells) -> Array:
         """Mean displacement per force, (3, cells, 3, cells) [m/N], pad frame; kept as long as the cells are."""

@@ -20,6 +20,8 @@ from mjtactile.planar import polygons_of, rings_of
 
 #: Highest power of a local coordinate: a quadratic shape function times a constant or a linear traction.
 _CONSTANT, _LINEAR = 2, 3
+#: Gauss rules by number of points, for both.
+_GAUSS = {count: np.polynomial.legendre.leggauss(count) for count in (_CONSTANT + 1, _LINEAR + 1)}
 #: Monomial coefficients (shape function, power) of the three quadratic shape functions on [-1, 1].
 _SHAPE_COEFFICIENTS = np.array([[0.0, -0.5, 0.5], [1.0, 0.0, -1.0], [0.0, 0.5, 0.5]])
 
@@ -80,7 +82,8 @@ class SurfaceGrid:
             shape (nodes along y, nodes along x, components) [N].
         """
         moments = self._cell_moments(edges, tractions, _CONSTANT)
-        per_cell = np.einsum("kb,jibam,la->mjikl", _SHAPE_COEFFICIENTS, moments, _SHAPE_COEFFICIENTS, optimize=True)
+        along_y = np.tensordot(moments, _SHAPE_COEFFICIENTS, axes=([2], [1]))  # (j, i, a, m, k)
+        per_cell = np.tensordot(along_y, _SHAPE_COEFFICIENTS, axes=([2], [1])).transpose(2, 0, 1, 3, 4)
         return np.moveaxis(self._gather(per_cell), 0, -1)
 
     def _gather(self, per_cell: Array) -> Array:
@@ -104,7 +107,7 @@ class SurfaceGrid:
         middle = (start + end) / 2
         column, row = self.x.locate(middle[:, 0])[0], self.y.locate(middle[:, 1])[0]
         # The integrand along an edge has degree 2 * degree + 1.
-        nodes, node_weights = np.polynomial.legendre.leggauss(degree + 1)
+        nodes, node_weights = _GAUSS[degree + 1]
         along = (nodes + 1) / 2
         points = start[:, None, :] + along[:, None] * (end - start)[:, None, :]
         half_x = self.x.sizes[column, None] / 2
@@ -120,8 +123,8 @@ class SurfaceGrid:
         # One sparse product adds each edge's share to its cell.
         place = (row * self.x.element_count + column, np.arange(len(row)))
         to_cells = sparse.csr_array((np.ones(len(row)), place), shape=(int(np.prod(cells)), len(row)))
-        own = np.einsum("sqb,sqa,sm->sbam", height_integral, left_integral, weights, optimize=True)
-        passing = np.einsum("sqb,sm->sbm", height_integral, weights)
+        own = (height_integral.transpose(0, 2, 1) @ left_integral)[..., None] * weights[:, None, None, :]
+        passing = height_integral.sum(axis=1)[..., None] * weights[:, None, :]
         moments = (to_cells @ own.reshape(own.shape[0], int(np.prod(own.shape[1:])))).reshape(*cells, *own.shape[1:])
         heights = (to_cells @ passing.reshape(passing.shape[0], int(np.prod(passing.shape[1:])))).reshape(
             *cells, *passing.shape[1:]
