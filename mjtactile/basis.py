@@ -13,20 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.cell_basis import CellBasis
-from mjtactile.cell_laws import CellLoad, cell_load
-from mjtactile.compliance import surface_compliance
-from mjtactile.contact import (
-    cell_surface_load,
-    nothing_pressed,
-    reported,
-    warn_beyond_linear_range,
-)
+from mjtactile.cell_laws import CellLoad
+from mjtactile.contact import reported, solved_load, warn_beyond_linear_range
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
 from mjtactile.options import Wrench, contact_options, wanted_wrench
 from mjtactile.pad import Array
-from mjtactile.uniform import UniformBasis, uniform_load_within
+from mjtactile.uniform import UniformBasis
 
 #: Readings in a row with the same cells pressed before a basis is worth its making.
 _STEADY_READINGS = 2
@@ -101,14 +95,8 @@ class WrenchBasis:
     def _pressed(self, wrench: Wrench) -> SurfaceLoad:
         """Solve the contact; whatever basis there was belonged to another."""
         before, self._parts = self._solved, None
-        if self.options.law == "uniform":
-            load = uniform_load_within(self.footprint.facing, wrench, self.options.friction)
-        elif wrench.normal <= 0.0:
-            load = nothing_pressed(self.influence, wrench)
-        else:
-            compliance = surface_compliance(self.influence)
-            self._solved = cell_load(compliance, self.footprint, wrench, self.options, self._solved)
-            load = cell_surface_load(self.influence, self._solved, wrench)
+        load, solved = solved_load(self.influence, self.footprint, wrench, self.options, before)
+        self._solved = before if solved is None else solved
         self._steady = self._steady + 1 if self._solved is before or _same_cells(self._solved, before) else 1
         return reported(self.influence, self.footprint, load, wrench, self.options)
 

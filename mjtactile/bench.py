@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from mjtactile.assets import asset_path
+from mjtactile.bench_measure import relative
 from mjtactile.bench_tactile import mujoco_tactile_time
 from mjtactile.cache import CACHE_VARIABLE, cached_path
 from mjtactile.contact import SurfaceLoad, contact_load
@@ -62,7 +62,7 @@ def mesh_benchmark() -> dict[str, Any]:
             }
         reference = readings[cases["reference"]]
         for name, values in readings.items():
-            errors = [_relative(a, b) for a, b in zip(values, reference, strict=True)]
+            errors = [relative(a, b) for a, b in zip(values, reference, strict=True)]
             figures[name]["errors"] = dict(zip((c["name"] for c in cases["load"]), errors, strict=True))
     return {
         "reference": cases["reference"],
@@ -99,7 +99,3 @@ def _load(influence: InfluenceMatrices, case: dict[str, Any]) -> SurfaceLoad:
     )
     force = force_vector(case["force"] * GRAM_FORCE, case.get("tilt", 0.0), case.get("azimuth", 0.0))
     return contact_load(influence, Footprint.from_outline(outline, influence), force)
-
-
-def _relative(values: np.ndarray, reference: np.ndarray) -> float:
-    return float(np.linalg.norm(values - reference) / np.linalg.norm(reference))

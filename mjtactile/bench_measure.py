@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -20,6 +20,7 @@ from mjtactile.errors import ContactWarning
 from mjtactile.influence import InfluenceMatrices, load_influence
 from mjtactile.load import SurfaceLoad
 from mjtactile.pad import Array, Pad
+from mjtactile.timing import median_time
 from mjtactile.units import MILLIMETRE
 
 #: Wrenches on a footprint before its basis counts as settled.
@@ -103,7 +104,7 @@ def measure(choice: Choice, bench: Bench) -> dict[str, Any]:
 def moved_time(case: PressCase, influence: InfluenceMatrices, bench: Bench) -> float:
     """Median time from a body in a new place to readings: footprint, contact, product [s]."""
     bodies = iter(moved_bodies(case, bench.moves + 1, bench.shift, seed=1))
-    return _median(lambda: influence.readings(case.load(influence, next(bodies))), bench.moves)
+    return median_time(lambda: influence.readings(case.load(influence, next(bodies))), bench.moves)
 
 
 def _unchanged(case: PressCase, influence: InfluenceMatrices, count: int) -> tuple[float, float]:
@@ -113,7 +114,7 @@ def _unchanged(case: PressCase, influence: InfluenceMatrices, count: int) -> tup
     forces = iter(_wrenches(case.force, _SETTLING + count + 2))
     for _ in range(_SETTLING):
         basis.readings(next(forces))
-    seconds = _median(lambda: basis.readings(next(forces)), count)
+    seconds = median_time(lambda: basis.readings(next(forces)), count)
     last = next(forces)
     changed = replace(case, force=last)
     return seconds, relative(basis.readings(last), influence.readings(changed.load(influence)))
@@ -123,17 +124,6 @@ def _wrenches(force: Array, count: int) -> Array:
     """The force and others near it, (count, 3) [N]."""
     change = np.random.default_rng(2).uniform(-1.0, 1.0, (count, 3))
     return force + _WRENCH_CHANGE * np.linalg.norm(force) * change
-
-
-def _median(work: Callable[[], Any], count: int) -> float:
-    """Median wall time of a call [s]; the first of count + 1 does not count."""
-    work()
-    times = []
-    for _ in range(count):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return float(np.median(times))
 
 
 def relative(values: Array, reference: Array) -> float:

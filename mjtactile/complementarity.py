@@ -15,16 +15,12 @@ import scipy.linalg
 from mjtactile.errors import ContactError
 from mjtactile.interior import interior_point, positive_definite, resting_cells
 from mjtactile.pad import Array
-from mjtactile.rigid import RESULTANTS, TOLERANCE, Mask, Motions, RigidContact, flexibility
+from mjtactile.rigid import HIGH, ON_THE_VERGE, RESULTANTS, TOLERANCE, Mask, Motions, RigidContact, flexibility
 from mjtactile.winkler import springs_under_pressure
 
 #: Exchanges of whole sets before single cells change sides.
 _SET_EXCHANGES = 30
 _SINGLE_EXCHANGES = 20
-#: Heights this large beside the approach drown what presses.
-_HIGH = 1e3
-#: Violations left where cells on the verge of contact keep changing sides.
-_ON_THE_VERGE = 1e-8
 #: Springs that start the search, over the stiffness of single cells.
 _SPRINGS = 0.2
 
@@ -130,7 +126,7 @@ class _Programme:
     def _from_interior(self) -> RigidContact | None:
         """The slow way that does not cycle; None if not even that finds forces that carry the resultants."""
         bounded = np.arange(len(self.gaps)) >= self._normal.start
-        if self.blocks == 1 and self.gaps.max() > _HIGH:
+        if self.blocks == 1 and self.gaps.max() > HIGH:
             resting = self._exchange_sets(resting_cells(self.gaps, self.modes, self.resultants))
             if resting is not None and self._balances(resting.balanced(self.modes)):
                 return resting.balanced(self.modes)
@@ -141,7 +137,7 @@ class _Programme:
         if solved is None or not self._balances(solved):
             # Cells on the verge of contact, which rounding moves from one side to the other and back.
             solved = self._on(pressed)
-            if solved is None or solved.violation.max() > _ON_THE_VERGE:
+            if solved is None or solved.violation.max() > ON_THE_VERGE:
                 solved = self._descend(np.where(pressed, normal, 0.0)) if self.blocks == 1 else None
         return solved if solved is not None and self._balances(solved) else None
 

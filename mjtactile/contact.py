@@ -80,27 +80,36 @@ def contact_load(
     """
     options = contact_options(influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells)
     wrench = wanted_wrench(footprint, force, moment)
-    if options.law == "uniform":
-        load = uniform_load_within(footprint.facing, wrench, options.friction)
-    elif wrench.normal <= 0.0:
-        load = nothing_pressed(influence, wrench)
-    else:
-        load = cell_surface_load(
-            influence, cell_load(surface_compliance(influence), footprint, wrench, options), wrench
-        )
+    load, _ = solved_load(influence, footprint, wrench, options)
     return reported(influence, footprint, load, wrench, options)
 
 
-def nothing_pressed(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:
-    """The load of a wrench that does not press: none, all of it left over."""
-    nothing = np.zeros((*influence.surface.node_shape, 3))
-    state = ContactState(stick_area=0.0)
-    return SurfaceLoad(nothing, influence.surface, Polygon(), wrench.force, wrench.moment, state)
+def solved_load(
+    influence: InfluenceMatrices,
+    footprint: Footprint,
+    wrench: Wrench,
+    options: ContactOptions,
+    known: CellLoad | None = None,
+) -> tuple[SurfaceLoad, CellLoad | None]:
+    """The load by the law asked for, and its contact cells; None where there are none.
+
+    Raises:
+        ContactError: when no contact was found.
+    """
+    if options.law == "uniform":
+        return uniform_load_within(footprint.facing, wrench, options.friction), None
+    solved = None
+    if wrench.normal > 0.0:
+        solved = cell_load(surface_compliance(influence), footprint, wrench, options, known)
+    return cell_surface_load(influence, solved, wrench), solved
 
 
-def cell_surface_load(influence: InfluenceMatrices, solved: CellLoad, wrench: Wrench) -> SurfaceLoad:
-    """Forces on contact cells as a load of the pad's surface."""
+def cell_surface_load(influence: InfluenceMatrices, solved: CellLoad | None, wrench: Wrench) -> SurfaceLoad:
+    """Forces on contact cells as a load of the pad's surface; of a wrench that does not press, nothing."""
     surface = influence.surface
+    if solved is None:
+        nothing = np.zeros((*surface.node_shape, 3))
+        return SurfaceLoad(nothing, surface, Polygon(), wrench.force, wrench.moment, ContactState(stick_area=0.0))
     nodal = solved.cells.nodal_forces(surface, solved.forces)
     force, moment = SurfaceLoad(nodal, surface, Polygon()).resultant()
     return SurfaceLoad(nodal, surface, solved.touching, wrench.force - force, wrench.moment - moment, solved.state)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import mujoco
 import numpy as np
@@ -26,6 +27,8 @@ from mjtactile.planar import areal
 from mjtactile.search import Rectangle
 from mjtactile.wrench import Indices, PadFrame
 
+Geometry = TypeVar("Geometry")
+
 #: A footprint is kept while no coordinate of its pose relative to the pad has moved by more than this since it was
 #: made [m or rad]. Readings then are off by less than a thousandth, see docs/contact.md.
 POSE_TOLERANCE = 1e-6
@@ -39,8 +42,8 @@ class _Kept:
     footprint: Footprint
 
 
-class Imprints(ABC):
-    """Footprints on one pad.
+class Imprints(ABC, Generic[Geometry]):
+    """Footprints on one pad, from what is kept of each geom's shape.
 
     Args:
         model: compiled model.
@@ -65,6 +68,7 @@ class Imprints(ABC):
         self.facing_gap = facing_gap
         self.pose_tolerance = pose_tolerance
         self._kept: dict[int, _Kept] = {}
+        self._shapes: dict[int, Geometry] = {}
 
     def footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Footprint:
         """Footprint of a body that presses on the pad.
@@ -104,6 +108,7 @@ class Imprints(ABC):
     def forget(self) -> None:
         """Make every footprint anew, and everything that was kept of the geoms' shapes."""
         self._kept.clear()
+        self._shapes.clear()
 
     def _choices(self, body: int, touching: Indices) -> list[Indices]:
         return pressing_geoms(self.model, body, touching)
@@ -113,30 +118,13 @@ class Imprints(ABC):
         """Footprint of some geoms of one body in their poses in the pad frame."""
 
 
-class SectionImprints(Imprints):
+class SectionImprints(Imprints[trimesh.Trimesh]):
     """Footprints that are sections of the bodies' solids `facing_gap` above their lowest points, for law "uniform"."""
 
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        pad_geom: int,
-        influence: InfluenceMatrices,
-        *,
-        facing_gap: float,
-        pose_tolerance: float = POSE_TOLERANCE,
-    ) -> None:
-        super().__init__(model, pad_geom, influence, facing_gap=facing_gap, pose_tolerance=pose_tolerance)
-        self._solids: dict[int, trimesh.Trimesh] = {}
-
-    def forget(self) -> None:
-        """See Imprints."""
-        super().forget()
-        self._solids.clear()
-
     def _made(self, placed: dict[int, Pose]) -> Footprint:
-        for geom in placed.keys() - self._solids.keys():
-            self._solids[geom] = geom_solid(self.model, geom)
-        solids = [(self._solids[geom], pose.position, pose.rotation) for geom, pose in placed.items()]
+        for geom in placed.keys() - self._shapes.keys():
+            self._shapes[geom] = geom_solid(self.model, geom)
+        solids = [(self._shapes[geom], pose.position, pose.rotation) for geom, pose in placed.items()]
         here = PadFrame(np.zeros(3), np.eye(3))
         footprint = Footprint.from_outline(body_face(solids, here, self.facing_gap), self.influence)
         if footprint.outline.buffer(-self.facing_gap / 2).is_empty:
@@ -147,7 +135,7 @@ class SectionImprints(Imprints):
         return footprint
 
 
-class GapImprints(Imprints):
+class GapImprints(Imprints[Shape]):
     """Footprints that are outlines where a body's face is flat, and gap maps where it is not.
 
     Args:
@@ -172,7 +160,6 @@ class GapImprints(Imprints):
         self.level = level
         self._sheet = Rectangle(*influence.surface.sheet.bounds)
         self._depth = influence.pad.thickness
-        self._shapes: dict[int, Shape] = {}
 
     def surface(self, placed: dict[int, Pose]) -> LowerSurface:
         """Lower surface of some geoms of one body in their poses in the pad frame.
@@ -185,11 +172,6 @@ class GapImprints(Imprints):
             self._shapes[geom] = geom_shape(self.model, geom)
         shapes = [(self._shapes[geom], pose) for geom, pose in near.items()]
         return lower_surface(shapes, self._sheet, depth=self._depth, facing_gap=self.facing_gap)
-
-    def forget(self) -> None:
-        """See Imprints."""
-        super().forget()
-        self._shapes.clear()
 
     def _choices(self, body: int, touching: Indices) -> list[Indices]:
         """Beside what touches now, all of the body that may touch as it presses deeper."""

@@ -14,6 +14,10 @@ Mask = npt.NDArray[np.bool_]
 
 #: Forces and separations this small beside the largest count as zero.
 TOLERANCE = 1e-11
+#: Heights this large beside the approach drown what presses.
+HIGH = 1e3
+#: Violations left where cells on the verge of contact keep changing sides.
+ON_THE_VERGE = 1e-8
 #: Motions that the contact resists less than this, over the one it resists most, are open.
 _OPEN = 1e-12
 #: Motions this small beside the largest do not move the cells.

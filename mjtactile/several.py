@@ -15,7 +15,7 @@ import numpy.typing as npt
 from mjtactile.cell_contact import CellContact
 from mjtactile.cell_laws import CellLoad, cell_load
 from mjtactile.compliance import SurfaceCompliance, surface_compliance
-from mjtactile.contact import cell_surface_load, contact_load, nothing_pressed, reported
+from mjtactile.contact import cell_surface_load, reported, solved_load
 from mjtactile.errors import ContactError
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
@@ -73,26 +73,15 @@ def contact_loads(
     triples = zip(footprints, wanted_forces, given, strict=True)
     wrenches = [wanted_wrench(footprint, force, moment) for footprint, force, moment in triples]
     if options.law != "elastic" or sum(wrench.normal > 0.0 for wrench in wrenches) < 2:
-        return [
-            contact_load(
-                influence,
-                footprint,
-                wrench.force,
-                moment=wrench.moment if wrench.moment_given else None,
-                law=law,
-                tangential=tangential,
-                friction=friction,
-                tilt=tilt,
-                cells=cells,
-            )
-            for footprint, wrench in zip(footprints, wrenches, strict=True)
-        ]
-    solved = _coupled(surface_compliance(influence), footprints, wrenches, options)
-    loads = []
-    for footprint, wrench, one in zip(footprints, wrenches, solved, strict=True):
-        load = nothing_pressed(influence, wrench) if one is None else cell_surface_load(influence, one, wrench)
-        loads.append(reported(influence, footprint, load, wrench, options))
-    return loads
+        pairs = zip(footprints, wrenches, strict=True)
+        loads = [solved_load(influence, footprint, wrench, options)[0] for footprint, wrench in pairs]
+    else:
+        solved = _coupled(surface_compliance(influence), footprints, wrenches, options)
+        loads = [cell_surface_load(influence, one, wrench) for one, wrench in zip(solved, wrenches, strict=True)]
+    return [
+        reported(influence, footprint, load, wrench, options)
+        for footprint, load, wrench in zip(footprints, loads, wrenches, strict=True)
+    ]
 
 
 def _coupled(

@@ -7,7 +7,7 @@ import numpy as np
 from mjtactile.errors import ContactError
 from mjtactile.interior import interior_point, resting_cells
 from mjtactile.pad import Array
-from mjtactile.rigid import RESULTANTS, Mask, Motions, RigidContact, flexibility
+from mjtactile.rigid import HIGH, ON_THE_VERGE, RESULTANTS, Mask, Motions, RigidContact, flexibility
 
 _ITERATIONS = 200
 #: Resultants fit to this fraction of the normal force; on the cells found, they are then made exact.
@@ -15,10 +15,6 @@ _TOLERANCE = 1e-12
 _SUFFICIENT_DECREASE = 1e-4
 _DAMPING = 1e-12
 _EXCHANGES = 30
-#: Heights this large beside the approach drown what presses.
-_HIGH = 1e3
-#: Violations left where springs on the verge of contact keep changing sides.
-_ON_THE_VERGE = 1e-8
 
 
 def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Array) -> RigidContact:
@@ -48,10 +44,10 @@ def winkler_contact(stiffness: Array, modes: Array, gaps: Array, resultants: Arr
         everywhere = np.ones(len(gaps), dtype=bool)
         forces, multipliers = interior_point(1.0 / weights, heights, motions.modes, wanted, everywhere)
         contact = _on(forces * len(gaps) > multipliers, weights, motions.modes, heights, wanted)
-    if not _solves(contact, motions.modes) and heights.max() > _HIGH:
+    if not _solves(contact, motions.modes) and heights.max() > HIGH:
         contact = _on(resting_cells(heights, motions.modes, wanted), weights, motions.modes, heights, wanted)
         for _ in range(_EXCHANGES):
-            violated = contact.violation > _ON_THE_VERGE
+            violated = contact.violation > ON_THE_VERGE
             if not violated.any():
                 break
             contact = _on(contact.pressed ^ violated, weights, motions.modes, heights, wanted)
@@ -96,7 +92,7 @@ def springs_under_pressure(weights: Array, modes: Array, gaps: Array, wanted: Ar
 
 def _solves(contact: RigidContact, modes: Array) -> bool:
     left = np.abs(modes.T @ contact.forces - contact.resultants).max()
-    return bool(left <= RESULTANTS * np.abs(contact.resultants).max() and contact.violation.max() <= _ON_THE_VERGE)
+    return bool(left <= RESULTANTS * np.abs(contact.resultants).max() and contact.violation.max() <= ON_THE_VERGE)
 
 
 def _on(pressed: np.ndarray, weights: Array, modes: Array, gaps: Array, wanted: Array) -> RigidContact:

@@ -18,10 +18,8 @@ from mjtactile.contact import SurfaceLoad
 from mjtactile.elimination import EliminatedSheet
 from mjtactile.fem import PARITIES, Parity, assemble
 from mjtactile.folding import QUADRANT_SIGNS, fold_forces, unfold_field
-from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MeshDensity, sheet_mesh
 from mjtactile.pad import Array, Pad
-from mjtactile.preset import Fidelity
 from mjtactile.sampling import layer_sampling
 from mjtactile.stress import StressSampler, von_mises
 
@@ -32,11 +30,6 @@ class Response(NamedTuple):
     readings: Array  #: (loads, layers, rows, columns) [Pa]
     displacement: Array  #: of the surface's nodes, (loads, nodes y, nodes x, 3) [m]
     base_reaction: Array  #: nodal forces of the base on the sheet, (loads, nodes y, nodes x, 3) [N]
-
-
-def without_tables(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
-    """What footprints and loads need of influence matrices: the pad and its surface grid."""
-    return InfluenceMatrices(pad, Fidelity(mesh=density), {})
 
 
 def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad]) -> Response:

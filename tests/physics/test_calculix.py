@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from direct import relative_difference, solve, without_tables
+from direct import relative_difference, solve
 from shapely import Polygon, affinity
 
 from mjtactile.contact import SurfaceLoad, contact_load
+from mjtactile.direct import without_tables
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.mesh import MESHES, MeshDensity

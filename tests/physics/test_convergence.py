@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from direct import Response, relative_difference, solve, without_tables
+from direct import Response, relative_difference, solve
 from shapely import Polygon
 
 from mjtactile.contact import SurfaceLoad, contact_load
+from mjtactile.direct import without_tables
 from mjtactile.footprint import Footprint
 from mjtactile.indenter import indenter_outline
 from mjtactile.mesh import MeshDensity

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import disc_stress_on_axis, disc_surface_sinking
-from direct import solve, without_tables
+from direct import solve
 from shapely import Point
 
 from mjtactile.contact import contact_load
+from mjtactile.direct import without_tables
 from mjtactile.footprint import Footprint
 from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Layer, Pad, TaxelGrid

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg
 from conftest import COARSE, LAYERED_PAD, in_double_precision
-from direct import relative_difference, solve, without_tables
+from direct import relative_difference, solve
 
 from mjtactile.contact import SurfaceLoad, contact_load
+from mjtactile.direct import without_tables
 from mjtactile.elimination import EliminatedSheet
 from mjtactile.fem import PARITIES, assemble, free_in_plane
 from mjtactile.footprint import Footprint
