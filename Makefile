@@ -1,9 +1,10 @@
-# `make demo` and `make test` set everything up in .venv; they need Python >= 3.11 and nothing else.
+# `make demo` and `make test` set everything up in .venv; they need Python >= 3.11 and a C++17 compiler.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 OTHER_MUJOCO := 3.17.0
+NATIVE := $(wildcard native/CMakeLists.txt native/*/*)
 
 .PHONY: demo test check install install-dev models tables clean
 
@@ -31,11 +32,11 @@ $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'mjtactile needs Python 3.11 or newer')"
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/installed: $(VENV)/bin/python pyproject.toml constraints.txt
+$(VENV)/installed: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIVE)
 	$(PIP) install -c constraints.txt -e .
 	touch $@
 
-$(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt
+$(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIVE)
 	$(PIP) install -c constraints.txt -e '.[dev]'
 	touch $@ $(VENV)/installed
 

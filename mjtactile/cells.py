@@ -115,12 +115,9 @@ class Cells:
     def nodal_forces(self, surface: SurfaceGrid, forces: Array) -> Array:
         """Nodal forces (nodes y, nodes x, components) [N] of forces on cells (cells, components) [N]."""
         first, to_steps = self._steps
-        loaded = forces.any(axis=0)
-        steps = to_steps @ (forces[:, loaded] / self.areas[:, None])
+        steps = to_steps @ (forces / self.areas[:, None])
         stepped = steps.any(axis=1)
-        nodal = np.zeros((*surface.node_shape, forces.shape[1]))
-        nodal[..., loaded] = surface.traction_forces(self.edges[first[stepped]], steps[stepped])
-        return nodal
+        return surface.traction_forces(self.edges[first[stepped]], steps[stepped])
 
     def placed(self, scale: float, angle: float, origin: npt.ArrayLike) -> Cells:
         """These cells scaled, turned counter-clockwise [rad], then shifted so that (0, 0) lands on `origin` [m]."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg
 
+from mjtactile import native
 from mjtactile.errors import ContactError
 from mjtactile.interior import interior_point, positive_definite, resting_cells
 from mjtactile.pad import Array
@@ -169,6 +170,11 @@ class _Programme:
 
     def _exchange_sets(self, pressed: Mask) -> RigidContact | None:
         """Move every cell that violates its condition to the other side until none does."""
+        if native.enabled() and self.blocks == 1:
+            heights = self.gaps if self.gaps.any() else None
+            found = native.rigid_contact(self.compliance, self.modes, heights, self.resultants, pressed)
+            if found is not None:
+                return RigidContact(self.resultants, *found)
         seen = set()
         for _ in range(_SET_EXCHANGES):
             solved = self._on(pressed)

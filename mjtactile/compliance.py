@@ -49,7 +49,8 @@ class SurfaceCompliance:
     lines: tuple[Array, Array]
 
     @cached_property
-    def _splines(self) -> tuple[PPoly, PPoly]:
+    def splines(self) -> tuple[PPoly, PPoly]:
+        """Weights of the patches along x and along y."""
         return _averaging_spline(self.lines[0]), _averaging_spline(self.lines[1])
 
     @cached_property
@@ -122,7 +123,7 @@ class SurfaceCompliance:
 
     def _weights(self, points: Array) -> Array:
         """Share of each patch in the remainder at each point, (points, patches)."""
-        along_x, along_y = (spline(points[:, axis]) for axis, spline in enumerate(self._splines))
+        along_x, along_y = (spline(points[:, axis]) for axis, spline in enumerate(self.splines))
         return (along_y[:, :, None] * along_x[:, None, :]).reshape(len(points), -1)
 
 

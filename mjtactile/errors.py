@@ -45,6 +45,10 @@ class SceneError(MjTactileError, ValueError):
     """A MuJoCo model that lacks what the pad needs, or a press that never settles."""
 
 
+class NativeError(MjTactileError, RuntimeError):
+    """The compiled core is missing, of another version, or cannot do what was asked."""
+
+
 class RenderError(MjTactileError, RuntimeError):
     """No working OpenGL without a screen, or a picture of no size."""
 

@@ -14,6 +14,7 @@ import scipy.sparse as sparse
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from mjtactile import native
 from mjtactile.line import Line
 from mjtactile.pad import Array
 from mjtactile.planar import polygons_of, rings_of
@@ -81,6 +82,8 @@ class SurfaceGrid:
         Returns:
             shape (nodes along y, nodes along x, components) [N].
         """
+        if native.enabled() and tractions.shape[1] == native.COMPONENTS:
+            return native.traction_forces(self.x.vertices, self.y.vertices, edges, tractions)
         moments = self._cell_moments(edges, tractions, _CONSTANT)
         along_y = np.tensordot(moments, _SHAPE_COEFFICIENTS, axes=([2], [1]))  # (j, i, a, m, k)
         per_cell = np.tensordot(along_y, _SHAPE_COEFFICIENTS, axes=([2], [1])).transpose(2, 0, 1, 3, 4)

@@ -1,0 +1,76 @@
+// Body of kernels_*.cpp: included once per instruction set, inside its own namespace, after `Lanes` of that set.
+// Lanes<T> holds `width` numbers of type T; load() widens Half.
+
+constexpr std::size_t kColumnsAtOnce = 8;
+constexpr std::size_t kRowsAtOnce = 1024;  // their sums stay in the first-level cache
+
+template <typename Stored, typename Value>
+void add_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
+                 Value* sums) {
+  using L = Lanes<Value>;
+  for (std::size_t first = 0; first < rows; first += kRowsAtOnce) {
+    const std::size_t last = first + kRowsAtOnce < rows ? first + kRowsAtOnce : rows;
+    const std::size_t whole = first + (last - first) / L::width * L::width;
+    std::size_t j = 0;
+    for (; j + kColumnsAtOnce <= count; j += kColumnsAtOnce) {
+      typename L::Type w[kColumnsAtOnce];
+      for (std::size_t i = 0; i < kColumnsAtOnce; ++i) w[i] = L::all(weights[j + i]);
+      const Stored* const* c = columns + j;
+      for (std::size_t r = first; r < whole; r += L::width) {
+        typename L::Type sum = L::load(sums + r);
+        for (std::size_t i = 0; i < kColumnsAtOnce; ++i) sum = L::multiply_add(w[i], L::load(c[i] + r), sum);
+        L::store(sums + r, sum);
+      }
+    }
+    for (; j < count; ++j) {
+      const typename L::Type w = L::all(weights[j]);
+      for (std::size_t r = first; r < whole; r += L::width) {
+        L::store(sums + r, L::multiply_add(w, L::load(columns[j] + r), L::load(sums + r)));
+      }
+    }
+    for (std::size_t r = whole; r < last; ++r) {
+      Value sum = sums[r];
+      for (std::size_t i = 0; i < count; ++i) sum += weights[i] * widened<Value>(columns[i][r]);
+      sums[r] = sum;
+    }
+  }
+}
+
+template <typename Value>
+void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
+  using L = Lanes<Value>;
+  const std::size_t whole = points / L::width * L::width;
+  for (std::size_t p = 0; p < whole; p += L::width) {
+    typename L::Type squares[4] = {L::all(0), L::all(0), L::all(0), L::all(0)};
+    for (std::size_t k = 0; k < 5; ++k) {
+      typename L::Type c[4];
+      for (std::size_t i = 0; i < 4; ++i) c[i] = L::load(classes[i] + k * points + p);
+      for (std::size_t q = 0; q < 4; ++q) {
+        typename L::Type value = L::multiply(L::all(signs[4 * q]), c[0]);
+        for (std::size_t i = 1; i < 4; ++i) value = L::multiply_add(L::all(signs[4 * q + i]), c[i], value);
+        squares[q] = L::multiply_add(value, value, squares[q]);
+      }
+    }
+    for (std::size_t q = 0; q < 4; ++q) L::store(norms + q * points + p, L::root(squares[q]));
+  }
+  for (std::size_t p = whole; p < points; ++p) {
+    for (std::size_t q = 0; q < 4; ++q) {
+      Value square = 0;
+      for (std::size_t k = 0; k < 5; ++k) {
+        Value value = 0;
+        for (std::size_t i = 0; i < 4; ++i) value += signs[4 * q + i] * classes[i][k * points + p];
+        square += value * value;
+      }
+      norms[q * points + p] = std::sqrt(square);
+    }
+  }
+}
+
+inline Kernels make_kernels(const char* name) {
+  return {name,
+          add_columns<Half, float>,
+          add_columns<float, float>,
+          add_columns<double, double>,
+          norms_of<float>,
+          norms_of<double>};
+}

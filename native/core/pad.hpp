@@ -1,0 +1,69 @@
+// One pad's tables in the form the fast path reads them in. Immutable once made: shared by all threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "compliance.hpp"
+#include "stress_map.hpp"
+#include "surface_grid.hpp"
+
+namespace mjtactile {
+
+// How a layer's taxels average their sample points: sparse rows (taxels, 4 quadrants * points).
+struct AveragingRows {
+  std::size_t points, taxels;
+  const std::int32_t* starts;   // (taxels + 1)
+  const std::int32_t* places;   // quadrant * points + point
+  const double* weights;
+};
+
+// A stress matrix of one class and layer: whole, or left (columns, rank) times right (rank, rows); rows are
+// (coordinate, point).
+struct MatrixFactors {
+  std::size_t rank;     // 0: whole
+  const double* left;   // (columns, rank or rows) [Pa/N]
+  const double* right;  // (rank, rows), null where whole
+};
+
+class Pad {
+ public:
+  Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, double thickness);
+
+  // In this order: the quadrants' signs (quadrants, classes) and every layer; then every class.
+  void set_signs(const double* signs);
+  void add_layer(const AveragingRows& rows);
+  // `columns`: quarter's degree of freedom (component, y, x) -> column or -1; `signs`: (3 components, 2 axes).
+  void set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
+                 const MatrixFactors* layers);
+
+  const SurfaceGrid& surface() const { return surface_; }
+  const SurfaceCompliance& compliance() const { return compliance_; }
+  double thickness() const { return thickness_; }
+  std::size_t taxels() const { return twofold_ ? twofold_map_.taxels : map_.taxels; }
+  std::size_t response_size() const { return twofold_ ? twofold_map_.response_size : map_.response_size; }
+  std::size_t bytes() const { return twofold_ ? twofold_map_.bytes() : map_.bytes(); }
+  bool twofold() const { return twofold_; }
+  const StressMap<float>& map() const { return map_; }
+  const StressMap<double>& twofold_map() const { return twofold_map_; }
+
+ private:
+  template <typename Value>
+  void add_layer_to(StressMap<Value>& map, const AveragingRows& rows);
+  template <typename Value>
+  void set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, const std::int32_t* columns,
+                    const double* signs, const MatrixFactors* layers);
+
+  SurfaceGrid surface_;
+  SurfaceCompliance compliance_;
+  Precision precision_;
+  double thickness_;
+  bool twofold_;
+  std::vector<std::size_t> points_;  // of each layer, without padding
+  StressMap<float> map_;
+  StressMap<double> twofold_map_;
+};
+
+}  // namespace mjtactile

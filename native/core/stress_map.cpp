@@ -1,0 +1,193 @@
+#include "stress_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "kernels.hpp"
+
+namespace mjtactile {
+namespace {
+
+constexpr std::size_t kAligned = 16;   // rows are padded to this many, so that kernels see whole vectors only
+constexpr std::size_t kChunk = 128;    // columns handed to a kernel at once
+constexpr int kTopExponent = 15;       // of a scaled column's largest entry; half precision ends just below 2^16
+// Forces below this share of the precision's rounding, relative to the largest, are rounding themselves.
+constexpr double kNegligible = 1.0 / 16.0;
+
+void add(const float* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
+  kernels().add_float(columns, weights, count, rows, sums);
+}
+void add(const double* const* columns, const double* weights, std::size_t count, std::size_t rows, double* sums) {
+  kernels().add_double(columns, weights, count, rows, sums);
+}
+void norms_of(const float* const* classes, const float* signs, std::size_t points, float* norms) {
+  kernels().norms_float(classes, signs, points, norms);
+}
+void norms_of(const double* const* classes, const double* signs, std::size_t points, double* norms) {
+  kernels().norms_double(classes, signs, points, norms);
+}
+
+}  // namespace
+
+template <typename Value>
+Columns<Value>::Columns(std::size_t count, std::size_t rows, Precision precision)
+    : count_(count), rows_(rows), stride_((rows + kAligned - 1) / kAligned * kAligned) {
+  if (std::is_same<Value, float>::value && precision == Precision::half) {
+    halves_.assign(count * stride_, 0);
+    scales_.assign(count, Value(1));
+  } else {
+    values_.assign(count * stride_, Value(0));
+  }
+}
+
+template <typename Value>
+void Columns<Value>::set(std::size_t column, const double* values) {
+  if (halves_.empty()) {
+    std::transform(values, values + rows_, values_.begin() + static_cast<std::ptrdiff_t>(column * stride_),
+                   [](double value) { return static_cast<Value>(value); });
+    return;
+  }
+  double largest = 0.0;
+  for (std::size_t r = 0; r < rows_; ++r) largest = std::max(largest, std::abs(values[r]));
+  int exponent = 0;
+  if (largest > 0.0) {
+    std::frexp(largest, &exponent);
+    exponent -= kTopExponent;
+  }
+  scales_[column] = static_cast<Value>(std::ldexp(1.0, exponent));
+  Half* to = halves_.data() + column * stride_;
+  for (std::size_t r = 0; r < rows_; ++r) to[r] = to_half(static_cast<float>(std::ldexp(values[r], -exponent)));
+}
+
+template <typename Value>
+void Columns<Value>::add(const std::uint32_t* places, const Value* weights, std::size_t count, Value* sums) const {
+  for (std::size_t first = 0; first < count; first += kChunk) {
+    const std::size_t taken = std::min(kChunk, count - first);
+    if constexpr (std::is_same<Value, float>::value) {
+      if (!halves_.empty()) {
+        const Half* columns[kChunk];
+        float scaled[kChunk];
+        for (std::size_t j = 0; j < taken; ++j) {
+          columns[j] = halves_.data() + places[first + j] * stride_;
+          scaled[j] = weights[first + j] * scales_[places[first + j]];
+        }
+        kernels().add_half(columns, scaled, taken, stride_, sums);
+        continue;
+      }
+    }
+    const Value* columns[kChunk];
+    for (std::size_t j = 0; j < taken; ++j) columns[j] = values_.data() + places[first + j] * stride_;
+    mjtactile::add(columns, weights + first, taken, stride_, sums);
+  }
+}
+
+template <typename Value>
+void StressMap<Value>::add_response(const double* forces, Workspace& workspace, Value* response) const {
+  double scale = 0.0;
+  const std::size_t nodes = nodes_x * nodes_y;
+  for (std::size_t i = 0; i < 3 * nodes; ++i) scale = std::max(scale, std::abs(forces[i]));
+  if (scale == 0.0) return;
+  const double negligible = kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
+  for (std::size_t c = 0; c < kClasses; ++c) {
+    const double largest = fold(forces, c, workspace);
+    if (largest == 0.0) continue;
+    const Class& of_class = classes[c];
+    const Columns<Value>& first = of_class.first.front();
+    // Scaled so that none is larger than 1: any magnitude keeps its digits in single precision.
+    workspace.weights.clear();
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < workspace.places.size(); ++i) {
+      const double value = workspace.folded[i] / scale;
+      if (std::abs(value) < negligible) continue;
+      workspace.places[kept++] = workspace.places[i];
+      workspace.weights.push_back(static_cast<Value>(value));
+    }
+    if (kept == 0) continue;
+    workspace.sums.assign(first.stride(), Value(0));
+    first.add(workspace.places.data(), workspace.weights.data(), kept, workspace.sums.data());
+    const Value back = static_cast<Value>(scale);
+    for (Value& sum : workspace.sums) sum *= back;
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      const std::size_t rows = kCoordinates * layers[k].points;
+      Value* to = response + layers[k].offset + c * rows;
+      const Value* from = workspace.sums.data() + of_class.offsets[k];
+      if (of_class.second[k].empty()) {
+        for (std::size_t r = 0; r < rows; ++r) to[r] += from[r];
+      } else {
+        const std::size_t rank =
+            (k + 1 < layers.size() ? of_class.offsets[k + 1] : first.rows()) - of_class.offsets[k];
+        of_class.second[k].front().add(workspace.every.data(), from, rank, to);
+      }
+    }
+  }
+}
+
+// Forces of one class on the quarter, as far as they are not zero; the largest of them.
+template <typename Value>
+double StressMap<Value>::fold(const double* forces, std::size_t c, Workspace& workspace) const {
+  workspace.places.clear();
+  workspace.folded.clear();
+  const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, quarter_x = middle_x + 1, quarter_y = middle_y + 1;
+  const std::size_t most = classes[c].first.front().rows();
+  for (std::size_t i = workspace.every.size(); i < most; ++i) workspace.every.push_back(static_cast<std::uint32_t>(i));
+  double largest = 0.0;
+  for (std::size_t component = 0; component < 3; ++component) {
+    const double sign_x = classes[c].signs[component][0], sign_y = classes[c].signs[component][1];
+    for (std::size_t y = 0; y < quarter_y; ++y) {
+      const double* upper = forces + ((middle_y + y) * nodes_x) * 3 + component;
+      const double* lower = forces + ((middle_y - y) * nodes_x) * 3 + component;
+      const std::uint32_t* columns = classes[c].columns.data() + (component * quarter_y + y) * quarter_x;
+      const double share = y > 0 ? sign_y : 0.0;
+      for (std::size_t x = 0; x < quarter_x; ++x) {
+        const std::size_t right = 3 * (middle_x + x), left = 3 * (middle_x - x);
+        double force = upper[right] + share * lower[right];
+        if (x > 0) force += sign_x * (upper[left] + share * lower[left]);
+        if (force == 0.0 || columns[x] == kNone) continue;
+        workspace.places.push_back(columns[x]);
+        workspace.folded.push_back(force);
+        largest = std::max(largest, std::abs(force));
+      }
+    }
+  }
+  return largest;
+}
+
+template <typename Value>
+void StressMap<Value>::readings(const Value* response, Workspace& workspace, double* readings) const {
+  for (const Layer& layer : layers) {
+    workspace.norms.resize(kClasses * layer.points);
+    const Value* of_classes[kClasses];
+    for (std::size_t c = 0; c < kClasses; ++c) {
+      of_classes[c] = response + layer.offset + c * kCoordinates * layer.points;
+    }
+    norms_of(of_classes, signs, layer.points, workspace.norms.data());
+    for (const Share& share : layer.taxels) {
+      Value sum = 0;
+      for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
+        sum += layer.weights[i] * workspace.norms[layer.places[i]];
+      }
+      *readings++ = static_cast<double>(sum);
+    }
+  }
+}
+
+template <typename Value>
+std::size_t StressMap<Value>::bytes() const {
+  std::size_t sum = 0;
+  for (const Class& of_class : classes) {
+    for (const auto& first : of_class.first) sum += first.bytes();
+    for (const auto& layer : of_class.second) {
+      for (const auto& second : layer) sum += second.bytes();
+    }
+  }
+  return sum;
+}
+
+template class Columns<float>;
+template class Columns<double>;
+template class StressMap<float>;
+template class StressMap<double>;
+
+}  // namespace mjtactile

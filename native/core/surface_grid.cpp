@@ -1,0 +1,137 @@
+#include "surface_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+constexpr int kPowers = 3;  // of a local coordinate in a quadratic shape function
+constexpr int kForces = 3;
+// Gauss points on [0, 1]: an integrand along an edge has degree 5.
+const double kRoot = std::sqrt(0.6);
+const double kNodes[3] = {0.5 - 0.5 * kRoot, 0.5, 0.5 + 0.5 * kRoot};
+constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+// Monomial coefficients of the three quadratic shape functions on [-1, 1].
+constexpr double kShapes[3][kPowers] = {{0.0, -0.5, 0.5}, {1.0, 0.0, -1.0}, {0.0, 0.5, 0.5}};
+// Integrals of xi^a over [-1, 1].
+constexpr double kWhole[kPowers] = {2.0, 0.0, 2.0 / 3.0};
+
+constexpr std::size_t kOwn = kForces * kPowers * kPowers, kPassing = kForces * kPowers;
+
+// The element that holds a coordinate; the first or the last for what lies outside.
+std::size_t element(const std::vector<double>& ends, double at) {
+  const auto after = std::upper_bound(ends.begin() + 1, ends.end() - 1, at);
+  return static_cast<std::size_t>(after - ends.begin()) - 1;
+}
+
+}  // namespace
+
+SurfaceGrid::SurfaceGrid(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {}
+
+void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, Workspace& workspace,
+                                  double* forces) const {
+  const std::size_t elements = (x_.size() - 1) * (y_.size() - 1);
+  workspace.own.assign(elements * kOwn, 0.0);
+  workspace.passing.assign(elements * kPassing, 0.0);
+  for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
+  gather(workspace, forces);
+}
+
+void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const {
+  const double direction[2] = {edge.end[0] - edge.start[0], edge.end[1] - edge.start[1]};
+  if (direction[1] == 0.0) return;
+  std::vector<double>& crossings = workspace.crossings;
+  crossings.clear();
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::vector<double>& lines = axis == 0 ? x_ : y_;
+    if (direction[axis] == 0.0) continue;
+    const double low = std::min(edge.start[axis], edge.end[axis]), high = std::max(edge.start[axis], edge.end[axis]);
+    for (auto line = std::lower_bound(lines.begin(), lines.end(), low); line != lines.end() && *line <= high; ++line) {
+      const double at = (*line - edge.start[axis]) / direction[axis];
+      if (at > 0.0 && at < 1.0) crossings.push_back(at);
+    }
+  }
+  std::sort(crossings.begin(), crossings.end());
+  crossings.push_back(1.0);
+  double begin[2] = {edge.start[0], edge.start[1]}, last = 0.0;
+  for (const double at : crossings) {
+    if (at <= last) continue;
+    const double finish[2] = {at == 1.0 ? edge.end[0] : edge.start[0] + at * direction[0],
+                              at == 1.0 ? edge.end[1] : edge.start[1] + at * direction[1]};
+    add_piece(begin, finish, edge.traction, workspace);
+    begin[0] = finish[0];
+    begin[1] = finish[1];
+    last = at;
+  }
+}
+
+void SurfaceGrid::add_piece(const double* start, const double* end, const double* traction,
+                            Workspace& workspace) const {
+  const double height = (start[1] + end[1]) / 2;
+  if (!(height > low_y() && height < high_y()) || start[1] == end[1]) return;
+  const std::size_t column = element(x_, (start[0] + end[0]) / 2), row = element(y_, height);
+  const double half_x = (x_[column + 1] - x_[column]) / 2, half_y = (y_[row + 1] - y_[row]) / 2;
+  double own[kPowers][kPowers] = {}, passing[kPowers] = {};
+  for (int g = 0; g < 3; ++g) {
+    const double x = start[0] + kNodes[g] * (end[0] - start[0]), y = start[1] + kNodes[g] * (end[1] - start[1]);
+    const double xi = std::min(1.0, std::max(-1.0, (x - x_[column]) / half_x - 1.0));
+    const double eta = (y - y_[row]) / half_y - 1.0;
+    const double square = xi * xi;
+    const double left[kPowers] = {half_x * (xi + 1.0), half_x * (square - 1.0) / 2, half_x * (square * xi + 1.0) / 3};
+    double power = (end[1] - start[1]) * kWeights[g];
+    for (int b = 0; b < kPowers; ++b, power *= eta) {
+      passing[b] += power;
+      for (int a = 0; a < kPowers; ++a) own[b][a] += power * left[a];
+    }
+  }
+  const std::size_t place = row * (x_.size() - 1) + column;
+  double* to_own = workspace.own.data() + place * kOwn;
+  double* to_passing = workspace.passing.data() + place * kPassing;
+  for (int m = 0; m < kForces; ++m) {
+    if (traction[m] == 0.0) continue;
+    for (int b = 0; b < kPowers; ++b) {
+      to_passing[m * kPowers + b] += traction[m] * passing[b];
+      for (int a = 0; a < kPowers; ++a) to_own[(m * kPowers + b) * kPowers + a] += traction[m] * own[b][a];
+    }
+  }
+}
+
+void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
+  const std::size_t columns = x_.size() - 1, rows = y_.size() - 1, width = nodes_x();
+  std::fill(forces, forces + kForces * width * nodes_y(), 0.0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    double right[kPassing] = {};
+    for (std::size_t column = columns; column-- > 0;) {
+      const double* own = workspace.own.data() + (row * columns + column) * kOwn;
+      const double* passing = workspace.passing.data() + (row * columns + column) * kPassing;
+      const double half = (x_[column + 1] - x_[column]) / 2;
+      for (int m = 0; m < kForces; ++m) {
+        double moments[kPowers][kPowers];
+        bool any = false;
+        for (int b = 0; b < kPowers; ++b) {
+          for (int a = 0; a < kPowers; ++a) {
+            moments[b][a] = own[(m * kPowers + b) * kPowers + a] + right[m * kPowers + b] * half * kWhole[a];
+            any = any || moments[b][a] != 0.0;
+          }
+        }
+        for (int b = 0; b < kPowers; ++b) right[m * kPowers + b] += passing[m * kPowers + b];
+        if (!any) continue;
+        for (int k = 0; k < 3; ++k) {
+          double along[kPowers];
+          for (int a = 0; a < kPowers; ++a) {
+            along[a] = kShapes[k][0] * moments[0][a] + kShapes[k][1] * moments[1][a] + kShapes[k][2] * moments[2][a];
+          }
+          for (int l = 0; l < 3; ++l) {
+            const double force = kShapes[l][0] * along[0] + kShapes[l][1] * along[1] + kShapes[l][2] * along[2];
+            forces[((2 * row + static_cast<std::size_t>(k)) * width + 2 * column + static_cast<std::size_t>(l)) *
+                       kForces +
+                   static_cast<std::size_t>(m)] += force;
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace mjtactile

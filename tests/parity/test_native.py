@@ -1,0 +1,148 @@
+"""The compiled core answers as the NumPy reference does."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import Point, affinity, box
+
+import mjtactile
+from mjtactile import native
+from mjtactile.complementarity import rigid_contact
+from mjtactile.compliance import surface_compliance
+from mjtactile.line import Line
+from mjtactile.load import SurfaceLoad
+from mjtactile.native import native_pad, without_native
+from mjtactile.partition import outline_cells
+from mjtactile.surface import SurfaceGrid, oriented_edges
+
+PAD = mjtactile.Pad()
+#: Largest difference over the largest reading, by storage precision. Half precision is widened to single.
+TOLERANCE = {"float16": 1e-6, "float32": 1e-6, "float64": 1e-12}
+SETS = ("avx512", "avx2", "plain")
+
+
+@pytest.fixture(scope="module", params=list(TOLERANCE))
+def influence(request):
+    return mjtactile.influence_matrices(
+        PAD, preset=mjtactile.Fidelity(mesh="draft", precision=request.param, reduction=0.01, law="elastic", cells=60)
+    )
+
+
+@pytest.fixture(params=SETS)
+def instruction_set(request):
+    before = native.instruction_set()
+    try:
+        native.use_instruction_set(request.param)
+    except mjtactile.NativeError:
+        pytest.skip(f"this processor has no {request.param}")
+    yield request.param
+    native.use_instruction_set(before)
+
+
+def random_forces(influence, seed):
+    rng = np.random.default_rng(seed)
+    forces = np.zeros((*influence.surface.node_shape, 3))
+    rows, columns = (slice(*sorted(rng.choice(n + 1, 2, replace=False))) for n in influence.surface.node_shape)
+    forces[rows, columns] = rng.normal(size=forces[rows, columns].shape)
+    return forces * 10.0 ** rng.uniform(-9, 9)
+
+
+def test_readings_of_random_forces(influence, instruction_set):
+    tolerance = TOLERANCE[influence.fidelity.precision]
+    for seed in range(20):
+        load = SurfaceLoad(random_forces(influence, seed), influence.surface, PAD_AREA)
+        with without_native():
+            expected = influence.readings(load)
+        assert np.abs(influence.readings(load) - expected).max() <= tolerance * expected.max()
+
+
+PAD_AREA = box(-1e-3, -1e-3, 1e-3, 1e-3)
+
+
+def test_readings_of_no_force_are_zero(influence):
+    assert not influence.readings(SurfaceLoad.none(influence.surface)).any()
+
+
+def test_readings_do_not_depend_on_the_batch(influence):
+    loads = [SurfaceLoad(random_forces(influence, s), influence.surface, PAD_AREA) for s in range(9)]
+    together = influence.readings(loads)
+    assert all((influence.readings(load) == one).all() for load, one in zip(loads, together, strict=True))
+
+
+def test_contact_load_and_readings_of_every_shape(influence, instruction_set):
+    tolerance = TOLERANCE[influence.fidelity.precision]
+    for number, shape in enumerate(mjtactile.INDENTER_NAMES[:7]):
+        outline = mjtactile.indenter_outline(shape, rotate_deg=40 * number, shift=(1e-3, -0.7e-3))
+        footprint = mjtactile.Footprint.from_outline(outline, influence)
+        wrench = {"force": (0.02, -0.05, -0.5), "moment": (1e-4, 3e-4, 1e-5)}
+        with without_native():
+            load = mjtactile.contact_load(influence, footprint, **wrench)
+            expected = influence.readings(load)
+        ours = mjtactile.contact_load(influence, footprint, **wrench)
+        assert np.abs(ours.forces - load.forces).max() <= 1e-11 * np.abs(load.forces).max()
+        assert ours.approach == pytest.approx(load.approach, rel=1e-10)
+        assert ours.tilts == pytest.approx(load.tilts, rel=1e-8, abs=1e-12)
+        assert np.abs(influence.readings(ours) - expected).max() <= tolerance * expected.max()
+
+
+numbers = st.floats(-1.2, 1.2)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    centre=st.tuples(numbers, numbers),
+    size=st.floats(0.01, 1.5),
+    angle=st.floats(0, 360),
+    hole=st.booleans(),
+    traction=st.tuples(numbers, numbers, numbers),
+)
+def test_nodal_forces_of_any_polygon(centre, size, angle, hole, traction):
+    grid = SurfaceGrid(Line(np.array([-1.0, -0.7, -0.1, 0.1, 0.7, 1.0])), Line(np.array([-1.0, -0.5, 0.5, 1.0])))
+    region = Point(centre).buffer(size, quad_segs=3)
+    if hole:
+        region = region.difference(affinity.scale(region, 0.4, 0.4))
+    edges = oriented_edges(affinity.rotate(region, angle, origin=centre))
+    tractions = np.broadcast_to(np.array(traction), (len(edges), 3))
+    with without_native():
+        expected = grid.traction_forces(edges, tractions)
+    assert np.abs(grid.traction_forces(edges, tractions) - expected).max() <= 1e-13
+
+
+def test_normal_compliance(influence):
+    outline = mjtactile.indenter_outline("star", rotate_deg=20, shift=(1e-3, 0))
+    cells = outline_cells(outline, 150)
+    expected = surface_compliance(influence).normal(cells)
+    scale = cells.placement[0]
+    shape = cells.half_space.inverse_distance / scale**3
+    found = native_pad(influence).normal_compliance(cells.centroids, cells.areas, shape, scale)
+    assert np.abs(found - expected).max() <= 1e-12 * np.abs(expected).max()
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), tilting=st.booleans())
+def test_rigid_contact_of_random_gaps(seed, tilting):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1, 1, (40, 2))
+    distance = np.linalg.norm(points[:, None] - points, axis=-1)
+    compliance = 1.0 / (distance + 0.05)
+    compliance = compliance @ compliance.T
+    gaps = rng.uniform(0, 1) * (points**2).sum(axis=1)
+    modes = np.hstack([np.ones((40, 1)), points]) if tilting else np.ones((40, 1))
+    resultants = np.array([1.0, *rng.uniform(-0.2, 0.2, 2)]) if tilting else np.ones(1)
+    with without_native():
+        expected = rigid_contact(compliance, modes, gaps, resultants)
+    found = rigid_contact(compliance, modes, gaps, resultants)
+    assert (found.pressed == expected.pressed).all()
+    assert np.abs(found.forces - expected.forces).max() <= 1e-8 * expected.forces.max()
+
+
+def test_a_missing_library_says_how_to_get_it(monkeypatch, tmp_path):
+    monkeypatch.setenv("MJTACTILE_LIBRARY", str(tmp_path / "none.so"))
+    with pytest.raises(mjtactile.NativeError, match="pip install"):
+        native.library_path()
+
+
+def test_unknown_kernels_are_refused():
+    with pytest.raises(mjtactile.NativeError, match="avx512"):
+        native.use_instruction_set("sse9")
