@@ -102,10 +102,10 @@ class Cells:
         return half_space_integrals(self.edges - self._anchor, self.owner)
 
     @cached_property
-    def _steps(self) -> tuple[Indices, sparse.csr_array]:
+    def steps(self) -> tuple[Indices, sparse.csr_array]:
         """Places of distinct edges, and cell tractions to their steps across these edges, (edges, cells)."""
         if self.shape is not None:
-            return self.shape._steps
+            return self.shape.steps
         first, place = distinct_edges(self.edges)
         representative = self.edges[first][place]
         along = np.einsum("ei,ei->e", self.edges[:, 1] - self.edges[:, 0], representative[:, 1] - representative[:, 0])
@@ -114,7 +114,7 @@ class Cells:
 
     def nodal_forces(self, surface: SurfaceGrid, forces: Array) -> Array:
         """Nodal forces (nodes y, nodes x, components) [N] of forces on cells (cells, components) [N]."""
-        first, to_steps = self._steps
+        first, to_steps = self.steps
         steps = to_steps @ (forces / self.areas[:, None])
         stepped = steps.any(axis=1)
         return surface.traction_forces(self.edges[first[stepped]], steps[stepped])

@@ -26,6 +26,13 @@ FLATNESS = 1e-7
 _BESIDE = 1e-3
 
 
+class FlatPart(NamedTuple):
+    """A flat face."""
+
+    outline: Polygon | MultiPolygon  #: seen along the pad's normal, in the pad frame [m]
+    corners: Array  #: of its parts over the sheet, in the pad frame [m], shape (n, 3)
+
+
 @dataclass(frozen=True)
 class LowerSurface:
     """Lower surface of a body over a sheet, in the pad frame."""
@@ -42,7 +49,12 @@ class LowerSurface:
         return np.maximum(np.minimum.reduce(heights) - self.touch, 0.0).reshape(x.shape)
 
     def flat_face(self, facing_gap: float, *, level: bool = False) -> Polygon | MultiPolygon | None:
-        """Outline of the face it turns to the pad [m] where that is flat, else None.
+        """Outline of the face it turns to the pad [m] where that is flat, else None; see `flat_part`."""
+        part = self.flat_part(facing_gap, level=level)
+        return None if part is None else part.outline
+
+    def flat_part(self, facing_gap: float, *, level: bool = False) -> FlatPart | None:
+        """The face it turns to the pad where that is flat, else None.
 
         Flat is a face whose corners over the sheet lie in one plane to `FLATNESS`, none more than `facing_gap` above
         the first touch, with next to nothing else of the body so low.
@@ -59,9 +71,10 @@ class LowerSurface:
             if face is None or not _is_plane(face.corners, level):
                 return None
             faces.append(face)
-        if not faces or not _is_plane(np.concatenate([face.corners for face in faces]), level):
+        if not faces:
             return None
-        return _union([_outline(face) for face in faces])
+        corners = np.concatenate([face.corners for face in faces])
+        return FlatPart(_union([_outline(face) for face in faces]), corners) if _is_plane(corners, level) else None
 
 
 def lower_surface(

@@ -96,14 +96,36 @@ class Imprints(ABC, Generic[Geometry]):
         ):
             return kept.footprint
         placed = {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
-        *likelier, last = choices
-        footprint = None
-        for choice in likelier:
-            with contextlib.suppress(FootprintError):
-                footprint = self._made({int(g): placed[int(g)] for g in choice})
-        footprint = footprint or self._made({int(g): placed[int(g)] for g in last})
+        footprint = self._first_made(choices, placed)
         self._kept[body] = _Kept(poses, footprint)
         return footprint
+
+    def footprint_of(self, body: int, placed: dict[int, Pose]) -> Footprint:
+        """Footprint of a body whose geoms stand in given poses in the pad frame; nothing is kept of it.
+
+        Raises:
+            FootprintError: when nothing of it is over the sensing surface.
+            SceneError: when one of its geoms has no solid or surface to press with.
+        """
+        return self._first_made(self.choices(body), placed)
+
+    def choices(self, body: int) -> list[Indices]:
+        """Sets of geoms a body may press with, the likelier first."""
+        return self._choices(body, self._colliding(body))
+
+    def _first_made(self, choices: list[Indices], placed: dict[int, Pose]) -> Footprint:
+        *likelier, last = choices
+        for choice in likelier:
+            with contextlib.suppress(FootprintError):
+                return self._made({int(g): placed[int(g)] for g in choice})
+        return self._made({int(g): placed[int(g)] for g in last})
+
+    def _colliding(self, body: int) -> Indices:
+        """A body's geoms that may collide with the pad."""
+        own, model, pad = np.flatnonzero(self.model.geom_bodyid == body), self.model, self.pad_geom
+        collides = (model.geom_contype[own] & model.geom_conaffinity[pad]) != 0
+        collides |= (model.geom_conaffinity[own] & model.geom_contype[pad]) != 0
+        return own[collides]
 
     def forget(self) -> None:
         """Make every footprint anew, and everything that was kept of the geoms' shapes."""
@@ -176,10 +198,7 @@ class GapImprints(Imprints[Shape]):
     def _choices(self, body: int, touching: Indices) -> list[Indices]:
         """Beside what touches now, all of the body that may touch as it presses deeper."""
         *shown, _ = pressing_geoms(self.model, body, touching)
-        own, model, pad = np.flatnonzero(self.model.geom_bodyid == body), self.model, self.pad_geom
-        collides = (model.geom_contype[own] & model.geom_conaffinity[pad]) != 0
-        collides |= (model.geom_conaffinity[own] & model.geom_contype[pad]) != 0
-        return [*shown, np.union1d(own[collides], touching)]
+        return [*shown, np.union1d(self._colliding(body), touching)]
 
     def _made(self, placed: dict[int, Pose]) -> Footprint:
         surface = self.surface(placed)

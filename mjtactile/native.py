@@ -10,6 +10,7 @@ import contextlib
 import ctypes
 import os
 import sys
+import threading
 import weakref
 from collections.abc import Iterator
 from functools import lru_cache
@@ -89,9 +90,10 @@ def library() -> ctypes.CDLL:
             "again with `pip install .`, so that both come from one source."
         )
     loaded.mjt_kernels.restype = ctypes.c_char_p
-    loaded.mjt_pad_new.restype = ctypes.c_void_p
+    for name in ("mjt_pad_new", "mjt_face_new", "mjt_sensor_new"):
+        getattr(loaded, name).restype = ctypes.c_void_p
     loaded.mjt_pad_bytes.restype = ctypes.c_size_t
-    loaded.mjt_pad_response_size.restype = ctypes.c_size_t
+    loaded.mjt_basis_bytes.restype = ctypes.c_size_t
     return loaded
 
 
@@ -179,16 +181,24 @@ class NativePad:
         return compliance
 
 
-_pads: weakref.WeakKeyDictionary[InfluenceMatrices, NativePad] = weakref.WeakKeyDictionary()
+_pads: weakref.WeakKeyDictionary[InfluenceMatrices, dict[bool, NativePad]] = weakref.WeakKeyDictionary()
+_making = threading.Lock()
 
 
-def native_pad(influence: InfluenceMatrices) -> NativePad:
-    """The core's copy of influence matrices, made when it is first asked for and shared by all that use them."""
-    if influence not in _pads:
-        from mjtactile.native_tables import make_pad
+def native_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad:
+    """The core's copy of influence matrices, made when it is first asked for and shared by all that use them.
 
-        _pads[influence] = make_pad(influence)
-    return _pads[influence]
+    Args:
+        influence: of the pad.
+        stress: whether whole stress tensors are wanted, which take a fifth more memory.
+    """
+    with _making:
+        made = _pads.setdefault(influence, {})
+        if stress not in made:
+            from mjtactile.native_tables import make_pad
+
+            made[stress] = make_pad(influence, stress=stress)
+        return made[stress]
 
 
 def contiguous(array: npt.ArrayLike) -> Array:

@@ -14,7 +14,6 @@ from mjtactile.folding import QUADRANT_SIGNS, QUADRANTS
 from mjtactile.matrix import read_matrix
 from mjtactile.native import NativePad, contiguous, library, pointer
 from mjtactile.pad import Array
-from mjtactile.stress import DEVIATORIC_COUNT
 from mjtactile.table import table_name
 
 if TYPE_CHECKING:
@@ -25,8 +24,8 @@ if TYPE_CHECKING:
 _PRECISIONS = ("float16", "float32", "float64")
 
 
-def make_pad(influence: InfluenceMatrices) -> NativePad:
-    """The core's copy of influence matrices."""
+def make_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad:
+    """The core's copy of influence matrices; with `stress` also those that whole stress tensors take."""
     compliance, surface = surface_compliance(influence), influence.surface
     ends = [contiguous(line.vertices) for line in (surface.x, surface.y)]
     patches = [contiguous(line) for line in compliance.lines]
@@ -51,7 +50,9 @@ def make_pad(influence: InfluenceMatrices) -> NativePad:
     for k, order in enumerate(orders):
         _add_layer(pad, influence, k, order)
     for number in range(len(PARITIES)):
-        _set_class(pad, influence, number, orders)
+        _set_class(pad, influence, number, orders, "deviatoric")
+        if stress:
+            _set_class(pad, influence, number, orders, "mean")
     return pad
 
 
@@ -88,7 +89,9 @@ def _add_layer(pad: NativePad, influence: InfluenceMatrices, sensing_layer: int,
     )
 
 
-def _set_class(pad: NativePad, influence: InfluenceMatrices, number: int, orders: list[npt.NDArray[np.int64]]) -> None:
+def _set_class(
+    pad: NativePad, influence: InfluenceMatrices, number: int, orders: list[npt.NDArray[np.int64]], kind: str
+) -> None:
     parity, free = PARITIES[number], influence.columns[number]
     quarter = influence.mesh.quarter()
     column_of = np.full(3 * quarter.y.node_count * quarter.x.node_count, -1, dtype=np.int32)
@@ -96,7 +99,7 @@ def _set_class(pad: NativePad, influence: InfluenceMatrices, number: int, orders
     signs = contiguous([parity.component_signs(component) for component in range(3)])
     ranks, lefts, rights = [], [], []
     for k, order in enumerate(orders):
-        factors = read_matrix(influence.tables, table_name("deviatoric", parity, k)).factors
+        factors = read_matrix(influence.tables, table_name(kind, parity, k)).factors
         ranks.append(0 if len(factors) == 1 else factors[0].shape[1])
         ordered = _ordered(factors[-1], order)
         lefts.append(ordered if len(factors) == 1 else contiguous(factors[0]))
@@ -110,12 +113,13 @@ def _set_class(pad: NativePad, influence: InfluenceMatrices, number: int, orders
         (ctypes.c_size_t * len(ranks))(*ranks),
         _pointers(lefts),
         _pointers(rights),
+        ctypes.c_int(kind == "mean"),
     )
 
 
 def _ordered(matrix: npt.NDArray[Any], order: npt.NDArray[np.int64]) -> Array:
     """Rows (point, coordinate) of a matrix (columns, rows) as (coordinate, point), points in another order."""
-    by_point = matrix.reshape(len(matrix), len(order), DEVIATORIC_COUNT)
+    by_point = matrix.reshape(len(matrix), len(order), -1)
     return contiguous(by_point[:, order].transpose(0, 2, 1))
 
 

@@ -1,16 +1,20 @@
 #include "api.h"
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
 #include <vector>
 
+#include "handles.hpp"
 #include "kernels.hpp"
-#include "pad.hpp"
-#include "rigid_contact.hpp"
 
 using namespace mjtactile;
 
-struct mjt_pad {
-  Pad pad;
+struct mjt_sensor {
+  CallbackHost host;
+  AnySensor sensor;
+  Steadiness state;
+  std::vector<Touch> touches;
 };
 
 namespace {
@@ -26,6 +30,9 @@ struct Scratch {
   std::vector<TractionEdge> edges;
   Matrix matrix;
   RigidContact contact;
+  ElasticContact elastic;
+  ElasticContact::Workspace law;
+  std::vector<double> weights;
 };
 
 Scratch& scratch() {
@@ -41,7 +48,13 @@ void read(const StressMap<Value>& map, typename StressMap<Value>::Workspace& wor
   map.readings(response.data(), workspace, readings);
 }
 
-void copy(const Matrix& from, double* to) { std::copy(from.data(), from.data() + from.rows() * from.columns(), to); }
+void copy(const Matrix& from, double* to) {
+  for (size_t i = 0; i < from.rows(); ++i) to = std::copy(from[i], from[i] + from.columns(), to);
+}
+
+void copy(const double* from, Matrix& to) {
+  for (size_t i = 0; i < to.rows(); ++i) std::copy(from + i * to.columns(), from + (i + 1) * to.columns(), to[i]);
+}
 
 }  // namespace
 
@@ -57,42 +70,40 @@ mjt_pad* mjt_pad_new(int precision, double thickness, size_t count_x, const doub
                      const double* remainder, const double* quadrant_signs) {
   const size_t patches = patches_x * patches_y;
   Matrix smooth(patches, patches);
-  std::copy(remainder, remainder + patches * patches, smooth.data());
+  copy(remainder, smooth);
   AveragingSpline x({patch_ends_x, patch_ends_x + patches_x + 1}, {spline_x, spline_x + 3 * patches_x * patches_x});
   AveragingSpline y({patch_ends_y, patch_ends_y + patches_y + 1}, {spline_y, spline_y + 3 * patches_y * patches_y});
   SurfaceGrid surface({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
   SurfaceCompliance compliance(factor, std::move(x), std::move(y), std::move(smooth));
-  auto* made = new mjt_pad{Pad(std::move(surface), std::move(compliance), static_cast<Precision>(precision), thickness)};
-  made->pad.set_signs(quadrant_signs);
+  auto* made = new mjt_pad{std::make_shared<Pad>(std::move(surface), std::move(compliance),
+                                                 static_cast<Precision>(precision), thickness)};
+  made->pad->set_signs(quadrant_signs);
   return made;
 }
 
 void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts, const int32_t* places,
                        const double* weights) {
-  pad->pad.add_layer({points, taxels, starts, places, weights});
+  pad->pad->add_layer({points, taxels, starts, places, weights});
 }
 
 void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,
                        const double* signs, const size_t* ranks, const double* const* left,
-                       const double* const* right) {
-  const size_t layers = pad->pad.twofold() ? pad->pad.twofold_map().layers.size() : pad->pad.map().layers.size();
+                       const double* const* right, int mean) {
   std::vector<MatrixFactors> factors;
-  for (size_t k = 0; k < layers; ++k) factors.push_back({ranks[k], left[k], right[k]});
-  pad->pad.set_class(static_cast<size_t>(symmetry_class), columns, column_of, signs, factors.data());
+  for (size_t k = 0; k < pad->pad->layers(); ++k) factors.push_back({ranks[k], left[k], right[k]});
+  pad->pad->set_class(static_cast<size_t>(symmetry_class), columns, column_of, signs, factors.data(), mean != 0);
 }
 
 void mjt_pad_free(mjt_pad* pad) { delete pad; }
 
-size_t mjt_pad_bytes(const mjt_pad* pad) { return pad->pad.bytes(); }
-
-size_t mjt_pad_response_size(const mjt_pad* pad) { return pad->pad.response_size(); }
+size_t mjt_pad_bytes(const mjt_pad* pad) { return pad->pad->bytes(); }
 
 void mjt_readings(const mjt_pad* pad, const double* forces, double* readings) {
   Scratch& kept = scratch();
-  if (pad->pad.twofold()) {
-    read(pad->pad.twofold_map(), kept.twofold_map, kept.twofold_response, forces, readings);
+  if (pad->pad->twofold()) {
+    read(pad->pad->deviatoric<double>(), kept.twofold_map, kept.twofold_response, forces, readings);
   } else {
-    read(pad->pad.map(), kept.map, kept.response, forces, readings);
+    read(pad->pad->deviatoric<float>(), kept.map, kept.response, forces, readings);
   }
 }
 
@@ -112,7 +123,7 @@ void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, c
 void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
                            const double* inverse_distance, double scale, double* compliance) {
   Scratch& kept = scratch();
-  pad->pad.compliance().normal(centroids, areas, cells, inverse_distance, scale, kept.compliance, kept.matrix);
+  pad->pad->compliance().normal(centroids, areas, cells, inverse_distance, scale, kept.compliance, kept.matrix);
   for (size_t i = 0; i < cells; ++i) {
     for (size_t j = i; j < cells; ++j) compliance[i * cells + j] = compliance[j * cells + i] = kept.matrix[i][j];
   }
@@ -123,7 +134,7 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
                       double* map_forces, double* map_motion, double* map_separation) {
   Scratch& kept = scratch();
   kept.matrix.resize(cells, cells);
-  std::copy(compliance, compliance + cells * cells, kept.matrix.data());
+  copy(compliance, kept.matrix);
   if (!kept.contact.solve(kept.matrix, modes, motions, heights, resultants, start)) return 0;
   std::copy(kept.contact.pressed().begin(), kept.contact.pressed().end(), pressed);
   copy(kept.contact.map_forces(), map_forces);
@@ -131,3 +142,76 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
   copy(kept.contact.map_separation(), map_separation);
   return 1;
 }
+
+mjt_face* mjt_face_new(const double* rotation, double height, double most_slope, size_t cells,
+                       const double* centroids, const double* areas, const double* inverse_distance, size_t edges,
+                       const double* ends, const int32_t* sides, size_t corners, const double* outline) {
+  auto face = std::make_shared<Face>();
+  std::copy(rotation, rotation + 9, face->rotation);
+  face->height = height;
+  face->most_slope = most_slope;
+  double area = 0.0;
+  for (size_t i = 0; i < cells; ++i) {
+    face->centroids.push_back({centroids[2 * i], centroids[2 * i + 1]});
+    area += areas[i];
+  }
+  face->areas.assign(areas, areas + cells);
+  face->length = std::sqrt(area);
+  face->inverse_distance.assign(inverse_distance, inverse_distance + cells * cells);
+  for (size_t i = 0; i < edges; ++i) {
+    const double* end = ends + 4 * i;
+    face->edges.push_back({{end[0], end[1]}, {end[2], end[3]}, sides[2 * i], sides[2 * i + 1]});
+  }
+  std::vector<Point> points;
+  for (size_t i = 0; i < corners; ++i) points.push_back({outline[2 * i], outline[2 * i + 1]});
+  face->corners = convex_hull(std::move(points));
+  face->hull = convex_hull(face->centroids);
+  return new mjt_face{std::move(face)};
+}
+
+void mjt_face_free(mjt_face* face) { delete face; }
+
+int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int tilting,
+                   double friction, double* nodal_forces) {
+  Scratch& kept = scratch();
+  const LawOptions options = {tilting != 0, friction};
+  Placement placement;
+  const Face& flat = *face->face;
+  if (!place(flat, pose_of(pose), placement)) return 0;
+  if (!kept.elastic.solve(flat, placement, pad->pad->compliance(), options, wrench, kept.law)) return 0;
+  if (!kept.elastic.weights(flat, options, wrench, kept.weights, kept.law)) return 0;
+  kept.elastic.nodal_forces(flat, pad->pad->surface(), kept.weights, kept.law, nodal_forces);
+  return 1;
+}
+
+mjt_sensor* mjt_sensor_new(const mjt_pad* pad, int tilting, double friction, int native, double tolerance,
+                           const mjt_host* host, int64_t context) {
+  return new mjt_sensor{CallbackHost(*host, context),
+                        AnySensor(pad->pad, {tilting != 0, friction}, native != 0, tolerance),
+                        {},
+                        {}};
+}
+
+void mjt_sensor_free(mjt_sensor* sensor) { delete sensor; }
+
+void mjt_sensor_forget(mjt_sensor* sensor) {
+  sensor->sensor.forget();
+  sensor->state = {};
+}
+
+void mjt_sensor_read(mjt_sensor* sensor, size_t count, const int* bodies, const double* poses, const double* wrenches,
+                     double* readings, double* stress) {
+  sensor->touches.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    Touch& touch = sensor->touches[i];
+    touch.body = bodies[i];
+    touch.pose = pose_of(poses + 12 * i);
+    std::copy(wrenches + 6 * i, wrenches + 6 * (i + 1), touch.wrench);
+  }
+  sensor->sensor.press(sensor->touches.data(), count, sensor->state, sensor->host);
+  if (readings != nullptr) sensor->sensor.readings(readings);
+  if (stress != nullptr) sensor->sensor.stress(stress);
+  sensor->state = sensor->sensor.after(sensor->state);
+}
+
+size_t mjt_basis_bytes(void) { return BasisCache<float>::shared().bytes() + BasisCache<double>::shared().bytes(); }

@@ -12,6 +12,16 @@
 #endif
 
 struct mjt_pad;
+struct mjt_face;
+struct mjt_sensor;
+
+/* The slower ways, in Python. Pose: position (3) and rotation (9, row-major) of the body in the pad frame. */
+typedef struct mjt_host {
+  /* The flat face a body turns to the pad, or null. */
+  mjt_face* (*face)(int64_t context, int body, const double* pose);
+  /* Nodal forces of one body's contact; 0 where there is none. */
+  int (*nodal_forces)(int64_t context, int body, const double* pose, const double* wrench, double* forces);
+} mjt_host;
 
 /* Raised with every change of this file; Python refuses a library of another. */
 MJT_API int mjt_version(void);
@@ -27,10 +37,9 @@ MJT_API void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const
                                const int32_t* places, const double* weights);
 MJT_API void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,
                                const double* signs, const size_t* ranks, const double* const* left,
-                               const double* const* right);
+                               const double* const* right, int mean);
 MJT_API void mjt_pad_free(mjt_pad* pad);
 MJT_API size_t mjt_pad_bytes(const mjt_pad* pad);
-MJT_API size_t mjt_pad_response_size(const mjt_pad* pad);
 
 /* Readings (taxels) [Pa] of nodal forces (nodes y, nodes x, 3) [N]. */
 MJT_API void mjt_readings(const mjt_pad* pad, const double* forces, double* readings);
@@ -44,3 +53,28 @@ MJT_API void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const doubl
 MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
                               const double* heights, const double* resultants, const uint8_t* start,
                               uint8_t* pressed, double* map_forces, double* map_motion, double* map_separation);
+
+/* A face as contact cells in its own frame: rotation (9) from the body's frame to it; centroids (cells, 2), areas
+   (cells), inverse_distance (cells, cells), edges (count, 2 ends, 2) with cells on both sides (count, 2), -1 for none;
+   corners (count, 2) of its outline. */
+MJT_API mjt_face* mjt_face_new(const double* rotation, double height, double most_slope, size_t cells,
+                               const double* centroids, const double* areas, const double* inverse_distance,
+                               size_t edges, const double* ends, const int32_t* sides, size_t corners,
+                               const double* outline);
+MJT_API void mjt_face_free(mjt_face* face);
+/* Nodal forces of one face pressed at a pose, without host; 0 where the reference has to take over. Also what the
+   contact is, each null or: forces on the cells (cells, 3) [N], motion (1 or 3). */
+MJT_API int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench,
+                           int tilting, double friction, double* nodal_forces);
+
+/* One pad in one simulation, for callers that keep no state themselves. `friction` < 0: none. `native` 0: the host does
+   everything. */
+MJT_API mjt_sensor* mjt_sensor_new(const mjt_pad* pad, int tilting, double friction, int native, double tolerance,
+                                   const mjt_host* host, int64_t context);
+MJT_API void mjt_sensor_free(mjt_sensor* sensor);
+MJT_API void mjt_sensor_forget(mjt_sensor* sensor);
+/* bodies (count), poses (count, 12), wrenches (count, 6); readings (taxels), stress (6, taxels) or null. */
+MJT_API void mjt_sensor_read(mjt_sensor* sensor, size_t count, const int* bodies, const double* poses,
+                             const double* wrenches, double* readings, double* stress);
+/* Memory that wrench bases take in this process [bytes]. */
+MJT_API size_t mjt_basis_bytes(void);

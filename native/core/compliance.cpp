@@ -26,34 +26,44 @@ SurfaceCompliance::SurfaceCompliance(double factor, AveragingSpline x, Averaging
 void SurfaceCompliance::normal(const double* centroids, const double* areas, std::size_t cells,
                                const double* inverse_distance, double scale, Workspace& workspace,
                                Matrix& compliance) const {
+  constexpr std::size_t kBlock = 16;
   const std::size_t columns = x_.patches(), patches = columns * y_.patches();
   workspace.weights.resize(cells, patches);
   workspace.transposed.resize(patches, cells);
-  workspace.through.resize(1, patches);
+  workspace.through.resize(cells, patches);
   workspace.x.resize(columns);
   workspace.y.resize(y_.patches());
   for (std::size_t i = 0; i < cells; ++i) {
     x_.weights(centroids[2 * i], workspace.x.data());
     y_.weights(centroids[2 * i + 1], workspace.y.data());
     double* weights = workspace.weights[i];
-    for (std::size_t p = 0; p < patches; ++p) {
-      weights[p] = workspace.y[p / columns] * workspace.x[p % columns];
-      workspace.transposed[p][i] = weights[p];
+    for (std::size_t row = 0; row < y_.patches(); ++row) {
+      for (std::size_t column = 0; column < columns; ++column) {
+        *weights++ = workspace.y[row] * workspace.x[column];
+      }
     }
   }
+  for (std::size_t p = 0; p < patches; ++p) {
+    double* to = workspace.transposed[p];
+    for (std::size_t i = 0; i < cells; ++i) to[i] = workspace.weights[i][p];
+  }
+  Matrix& through = workspace.through;
+  std::fill(through.data(), through.data() + cells * through.stride(), 0.0);
+  kernels().multiply_add(workspace.weights.data(), workspace.weights.stride(), 1, remainder_.data(),
+                         remainder_.stride(), through.data(), through.stride(), cells, through.stride(), patches);
   compliance.resize(cells, cells);
   const double cube = factor_ * scale * scale * scale;
-  workspace.rows.resize(patches);
-  double* through = workspace.through[0];
-  for (std::size_t i = 0; i < cells; ++i) {
-    std::fill(through, through + patches, 0.0);
-    add_rows(remainder_, workspace.weights[i], patches, through);
-    double* row = compliance[i];
-    const double* near = inverse_distance + i * cells;
-    const double own = cube / areas[i];
-    for (std::size_t j = i; j < cells; ++j) row[j] = own * near[j] / areas[j];
-    for (std::size_t p = 0; p < patches; ++p) workspace.rows[p] = workspace.transposed[p] + i;
-    kernels().add_double(workspace.rows.data(), through, patches, cells - i, row + i);
+  for (std::size_t first = 0; first < cells; first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, cells);
+    for (std::size_t i = first; i < last; ++i) {
+      const double own = cube / areas[i];
+      const double* near = inverse_distance + i * cells;
+      double* row = compliance[i];
+      for (std::size_t j = first; j < cells; ++j) row[j] = own * near[j] / areas[j];
+    }
+    kernels().multiply_add(through[first], through.stride(), 1, workspace.transposed.data() + first,
+                           workspace.transposed.stride(), compliance[first] + first, compliance.stride(),
+                           last - first, compliance.stride() - first, patches);
   }
 }
 

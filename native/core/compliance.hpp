@@ -31,7 +31,6 @@ class SurfaceCompliance {
   struct Workspace {
     Matrix weights, transposed, through;
     std::vector<double> x, y;
-    std::vector<const double*> rows;
   };
 
   // Mean normal displacement of each cell per normal force on each cell [m/N], upper triangle.

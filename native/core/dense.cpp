@@ -7,59 +7,64 @@
 
 namespace mjtactile {
 
-void add_rows(const Matrix& matrix, const double* weights, std::size_t count, double* sum) {
-  constexpr std::size_t kChunk = 64;
-  const double* rows[kChunk];
-  for (std::size_t first = 0; first < matrix.rows(); first += kChunk) {
-    const std::size_t taken = std::min(kChunk, matrix.rows() - first);
-    for (std::size_t i = 0; i < taken; ++i) rows[i] = matrix[first + i];
-    kernels().add_double(rows, weights + first, taken, count, sum);
-  }
-}
-
 bool factor(Matrix& matrix) {
-  constexpr std::size_t kChunk = 64;
-  const std::size_t size = matrix.rows();
-  const double* above[kChunk];
-  double weights[kChunk];
-  for (std::size_t i = 0; i < size; ++i) {
-    double* row = matrix[i] + i;
-    for (std::size_t first = 0; first < i; first += kChunk) {
-      const std::size_t taken = std::min(kChunk, i - first);
-      for (std::size_t k = 0; k < taken; ++k) {
-        above[k] = matrix[first + k] + i;
-        weights[k] = -above[k][0];
+  // Row blocks: what lies above a block is taken off it in one product, then it is factored by itself.
+  constexpr std::size_t kBlock = 16;
+  const std::size_t size = matrix.rows(), stride = matrix.stride();
+  double* u = matrix.data();
+  std::vector<double> above;
+  for (std::size_t first = 0; first < size; first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, size);
+    if (first > 0) {
+      above.resize(first * (last - first));
+      for (std::size_t k = 0; k < first; ++k) {
+        for (std::size_t i = first; i < last; ++i) above[k * (last - first) + i - first] = -u[k * stride + i];
       }
-      kernels().add_double(above, weights, taken, size - i, row);
+      kernels().multiply_add(above.data(), 1, last - first, u + first, stride, u + first * stride + first,
+                             stride, last - first, stride - first, first);
     }
-    if (!(row[0] > 0.0) || !std::isfinite(row[0])) return false;
-    const double pivot = std::sqrt(row[0]);
-    row[0] = pivot;
-    const double inverse = 1.0 / pivot;
-    for (std::size_t j = 1; j < size - i; ++j) row[j] *= inverse;
+    for (std::size_t i = first; i < last; ++i) {
+      double* row = u + i * stride;
+      if (!(row[i] > 0.0) || !std::isfinite(row[i])) return false;
+      const double pivot = std::sqrt(row[i]), inverse = 1.0 / pivot;
+      row[i] = pivot;
+      for (std::size_t j = i + 1; j < size; ++j) row[j] *= inverse;
+      for (std::size_t below = i + 1; below < last; ++below) {
+        const double share = row[below];
+        double* to = u + below * stride;
+        for (std::size_t j = below; j < size; ++j) to[j] -= share * row[j];
+      }
+    }
   }
   return true;
 }
 
 void solve_factored(const Matrix& upper, Matrix& right) {
-  const std::size_t size = upper.rows(), sides = right.columns();
+  const std::size_t size = upper.rows(), sides = right.rows();
   for (std::size_t i = 0; i < size; ++i) {
     const double* row = upper[i];
-    double* x = right[i];
-    for (std::size_t s = 0; s < sides; ++s) x[s] /= row[i];
-    for (std::size_t j = i + 1; j < size; ++j) {
-      double* y = right[j];
-      for (std::size_t s = 0; s < sides; ++s) y[s] -= row[j] * x[s];
+    const double inverse = 1.0 / row[i];
+    for (std::size_t s = 0; s < sides; ++s) {
+      double* x = right[s];
+      x[i] *= inverse;
+      const double known = x[i];
+      for (std::size_t j = i + 1; j < size; ++j) x[j] -= row[j] * known;
     }
   }
   for (std::size_t i = size; i-- > 0;) {
     const double* row = upper[i];
-    double* x = right[i];
-    for (std::size_t j = i + 1; j < size; ++j) {
-      const double* y = right[j];
-      for (std::size_t s = 0; s < sides; ++s) x[s] -= row[j] * y[s];
+    const double inverse = 1.0 / row[i];
+    for (std::size_t s = 0; s < sides; ++s) {
+      double* x = right[s];
+      // Four sums side by side: one would wait for itself.
+      double sums[4] = {0.0, 0.0, 0.0, 0.0};
+      std::size_t j = i + 1;
+      for (; j + 4 <= size; j += 4) {
+        for (std::size_t k = 0; k < 4; ++k) sums[k] += row[j + k] * x[j + k];
+      }
+      for (; j < size; ++j) sums[0] += row[j] * x[j];
+      x[i] = (x[i] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) * inverse;
     }
-    for (std::size_t s = 0; s < sides; ++s) x[s] /= row[i];
   }
 }
 

@@ -6,7 +6,7 @@
 
 namespace mjtactile {
 
-// A matrix stored row by row.
+// A matrix stored row by row, each padded to whole vectors; the padding holds numbers that mean nothing.
 class Matrix {
  public:
   Matrix() = default;
@@ -16,28 +16,28 @@ class Matrix {
   void resize(std::size_t rows, std::size_t columns) {
     rows_ = rows;
     columns_ = columns;
-    if (entries_.size() < rows * columns) entries_.resize(rows * columns);
+    stride_ = (columns + kPadding - 1) / kPadding * kPadding;
+    if (entries_.size() < rows * stride_) entries_.resize(rows * stride_);
   }
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }
-  double* operator[](std::size_t row) { return entries_.data() + row * columns_; }
-  const double* operator[](std::size_t row) const { return entries_.data() + row * columns_; }
+  std::size_t stride() const { return stride_; }
+  double* operator[](std::size_t row) { return entries_.data() + row * stride_; }
+  const double* operator[](std::size_t row) const { return entries_.data() + row * stride_; }
   double* data() { return entries_.data(); }
   const double* data() const { return entries_.data(); }
 
  private:
-  std::size_t rows_ = 0, columns_ = 0;
+  static constexpr std::size_t kPadding = 8;
+  std::size_t rows_ = 0, columns_ = 0, stride_ = 0;
   std::vector<double> entries_;
 };
-
-// sum += sum_j weights[j] * rows of `matrix`[j][0..count), j < matrix.rows().
-void add_rows(const Matrix& matrix, const double* weights, std::size_t count, double* sum);
 
 // Factor a symmetric positive definite matrix, of which the upper triangle is read, into U^T U; U replaces it.
 // False where the matrix is not positive definite.
 bool factor(Matrix& matrix);
 
-// Solve U^T U x = b for several b at once, each a column of `right`, which x replaces.
+// Solve U^T U x = b for several b at once, each a row of `right`, which x replaces.
 void solve_factored(const Matrix& upper, Matrix& right);
 
 // Solve a symmetric positive definite system of at most 3 unknowns for several right sides, each a column of `right`.

@@ -18,6 +18,10 @@ struct Kernels {
   void (*add_double)(const double* const* columns, const double* weights, std::size_t count, std::size_t rows,
                      double* sums);
 
+  // c += a b: a(i, k) = a[i * a_row + k * a_column] (rows, depth), b (depth, columns) and c (rows, columns) row by row.
+  void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                       double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
+
   // norms[q * points + p] = |sum_c signs[4 q + c] * classes[c][k * points + p]| over k < 5: the von Mises stress of
   // every folded point in every quadrant, from the four symmetry classes.
   void (*norms_float)(const float* const* classes, const float* signs, std::size_t points, float* norms);

@@ -50,6 +50,8 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm256_sqrt_pd(a); }
 };
 
+constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product
+
 #include "kernels_body.hpp"
 
 }  // namespace

@@ -50,6 +50,8 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm512_maskz_sqrt_pd(0xff, a); }
 };
 
+constexpr std::size_t kTileVectors = 4;  // of a tile of a matrix product
+
 #include "kernels_body.hpp"
 
 }  // namespace

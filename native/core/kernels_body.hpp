@@ -36,6 +36,61 @@ void add_columns(const Stored* const* columns, const Value* weights, std::size_t
   }
 }
 
+// One tile of c += a b, `kRows` by `kVectors` vectors: its sums stay in registers.
+template <std::size_t kRows, std::size_t kVectors>
+void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                   double* c, std::size_t c_row, std::size_t depth) {
+  using L = Lanes<double>;
+  typename L::Type sums[kRows][kVectors];
+  for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t v = 0; v < kVectors; ++v) sums[i][v] = L::load(c + i * c_row + v * L::width);
+  }
+  for (std::size_t k = 0; k < depth; ++k) {
+    typename L::Type of_b[kVectors];
+    for (std::size_t v = 0; v < kVectors; ++v) of_b[v] = L::load(b + k * b_row + v * L::width);
+    for (std::size_t i = 0; i < kRows; ++i) {
+      const typename L::Type of_a = L::all(a[i * a_row + k * a_column]);
+      for (std::size_t v = 0; v < kVectors; ++v) sums[i][v] = L::multiply_add(of_a, of_b[v], sums[i][v]);
+    }
+  }
+  for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t v = 0; v < kVectors; ++v) L::store(c + i * c_row + v * L::width, sums[i][v]);
+  }
+}
+
+template <std::size_t kRows>
+void multiply_rows(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                   double* c, std::size_t c_row, std::size_t columns, std::size_t depth) {
+  using L = Lanes<double>;
+  std::size_t j = 0;
+  for (; j + kTileVectors * L::width <= columns; j += kTileVectors * L::width) {
+    multiply_tile<kRows, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
+  }
+  for (; j + L::width <= columns; j += L::width) {
+    multiply_tile<kRows, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
+  }
+  for (; j < columns; ++j) {
+    for (std::size_t i = 0; i < kRows; ++i) {
+      double sum = c[i * c_row + j];
+      for (std::size_t k = 0; k < depth; ++k) sum += a[i * a_row + k * a_column] * b[k * b_row + j];
+      c[i * c_row + j] = sum;
+    }
+  }
+}
+
+inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_t a_column, const double* b,
+                                  std::size_t b_row, double* c, std::size_t c_row, std::size_t rows,
+                                  std::size_t columns, std::size_t depth) {
+  constexpr std::size_t kRows = 4;
+  std::size_t i = 0;
+  for (; i + kRows <= rows; i += kRows) {
+    multiply_rows<kRows>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  }
+  for (; i < rows; ++i) {
+    multiply_rows<1>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  }
+}
+
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
@@ -71,6 +126,7 @@ inline Kernels make_kernels(const char* name) {
           add_columns<Half, float>,
           add_columns<float, float>,
           add_columns<double, double>,
+          multiply_add_matrices,
           norms_of<float>,
           norms_of<double>};
 }

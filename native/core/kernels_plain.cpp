@@ -33,6 +33,8 @@ struct Lanes {
   static Type root(Type a) { return std::sqrt(a); }
 };
 
+constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product
+
 #include "kernels_body.hpp"
 
 }  // namespace

@@ -11,8 +11,8 @@ constexpr std::size_t kAligned = 16;
 std::size_t padded(std::size_t points) { return (points + kAligned - 1) / kAligned * kAligned; }
 
 // Rows (coordinate, point) with room for padding after each coordinate's points.
-void spread(const double* from, std::size_t points, std::size_t room, double* to) {
-  for (std::size_t k = 0; k < kCoordinates; ++k) {
+void spread(const double* from, std::size_t coordinates, std::size_t points, std::size_t room, double* to) {
+  for (std::size_t k = 0; k < coordinates; ++k) {
     std::copy(from + k * points, from + (k + 1) * points, to + k * room);
   }
 }
@@ -20,29 +20,51 @@ void spread(const double* from, std::size_t points, std::size_t room, double* to
 }  // namespace
 
 Pad::Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, double thickness)
-    : surface_(std::move(surface)),
-      compliance_(std::move(compliance)),
-      precision_(precision),
-      thickness_(thickness),
-      twofold_(precision == Precision::twofold) {
-  map_.nodes_x = twofold_map_.nodes_x = surface_.nodes_x();
-  map_.nodes_y = twofold_map_.nodes_y = surface_.nodes_y();
+    : surface_(std::move(surface)), compliance_(std::move(compliance)), precision_(precision), thickness_(thickness) {
+  prepare(float_maps_);
+  prepare(double_maps_);
+}
+
+template <typename Value>
+void Pad::prepare(Maps<Value>& maps) const {
+  maps.mean.coordinates = 1;
+  for (StressMap<Value>* map : {&maps.deviatoric, &maps.mean}) {
+    map->nodes_x = surface_.nodes_x();
+    map->nodes_y = surface_.nodes_y();
+  }
 }
 
 void Pad::set_signs(const double* signs) {
   for (std::size_t i = 0; i < kClasses * kClasses; ++i) {
-    map_.signs[i] = static_cast<float>(signs[i]);
-    twofold_map_.signs[i] = signs[i];
+    float_maps_.deviatoric.signs[i] = float_maps_.mean.signs[i] = static_cast<float>(signs[i]);
+    double_maps_.deviatoric.signs[i] = double_maps_.mean.signs[i] = signs[i];
   }
 }
 
 void Pad::add_layer(const AveragingRows& rows) {
   points_.push_back(rows.points);
-  if (twofold_) {
-    add_layer_to(twofold_map_, rows);
+  if (twofold()) {
+    add_layer_to(double_maps_.deviatoric, rows);
+    add_layer_to(double_maps_.mean, rows);
   } else {
-    add_layer_to(map_, rows);
+    add_layer_to(float_maps_.deviatoric, rows);
+    add_layer_to(float_maps_.mean, rows);
   }
+}
+
+void Pad::set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
+                    const MatrixFactors* layers, bool mean) {
+  has_mean_ = has_mean_ || mean;
+  if (twofold()) {
+    set_class_of(mean ? double_maps_.mean : double_maps_.deviatoric, c, count, columns, signs, layers);
+  } else {
+    set_class_of(mean ? float_maps_.mean : float_maps_.deviatoric, c, count, columns, signs, layers);
+  }
+}
+
+std::size_t Pad::bytes() const {
+  return float_maps_.deviatoric.bytes() + float_maps_.mean.bytes() + double_maps_.deviatoric.bytes() +
+         double_maps_.mean.bytes();
 }
 
 template <typename Value>
@@ -60,18 +82,9 @@ void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
       layer.weights.push_back(static_cast<Value>(rows.weights[i]));
     }
   }
-  map.response_size += kClasses * kCoordinates * layer.points;
+  map.response_size += kClasses * map.coordinates * layer.points;
   map.taxels += rows.taxels;
   map.layers.push_back(std::move(layer));
-}
-
-void Pad::set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
-                    const MatrixFactors* layers) {
-  if (twofold_) {
-    set_class_of(twofold_map_, c, count, columns, signs, layers);
-  } else {
-    set_class_of(map_, c, count, columns, signs, layers);
-  }
 }
 
 template <typename Value>
@@ -91,7 +104,7 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
   of_class.second.assign(map.layers.size(), {});
   for (std::size_t k = 0; k < map.layers.size(); ++k) {
     of_class.offsets.push_back(rows);
-    widths.push_back(layers[k].rank > 0 ? layers[k].rank : kCoordinates * map.layers[k].points);
+    widths.push_back(layers[k].rank > 0 ? layers[k].rank : map.coordinates * map.layers[k].points);
     rows += widths.back();
   }
   Columns<Value> first(count, rows, precision_);
@@ -103,7 +116,7 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
       if (rank > 0) {
         std::copy(layers[k].left + j * rank, layers[k].left + (j + 1) * rank, to);
       } else {
-        spread(layers[k].left + j * kCoordinates * points_[k], points_[k], map.layers[k].points, to);
+        spread(layers[k].left + j * map.coordinates * points_[k], map.coordinates, points_[k], map.layers[k].points, to);
       }
     }
     first.set(j, column.data());
@@ -111,10 +124,10 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
   of_class.first.assign(1, std::move(first));
   for (std::size_t k = 0; k < map.layers.size(); ++k) {
     if (layers[k].rank == 0) continue;
-    Columns<Value> second(layers[k].rank, kCoordinates * map.layers[k].points, precision_);
-    std::vector<double> row(kCoordinates * map.layers[k].points, 0.0);
+    Columns<Value> second(layers[k].rank, map.coordinates * map.layers[k].points, precision_);
+    std::vector<double> row(map.coordinates * map.layers[k].points, 0.0);
     for (std::size_t j = 0; j < layers[k].rank; ++j) {
-      spread(layers[k].right + j * kCoordinates * points_[k], points_[k], map.layers[k].points, row.data());
+      spread(layers[k].right + j * map.coordinates * points_[k], map.coordinates, points_[k], map.layers[k].points, row.data());
       second.set(j, row.data());
     }
     of_class.second[k].push_back(std::move(second));

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "compliance.hpp"
@@ -36,20 +36,45 @@ class Pad {
   void set_signs(const double* signs);
   void add_layer(const AveragingRows& rows);
   // `columns`: quarter's degree of freedom (component, y, x) -> column or -1; `signs`: (3 components, 2 axes).
+  // `mean`: matrices to the mean stress, wanted for whole tensors only, in place of those to deviatoric stress.
   void set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
-                 const MatrixFactors* layers);
+                 const MatrixFactors* layers, bool mean);
 
   const SurfaceGrid& surface() const { return surface_; }
   const SurfaceCompliance& compliance() const { return compliance_; }
   double thickness() const { return thickness_; }
-  std::size_t taxels() const { return twofold_ ? twofold_map_.taxels : map_.taxels; }
-  std::size_t response_size() const { return twofold_ ? twofold_map_.response_size : map_.response_size; }
-  std::size_t bytes() const { return twofold_ ? twofold_map_.bytes() : map_.bytes(); }
-  bool twofold() const { return twofold_; }
-  const StressMap<float>& map() const { return map_; }
-  const StressMap<double>& twofold_map() const { return twofold_map_; }
+  std::size_t layers() const { return points_.size(); }
+  std::size_t taxels() const { return twofold() ? double_maps_.deviatoric.taxels : float_maps_.deviatoric.taxels; }
+  std::size_t bytes() const;
+  bool twofold() const { return precision_ == Precision::twofold; }
+  Precision precision() const { return precision_; }
+  // Whether whole stress tensors are at hand.
+  bool has_mean() const { return has_mean_; }
+
+  template <typename Value>
+  const StressMap<Value>& deviatoric() const {
+    return maps<Value>().deviatoric;
+  }
+  template <typename Value>
+  const StressMap<Value>& mean() const {
+    return maps<Value>().mean;
+  }
 
  private:
+  template <typename Value>
+  struct Maps {
+    StressMap<Value> deviatoric, mean;
+  };
+  template <typename Value>
+  const Maps<Value>& maps() const {
+    if constexpr (std::is_same<Value, double>::value) {
+      return double_maps_;
+    } else {
+      return float_maps_;
+    }
+  }
+  template <typename Value>
+  void prepare(Maps<Value>& maps) const;
   template <typename Value>
   void add_layer_to(StressMap<Value>& map, const AveragingRows& rows);
   template <typename Value>
@@ -60,10 +85,10 @@ class Pad {
   SurfaceCompliance compliance_;
   Precision precision_;
   double thickness_;
-  bool twofold_;
+  bool has_mean_ = false;
   std::vector<std::size_t> points_;  // of each layer, without padding
-  StressMap<float> map_;
-  StressMap<double> twofold_map_;
+  Maps<float> float_maps_;
+  Maps<double> double_maps_;
 };
 
 }  // namespace mjtactile

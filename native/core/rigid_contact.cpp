@@ -84,7 +84,7 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
   const std::size_t count = places_.size();
   if (count == 0) return false;
   factor_.resize(count, count);
-  right_.resize(count, entries);
+  right_.resize(entries, count);
   for (std::size_t a = 0; a < count; ++a) {
     const double* from = compliance[places_[a]];
     double* to = factor_[a];
@@ -93,8 +93,8 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
     } else {
       for (std::size_t b = a; b < count; ++b) to[b] = from[places_[b]];
     }
-    for (std::size_t m = 0; m < motions; ++m) right_[a][m] = modes[places_[a] * motions + m];
-    right_[a][motions] = heights == nullptr ? 0.0 : heights[places_[a]];
+    for (std::size_t m = 0; m < motions; ++m) right_[m][a] = modes[places_[a] * motions + m];
+    right_[motions][a] = heights == nullptr ? 0.0 : heights[places_[a]];
   }
   if (!factor(factor_)) return false;
   solve_factored(factor_, right_);
@@ -105,7 +105,7 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
   for (std::size_t m = 0; m < motions; ++m) {
     for (std::size_t n = 0; n < entries; ++n) {
       double sum = 0.0;
-      for (std::size_t a = 0; a < count; ++a) sum += modes[places_[a] * motions + m] * right_[a][n];
+      for (std::size_t a = 0; a < count; ++a) sum += modes[places_[a] * motions + m] * right_[n][a];
       if (n < motions) {
         stiffness[m][n] = sum;
         map_motion_[m][n] = m == n ? 1.0 : 0.0;
@@ -117,13 +117,13 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
   if (!solve_small(stiffness, map_motion_, kOpen)) return false;
   map_forces_.resize(cells, entries);
   map_separation_.resize(cells, entries);
-  std::fill(map_forces_.data(), map_forces_.data() + cells * entries, 0.0);
-  std::fill(map_separation_.data(), map_separation_.data() + cells * entries, 0.0);
+  std::fill(map_forces_.data(), map_forces_.data() + cells * map_forces_.stride(), 0.0);
+  std::fill(map_separation_.data(), map_separation_.data() + cells * map_separation_.stride(), 0.0);
   for (std::size_t a = 0; a < count; ++a) {
     double* force = map_forces_[places_[a]];
     for (std::size_t n = 0; n < entries; ++n) {
-      double sum = n == motions ? -right_[a][motions] : 0.0;
-      for (std::size_t m = 0; m < motions; ++m) sum += right_[a][m] * map_motion_[m][n];
+      double sum = n == motions ? -right_[motions][a] : 0.0;
+      for (std::size_t m = 0; m < motions; ++m) sum += right_[m][a] * map_motion_[m][n];
       force[n] = sum;
     }
   }

@@ -110,7 +110,7 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
     const Value back = static_cast<Value>(scale);
     for (Value& sum : workspace.sums) sum *= back;
     for (std::size_t k = 0; k < layers.size(); ++k) {
-      const std::size_t rows = kCoordinates * layers[k].points;
+      const std::size_t rows = coordinates * layers[k].points;
       Value* to = response + layers[k].offset + c * rows;
       const Value* from = workspace.sums.data() + of_class.offsets[k];
       if (of_class.second[k].empty()) {
@@ -160,7 +160,7 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
     workspace.norms.resize(kClasses * layer.points);
     const Value* of_classes[kClasses];
     for (std::size_t c = 0; c < kClasses; ++c) {
-      of_classes[c] = response + layer.offset + c * kCoordinates * layer.points;
+      of_classes[c] = response + layer.offset + c * coordinates * layer.points;
     }
     norms_of(of_classes, signs, layer.points, workspace.norms.data());
     for (const Share& share : layer.taxels) {
@@ -169,6 +169,31 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
         sum += layer.weights[i] * workspace.norms[layer.places[i]];
       }
       *readings++ = static_cast<double>(sum);
+    }
+  }
+}
+
+template <typename Value>
+void StressMap<Value>::means(const Value* response, const bool odd[][2], double* means) const {
+  std::size_t taxel = 0;
+  for (const Layer& layer : layers) {
+    for (const Share& share : layer.taxels) {
+      for (std::size_t k = 0; k < coordinates; ++k) {
+        double sum = 0.0;
+        for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
+          const std::size_t quadrant = layer.places[i] / layer.points, point = layer.places[i] % layer.points;
+          // Quadrants 1 and 3 lie at negative x, 2 and 3 at negative y.
+          const bool flipped = (odd[k][0] && quadrant % 2 == 1) != (odd[k][1] && quadrant / 2 == 1);
+          double value = 0.0;
+          for (std::size_t c = 0; c < kClasses; ++c) {
+            value += static_cast<double>(signs[kClasses * quadrant + c]) *
+                     static_cast<double>(response[layer.offset + (c * coordinates + k) * layer.points + point]);
+          }
+          sum += static_cast<double>(layer.weights[i]) * (flipped ? -value : value);
+        }
+        means[k * taxels + taxel] = sum;
+      }
+      ++taxel;
     }
   }
 }

@@ -14,7 +14,8 @@
 namespace mjtactile {
 
 constexpr std::size_t kClasses = 4;
-constexpr std::size_t kCoordinates = 5;  // of deviatoric stress
+constexpr std::size_t kDeviatoric = 5;  // coordinates of deviatoric stress; their norm is the von Mises stress
+constexpr std::size_t kTensor = 6;      // components xx, yy, zz, xy, yz, zx of a stress tensor
 
 enum class Precision { half, single, twofold };
 
@@ -71,6 +72,7 @@ class StressMap {
     std::vector<std::uint32_t> every;  // 0, 1, 2, ...
   };
 
+  std::size_t coordinates = kDeviatoric;  // or 1, for the mean stress
   std::size_t nodes_x = 0, nodes_y = 0, response_size = 0, taxels = 0;
   Value signs[kClasses * kClasses] = {};  // (quadrants, classes)
   std::vector<Layer> layers;
@@ -78,8 +80,11 @@ class StressMap {
 
   // response += that to nodal forces (nodes y, nodes x, 3) [N].
   void add_response(const double* forces, Workspace& workspace, Value* response) const;
-  // Readings (taxels of all layers) [Pa] of a response.
+  // Readings (taxels of all layers) [Pa] of a response of deviatoric stress.
   void readings(const Value* response, Workspace& workspace, double* readings) const;
+  // Means over each taxel's sample points, (coordinates, taxels) [Pa]. `odd`: per coordinate, whether it changes its
+  // sign under x -> -x and under y -> -y.
+  void means(const Value* response, const bool odd[][2], double* means) const;
   std::size_t bytes() const;
 
  private:

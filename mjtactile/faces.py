@@ -1,0 +1,154 @@
+"""Flat faces of rigid bodies as the compiled core presses them: cells cut once, in the face's own frame.
+
+The frame depends on the body's geometry alone: which pose a face was first seen in leaves no trace in its cells.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon
+
+from mjtactile.cells import Cells
+from mjtactile.errors import FootprintError
+from mjtactile.facing import FlatPart, lower_surface
+from mjtactile.gap import HalfSpace, Pose, Shape
+from mjtactile.native import contiguous, library, pointer
+from mjtactile.pad import Array
+from mjtactile.partition import outline_cells
+from mjtactile.search import Rectangle
+
+#: Bodies reach no further than this from their middle [m]; what does is looked at anew at every pose.
+_FARTHEST = 1.0
+#: Directions of faces in their body's frame are rounded to this [-]: rounding must not make another face of it.
+_DIRECTION = 1e-7
+#: Share of the facing gap by which a face may lean over its own width before it is looked at anew.
+_LEAN = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFace:
+    """A flat face that a body turns to pads, wherever over the sheet it stands.
+
+    Attributes:
+        rotation: from the body's frame to the face's, whose z axis is the pad's when the face lies on it, (3, 3).
+        height: of the face in that frame [m].
+        outline: in that frame [m].
+        most_slope: to which the body may lean before other parts of it may touch [-].
+    """
+
+    rotation: Array
+    height: float
+    outline: Polygon | MultiPolygon
+    most_slope: float
+
+
+class NativeFace:
+    """A face's cells as the core holds them.
+
+    Attributes:
+        handle: what the core's functions take.
+    """
+
+    def __init__(self, face: BodyFace, count: int) -> None:
+        cells = outline_cells(face.outline, count)
+        ends, sides = _cell_edges(cells)
+        corners = contiguous(shapely.get_coordinates(face.outline.convex_hull)[:-1])
+        arrays = [contiguous(one) for one in (cells.centroids, cells.areas, cells.half_space.inverse_distance)]
+        rotation, core = contiguous(face.rotation), library()
+        self.handle = ctypes.c_void_p(
+            core.mjt_face_new(
+                pointer(rotation),
+                ctypes.c_double(face.height),
+                ctypes.c_double(face.most_slope),
+                ctypes.c_size_t(cells.count),
+                *(pointer(one) for one in arrays),
+                ctypes.c_size_t(len(ends)),
+                pointer(ends),
+                pointer(sides),
+                ctypes.c_size_t(len(corners)),
+                pointer(corners),
+            )
+        )
+        self._finalizer = weakref.finalize(self, core.mjt_face_free, self.handle)
+
+
+def body_face(
+    shapes: Mapping[int, Shape], local: Mapping[int, Pose], pose: Pose, *, facing_gap: float, level: bool
+) -> BodyFace | None:
+    """The flat face that a body turns to a pad, with nothing else of the body as low; None where it has none.
+
+    Args:
+        shapes: of the body's geoms.
+        local: their poses in the body's frame.
+        pose: of the body in the pad frame.
+        facing_gap: what is no higher than this above the first touch faces the pad [m].
+        level: whether the face must be parallel to the pad, because the body cannot tilt.
+    """
+    if any(isinstance(shape, HalfSpace) for shape in shapes.values()):
+        return None
+    first = _flat_part(shapes, local, pose, facing_gap, level=False)
+    if first is None:
+        return None
+    rotation = _face_axes(_normal(first, pose))
+    height = float(((first.corners - pose.position) @ pose.rotation @ rotation.T)[:, 2].mean())
+    lying = Pose(np.array([0.0, 0.0, -height]), rotation)
+    part = _flat_part(shapes, local, lying, facing_gap, level=False)
+    if part is None:
+        return None
+    width = float(np.ptp(shapely.get_coordinates(part.outline), axis=0).max())
+    lean = 1e-7 if level else _LEAN * facing_gap
+    return BodyFace(rotation, height, part.outline, lean / width)
+
+
+def _flat_part(
+    shapes: Mapping[int, Shape], local: Mapping[int, Pose], pose: Pose, facing_gap: float, *, level: bool
+) -> FlatPart | None:
+    """The flat face of the whole body, over the sheet or beside it."""
+    x, y = pose.position[:2]
+    everywhere = Rectangle(x - _FARTHEST, y - _FARTHEST, x + _FARTHEST, y + _FARTHEST)
+    placed = [(shape, composed(pose, local[geom])) for geom, shape in shapes.items()]
+    try:
+        surface = lower_surface(placed, everywhere, depth=_FARTHEST, facing_gap=facing_gap)
+    except FootprintError:
+        return None
+    return surface.flat_part(facing_gap, level=level)
+
+
+def composed(body: Pose, local: Pose) -> Pose:
+    """Pose of a geom in the pad frame, from its body's and its own in the body's frame."""
+    return Pose(body.position + body.rotation @ local.position, body.rotation @ local.rotation)
+
+
+def _normal(part: FlatPart, pose: Pose) -> Array:
+    """The face's upward normal in the body's frame."""
+    offset = part.corners - part.corners.mean(axis=0)
+    slope, *_ = np.linalg.lstsq(offset[:, :2], offset[:, 2], rcond=None)
+    upward = pose.rotation.T @ np.array([-slope[0], -slope[1], 1.0])
+    rounded = np.round(upward / np.linalg.norm(upward) / _DIRECTION) * _DIRECTION + 0.0
+    return rounded / np.linalg.norm(rounded)
+
+
+def _face_axes(normal: Array) -> Array:
+    """Axes of the face in the body's frame, as rows, shape (3, 3)."""
+    along = np.zeros(3)
+    along[int(np.argmin(np.abs(normal)))] = 1.0
+    x = along - normal * (along @ normal)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(normal, x), normal])
+
+
+def _cell_edges(cells: Cells) -> tuple[Array, np.ndarray]:
+    """Distinct edges (count, 2 ends, 2) [m], and the cells to their left and right, -1 for none."""
+    first, steps = cells.steps
+    sides = np.full((len(first), 2), -1, dtype=np.int32)
+    coordinates = steps.tocoo()
+    for side, sign in enumerate((1.0, -1.0)):
+        there = coordinates.data == sign
+        sides[coordinates.row[there], side] = coordinates.col[there]
+    return contiguous(cells.edges[first]), np.ascontiguousarray(sides)

@@ -1,0 +1,173 @@
+"""Where the running MuJoCo keeps the fields the plugin reads: from its own description of itself, and checked.
+
+Structures grow from version to version, and a plugin compiled against one misreads another. `mujoco.introspect` lists
+every field of the MuJoCo that is imported; C's rules of alignment give their offsets. Before they are used, pointers
+and numbers found at these offsets are compared with what MuJoCo's own bindings say.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from mjtactile.errors import NativeError
+
+_SIZES = {
+    "int": 4, "float": 4, "char": 1, "mjtByte": 1, "mjtBool": 1, "mjtNum": 8, "mjtSize": 8,
+    "size_t": 8, "uint64_t": 8, "uintptr_t": 8,
+}  # fmt: skip
+_POINTER = 8
+
+#: Fields of `Layout` in native/plugin/mujoco_view.hpp, in its order.
+_FIELDS = (
+    ("mjModel", ("nsensor", "nbody", "geom_type", "geom_bodyid", "geom_size", "sensor_plugin", "sensor_objtype",
+                 "sensor_objid", "sensor_adr", "plugin_stateadr")),
+    ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata", "plugin_data",
+                "plugin_state")),
+    ("mjContact", ("", "pos", "frame", "geom")),
+    ("mjvScene", ("ngeom", "maxgeom", "geoms")),
+    ("mjvGeom", ("",)),
+)  # fmt: skip
+#: Functions in the order of `Functions` there.
+FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
+
+
+class Shape(NamedTuple):
+    """Size and alignment of a type [bytes]."""
+
+    size: int
+    alignment: int
+
+
+class MujocoLayout(NamedTuple):
+    """What the plugin is told of the running MuJoCo."""
+
+    offsets: dict[str, dict[str, int]]  #: by structure and field [bytes]
+    sizes: dict[str, int]  #: of structures [bytes]
+
+    def packed(self) -> np.ndarray:
+        """As the plugin takes it: whole numbers in the order of `Layout`."""
+        numbers = [
+            self.offsets[structure][name] if name else self.sizes[structure]
+            for structure, names in _FIELDS
+            for name in names
+        ]
+        kinds = (
+            mujoco.mjtObj.mjOBJ_GEOM,
+            mujoco.mjtGeom.mjGEOM_BOX,
+            mujoco.mjtStage.mjSTAGE_ACC,
+            mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR,
+        )
+        return np.array([*numbers, *(int(kind) for kind in kinds)], dtype=np.int64)
+
+
+def mujoco_layout() -> MujocoLayout:
+    """Layout of the running MuJoCo, checked.
+
+    Raises:
+        NativeError: when this MuJoCo does not describe itself, or not as it is.
+    """
+    try:
+        from mujoco.introspect import structs
+
+        declared = structs.STRUCTS
+        offsets = {name: _offsets(declared[name].fields, declared)[0] for name, _ in _FIELDS}
+        sizes = {name: _offsets(declared[name].fields, declared)[1].size for name, _ in _FIELDS}
+        layout = MujocoLayout(offsets, sizes)
+        layout.packed()
+    except (ImportError, KeyError, AttributeError, TypeError) as error:
+        raise _unknown(f"its description of itself lacks something ({type(error).__name__}: {error})") from error
+    _check(layout)
+    return layout
+
+
+def _offsets(fields: Any, declared: Mapping[str, Any]) -> tuple[dict[str, int], Shape]:
+    """Offset of each field, and the structure's own size and alignment."""
+    offsets: dict[str, int] = {}
+    at, alignment = 0, 1
+    for field in fields:
+        shape = _shape(field.type, declared)
+        at = _aligned(at, shape.alignment)
+        if getattr(field, "name", ""):
+            offsets[field.name] = at
+        at += shape.size
+        alignment = max(alignment, shape.alignment)
+    return offsets, Shape(_aligned(at, alignment), alignment)
+
+
+def _shape(kind: Any, declared: Mapping[str, Any]) -> Shape:
+    name = type(kind).__name__
+    if name == "PointerType":
+        return Shape(_POINTER, _POINTER)
+    if name == "ArrayType":
+        inner = _shape(kind.inner_type, declared)
+        return Shape(inner.size * int(np.prod(kind.extents)), inner.alignment)
+    if hasattr(kind, "fields"):
+        return _offsets(kind.fields, declared)[1]
+    if kind.name in declared:
+        return _offsets(declared[kind.name].fields, declared)[1]
+    size = 4 if kind.name.startswith("mjt") and kind.name not in _SIZES else _SIZES[kind.name]
+    return Shape(size, size)
+
+
+def _aligned(at: int, alignment: int) -> int:
+    return -(-at // alignment) * alignment
+
+
+_CHECK = """
+<mujoco>
+  <worldbody>
+    <geom name="pad" type="box" size=".01 .02 .03"/>
+    <body pos="0 0 .035"><freejoint/><geom type="box" size=".006 .005 .01"/></body>
+  </worldbody>
+  <sensor><accelerometer site="s"/></sensor>
+</mujoco>
+""".replace('<geom name="pad"', '<site name="s"/><geom name="pad"')
+
+
+def _check(layout: MujocoLayout) -> None:
+    """Compare what lies at the offsets with what MuJoCo's bindings say."""
+    if sys.byteorder != "little":
+        raise _unknown("the plugin knows little-endian machines only")
+    model = mujoco.MjModel.from_xml_string(_CHECK)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    if data.ncon < 1 or not hasattr(model, "_address"):
+        raise _unknown("its bindings do not say where its data lies")
+    pairs: list[tuple[str, int, int]] = []
+    for structure, owner in (("mjModel", model), ("mjData", data)):
+        offsets = layout.offsets[structure]
+        for name in dict(_FIELDS)[structure]:
+            value = getattr(owner, name, None)
+            at = int(owner._address) + offsets[name]
+            if isinstance(value, np.ndarray) and value.size:
+                pairs.append((f"{structure}.{name}", _number(at, ctypes.c_uint64), value.ctypes.data))
+            elif isinstance(value, int):
+                pairs.append((f"{structure}.{name}", _number(at, ctypes.c_int), value))
+    contact = _number(int(data._address) + layout.offsets["mjData"]["contact"], ctypes.c_uint64)
+    for index in range(data.ncon):
+        start = contact + index * layout.sizes["mjContact"]
+        for name, kind in (("pos", ctypes.c_double), ("frame", ctypes.c_double), ("geom", ctypes.c_int)):
+            said = np.ravel(getattr(data.contact[index], name))
+            at = start + layout.offsets["mjContact"][name]
+            found = np.ctypeslib.as_array((kind * len(said)).from_address(at))
+            pairs.append((f"mjContact.{name}", hash(found.tobytes()), hash(said.astype(found.dtype).tobytes())))
+    wrong = [name for name, found, said in pairs if found != said]
+    if wrong:
+        raise _unknown(f"it does not keep {', '.join(sorted(set(wrong)))} where it says")
+
+
+def _number(address: int, kind: Any) -> int:
+    return int(kind.from_address(address).value)
+
+
+def _unknown(reason: str) -> NativeError:
+    return NativeError(
+        f"MuJoCo {mujoco.__version__} is not one this mjtactile can add its sensor plugin to: {reason}. Tested are 3.17 "
+        "and 4.0; install one of them, or a newer mjtactile. mjtactile.TactileSensor works without the plugin."
+    )

@@ -1,0 +1,168 @@
+"""What the compiled core asks Python for: the faces of bodies, and contacts it does not solve itself.
+
+Answers depend on what is asked alone, not on what was asked before, so that simulations read the same in whatever
+order and thread they run. Of a body that stands still, the contact cells are kept: they belong to its pose rounded to
+the tolerance, and to its force rounded to a step of the same factor everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from mjtactile.cell_laws import CellLoad
+from mjtactile.contact import reported, solved_load
+from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
+from mjtactile.faces import NativeFace, body_face, composed
+from mjtactile.footprint import FACING_GAP, Footprint
+from mjtactile.gap import Pose
+from mjtactile.geom import geom_shape
+from mjtactile.imprint import POSE_TOLERANCE, GapImprints, SectionImprints
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.options import ContactOptions, Wrench
+from mjtactile.pad import Array
+from mjtactile.wrench import Indices
+
+#: Forces for which one choice of contact cells serves, as a factor.
+_FORCE_STEP = 2.0**0.25
+_KEPT_FOOTPRINTS = 64
+
+
+class GeomModel(Protocol):
+    """What is read of a compiled MuJoCo model: the model itself, or a copy of its geoms."""
+
+    ngeom: int
+    geom_type: Any
+    geom_bodyid: Any
+    geom_pos: Any
+    geom_quat: Any
+
+
+@dataclass(eq=False)
+class _Standing:
+    """A body at one pose."""
+
+    footprint: Footprint
+    chosen: dict[int, CellLoad | None] = field(default_factory=dict)  #: contact cells by step of force
+
+
+class PressHost:
+    """Bodies of one model on one pad.
+
+    Args:
+        model: compiled model, or a copy of its geoms.
+        pad_geom: id of the pad's geom.
+        influence: of the pad.
+        options: how contacts are solved.
+        facing_gap: see TactileSensor.
+        pose_tolerance: see TactileSensor.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        pad_geom: int,
+        influence: InfluenceMatrices,
+        options: ContactOptions,
+        *,
+        facing_gap: float = FACING_GAP,
+        pose_tolerance: float = POSE_TOLERANCE,
+    ) -> None:
+        self.model = model
+        self.influence = influence
+        self.options = options
+        self.facing_gap = facing_gap
+        self.pose_tolerance = pose_tolerance
+        kept = {"facing_gap": facing_gap, "pose_tolerance": pose_tolerance}
+        level = not options.tilting
+        self.imprints: GapImprints | SectionImprints = (
+            SectionImprints(model, pad_geom, influence, **kept)
+            if options.law == "uniform"
+            else GapImprints(model, pad_geom, influence, **kept, level=level)
+        )
+        self._standing: OrderedDict[tuple[int, bytes], _Standing] = OrderedDict()
+        self._faces: dict[int, NativeFace | None] = {}
+
+    def face(self, body: int, pose: Pose) -> NativeFace | None:
+        """The flat face a body turns to the pad; None where it has none, or one that only the NumPy code presses."""
+        if body not in self._faces:
+            self._faces[body] = self._made_face(body, pose)
+        return self._faces[body]
+
+    def nodal_forces(self, body: int, pose: Pose, wrench: Array) -> Array | None:
+        """Nodal forces (nodes y, nodes x, 3) [N] of one body's contact under a wrench (6,); None without contact.
+
+        Warns:
+            ContactWarning: when the wrench cannot be carried, or only in part.
+        """
+        try:
+            standing = self._at(body, pose)
+            wanted = Wrench(wrench[:3], wrench[3:])
+            known = None if standing.footprint.gap is None else self._chosen(standing, wanted)
+            load, _ = solved_load(self.influence, standing.footprint, wanted, self.options, known)
+            return reported(self.influence, standing.footprint, load, wanted, self.options).forces
+        except (ContactError, FootprintError, SceneError) as error:
+            warnings.warn(
+                f"body number {body} presses on the pad with {np.linalg.norm(wrench[:3]):.3g} N, but nothing is read "
+                f"from it: {error}",
+                ContactWarning,
+                stacklevel=2,
+            )
+            return None
+
+    def _at(self, body: int, pose: Pose) -> _Standing:
+        """The body at its pose rounded to the tolerance."""
+        whole = [np.round(part / self.pose_tolerance) + 0.0 for part in pose]
+        key = (body, b"".join(part.tobytes() for part in whole))
+        if key in self._standing:
+            self._standing.move_to_end(key)
+            return self._standing[key]
+        rounded = Pose(*(part * self.pose_tolerance for part in whole))
+        geoms = np.unique(np.concatenate(self.imprints.choices(body)))
+        placed = {geom: composed(rounded, local) for geom, local in self._local_poses(geoms).items()}
+        standing = _Standing(self.imprints.footprint_of(body, placed))
+        self._standing[key] = standing
+        if len(self._standing) > _KEPT_FOOTPRINTS:
+            self._standing.popitem(last=False)
+        return standing
+
+    def _chosen(self, standing: _Standing, wrench: Wrench) -> CellLoad | None:
+        """Contact cells on a curved body for about this force."""
+        if wrench.normal <= 0.0 or self.options.law == "uniform":
+            return None
+        step = round(math.log(wrench.normal) / math.log(_FORCE_STEP))
+        if step not in standing.chosen:
+            force = np.array([0.0, 0.0, -(_FORCE_STEP**step)])
+            centre = np.array([*standing.footprint.centroid, 0.0])
+            pressing = Wrench(force, np.cross(centre, force))
+            standing.chosen[step] = solved_load(self.influence, standing.footprint, pressing, self.options)[1]
+        return standing.chosen[step]
+
+    def _made_face(self, body: int, pose: Pose) -> NativeFace | None:
+        if self.options.law != "elastic" or self.options.tangential != "proportional":
+            return None
+        local = self._local_poses(self.imprints.choices(body)[0])
+        shapes = {geom: geom_shape(self.model, geom) for geom in local}
+        face = body_face(shapes, local, pose, facing_gap=self.facing_gap, level=not self.options.tilting)
+        return None if face is None else NativeFace(face, self.options.cells)
+
+    def _local_poses(self, geoms: Indices) -> dict[int, Pose]:
+        """Poses of geoms in their body's frame."""
+        return {int(g): Pose(np.array(self.model.geom_pos[g]), _rotation(self.model.geom_quat[g])) for g in geoms}
+
+
+def _rotation(quaternion: Array) -> Array:
+    """Of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = (float(part) for part in quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,66 @@
+// A flat face of a rigid body as contact cells, and where it stands on a pad.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "dense.hpp"
+
+namespace mjtactile {
+
+// Pose of a body in the pad frame: columns of `rotation` (row-major) are the body's axes.
+struct Pose {
+  double position[3];
+  double rotation[9];
+};
+
+// An edge between two cells, or at the outline: which cells' tractions step across it, with the edge's direction.
+struct CellEdge {
+  double start[2], end[2];
+  std::int32_t left, right;  // cells to its left and right, -1 for none
+};
+
+struct Point {
+  double x, y;
+};
+
+// Cells of a face in its own frame, whose z axis is the pad's when the face lies flat on it. Immutable, shared.
+struct Face {
+  double rotation[9];   // body's frame to the face's, row-major
+  double height;        // of the face in its own frame [m]
+  double most_slope;    // beyond this the body no longer faces the pad with this face alone [-]
+  std::vector<Point> centroids;
+  std::vector<double> areas;
+  std::vector<double> inverse_distance;  // integrals of 1/r over pairs of cells (cells, cells) [m^3]
+  std::vector<CellEdge> edges;
+  std::vector<Point> corners;            // convex hull of its outline, counter-clockwise
+  std::vector<Point> hull;               // convex hull of the centroids, counter-clockwise
+  double length;                         // root of its area, by which tilts compare with the approach [m]
+
+  std::size_t cells() const { return areas.size(); }
+};
+
+// Where a face stands on the pad: turned about the pad's normal, then shifted.
+struct Placement {
+  double cosine, sine, shift[2];
+
+  Point operator()(const Point& point) const {
+    return {cosine * point.x - sine * point.y + shift[0], sine * point.x + cosine * point.y + shift[1]};
+  }
+  // From the pad frame back to the face's.
+  Point back(double x, double y) const {
+    return {cosine * (x - shift[0]) + sine * (y - shift[1]), -sine * (x - shift[0]) + cosine * (y - shift[1])};
+  }
+};
+
+// The convex hull of points, counter-clockwise, collinear ones left out.
+std::vector<Point> convex_hull(std::vector<Point> points);
+
+// Whether a point lies inside a counter-clockwise convex polygon, at least `margin` [m] from its sides.
+bool surely_inside(const std::vector<Point>& polygon, const Point& point, double margin);
+
+// Where the face stands, if the body turns it to the pad; false where it leans more than it may.
+bool place(const Face& face, const Pose& pose, Placement& placement);
+
+}  // namespace mjtactile

@@ -1,0 +1,264 @@
+#include "pad_sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace mjtactile {
+namespace {
+
+// Steps at one pose after which a basis is worth its making.
+constexpr double kSteady = 8.0;
+constexpr std::size_t kMostBasisBytes = std::size_t{256} << 20;
+// A hash kept as a double must be a whole number that a double holds.
+constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
+// Deviatoric coordinates and the mean stress under x -> -x and y -> -y (mjtactile/influence.py).
+constexpr bool kOdd[kDeviatoric][2] = {{false, false}, {false, false}, {true, true}, {false, true}, {true, false}};
+constexpr bool kEven[1][2] = {{false, false}};
+
+std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
+  hash ^= value + 0x9e3779b97f4a7c15u + (hash << 6) + (hash >> 2);
+  hash *= 0xff51afd7ed558ccdu;
+  return hash ^ (hash >> 33);
+}
+
+std::array<std::int64_t, 12> rounded(const Pose& pose, double tolerance) {
+  std::array<std::int64_t, 12> whole;
+  for (std::size_t i = 0; i < 3; ++i) whole[i] = std::llround(pose.position[i] / tolerance);
+  for (std::size_t i = 0; i < 9; ++i) whole[3 + i] = std::llround(pose.rotation[i] / tolerance);
+  return whole;
+}
+
+Pose at(const std::array<std::int64_t, 12>& whole, double tolerance) {
+  Pose pose;
+  for (std::size_t i = 0; i < 3; ++i) pose.position[i] = static_cast<double>(whole[i]) * tolerance;
+  for (std::size_t i = 0; i < 9; ++i) pose.rotation[i] = static_cast<double>(whole[3 + i]) * tolerance;
+  return pose;
+}
+
+}  // namespace
+
+// A solved contact and the responses of its parts.
+template <typename Value>
+struct Basis {
+  std::shared_ptr<const Face> face;
+  std::shared_ptr<const Pad> pad;
+  ElasticContact contact;
+  Columns<Value> responses;
+};
+
+bool BasisKey::operator==(const BasisKey& other) const {
+  return pad == other.pad && face == other.face && pose == other.pose &&
+         options.tilting == other.options.tilting && options.friction == other.options.friction;
+}
+
+std::uint64_t BasisKey::hash() const {
+  std::uint64_t hash = mixed(reinterpret_cast<std::uintptr_t>(pad), reinterpret_cast<std::uintptr_t>(face));
+  for (const std::int64_t one : pose) hash = mixed(hash, static_cast<std::uint64_t>(one));
+  return hash;
+}
+
+template <typename Value>
+BasisCache<Value>& BasisCache<Value>::shared() {
+  static BasisCache cache;
+  return cache;
+}
+
+template <typename Value>
+std::shared_ptr<const Basis<Value>> BasisCache<Value>::find(const BasisKey& key, const Face& face,
+                                                            const double* wrench, std::vector<double>& weights,
+                                                            ElasticContact::Workspace& workspace) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto range = places_.equal_range(key.hash());
+  for (auto place = range.first; place != range.second; ++place) {
+    const auto entry = place->second;
+    if (entry->key == key && entry->basis->contact.weights(face, key.options, wrench, weights, workspace)) {
+      entries_.splice(entries_.begin(), entries_, entry);
+      return entry->basis;
+    }
+  }
+  return nullptr;
+}
+
+template <typename Value>
+void BasisCache<Value>::keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  entries_.push_front({key, std::move(basis), bytes});
+  places_.emplace(key.hash(), entries_.begin());
+  bytes_ += bytes;
+  while (bytes_ > kMostBasisBytes && entries_.size() > 1) {
+    const auto last = std::prev(entries_.end());
+    const auto range = places_.equal_range(last->key.hash());
+    for (auto place = range.first; place != range.second; ++place) {
+      if (place->second == last) {
+        places_.erase(place);
+        break;
+      }
+    }
+    bytes_ -= last->bytes;
+    entries_.pop_back();
+  }
+}
+
+template <typename Value>
+std::size_t BasisCache<Value>::bytes() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return bytes_;
+}
+
+template <typename Value>
+PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, bool native, double tolerance)
+    : pad_(std::move(pad)), options_(options), native_(native), tolerance_(tolerance) {
+  response_.resize(pad_->template deviatoric<Value>().response_size);
+  if (pad_->has_mean()) mean_response_.resize(pad_->template mean<Value>().response_size);
+  forces_.resize(3 * pad_->surface().nodes_x() * pad_->surface().nodes_y());
+}
+
+template <typename Value>
+void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Steadiness& before, Host& host) {
+  touched_ = count > 0;
+  key_ = 0.0;
+  if (!touched_) return;
+  std::uint64_t hash = count;
+  for (std::size_t i = 0; i < count; ++i) {
+    hash = mixed(hash, static_cast<std::uint64_t>(touches[i].body));
+    for (const std::int64_t one : rounded(touches[i].pose, tolerance_)) {
+      hash = mixed(hash, static_cast<std::uint64_t>(one));
+    }
+  }
+  key_ = static_cast<double>(hash & kHashMask);
+  const bool steady = before.pose == key_ && before.steps >= kSteady && !pad_->has_mean();
+  std::fill(response_.begin(), response_.end(), Value(0));
+  std::fill(mean_response_.begin(), mean_response_.end(), Value(0));
+  for (std::size_t i = 0; i < count; ++i) press_one(touches[i], steady, host);
+}
+
+template <typename Value>
+Steadiness PadSensor<Value>::after(const Steadiness& before) const {
+  if (!touched_) return {};
+  return {key_, before.pose == key_ ? std::min(before.steps + 1.0, kSteady) : 1.0};
+}
+
+template <typename Value>
+void PadSensor<Value>::press_one(const Touch& touch, bool steady, Host& host) {
+  if (native_) {
+    const std::shared_ptr<const Face>& face = face_of(touch, host);
+    if (face != nullptr && press_face(touch, *face, steady)) return;
+  }
+  if (host.nodal_forces(touch, forces_.data())) add(forces_.data());
+}
+
+template <typename Value>
+bool PadSensor<Value>::press_face(const Touch& touch, const Face& face, bool steady) {
+  Placement placement;
+  if (!place(face, touch.pose, placement) || !over_sheet(face, placement)) return false;
+  if (steady && press_steady(touch, face)) return true;
+  if (!contact_.solve(face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+  if (!contact_.weights(face, options_, touch.wrench, weights_, workspace_)) return false;
+  contact_.nodal_forces(face, pad_->surface(), weights_, workspace_, forces_.data());
+  add(forces_.data());
+  return true;
+}
+
+template <typename Value>
+bool PadSensor<Value>::press_steady(const Touch& touch, const Face& face) {
+  const BasisKey key = {pad_.get(), &face, rounded(touch.pose, tolerance_), options_};
+  auto& cache = BasisCache<Value>::shared();
+  std::shared_ptr<const Basis<Value>> basis = cache.find(key, face, touch.wrench, weights_, workspace_);
+  if (basis == nullptr) {
+    Placement placement;
+    if (!place(face, at(key.pose, tolerance_), placement)) return false;
+    ElasticContact contact;
+    if (!contact.solve(face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+    const auto& map = pad_->template deviatoric<Value>();
+    Columns<Value> responses(contact.parts(), map.response_size, pad_->precision());
+    std::vector<Value> response(map.response_size);
+    std::vector<double> unit(contact.parts()), twofold(map.response_size);
+    for (std::size_t p = 0; p < contact.parts(); ++p) {
+      std::fill(unit.begin(), unit.end(), 0.0);
+      unit[p] = 1.0;
+      contact.nodal_forces(face, pad_->surface(), unit, workspace_, forces_.data());
+      std::fill(response.begin(), response.end(), Value(0));
+      map.add_response(forces_.data(), map_workspace_, response.data());
+      std::copy(response.begin(), response.end(), twofold.begin());
+      responses.set(p, twofold.data());
+    }
+    if (!contact.weights(face, options_, touch.wrench, weights_, workspace_)) return false;
+    const auto shared = std::find_if(faces_.begin(), faces_.end(), [&](const auto& one) { return one.second.get() == &face; });
+    const std::size_t bytes = responses.bytes();
+    basis = std::make_shared<const Basis<Value>>(Basis<Value>{shared->second, pad_, std::move(contact), std::move(responses)});
+    cache.keep(key, basis, bytes);
+  }
+  part_weights_.assign(weights_.begin(), weights_.end());
+  for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
+  basis->responses.add(every_.data(), part_weights_.data(), part_weights_.size(), response_.data());
+  return true;
+}
+
+template <typename Value>
+void PadSensor<Value>::add(const double* forces) {
+  pad_->template deviatoric<Value>().add_response(forces, map_workspace_, response_.data());
+  if (pad_->has_mean()) pad_->template mean<Value>().add_response(forces, map_workspace_, mean_response_.data());
+}
+
+template <typename Value>
+void PadSensor<Value>::readings(double* readings) {
+  if (touched_) {
+    pad_->template deviatoric<Value>().readings(response_.data(), map_workspace_, readings);
+  } else {
+    std::fill(readings, readings + pad_->taxels(), 0.0);
+  }
+}
+
+template <typename Value>
+void PadSensor<Value>::stress(double* stress) {
+  const std::size_t taxels = pad_->taxels();
+  if (!touched_) {
+    std::fill(stress, stress + kTensor * taxels, 0.0);
+    return;
+  }
+  means_.resize((kDeviatoric + 1) * taxels);
+  pad_->template deviatoric<Value>().means(response_.data(), kOdd, means_.data());
+  double* mean = means_.data() + kDeviatoric * taxels;
+  pad_->template mean<Value>().means(mean_response_.data(), kEven, mean);
+  const double third = std::sqrt(3.0);
+  for (std::size_t t = 0; t < taxels; ++t) {
+    // The coordinates are 1.5 s_zz, sqrt(3)/2 (s_xx - s_yy), sqrt(3) s_xy, sqrt(3) s_yz, sqrt(3) s_zx.
+    const double zz = means_[t] / 1.5, half = means_[taxels + t] / third;
+    stress[t] = half - zz / 2 + mean[t];
+    stress[taxels + t] = -half - zz / 2 + mean[t];
+    stress[2 * taxels + t] = zz + mean[t];
+    for (std::size_t k = 2; k < kDeviatoric; ++k) stress[(k + 1) * taxels + t] = means_[k * taxels + t] / third;
+  }
+}
+
+template <typename Value>
+void PadSensor<Value>::forget() {
+  faces_.clear();
+}
+
+template <typename Value>
+const std::shared_ptr<const Face>& PadSensor<Value>::face_of(const Touch& touch, Host& host) {
+  for (const auto& known : faces_) {
+    if (known.first == touch.body) return known.second;
+  }
+  faces_.emplace_back(touch.body, host.face(touch));
+  return faces_.back().second;
+}
+
+template <typename Value>
+bool PadSensor<Value>::over_sheet(const Face& face, const Placement& placement) const {
+  const SurfaceGrid& sheet = pad_->surface();
+  return std::all_of(face.corners.begin(), face.corners.end(), [&](const Point& corner) {
+    const Point there = placement(corner);
+    return there.x >= sheet.low_x() && there.x <= sheet.high_x() && there.y >= sheet.low_y() &&
+           there.y <= sheet.high_y();
+  });
+}
+
+template class BasisCache<float>;
+template class BasisCache<double>;
+template class PadSensor<float>;
+template class PadSensor<double>;
+
+}  // namespace mjtactile

@@ -1,0 +1,122 @@
+// Readings of one pad from what touches it: the fast path of every step.
+//
+// Where a body stands still over the pad, its response is a fixed combination of a few parts, the wrench basis; where
+// it moves, its contact is solved anew. Which of the two answers is decided by numbers the caller keeps with the
+// simulation's state, and a basis belongs to a pose rounded to the tolerance: the same states give the same bits,
+// whatever was read before, in whatever order.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+#include "elastic_law.hpp"
+#include "face.hpp"
+#include "pad.hpp"
+
+namespace mjtactile {
+
+// A body that presses on the pad.
+struct Touch {
+  int body;
+  Pose pose;          // of the body in the pad frame
+  double wrench[6];   // on the pad, about its origin, pad frame [N, N m]
+};
+
+// What reading needs besides: it may take milliseconds, and is asked only where nothing faster is known.
+class Host {
+ public:
+  virtual ~Host() = default;
+  // The flat face a body turns to the pad; null where it has none.
+  virtual std::shared_ptr<const Face> face(const Touch& touch) = 0;
+  // Nodal forces (nodes y, nodes x, 3) [N] of one body's contact; false where it has none.
+  virtual bool nodal_forces(const Touch& touch, double* forces) = 0;
+};
+
+// Numbers kept with the simulation's state.
+struct Steadiness {
+  double pose = 0.0;    // of all touching bodies, rounded and hashed
+  double steps = 0.0;   // for which it has been the same
+};
+
+template <typename Value>
+struct Basis;
+
+struct BasisKey {
+  const Pad* pad;
+  const Face* face;
+  std::array<std::int64_t, 12> pose;
+  LawOptions options;
+
+  bool operator==(const BasisKey& other) const;
+  std::uint64_t hash() const;
+};
+
+// Bases of all pads in this process, the latest used ones up to a limit of memory.
+template <typename Value>
+class BasisCache {
+ public:
+  static BasisCache& shared();
+
+  // A basis that makes up a wrench, and its weights; null if none is known.
+  std::shared_ptr<const Basis<Value>> find(const BasisKey& key, const Face& face, const double* wrench,
+                                           std::vector<double>& weights, ElasticContact::Workspace& workspace);
+  void keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes);
+  std::size_t bytes();
+
+ private:
+  struct Entry {
+    BasisKey key;
+    std::shared_ptr<const Basis<Value>> basis;
+    std::size_t bytes;
+  };
+  std::mutex mutex_;
+  std::list<Entry> entries_;  // latest used first
+  std::unordered_multimap<std::uint64_t, typename std::list<Entry>::iterator> places_;
+  std::size_t bytes_ = 0;
+};
+
+// One pad in one simulation.
+template <typename Value>
+class PadSensor {
+ public:
+  // `native`: whether faces are pressed here; otherwise the host does all of it. Tolerance: of poses [m or rad].
+  PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, bool native, double tolerance);
+
+  // Response to everything that touches; readings() and stress() look at it.
+  void press(const Touch* touches, std::size_t count, const Steadiness& before, Host& host);
+  void readings(double* readings);   // (taxels) [Pa]
+  void stress(double* stress);       // (6, taxels) [Pa]; the pad must have it
+  // What to keep with the state for the next step.
+  Steadiness after(const Steadiness& before) const;
+  void forget();
+
+ private:
+  void press_one(const Touch& touch, bool steady, Host& host);
+  bool press_face(const Touch& touch, const Face& face, bool steady);
+  bool press_steady(const Touch& touch, const Face& face);
+  void add(const double* forces);
+  const std::shared_ptr<const Face>& face_of(const Touch& touch, Host& host);
+  bool over_sheet(const Face& face, const Placement& placement) const;
+
+  std::shared_ptr<const Pad> pad_;
+  LawOptions options_;
+  bool native_;
+  double tolerance_, key_ = 0.0;
+  bool touched_ = false;
+  std::vector<std::pair<int, std::shared_ptr<const Face>>> faces_;
+  std::vector<Value> response_, mean_response_;
+  std::vector<double> forces_, weights_, means_;
+  ElasticContact contact_;
+  ElasticContact::Workspace workspace_;
+  typename StressMap<Value>::Workspace map_workspace_;
+  std::vector<std::uint32_t> every_;
+  std::vector<Value> part_weights_;
+};
+
+}  // namespace mjtactile

@@ -1,0 +1,98 @@
+#include "contacts.hpp"
+
+#include <algorithm>
+
+namespace mjtactile::mujoco {
+namespace {
+
+// rotation^T * vector
+void turned_back(const double* rotation, const double* vector, double* out) {
+  for (int i = 0; i < 3; ++i) {
+    out[i] = rotation[i] * vector[0] + rotation[3 + i] * vector[1] + rotation[6 + i] * vector[2];
+  }
+}
+
+Touch& touch_of(int body, std::vector<Touch>& touches) {
+  for (Touch& touch : touches) {
+    if (touch.body == body) return touch;
+  }
+  touches.emplace_back();
+  touches.back().body = body;
+  std::fill(touches.back().wrench, touches.back().wrench + 6, 0.0);
+  return touches.back();
+}
+
+}  // namespace
+
+Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom) {
+  Frame frame;
+  const double* position = field<const double*>(data, layout.data_geom_xpos) + 3 * geom;
+  const double* rotation = field<const double*>(data, layout.data_geom_xmat) + 9 * geom;
+  const double half = field<const double*>(model, layout.model_geom_size)[3 * geom + 2];
+  std::copy(rotation, rotation + 9, frame.rotation);
+  for (int i = 0; i < 3; ++i) frame.origin[i] = position[i] + rotation[3 * i + 2] * half;
+  return frame;
+}
+
+void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data, int geom,
+            std::vector<Touch>& touches) {
+  touches.clear();
+  const int contacts = field<int>(data, layout.data_ncon);
+  if (contacts == 0) return;
+  const char* contact = field<const char*>(data, layout.data_contact);
+  Frame frame;
+  for (int i = 0; i < contacts; ++i, contact += layout.contact_size) {
+    const int* pair = &field<int>(contact, layout.contact_geom);
+    const bool second = pair[1] == geom;
+    if (!second && pair[0] != geom) continue;
+    if (touches.empty()) frame = pad_frame(layout, model, data, geom);
+    const int other = second ? pair[0] : pair[1];
+    const int body = other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other];
+    double local[6];
+    functions.contact_force(model, data, i, local);
+    // MuJoCo gives the first geom's action on the second, in axes that are the rows of the contact's frame.
+    const double* axes = &field<double>(contact, layout.contact_frame);
+    const double* position = &field<double>(contact, layout.contact_pos);
+    double world[3], force[3], moment[3], arm[3];
+    const double sign = second ? 1.0 : -1.0;
+    for (int part = 0; part < 2; ++part) {
+      turned_back(axes, local + 3 * part, world);
+      for (double& one : world) one *= sign;
+      turned_back(frame.rotation, world, part == 0 ? force : moment);
+    }
+    const double offset[3] = {position[0] - frame.origin[0], position[1] - frame.origin[1],
+                              position[2] - frame.origin[2]};
+    turned_back(frame.rotation, offset, arm);
+    moment[0] += arm[1] * force[2] - arm[2] * force[1];
+    moment[1] += arm[2] * force[0] - arm[0] * force[2];
+    moment[2] += arm[0] * force[1] - arm[1] * force[0];
+    Touch& touch = touch_of(body, touches);
+    for (int k = 0; k < 3; ++k) {
+      touch.wrench[k] += force[k];
+      touch.wrench[3 + k] += moment[k];
+    }
+  }
+  // A contact without force presses nothing.
+  touches.erase(std::remove_if(touches.begin(), touches.end(),
+                               [](const Touch& touch) {
+                                 return std::all_of(touch.wrench, touch.wrench + 6, [](double w) { return w == 0.0; });
+                               }),
+                touches.end());
+  std::sort(touches.begin(), touches.end(), [](const Touch& a, const Touch& b) { return a.body < b.body; });
+  for (Touch& touch : touches) {
+    if (touch.body < 0) continue;
+    const double* position = field<const double*>(data, layout.data_xpos) + 3 * touch.body;
+    const double* rotation = field<const double*>(data, layout.data_xmat) + 9 * touch.body;
+    const double offset[3] = {position[0] - frame.origin[0], position[1] - frame.origin[1],
+                              position[2] - frame.origin[2]};
+    turned_back(frame.rotation, offset, touch.pose.position);
+    for (int j = 0; j < 3; ++j) {
+      const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
+      double there[3];
+      turned_back(frame.rotation, column, there);
+      for (int i = 0; i < 3; ++i) touch.pose.rotation[3 * i + j] = there[i];
+    }
+  }
+}
+
+}  // namespace mjtactile::mujoco

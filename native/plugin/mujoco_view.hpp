@@ -1,0 +1,73 @@
+// MuJoCo's structures by field offset.
+//
+// The sizes of mjModel, mjData and mjContact change from version to version, so nothing here includes MuJoCo's headers
+// or links its library: Python computes the offsets of the running MuJoCo from its own description of itself
+// (mujoco.introspect), checks them, and hands them over together with the functions. One binary serves all versions.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace mjtactile::mujoco {
+
+struct Model;   // mjModel
+struct Data;    // mjData
+struct Option;  // mjvOption
+struct Scene;   // mjvScene
+
+// Offsets in bytes; sizes are read as int, of which a wider one on a little-endian machine begins with the same bytes.
+// Python fills them in this order (mjtactile/mujoco_layout.py).
+struct Layout {
+  std::int64_t model_nsensor, model_nbody, model_geom_type, model_geom_bodyid, model_geom_size, model_sensor_plugin,
+      model_sensor_objtype, model_sensor_objid, model_sensor_adr, model_plugin_stateadr;
+  std::int64_t data_ncon, data_contact, data_xpos, data_xmat, data_geom_xpos, data_geom_xmat, data_sensordata,
+      data_plugin_data, data_plugin_state;
+  std::int64_t contact_size, contact_pos, contact_frame, contact_geom;
+  std::int64_t scene_ngeom, scene_maxgeom, scene_geoms, scene_geom_size;
+  std::int64_t object_geom, geom_box, stage_acc, capability_sensor;  // constants, not offsets
+};
+
+// Functions of the running MuJoCo.
+struct Functions {
+  void (*contact_force)(const Model*, const Data*, int, double*);
+  const char* (*plugin_config)(const Model*, int, const char*);
+  void (*warning)(const char*, ...);
+  int (*register_plugin)(const void*);
+  void (*init_geom)(void*, int, const double*, const double*, const double*, const float*);
+};
+
+template <typename Field>
+const Field& field(const void* structure, std::int64_t offset) {
+  return *reinterpret_cast<const Field*>(static_cast<const char*>(structure) + offset);
+}
+template <typename Field>
+Field& field(void* structure, std::int64_t offset) {
+  return *reinterpret_cast<Field*>(static_cast<char*>(structure) + offset);
+}
+
+// mjpPlugin, the same in all versions from 3.0 on: checked by size and order in tests/mujoco/test_plugin_layout.py.
+struct Plugin {
+  const char* name;
+  int nattribute;
+  const char* const* attributes;
+  int capabilityflags;
+  int needstage;
+  int (*nstate)(const Model*, int);
+  int (*nsensordata)(const Model*, int, int);
+  int (*init)(const Model*, Data*, int);
+  void (*destroy)(Data*, int);
+  void (*copy)(Data*, const Model*, const Data*, int);
+  void (*reset)(const Model*, double*, void*, int);
+  void (*compute)(const Model*, Data*, int, int);
+  void (*advance)(const Model*, Data*, int);
+  void (*visualize)(const Model*, Data*, const Option*, Scene*, int);
+  void (*actuator_act_dot)(const Model*, Data*, int);
+  double (*sdf_distance)(const double*, const Data*, int);
+  void (*sdf_gradient)(double*, const double*, const Data*, int);
+  double (*sdf_staticdistance)(const double*, const double*);
+  void (*sdf_attribute)(double*, const char**, const char**);
+  void (*sdf_aabb)(double*, const double*);
+};
+
+}  // namespace mjtactile::mujoco
