@@ -24,8 +24,9 @@ from mjtactile.line import Line
 from mjtactile.pad import Array
 from mjtactile.table import table_name
 
-#: Patches along a side are as many as elements, or half as many from this number of elements on.
-_EVERY_ELEMENT_BELOW = 16
+#: Patches along a side are half as many as elements, but no fewer than this: the remainder varies over the sheet's
+#: thickness. Twice as many change readings by .1 to .2 %, on the draft mesh by .4 %.
+_LEAST_PATCHES = 6
 #: Least square of a distance to another body's points, over the area of its smallest cell.
 _COINCIDENT = 1e-2
 #: A top layer thinner than this many patches is not what the surface feels like from a patch's distance.
@@ -151,8 +152,8 @@ def _make_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
 
 
 def _patch_ends(line: Line) -> Array:
-    """Mesh lines that bound the patches, all of them or about every second, symmetric about the middle."""
-    count = line.element_count if line.element_count < _EVERY_ELEMENT_BELOW else line.element_count // 2
+    """Mesh lines that bound the patches, about every second one, symmetric about the middle."""
+    count = min(line.element_count, max(_LEAST_PATCHES, line.element_count // 2))
     half = np.round(np.linspace(0, line.element_count // 2, count // 2 + 1)).astype(int)
     places = np.concatenate([half, line.element_count - half[-2::-1]]) if line.element_count % 2 == 0 else None
     return line.vertices if places is None else line.vertices[places]

@@ -33,7 +33,7 @@ _Forces = ctypes.CFUNCTYPE(
 class HostFunctions(ctypes.Structure):
     """`mjt_host` of native/core/api.h."""
 
-    _fields_ = [("face", _Face), ("nodal_forces", _Forces)]  # noqa: RUF012
+    _fields_ = [("face", _Face), ("nodal_forces", _Forces)]
 
 
 class Touch(NamedTuple):

@@ -55,7 +55,7 @@ def register_pad(name: str, pad: Pad) -> None:
 class _Instance(ctypes.Structure):
     """`mjt_instance` of native/plugin/plugin.h."""
 
-    _fields_ = [  # noqa: RUF012
+    _fields_ = [
         ("pad", ctypes.c_void_p),
         ("context", ctypes.c_int64),
         ("half_size", ctypes.c_double * 3),
@@ -85,7 +85,7 @@ _Release = ctypes.CFUNCTYPE(None, ctypes.c_int64)
 class _PluginHost(ctypes.Structure):
     """`mjt_plugin_host` of native/plugin/plugin.h."""
 
-    _fields_ = [("resolve", _Resolve), ("release", _Release), ("host", HostFunctions)]  # noqa: RUF012
+    _fields_ = [("resolve", _Resolve), ("release", _Release), ("host", HostFunctions)]
 
 
 _registered = False
@@ -262,7 +262,9 @@ def _fill(to: _Instance, model: int | None, geom: int, attributes: Attributes) -
 
 def _check_geom(model: ModelCopy, geom: int, pad: Pad) -> None:
     if model.geom_type[geom] != int(mujoco.mjtGeom.mjGEOM_BOX):
-        raise SceneError(f"{PLUGIN}: geom '{model.geom(geom).name}' is not a box. A pad is a box geom whose +z face senses.")
+        raise SceneError(
+            f"{PLUGIN}: geom '{model.geom(geom).name}' is not a box. A pad is a box geom whose +z face senses."
+        )
     actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
     if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
         sizes = [" x ".join(f"{length * 1e3:.4g}" for length in one) for one in (actual, expected)]

@@ -54,8 +54,8 @@ class Fidelity:
 
 #: Named fidelities, fast to accurate.
 PRESETS: dict[str, Fidelity] = {
-    "fast": Fidelity(mesh="draft", precision="float32", reduction=0.01, law="elastic", cells=60),
-    "balanced": Fidelity(mesh="default", precision="float32", reduction=0.003, law="elastic", cells=200),
+    "fast": Fidelity(mesh="draft", precision="float16", reduction=0.01, law="elastic", cells=60),
+    "balanced": Fidelity(mesh="default", precision="float16", reduction=0.003, law="elastic", cells=200),
     "accurate": Fidelity(mesh="fine", precision="float32", reduction=0.0, law="elastic", cells=800),
 }
 
