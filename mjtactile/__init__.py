@@ -55,6 +55,8 @@ if TYPE_CHECKING:
     from mjtactile.sensor import TactileSensor
     from mjtactile.several import contact_loads
 
+from mjtactile import plugin_hook as _plugin_hook
+
 __version__ = "0.1.0"
 
 _MODULE_OF = {
@@ -153,6 +155,9 @@ __all__ = [
     "punch",
     "sphere",
 ]
+
+
+_plugin_hook.install()
 
 
 def __getattr__(name: str) -> Any:

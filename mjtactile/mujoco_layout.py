@@ -168,6 +168,6 @@ def _number(address: int, kind: Any) -> int:
 
 def _unknown(reason: str) -> NativeError:
     return NativeError(
-        f"MuJoCo {mujoco.__version__} is not one this mjtactile can add its sensor plugin to: {reason}. Tested are 3.17 "
-        "and 4.0; install one of them, or a newer mjtactile. mjtactile.TactileSensor works without the plugin."
+        f"MuJoCo {mujoco.__version__} is not one this mjtactile can add its sensor plugin to: {reason}. Tested are "
+        "3.17 and 4.0; install one of them, or a newer mjtactile. mjtactile.TactileSensor works without the plugin."
     )

@@ -3,37 +3,17 @@
 from __future__ import annotations
 
 import ctypes
-import sys
-import traceback
 import weakref
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mjtactile.gap import Pose
 from mjtactile.native import contiguous, library, native_pad, pointer
+from mjtactile.native_host import HOST, POSE, register, release
 from mjtactile.pad import Array
 from mjtactile.press_host import PressHost
-
-#: Numbers of a pose and of a wrench, as the core has them.
-POSE, WRENCH = 12, 6
-
-_Face = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_int64, ctypes.c_int, ctypes.POINTER(ctypes.c_double))
-_Forces = ctypes.CFUNCTYPE(
-    ctypes.c_int,
-    ctypes.c_int64,
-    ctypes.c_int,
-    ctypes.POINTER(ctypes.c_double),
-    ctypes.POINTER(ctypes.c_double),
-    ctypes.POINTER(ctypes.c_double),
-)
-
-
-class HostFunctions(ctypes.Structure):
-    """`mjt_host` of native/core/api.h."""
-
-    _fields_ = [("face", _Face), ("nodal_forces", _Forces)]
 
 
 class Touch(NamedTuple):
@@ -42,50 +22,6 @@ class Touch(NamedTuple):
     body: int
     pose: Pose  #: in the pad frame
     wrench: Array  #: on the pad, about its origin, pad frame [N, N m], shape (6,)
-
-
-#: Hosts by the number that the core knows them by; they live as long as what reads through them.
-_hosts: dict[int, PressHost] = {}
-_numbers = iter(range(1, sys.maxsize))
-
-
-def register(host: PressHost) -> int:
-    """Number under which the core may ask a host, until `release`."""
-    number = next(_numbers)
-    _hosts[number] = host
-    return number
-
-
-def release(number: int) -> None:
-    """Forget a host."""
-    _hosts.pop(number, None)
-
-
-@_Face
-def _face(context: int, body: int, pose: Any) -> int | None:
-    try:
-        face = _hosts[context].face(body, _pose(pose))
-        return None if face is None else face.handle.value
-    except Exception:  # nothing can be raised through the core
-        traceback.print_exc()
-        return None
-
-
-@_Forces
-def _nodal_forces(context: int, body: int, pose: Any, wrench: Any, forces: Any) -> int:
-    try:
-        found = _hosts[context].nodal_forces(body, _pose(pose), np.ctypeslib.as_array(wrench, (WRENCH,)).copy())
-        if found is None:
-            return 0
-        np.ctypeslib.as_array(forces, found.shape)[...] = found
-        return 1
-    except Exception:
-        traceback.print_exc()
-        return 0
-
-
-#: What the core calls; kept alive here.
-HOST = HostFunctions(_face, _nodal_forces)
 
 
 class NativeSensor:
@@ -145,8 +81,3 @@ class NativeSensor:
 def _close(handle: ctypes.c_void_p, number: int) -> None:
     library().mjt_sensor_free(handle)
     release(number)
-
-
-def _pose(numbers: Any) -> Pose:
-    values = np.ctypeslib.as_array(numbers, (POSE,)).copy()
-    return Pose(values[:3], values[3:].reshape(3, 3))

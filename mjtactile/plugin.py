@@ -1,7 +1,7 @@
 """MuJoCo's side: the sensor plugin "mjtactile.pad", registered once per process.
 
-A sensor of this plugin reads one box geom. Its attributes are text in the model; `resolve` turns them into a pad's
-tables, which are loaded once per process and shared by every model, simulation and thread.
+Light to import: MuJoCo from 4.0 on does so itself, through an entry point, whenever it is imported. What the plugin's
+attributes mean is looked up when a model first uses them (plugin_attributes.py).
 """
 
 from __future__ import annotations
@@ -10,50 +10,22 @@ import ctypes
 import threading
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import mujoco
-import numpy as np
+from mjtactile.errors import MjTactileError, NativeError
+from mjtactile.native import library
+from mjtactile.native_host import HOST, HostFunctions, release
 
-from mjtactile.cache import influence_matrices
-from mjtactile.errors import MjTactileError, NativeError, SceneError
-from mjtactile.influence import InfluenceMatrices, load_influence
-from mjtactile.model_copy import ModelCopy
-from mjtactile.mujoco_layout import FUNCTIONS, MujocoLayout, mujoco_layout
-from mjtactile.native import library, native_pad
-from mjtactile.native_sensor import HOST, HostFunctions, register, release
-from mjtactile.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.pad import Pad
-from mjtactile.preset import CONTACT_LAWS, PRESETS
-from mjtactile.press_host import PressHost
+if TYPE_CHECKING:
+    from mjtactile.mujoco_layout import MujocoLayout
 
 #: Name under which models ask for the plugin.
 PLUGIN = "mjtactile.pad"
-#: What a sensor can put out, and how many numbers per taxel or in all.
-OUTPUTS = ("von_mises", "stress", "wrench")
 _MOST_OUTPUTS, _ERROR_SIZE = 3, 1024
-#: Largest difference between a pad's size and its geom's [m].
-_SIZE_TOLERANCE = 1e-6
-_SWITCH = {"": False, "off": False, "on": True}
-
-_pads: dict[str, Pad] = {"default": Pad()}
 
 
-def register_pad(name: str, pad: Pad) -> None:
-    """Make a pad known by a name that models may use: `<config key="pad" value="name"/>`.
-
-    Raises:
-        SceneError: when the name is taken by another pad, or could be a file's.
-    """
-    if not name or Path(name).suffix or "/" in name:
-        raise SceneError(f"{name!r} is no name for a pad: it must not be empty or look like a file's.")
-    if _pads.get(name, pad) != pad:
-        raise SceneError(f"pad {name!r} exists already and is another one, a {_pads[name].summary}. Use another name.")
-    _pads[name] = pad
-
-
-class _Instance(ctypes.Structure):
-    """`mjt_instance` of native/plugin/plugin.h."""
+class Instance(ctypes.Structure):
+    """What the attributes of one sensor mean: `mjt_instance` of native/plugin/plugin.h."""
 
     _fields_ = [
         ("pad", ctypes.c_void_p),
@@ -77,7 +49,7 @@ class _Instance(ctypes.Structure):
 
 
 _Resolve = ctypes.CFUNCTYPE(
-    ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.POINTER(_Instance)
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.POINTER(Instance)
 )
 _Release = ctypes.CFUNCTYPE(None, ctypes.c_int64)
 
@@ -102,7 +74,11 @@ def ensure_registered() -> None:
     with _registering:
         if _registered:
             return
-        core, numbers = library(), _layout().packed()
+        import mujoco
+
+        core, numbers = library(), running_layout().packed()
+        from mjtactile.mujoco_layout import FUNCTIONS
+
         functions = [ctypes.cast(getattr(_mujoco_library(), name), ctypes.c_void_p) for name in FUNCTIONS]
         core.mjt_plugin_register.restype = ctypes.c_int
         slot = core.mjt_plugin_register(
@@ -121,12 +97,17 @@ def ensure_registered() -> None:
 
 
 @lru_cache(maxsize=1)
-def _layout() -> MujocoLayout:
+def running_layout() -> MujocoLayout:
+    """Layout of the running MuJoCo, see mujoco_layout.py."""
+    from mjtactile.mujoco_layout import mujoco_layout
+
     return mujoco_layout()
 
 
 @lru_cache(maxsize=1)
 def _mujoco_library() -> ctypes.CDLL:
+    import mujoco
+
     folder = Path(mujoco.__file__).parent
     patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
     found = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
@@ -135,81 +116,13 @@ def _mujoco_library() -> ctypes.CDLL:
     return ctypes.CDLL(str(found[0]))
 
 
-class Attributes:
-    """What the attributes of one sensor ask for.
-
-    Args:
-        values: texts by attribute; empty where the model says nothing.
-
-    Raises:
-        SceneError: for a value that makes no sense; the message lists those that do.
-    """
-
-    def __init__(self, values: dict[str, str]) -> None:
-        self.pad = values["pad"] or "default"
-        self.fidelity = values["fidelity"]
-        self.outputs = _chosen_outputs(values["output"])
-        self.law = _one_of("law", values["law"], CONTACT_LAWS)
-        self.tangential = _one_of("tangential", values["tangential"], TANGENTIALS) or TANGENTIALS[0]
-        self.tilt = _one_of("tilt", values["tilt"], TILTS) or TILTS[0]
-        self.friction = _number("friction", values["friction"])
-        if values["visual"] not in _SWITCH:
-            raise SceneError(_wrong("visual", values["visual"], ("on", "off")))
-        self.visual = _SWITCH[values["visual"]]
-
-    def influence(self) -> InfluenceMatrices:
-        """Tables of the pad in the fidelity asked for; loaded once per process.
-
-        Raises:
-            SceneError: when there is no such pad, table or fidelity.
-        """
-        return _influence(self.pad, self.fidelity)
-
-
-@lru_cache(maxsize=64)
-def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
-    if fidelity and fidelity not in PRESETS:
-        raise SceneError(_wrong("fidelity", fidelity, tuple(PRESETS)))
-    if pad in _pads:
-        return influence_matrices(_pads[pad], preset=fidelity or "balanced")
-    if not Path(pad).is_file():
-        raise SceneError(
-            f"{_wrong('pad', pad, tuple(_pads))} A file of saved influence matrices serves as well, but there is none "
-            "of that name. Make a pad known with mjtactile.register_pad(name, pad)."
-        )
-    return load_influence(pad, preset=fidelity or None)
-
-
-def _chosen_outputs(text: str) -> list[str]:
-    names = text.replace(",", " ").split() or [OUTPUTS[0]]
-    for name in names:
-        if name not in OUTPUTS or names.count(name) > 1:
-            raise SceneError(_wrong("output", text, OUTPUTS) + " Several are separated by spaces, each once.")
-    return names
-
-
-def _one_of(attribute: str, value: str, known: tuple[str, ...]) -> str | None:
-    if value and value not in known:
-        raise SceneError(_wrong(attribute, value, known))
-    return value or None
-
-
-def _number(attribute: str, value: str) -> float | None:
-    try:
-        return float(value) if value else None
-    except ValueError:
-        raise SceneError(f'{PLUGIN}: {attribute}="{value}" is not a number, such as "0.8".') from None
-
-
-def _wrong(attribute: str, value: str, known: tuple[str, ...]) -> str:
-    return f'{PLUGIN}: {attribute}="{value}" does not exist. Available: {", ".join(known)}.'
-
-
 @_Resolve
 def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
     to = instance.contents
     try:
-        _fill(to, model, geom, Attributes(dict(zip(attribute_names(), _texts(values), strict=True))))
+        from mjtactile.plugin_attributes import Attributes, fill
+
+        fill(to, model, geom, Attributes(dict(zip(attribute_names(), _texts(values), strict=True))))
     except MjTactileError as error:
         to.error = str(error).encode()[: _ERROR_SIZE - 1]
         return 0
@@ -229,49 +142,6 @@ def attribute_names() -> list[str]:
 
 def _texts(values: Any) -> list[str]:
     return [values[i].decode() for i in range(len(attribute_names()))]
-
-
-def _fill(to: _Instance, model: int | None, geom: int, attributes: Attributes) -> None:
-    """Answer `resolve`: sizes always, and the host where there is a model."""
-    influence = attributes.influence()
-    pad = influence.pad
-    to.layers, to.rows, to.columns = pad.reading_shape
-    to.taxels = int(np.prod(pad.reading_shape))
-    to.output_count = len(attributes.outputs)
-    to.outputs[: to.output_count] = [OUTPUTS.index(name) for name in attributes.outputs]
-    if model is None:
-        return
-    options = contact_options(
-        influence,
-        law=attributes.law,
-        tangential=attributes.tangential,
-        friction=attributes.friction,
-        tilt=attributes.tilt,
-    )
-    copy = ModelCopy(model, _layout())
-    _check_geom(copy, geom, pad)
-    host = PressHost(copy, geom, influence, options)
-    to.pad = native_pad(influence, stress="stress" in attributes.outputs).handle.value
-    to.friction = -1.0 if options.friction is None else options.friction
-    to.tolerance = host.pose_tolerance
-    to.pitch[:], to.centre[:] = pad.taxels.pitch, pad.taxels.centre
-    to.tilting, to.visual = options.tilting, attributes.visual
-    to.native = options.law == "elastic" and options.tangential == "proportional"
-    to.context = register(host)
-
-
-def _check_geom(model: ModelCopy, geom: int, pad: Pad) -> None:
-    if model.geom_type[geom] != int(mujoco.mjtGeom.mjGEOM_BOX):
-        raise SceneError(
-            f"{PLUGIN}: geom '{model.geom(geom).name}' is not a box. A pad is a box geom whose +z face senses."
-        )
-    actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
-    if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
-        sizes = [" x ".join(f"{length * 1e3:.4g}" for length in one) for one in (actual, expected)]
-        raise SceneError(
-            f"{PLUGIN}: geom '{model.geom(geom).name}' measures {sizes[0]} mm, but the pad {sizes[1]} mm. Give the geom "
-            "half of the pad's lengths as its size, or name the pad that fits it."
-        )
 
 
 @_Release
