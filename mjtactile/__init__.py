@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mjtactile.attach import attach_pad
     from mjtactile.basis import WrenchBasis
     from mjtactile.cache import influence_matrices
     from mjtactile.contact import contact_load
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from mjtactile.load import ContactState, SurfaceLoad
     from mjtactile.mesh import MESHES, MeshDensity
     from mjtactile.pad import Layer, Pad, TaxelGrid
+    from mjtactile.plugin_attributes import register_pad
     from mjtactile.preset import PRESETS, Fidelity
     from mjtactile.scene import PressResult, force_vector, press, press_scene
     from mjtactile.sensor import TactileSensor
@@ -62,6 +64,7 @@ __version__ = "0.1.0"
 _MODULE_OF = {
     name: module
     for module, names in {
+        "attach": ("attach_pad",),
         "cache": ("influence_matrices",),
         "basis": ("WrenchBasis",),
         "contact": ("contact_load",),
@@ -99,6 +102,7 @@ _MODULE_OF = {
         "load": ("ContactState", "SurfaceLoad"),
         "mesh": ("MESHES", "MeshDensity"),
         "pad": ("Layer", "Pad", "TaxelGrid"),
+        "plugin_attributes": ("register_pad",),
         "preset": ("PRESETS", "Fidelity"),
         "scene": ("PressResult", "force_vector", "press", "press_scene"),
         "sensor": ("TactileSensor",),
@@ -139,6 +143,7 @@ __all__ = [
     "TactileSensor",
     "TaxelGrid",
     "WrenchBasis",
+    "attach_pad",
     "box",
     "contact_load",
     "contact_loads",
@@ -153,6 +158,7 @@ __all__ = [
     "press",
     "press_scene",
     "punch",
+    "register_pad",
     "sphere",
 ]
 

@@ -54,7 +54,7 @@ class ModelCopy:
     def __init__(self, address: int, layout: MujocoLayout) -> None:
         from mujoco.introspect import structs
 
-        fields = {field.name: field for field in structs.STRUCTS["mjModel"].fields}
+        fields: dict[str, Any] = {getattr(field, "name", ""): field for field in structs.STRUCTS["mjModel"].fields}
         offsets = layout.offsets["mjModel"]
 
         def size(name: str) -> int:

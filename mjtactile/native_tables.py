@@ -64,7 +64,7 @@ def _coefficients(spline: PPoly) -> Array:
 
 def _by_taxel(influence: InfluenceMatrices, sensing_layer: int) -> npt.NDArray[np.int64]:
     """Folded sample points in an order that keeps those of one taxel together."""
-    average = influence.averages[sensing_layer]
+    average: Any = influence.averages[sensing_layer]
     points = average.shape[1] // len(QUADRANTS)
     taxel = np.full(points, average.shape[0], dtype=np.int64)
     rows = np.repeat(np.arange(average.shape[0]), np.diff(average.indptr))
@@ -73,7 +73,7 @@ def _by_taxel(influence: InfluenceMatrices, sensing_layer: int) -> npt.NDArray[n
 
 
 def _add_layer(pad: NativePad, influence: InfluenceMatrices, sensing_layer: int, order: npt.NDArray[np.int64]) -> None:
-    average = influence.averages[sensing_layer]
+    average: Any = influence.averages[sensing_layer]
     place = np.empty_like(order)
     place[order] = np.arange(len(order))
     quadrant, point = np.divmod(average.indices, len(order))

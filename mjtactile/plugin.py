@@ -132,6 +132,14 @@ def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
     return 1
 
 
+def plugin_config(model: Any, instance: int, attribute: str) -> str | None:
+    """Text of an attribute of a plugin instance in a compiled model; None where its plugin has no such attribute."""
+    function = _mujoco_library().mj_getPluginConfig
+    function.restype = ctypes.c_char_p
+    text = function(ctypes.c_void_p(int(model._address)), ctypes.c_int(instance), attribute.encode())
+    return None if text is None else str(text.decode())
+
+
 def attribute_names() -> list[str]:
     """Names of the plugin's attributes, as the core lists them."""
     names = ctypes.POINTER(ctypes.c_char_p)()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,7 +20,7 @@ from mjtactile.native import native_pad
 from mjtactile.native_host import register
 from mjtactile.options import TANGENTIALS, TILTS, contact_options
 from mjtactile.pad import Pad
-from mjtactile.plugin import PLUGIN, Instance, running_layout
+from mjtactile.plugin import PLUGIN, Instance, attribute_names, plugin_config, running_layout
 from mjtactile.preset import CONTACT_LAWS, PRESETS
 from mjtactile.press_host import PressHost
 
@@ -47,6 +48,19 @@ def register_pad(name: str, pad: Pad) -> None:
     _pads[name] = pad
 
 
+def known_pad(name: str) -> Pad:
+    """The pad behind a name or a file of saved influence matrices.
+
+    Raises:
+        SceneError: when there is neither.
+    """
+    if name in _pads:
+        return _pads[name]
+    if not Path(name).is_file():
+        raise SceneError(_no_pad(name))
+    return load_influence(name).pad
+
+
 class Attributes:
     """What the attributes of one sensor ask for.
 
@@ -69,6 +83,11 @@ class Attributes:
             raise SceneError(_wrong("visual", values["visual"], ("on", "off")))
         self.visual = _SWITCH[values["visual"]]
 
+    @property
+    def contact(self) -> tuple[str | None, str, float | None, str]:
+        """Law, tangential, friction and tilt."""
+        return self.law, self.tangential, self.friction, self.tilt
+
     def influence(self) -> InfluenceMatrices:
         """Tables of the pad in the fidelity asked for; loaded once per process.
 
@@ -85,11 +104,47 @@ def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
     if pad in _pads:
         return influence_matrices(_pads[pad], preset=fidelity or DEFAULT_FIDELITY)
     if not Path(pad).is_file():
-        raise SceneError(
-            f"{_wrong('pad', pad, tuple(_pads))} A file of saved influence matrices serves as well, but there is none "
-            "of that name. Make a pad known with mjtactile.register_pad(name, pad)."
-        )
+        raise SceneError(_no_pad(pad))
     return load_influence(pad, preset=fidelity or None)
+
+
+def _no_pad(name: str) -> str:
+    return (
+        f"{_wrong('pad', name, tuple(_pads))} A file of saved influence matrices serves as well, but there is none of "
+        "that name. Make a pad known with mjtactile.register_pad(name, pad)."
+    )
+
+
+class PluginSensor(NamedTuple):
+    """A sensor of the plugin in a compiled model."""
+
+    geom: int  #: id of its pad's geom
+    attributes: Attributes
+    readings: slice | None  #: where its von Mises readings stand in `sensordata`; None if it puts out none
+
+
+def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
+    """A sensor by its name; None when the model has no such sensor, or one of another kind.
+
+    Raises:
+        SceneError: when its attributes make no sense.
+    """
+    sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name)
+    if sensor < 0 or model.sensor_type[sensor] != mujoco.mjtSensor.mjSENS_PLUGIN:
+        return None
+    instance = int(model.sensor_plugin[sensor])
+    texts = {key: plugin_config(model, instance, key) for key in attribute_names()}
+    if None in texts.values():
+        return None
+    attributes = Attributes({key: text or "" for key, text in texts.items()})
+    taxels = int(np.prod(attributes.influence().pad.reading_shape))
+    widths = {"von_mises": taxels, "stress": 6 * taxels, "wrench": 6}
+    start = int(model.sensor_adr[sensor])
+    for output in attributes.outputs:
+        if output == "von_mises":
+            return PluginSensor(int(model.sensor_objid[sensor]), attributes, slice(start, start + taxels))
+        start += widths[output]
+    return PluginSensor(int(model.sensor_objid[sensor]), attributes, None)
 
 
 def _chosen_outputs(text: str) -> list[str]:

@@ -25,6 +25,7 @@ from mjtactile.mesh import MeshDensity
 from mjtactile.options import contact_options
 from mjtactile.pad import Array, Pad
 from mjtactile.planar import areal
+from mjtactile.plugin_attributes import plugin_sensor
 from mjtactile.preset import Fidelity
 from mjtactile.several import contact_loads
 from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
@@ -41,7 +42,8 @@ class TactileSensor:
 
     Args:
         model: compiled model.
-        pad: its size and thickness must be the geom's; by default the paper's.
+        pad: its size and thickness must be the geom's; by default the paper's. Or the name of a sensor of the plugin
+            "mjtactile.pad", whose pad, fidelity and law are taken and whose readings are read; or of a pad's geom.
         geom: name of the pad's geom.
         mesh: "draft", "default", "fine" or a MeshDensity; ignored when `influence` is given.
         preset: fidelity by name in place of a mesh, see `influence_matrices`; ignored when `influence` is given.
@@ -64,7 +66,7 @@ class TactileSensor:
     def __init__(
         self,
         model: mujoco.MjModel,
-        pad: Pad | None = None,
+        pad: Pad | str | None = None,
         *,
         geom: str = "pad",
         mesh: str | MeshDensity | None = None,
@@ -79,6 +81,14 @@ class TactileSensor:
         pose_tolerance: float = POSE_TOLERANCE,
     ) -> None:
         self.model = model
+        #: Where the plugin puts its readings, if it is a sensor of the plugin that is read.
+        self._sensordata: slice | None = None
+        if isinstance(pad, str):
+            found = plugin_sensor(model, pad)
+            pad, geom = None, pad if found is None else model.geom(found.geom).name
+            if found is not None:
+                influence, self._sensordata = found.attributes.influence(), found.readings
+                law, tangential, friction, tilt = found.attributes.contact
         self.pad = pad if pad is not None else (influence.pad if influence is not None else Pad())
         self.geom = pad_geom(model, geom, self.pad)
         if influence is not None and influence.pad != self.pad:
@@ -106,6 +116,8 @@ class TactileSensor:
         Warns:
             ContactWarning: when a contact wrench cannot be carried by the footprint it came through, or only in part.
         """
+        if self._sensordata is not None:
+            return np.array(data.sensordata[self._sensordata]).reshape(self.pad.reading_shape)
         touches = list(self._touches(data))
         if self.coupled and len(touches) > 1:
             load = self._coupled_load(touches)

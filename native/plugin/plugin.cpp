@@ -127,7 +127,7 @@ double* state_of(const Model* model, Data* data, int instance) {
          field<const int*>(model, layout.model_plugin_stateadr)[instance];
 }
 
-// What an instance's attributes mean, the host's part included where `geom` is one; false, and a warning, if wrong.
+// What an instance's attributes mean, the host's part included where `geom` is one; false, and the error, if wrong.
 bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved) {
   const char* values[kAttributeCount];
   for (std::size_t i = 0; i < kAttributeCount; ++i) {
@@ -135,16 +135,14 @@ bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved)
     values[i] = value == nullptr ? "" : value;
   }
   std::memset(&resolved, 0, sizeof resolved);
-  if (python.resolve(geom < 0 ? nullptr : static_cast<const void*>(model), geom, values, &resolved) != 0) return true;
-  functions.warning("%s", resolved.error);
-  return false;
+  return python.resolve(geom < 0 ? nullptr : static_cast<const void*>(model), geom, values, &resolved) != 0;
 }
 
 int nstate(const Model*, int) { return 2; }
 
 int nsensordata(const Model* model, int instance, int) {
   mjt_instance resolved;
-  if (!resolve(model, instance, -1, resolved)) return 0;
+  if (!resolve(model, instance, -1, resolved)) return 0;  // init will say why
   int size = 0;
   for (int i = 0; i < resolved.output_count; ++i) {
     const int output = resolved.outputs[i];
@@ -174,7 +172,10 @@ int init(const Model* model, Data* data, int instance) {
     return -1;
   }
   mjt_instance resolved;
-  if (!resolve(model, instance, geom, resolved)) return -1;
+  if (!resolve(model, instance, geom, resolved)) {
+    functions.warning("%s", resolved.error);
+    return -1;
+  }
   field<std::uintptr_t*>(data, layout.data_plugin_data)[instance] =
       reinterpret_cast<std::uintptr_t>(new Instance(resolved, geom, std::move(addresses)));
   return 0;

@@ -14,6 +14,7 @@ from mjtactile.line import Line
 from mjtactile.load import SurfaceLoad
 from mjtactile.native import native_pad, without_native
 from mjtactile.partition import outline_cells
+from mjtactile.planar import areal
 from mjtactile.surface import SurfaceGrid, oriented_edges
 
 PAD = mjtactile.Pad()
@@ -75,11 +76,11 @@ def test_contact_load_and_readings_of_every_shape(influence, instruction_set):
     for number, shape in enumerate(mjtactile.INDENTER_NAMES[:7]):
         outline = mjtactile.indenter_outline(shape, rotate_deg=40 * number, shift=(1e-3, -0.7e-3))
         footprint = mjtactile.Footprint.from_outline(outline, influence)
-        wrench = {"force": (0.02, -0.05, -0.5), "moment": (1e-4, 3e-4, 1e-5)}
+        force, moment = (0.02, -0.05, -0.5), (1e-4, 3e-4, 1e-5)
         with without_native():
-            load = mjtactile.contact_load(influence, footprint, **wrench)
+            load = mjtactile.contact_load(influence, footprint, force, moment=moment)
             expected = influence.readings(load)
-        ours = mjtactile.contact_load(influence, footprint, **wrench)
+        ours = mjtactile.contact_load(influence, footprint, force, moment=moment)
         assert np.abs(ours.forces - load.forces).max() <= 1e-11 * np.abs(load.forces).max()
         assert ours.approach == pytest.approx(load.approach, rel=1e-10)
         assert ours.tilts == pytest.approx(load.tilts, rel=1e-8, abs=1e-12)
@@ -102,7 +103,7 @@ def test_nodal_forces_of_any_polygon(centre, size, angle, hole, traction):
     region = Point(centre).buffer(size, quad_segs=3)
     if hole:
         region = region.difference(affinity.scale(region, 0.4, 0.4))
-    edges = oriented_edges(affinity.rotate(region, angle, origin=centre))
+    edges = oriented_edges(areal(affinity.rotate(region, angle, origin=centre)))
     tractions = np.broadcast_to(np.array(traction), (len(edges), 3))
     with without_native():
         expected = grid.traction_forces(edges, tractions)
