@@ -1,4 +1,4 @@
-"""The command line: `mjtactile bench mesh`, `bench trade` and `bench extremes`."""
+"""The command line: `mjtactile bench mesh`, `bench plugin`, `bench trade` and `bench extremes`."""
 
 from __future__ import annotations
 
@@ -28,6 +28,22 @@ def bench_mesh(
     typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
     if readme is not None:
         rewrite_table(readme, "mesh", mesh_table(result))
+
+
+@bench_app.command("plugin")
+def bench_plugin(
+    as_json: AsJson = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Preset fast and few runs only.")] = False,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+) -> None:
+    """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's <tactile>, and many simulations at once."""
+    from mjtactile.bench_plugin import plugin_benchmark, plugin_table
+    from mjtactile.bench_tables import rewrite_table
+
+    result = plugin_benchmark(quick=quick)
+    typer.echo(json.dumps(result, indent=2) if as_json else plugin_table(result))
+    if readme is not None:
+        rewrite_table(readme, "plugin", plugin_table(result))
 
 
 @bench_app.command("trade")

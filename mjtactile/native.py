@@ -112,6 +112,11 @@ def use_instruction_set(name: str) -> None:
         raise NativeError(f"no kernels {name!r} for this processor. Known: avx512, avx2, plain.")
 
 
+def basis_bytes() -> int:
+    """Memory that wrench bases take in this process [bytes]; bounded by 256 MiB for each precision."""
+    return int(library().mjt_basis_bytes())
+
+
 def traction_forces(x: Array, y: Array, edges: Array, tractions: Array) -> Array:
     """See SurfaceGrid.traction_forces; `x` and `y` are the grid's vertices, tractions (edges, 3)."""
     forces = np.empty((2 * len(y) - 1, 2 * len(x) - 1, 3))

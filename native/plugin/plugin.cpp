@@ -1,8 +1,12 @@
 #include "plugin.h"
 
 #include <algorithm>
-#include <exception>
+#include <functional>
 #include <memory>
+#include <mutex>
+#include <shared_mutex>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "contacts.hpp"
@@ -22,19 +26,31 @@ Layout layout;
 Functions functions;
 mjt_plugin_host python;
 
+// Python's part of an instance, which copies of a simulation share.
+struct Context {
+  explicit Context(std::int64_t id) : number(id) {}
+  ~Context() { python.release(number); }
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  const std::int64_t number;
+};
+
 // One pad in one simulation.
 class Instance {
  public:
-  Instance(const mjt_instance& resolved, int geom, std::vector<int> addresses)
+  Instance(const mjt_instance& resolved, int geom, std::vector<int> addresses, std::shared_ptr<Context> context)
       : resolved_(resolved),
         geom_(geom),
         addresses_(std::move(addresses)),
-        host_(python.host, resolved.context),
+        context_(std::move(context)),
+        host_(python.host, context_->number),
         sensor_(resolved.pad->pad, {resolved.tilting != 0, resolved.friction}, resolved.native != 0,
                 resolved.tolerance) {}
-  ~Instance() { python.release(resolved_.context); }
-  Instance(const Instance&) = delete;
-  Instance& operator=(const Instance&) = delete;
+  // The same pad in another simulation, which keeps memory of its own.
+  std::unique_ptr<Instance> another() const {
+    return std::make_unique<Instance>(resolved_, geom_, addresses_, context_);
+  }
 
   void compute(const Model* model, Data* data, const double* state) {
     gather(layout, functions, model, data, geom_, touches_);
@@ -110,6 +126,7 @@ class Instance {
   mjt_instance resolved_;
   int geom_;
   std::vector<int> addresses_;
+  std::shared_ptr<Context> context_;
   CallbackHost host_;
   AnySensor sensor_;
   Steadiness before_;
@@ -118,8 +135,43 @@ class Instance {
   double wrench_[6] = {};
 };
 
-Instance* instance_of(Data* data, int instance) {
-  return reinterpret_cast<Instance*>(field<std::uintptr_t*>(data, layout.data_plugin_data)[instance]);
+// Instances by simulation. MuJoCo has a place for a pointer in each mjData, but a simulation restored from a pickle
+// holds the pointers of the one it was made from: they cannot be trusted, and stay unused.
+class Registry {
+ public:
+  Instance* find(const Data* data, int instance) {
+    const std::shared_lock<std::shared_mutex> lock(mutex_);
+    const auto found = instances_.find({data, instance});
+    return found == instances_.end() ? nullptr : found->second.get();
+  }
+  void keep(const Data* data, int instance, std::unique_ptr<Instance> made) {
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    instances_[{data, instance}] = std::move(made);
+  }
+  void drop(const Data* data, int instance) {
+    std::unique_ptr<Instance> dropped;  // outlives the lock: its end calls Python
+    const std::unique_lock<std::shared_mutex> lock(mutex_);
+    const auto found = instances_.find({data, instance});
+    if (found == instances_.end()) return;
+    dropped = std::move(found->second);
+    instances_.erase(found);
+  }
+
+ private:
+  using Key = std::pair<const Data*, int>;
+  struct Hash {
+    std::size_t operator()(const Key& key) const {
+      return std::hash<const Data*>()(key.first) ^ (static_cast<std::size_t>(key.second) * 0x9e3779b97f4a7c15u);
+    }
+  };
+  std::shared_mutex mutex_;
+  std::unordered_map<Key, std::unique_ptr<Instance>, Hash> instances_;
+};
+
+// Never destroyed: simulations may end after this library's own statics.
+Registry& registry() {
+  static auto* const all = new Registry;
+  return *all;
 }
 
 double* state_of(const Model* model, Data* data, int instance) {
@@ -176,32 +228,35 @@ int init(const Model* model, Data* data, int instance) {
     functions.warning("%s", resolved.error);
     return -1;
   }
-  field<std::uintptr_t*>(data, layout.data_plugin_data)[instance] =
-      reinterpret_cast<std::uintptr_t>(new Instance(resolved, geom, std::move(addresses)));
+  registry().keep(data, instance,
+                  std::make_unique<Instance>(resolved, geom, std::move(addresses),
+                                             std::make_shared<Context>(resolved.context)));
   return 0;
 }
 
-void destroy(Data* data, int instance) {
-  delete instance_of(data, instance);
-  field<std::uintptr_t*>(data, layout.data_plugin_data)[instance] = 0;
-}
+void destroy(Data* data, int instance) { registry().drop(data, instance); }
 
-void copy(Data*, const Model*, const Data*, int) {}  // every simulation keeps its own memory; the state is MuJoCo's
+// Every simulation keeps its own memory, the state is MuJoCo's: only a copy that was made without `init` needs more.
+void copy(Data* to, const Model*, const Data* from, int instance) {
+  const Instance* original = registry().find(from, instance);
+  if (original != nullptr && registry().find(to, instance) == nullptr) {
+    registry().keep(to, instance, original->another());
+  }
+}
 
 void reset(const Model*, double* state, void*, int) { state[0] = state[1] = 0.0; }
 
 void compute(const Model* model, Data* data, int instance, int capability) {
-  if ((capability & layout.capability_sensor) != 0) {
-    instance_of(data, instance)->compute(model, data, state_of(model, data, instance));
-  }
+  if ((capability & layout.capability_sensor) == 0) return;
+  if (Instance* found = registry().find(data, instance)) found->compute(model, data, state_of(model, data, instance));
 }
 
 void advance(const Model* model, Data* data, int instance) {
-  instance_of(data, instance)->advance(state_of(model, data, instance));
+  if (const Instance* found = registry().find(data, instance)) found->advance(state_of(model, data, instance));
 }
 
 void visualize(const Model* model, Data* data, const Option*, Scene* scene, int instance) {
-  instance_of(data, instance)->visualize(model, data, scene);
+  if (Instance* found = registry().find(data, instance)) found->visualize(model, data, scene);
 }
 
 }  // namespace
