@@ -64,7 +64,7 @@ def _fields(chosen: Fidelity) -> dict[str, Any]:
 def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginScene, PluginScene]]:
     """Name, scene with its sensor, and the same without."""
     for shape in ("box", "star"):
-        theirs = {"shape": shape, "ground": "theirs"}
+        theirs: dict[str, Any] = {"shape": shape, "ground": "theirs"}
         name = f"MuJoCo `<tactile>`, {shape}"
         yield name, PluginScene(sensor="theirs", **theirs), PluginScene(**theirs)
     yield "no contact", PluginScene(sensor="ours", touched=0), PluginScene(touched=0)
