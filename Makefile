@@ -50,6 +50,7 @@ models: $(VENV)/installed
 
 tables: $(VENV)/installed
 	$(BIN)/mjtactile bench mesh --readme README.md
+	$(BIN)/mjtactile bench plugin --readme README.md
 	$(BIN)/mjtactile bench trade --readme README.md --out benchmarks/trade.json --figure docs/images/trade.png
 
 clean:
