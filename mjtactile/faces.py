@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from shapely import MultiPolygon, Polygon
+from shapely import MultiPolygon, Polygon, affinity
 
 from mjtactile.cells import Cells
 from mjtactile.errors import FootprintError
@@ -21,6 +21,7 @@ from mjtactile.gap import HalfSpace, Pose, Shape
 from mjtactile.native import contiguous, library, pointer
 from mjtactile.pad import Array
 from mjtactile.partition import outline_cells
+from mjtactile.planar import areal
 from mjtactile.search import Rectangle
 
 #: Bodies reach no further than this from their middle [m]; what does is looked at anew at every pose.
@@ -47,6 +48,13 @@ class BodyFace:
     outline: Polygon | MultiPolygon
     most_slope: float
 
+    def over(self, sheet: Polygon, place: tuple[float, float, float]) -> BodyFace | None:
+        """The part over a sheet, in the pad frame, with the face at (x, y) [m] turned by an angle [rad]; None for none."""
+        x, y, angle = place
+        turned = affinity.rotate(self.outline, angle, origin=(0, 0), use_radians=True)
+        part = areal(affinity.translate(turned, x, y).intersection(sheet))
+        return None if part.is_empty else BodyFace(self.rotation, self.height, part, self.most_slope)
+
 
 class NativeFace:
     """A face's cells as the core holds them.
@@ -55,7 +63,7 @@ class NativeFace:
         handle: what the core's functions take.
     """
 
-    def __init__(self, face: BodyFace, count: int) -> None:
+    def __init__(self, face: BodyFace, count: int, *, cut: bool = False) -> None:
         cells = outline_cells(face.outline, count)
         ends, sides = _cell_edges(cells)
         corners = contiguous(shapely.get_coordinates(face.outline.convex_hull)[:-1])
@@ -73,6 +81,7 @@ class NativeFace:
                 pointer(sides),
                 ctypes.c_size_t(len(corners)),
                 pointer(corners),
+                ctypes.c_int(cut),
             )
         )
         self._finalizer = weakref.finalize(self, core.mjt_face_free, self.handle)

@@ -33,7 +33,7 @@ _Forces = ctypes.CFUNCTYPE(
 class HostFunctions(ctypes.Structure):
     """`mjt_host` of native/core/api.h."""
 
-    _fields_ = [("face", _Face), ("nodal_forces", _Forces)]
+    _fields_ = [("face", _Face), ("cut_face", _Face), ("nodal_forces", _Forces)]
 
 
 #: Hosts by the number that the core knows them by; they live as long as what reads through them.
@@ -63,6 +63,16 @@ def _face(context: int, body: int, pose: Any) -> int | None:
         return None
 
 
+@_Face
+def _cut_face(context: int, body: int, place: Any) -> int | None:
+    try:
+        face = _hosts[context].cut_face(body, (float(place[0]), float(place[1]), float(place[2])))
+        return None if face is None else face.handle.value
+    except Exception:
+        traceback.print_exc()
+        return None
+
+
 @_Forces
 def _nodal_forces(context: int, body: int, pose: Any, wrench: Any, forces: Any) -> int:
     try:
@@ -77,7 +87,7 @@ def _nodal_forces(context: int, body: int, pose: Any, wrench: Any, forces: Any) 
 
 
 #: What the core calls; kept alive here.
-HOST = HostFunctions(_face, _nodal_forces)
+HOST = HostFunctions(_face, _cut_face, _nodal_forces)
 
 
 def _pose(numbers: Any) -> Pose:

@@ -18,7 +18,7 @@ import numpy as np
 from mjtactile.cell_laws import CellLoad
 from mjtactile.contact import reported, solved_load
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
-from mjtactile.faces import NativeFace, body_face, composed
+from mjtactile.faces import BodyFace, NativeFace, body_face, composed
 from mjtactile.footprint import FACING_GAP, Footprint
 from mjtactile.gap import Pose
 from mjtactile.geom import geom_shape
@@ -86,13 +86,31 @@ class PressHost:
             else GapImprints(model, pad_geom, influence, **kept, level=level)
         )
         self._standing: OrderedDict[tuple[int, bytes], _Standing] = OrderedDict()
+        self._body_faces: dict[int, BodyFace | None] = {}
         self._faces: dict[int, NativeFace | None] = {}
+        self._cut_faces: OrderedDict[tuple[int, bytes], NativeFace | None] = OrderedDict()
 
     def face(self, body: int, pose: Pose) -> NativeFace | None:
         """The flat face a body turns to the pad; None where it has none, or one that only the NumPy code presses."""
         if body not in self._faces:
-            self._faces[body] = self._made_face(body, pose)
+            face = self._body_faces[body] = self._made_face(body, pose)
+            self._faces[body] = None if face is None else NativeFace(face, self.options.cells)
         return self._faces[body]
+
+    def cut_face(self, body: int, place: tuple[float, float, float]) -> NativeFace | None:
+        """The part over the sheet of a body's face at (x, y) [m], turned by an angle [rad]; None for none."""
+        face = self._body_faces.get(body)
+        part = None if face is None else face.over(self.influence.surface.sheet, place)
+        if part is None:
+            return None
+        # Most places of a face larger than the sheet leave the same part, all of it.
+        key = (body, part.outline.normalize().wkb)
+        if key not in self._cut_faces:
+            self._cut_faces[key] = NativeFace(part, self.options.cells, cut=True)
+            if len(self._cut_faces) > _KEPT_FOOTPRINTS:
+                self._cut_faces.popitem(last=False)
+        self._cut_faces.move_to_end(key)
+        return self._cut_faces[key]
 
     def nodal_forces(self, body: int, pose: Pose, wrench: Array) -> Array | None:
         """Nodal forces (nodes y, nodes x, 3) [N] of one body's contact under a wrench (6,); None without contact.
@@ -143,13 +161,12 @@ class PressHost:
             standing.chosen[step] = solved_load(self.influence, standing.footprint, pressing, self.options)[1]
         return standing.chosen[step]
 
-    def _made_face(self, body: int, pose: Pose) -> NativeFace | None:
+    def _made_face(self, body: int, pose: Pose) -> BodyFace | None:
         if self.options.law != "elastic" or self.options.tangential != "proportional":
             return None
         local = self._local_poses(self.imprints.choices(body)[0])
         shapes = {geom: geom_shape(self.model, geom) for geom in local}
-        face = body_face(shapes, local, pose, facing_gap=self.facing_gap, level=not self.options.tilting)
-        return None if face is None else NativeFace(face, self.options.cells)
+        return body_face(shapes, local, pose, facing_gap=self.facing_gap, level=not self.options.tilting)
 
     def _local_poses(self, geoms: Indices) -> dict[int, Pose]:
         """Poses of geoms in their body's frame."""

@@ -145,11 +145,12 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
 
 mjt_face* mjt_face_new(const double* rotation, double height, double most_slope, size_t cells,
                        const double* centroids, const double* areas, const double* inverse_distance, size_t edges,
-                       const double* ends, const int32_t* sides, size_t corners, const double* outline) {
+                       const double* ends, const int32_t* sides, size_t corners, const double* outline, int cut) {
   auto face = std::make_shared<Face>();
   std::copy(rotation, rotation + 9, face->rotation);
   face->height = height;
   face->most_slope = most_slope;
+  face->cut = cut != 0;
   double area = 0.0;
   for (size_t i = 0; i < cells; ++i) {
     face->centroids.push_back({centroids[2 * i], centroids[2 * i + 1]});

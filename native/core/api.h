@@ -19,6 +19,8 @@ struct mjt_sensor;
 typedef struct mjt_host {
   /* The flat face a body turns to the pad, or null. */
   mjt_face* (*face)(int64_t context, int body, const double* pose);
+  /* The part of that face over the sheet, when the face stands at place = (x, y, angle), or null. */
+  mjt_face* (*cut_face)(int64_t context, int body, const double* place);
   /* Nodal forces of one body's contact; 0 where there is none. */
   int (*nodal_forces)(int64_t context, int body, const double* pose, const double* wrench, double* forces);
 } mjt_host;
@@ -60,7 +62,7 @@ MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compli
 MJT_API mjt_face* mjt_face_new(const double* rotation, double height, double most_slope, size_t cells,
                                const double* centroids, const double* areas, const double* inverse_distance,
                                size_t edges, const double* ends, const int32_t* sides, size_t corners,
-                               const double* outline);
+                               const double* outline, int cut);
 MJT_API void mjt_face_free(mjt_face* face);
 /* Nodal forces of one face pressed at a pose, without host; 0 where the reference has to take over. Also what the
    contact is, each null or: forces on the cells (cells, 3) [N], motion (1 or 3). */

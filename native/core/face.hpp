@@ -1,6 +1,7 @@
 // A flat face of a rigid body as contact cells, and where it stands on a pad.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -37,6 +38,7 @@ struct Face {
   std::vector<Point> corners;            // convex hull of its outline, counter-clockwise
   std::vector<Point> hull;               // convex hull of the centroids, counter-clockwise
   double length;                         // root of its area, by which tilts compare with the approach [m]
+  bool cut = false;                      // at the sheet's edge, for one place: its frame is the pad's
 
   std::size_t cells() const { return areas.size(); }
 };
@@ -48,6 +50,7 @@ struct Placement {
   Point operator()(const Point& point) const {
     return {cosine * point.x - sine * point.y + shift[0], sine * point.x + cosine * point.y + shift[1]};
   }
+  double angle() const { return std::atan2(sine, cosine); }
   // From the pad frame back to the face's.
   Point back(double x, double y) const {
     return {cosine * (x - shift[0]) + sine * (y - shift[1]), -sine * (x - shift[0]) + cosine * (y - shift[1])};

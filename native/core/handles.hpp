@@ -38,6 +38,11 @@ class CallbackHost : public Host {
     return found == nullptr ? nullptr : found->face;
   }
 
+  std::shared_ptr<const Face> cut_face(const Touch& touch, const double* place) override {
+    const mjt_face* found = functions_.cut_face == nullptr ? nullptr : functions_.cut_face(context_, touch.body, place);
+    return found == nullptr ? nullptr : found->face;
+  }
+
   bool nodal_forces(const Touch& touch, double* forces) override {
     double pose[12];
     flat(touch.pose, pose);

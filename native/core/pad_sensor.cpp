@@ -9,6 +9,11 @@ namespace {
 
 // Steps at one pose after which a basis is worth its making.
 constexpr double kSteady = 8.0;
+// A face that overhangs the sheet is cut at its edge for places rounded to this [m, rad]: what the edge is off by is a
+// hundredth of the depth of the first taxels.
+constexpr double kCutStep = 5e-6, kCutTurn = 5e-4;
+constexpr std::size_t kMostCutFaces = 64;
+constexpr Placement kHere = {1.0, 0.0, {0.0, 0.0}};
 constexpr std::size_t kMostBasisBytes = std::size_t{256} << 20;
 // A hash kept as a double must be a whole number that a double holds.
 constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
@@ -143,33 +148,40 @@ template <typename Value>
 void PadSensor<Value>::press_one(const Touch& touch, bool steady, Host& host) {
   if (native_) {
     const std::shared_ptr<const Face>& face = face_of(touch, host);
-    if (face != nullptr && press_face(touch, *face, steady)) return;
+    if (face != nullptr && press_face(touch, face, steady, host)) return;
   }
   if (host.nodal_forces(touch, forces_.data())) add(forces_.data());
 }
 
 template <typename Value>
-bool PadSensor<Value>::press_face(const Touch& touch, const Face& face, bool steady) {
+bool PadSensor<Value>::press_face(const Touch& touch, const std::shared_ptr<const Face>& whole, bool steady,
+                                  Host& host) {
   Placement placement;
-  if (!place(face, touch.pose, placement) || !over_sheet(face, placement)) return false;
+  if (!place(*whole, touch.pose, placement)) return false;
+  std::shared_ptr<const Face> face = whole;
+  if (!over_sheet(*whole, placement)) {
+    face = cut_face_of(touch, placement, host);
+    if (face == nullptr) return false;
+    placement = kHere;
+  }
   if (steady && press_steady(touch, face)) return true;
-  if (!contact_.solve(face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
-  if (!contact_.weights(face, options_, touch.wrench, weights_, workspace_)) return false;
-  contact_.nodal_forces(face, pad_->surface(), weights_, workspace_, forces_.data());
+  if (!contact_.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+  if (!contact_.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
+  contact_.nodal_forces(*face, pad_->surface(), weights_, workspace_, forces_.data());
   add(forces_.data());
   return true;
 }
 
 template <typename Value>
-bool PadSensor<Value>::press_steady(const Touch& touch, const Face& face) {
-  const BasisKey key = {pad_.get(), &face, rounded(touch.pose, tolerance_), options_};
+bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<const Face>& face) {
+  const BasisKey key = {pad_.get(), face.get(), rounded(touch.pose, tolerance_), options_};
   auto& cache = BasisCache<Value>::shared();
-  std::shared_ptr<const Basis<Value>> basis = cache.find(key, face, touch.wrench, weights_, workspace_);
+  std::shared_ptr<const Basis<Value>> basis = cache.find(key, *face, touch.wrench, weights_, workspace_);
   if (basis == nullptr) {
-    Placement placement;
-    if (!place(face, at(key.pose, tolerance_), placement)) return false;
+    Placement placement = kHere;
+    if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return false;
     ElasticContact contact;
-    if (!contact.solve(face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+    if (!contact.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
     const auto& map = pad_->template deviatoric<Value>();
     Columns<Value> responses(contact.parts(), map.response_size, pad_->precision());
     std::vector<Value> response(map.response_size);
@@ -177,16 +189,15 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const Face& face) {
     for (std::size_t p = 0; p < contact.parts(); ++p) {
       std::fill(unit.begin(), unit.end(), 0.0);
       unit[p] = 1.0;
-      contact.nodal_forces(face, pad_->surface(), unit, workspace_, forces_.data());
+      contact.nodal_forces(*face, pad_->surface(), unit, workspace_, forces_.data());
       std::fill(response.begin(), response.end(), Value(0));
       map.add_response(forces_.data(), map_workspace_, response.data());
       std::copy(response.begin(), response.end(), twofold.begin());
       responses.set(p, twofold.data());
     }
-    if (!contact.weights(face, options_, touch.wrench, weights_, workspace_)) return false;
-    const auto shared = std::find_if(faces_.begin(), faces_.end(), [&](const auto& one) { return one.second.get() == &face; });
+    if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
     const std::size_t bytes = responses.bytes();
-    basis = std::make_shared<const Basis<Value>>(Basis<Value>{shared->second, pad_, std::move(contact), std::move(responses)});
+    basis = std::make_shared<const Basis<Value>>(Basis<Value>{face, pad_, std::move(contact), std::move(responses)});
     cache.keep(key, basis, bytes);
   }
   part_weights_.assign(weights_.begin(), weights_.end());
@@ -235,6 +246,7 @@ void PadSensor<Value>::stress(double* stress) {
 template <typename Value>
 void PadSensor<Value>::forget() {
   faces_.clear();
+  cut_faces_.clear();
 }
 
 template <typename Value>
@@ -244,6 +256,24 @@ const std::shared_ptr<const Face>& PadSensor<Value>::face_of(const Touch& touch,
   }
   faces_.emplace_back(touch.body, host.face(touch));
   return faces_.back().second;
+}
+
+template <typename Value>
+std::shared_ptr<const Face> PadSensor<Value>::cut_face_of(const Touch& touch, const Placement& placement, Host& host) {
+  const std::array<std::int64_t, 3> place = {std::llround(placement.shift[0] / kCutStep),
+                                             std::llround(placement.shift[1] / kCutStep),
+                                             std::llround(placement.angle() / kCutTurn)};
+  for (auto known = cut_faces_.begin(); known != cut_faces_.end(); ++known) {
+    if (known->body == touch.body && known->place == place) {
+      cut_faces_.splice(cut_faces_.begin(), cut_faces_, known);
+      return known->face;
+    }
+  }
+  const double there[3] = {static_cast<double>(place[0]) * kCutStep, static_cast<double>(place[1]) * kCutStep,
+                           static_cast<double>(place[2]) * kCutTurn};
+  cut_faces_.push_front({touch.body, place, host.cut_face(touch, there)});
+  if (cut_faces_.size() > kMostCutFaces) cut_faces_.pop_back();
+  return cut_faces_.front().face;
 }
 
 template <typename Value>

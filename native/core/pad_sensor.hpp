@@ -34,6 +34,8 @@ class Host {
   virtual ~Host() = default;
   // The flat face a body turns to the pad; null where it has none.
   virtual std::shared_ptr<const Face> face(const Touch& touch) = 0;
+  // The part of that face over the sheet, when the face stands at (x, y) [m], turned by an angle [rad]; null for none.
+  virtual std::shared_ptr<const Face> cut_face(const Touch& touch, const double* place) = 0;
   // Nodal forces (nodes y, nodes x, 3) [N] of one body's contact; false where it has none.
   virtual bool nodal_forces(const Touch& touch, double* forces) = 0;
 };
@@ -98,10 +100,11 @@ class PadSensor {
 
  private:
   void press_one(const Touch& touch, bool steady, Host& host);
-  bool press_face(const Touch& touch, const Face& face, bool steady);
-  bool press_steady(const Touch& touch, const Face& face);
+  bool press_face(const Touch& touch, const std::shared_ptr<const Face>& whole, bool steady, Host& host);
+  bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
   void add(const double* forces);
   const std::shared_ptr<const Face>& face_of(const Touch& touch, Host& host);
+  std::shared_ptr<const Face> cut_face_of(const Touch& touch, const Placement& placement, Host& host);
   bool over_sheet(const Face& face, const Placement& placement) const;
 
   std::shared_ptr<const Pad> pad_;
@@ -109,7 +112,13 @@ class PadSensor {
   bool native_;
   double tolerance_, key_ = 0.0;
   bool touched_ = false;
+  struct CutFace {
+    int body;
+    std::array<std::int64_t, 3> place;
+    std::shared_ptr<const Face> face;
+  };
   std::vector<std::pair<int, std::shared_ptr<const Face>>> faces_;
+  std::list<CutFace> cut_faces_;  // latest used first
   std::vector<Value> response_, mean_response_;
   std::vector<double> forces_, weights_, means_;
   ElasticContact contact_;

@@ -23,9 +23,10 @@ SCENE = """
   <option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="10" jacobian="dense"/>
   <worldbody>{pads}{bodies}</worldbody>
   <sensor>{sensors}</sensor>
-  <keyframe><key name="lifted" qpos="{lifted}"/></keyframe>
+  {key}
 </mujoco>
 """
+KEY = '<keyframe><key name="lifted" qpos="{}"/></keyframe>'
 PAD = (
     '<geom name="pad{n}" type="box" size=".0075 .0075 .0025" pos="{x} 0 -.0025" priority="1" solref=".005 1" '
     'condim="4"/>'
@@ -44,7 +45,7 @@ def scene(pads=1, config="", body=BOX):
         pads="".join(PAD.format(n=n, x=x) for n, x in places),
         bodies="".join(body.format(n=n, x=x) for n, x in places),
         sensors="".join(SENSOR.format(n=n, config=config) for n, _ in places),
-        lifted=" ".join(f"{x} 0 .02 1 0 0 0" for _, x in places),
+        key=KEY.format(" ".join(f"{x} 0 .02 1 0 0 0" for _, x in places)) if "freejoint" in body else "",
     )
 
 
@@ -82,6 +83,7 @@ def test_readings_are_those_of_the_numpy_sensor(shape):
     assert np.linalg.norm(found - expected) <= 0.02 * np.linalg.norm(expected)
 
 
+PRESS = '<joint type="slide" axis="0 0 1"/>'
 CURVED = [
     '<geom type="sphere" size=".005" mass=".03"/>',
     '<geom type="capsule" size=".003 .004" quat=".7071 0 .7071 0" mass=".03"/>',
@@ -99,6 +101,22 @@ def test_curved_bodies_are_read_too(geom):
     assert expected.max() > 0.0
     found = data.sensordata.reshape(expected.shape)
     assert np.linalg.norm(found - expected) <= 0.05 * np.linalg.norm(expected)
+
+
+LARGE = '<body name="box{{n}}" pos="{} 0 .00501"><freejoint/><geom type="box" size=".02 .018 .005" mass=".05"/></body>'
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.003, 0.018])
+def test_faces_over_the_sheets_edge(shift):
+    large = mujoco.MjModel.from_xml_string(scene(body=LARGE.format(shift).replace("<freejoint/>", PRESS)))
+    data = mujoco.MjData(large)
+    mujoco.mj_step(large, data, 40)
+    data.plugin_state[:] = 0.0
+    mujoco.mj_forward(large, data)
+    expected = mjtactile.TactileSensor(large, geom="pad0", preset="fast").read(data)
+    assert expected.max() > 0.0
+    # Here the part over the sheet has its first corner where the reference has it, so that the cells are the same.
+    assert np.abs(data.sensordata.reshape(expected.shape) - expected).max() <= 1e-5 * expected.max()
 
 
 def test_all_outputs_of_one_sensor():
