@@ -20,7 +20,7 @@ from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import ContactState, SurfaceLoad
 from mjtactile.options import LAWS, TANGENTIALS, TILTS, ContactOptions, Wrench, contact_options, wanted_wrench
-from mjtactile.pad import Array
+from mjtactile.pad import Array, Pad
 from mjtactile.uniform import uniform_load_within
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactState", "SurfaceLoad", "contact_load"]
@@ -164,20 +164,27 @@ def _format(vector: Array, size: float) -> str:
 
 def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state: ContactState) -> None:
     """Warn where strains are no longer small under a contact."""
-    young, thickness = influence.pad.layers[0].young, influence.pad.thickness
     if state.contact_area == 0.0 or wrench.normal <= 0.0:
         return
-    pressure = wrench.normal / state.contact_area
-    if pressure > LINEAR_RANGE * young:
-        limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {young:.3g} Pa"
+    reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.approach)
+    if reason is not None:
+        warnings.warn(reason, ContactWarning, stacklevel=4)
+
+
+def linear_range(pad: Pad) -> tuple[float, float]:
+    """Mean pressure [Pa] and indentation [m] up to which strains count as small."""
+    return LINEAR_RANGE * pad.layers[0].young, LINEAR_INDENTATION * pad.thickness
+
+
+def beyond_linear_range(pad: Pad, pressure: float, approach: float) -> str | None:
+    """What is wrong with a contact of this mean pressure [Pa] and indentation [m]; None within the linear range."""
+    most_pressure, most_approach = linear_range(pad)
+    if pressure > most_pressure:
+        limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {pad.layers[0].young:.3g} Pa"
         reason = f"the mean pressure, {pressure:.3g} Pa, is over {limit}"
-    elif state.approach > LINEAR_INDENTATION * thickness:
-        limit = f"{LINEAR_INDENTATION:.0%} of the pad's thickness, {thickness * 1e3:.3g} mm"
-        reason = f"the indentation, {state.approach * 1e3:.3g} mm, is over {limit}"
+    elif approach > most_approach:
+        limit = f"{LINEAR_INDENTATION:.0%} of the pad's thickness, {pad.thickness * 1e3:.3g} mm"
+        reason = f"the indentation, {approach * 1e3:.3g} mm, is over {limit}"
     else:
-        return
-    warnings.warn(
-        f"{reason}: strains are no longer small and the readings of this linear model are too simple there.",
-        ContactWarning,
-        stacklevel=4,
-    )
+        return None
+    return f"{reason}: strains are no longer small and the readings of this linear model are too simple there."

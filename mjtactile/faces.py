@@ -49,7 +49,7 @@ class BodyFace:
     most_slope: float
 
     def over(self, sheet: Polygon, place: tuple[float, float, float]) -> BodyFace | None:
-        """The part over a sheet, in the pad frame, with the face at (x, y) [m] turned by an angle [rad]; None for none."""
+        """The part over a sheet, in the pad frame, of the face at (x, y) [m], turned by an angle [rad], if any."""
         x, y, angle = place
         turned = affinity.rotate(self.outline, angle, origin=(0, 0), use_radians=True)
         part = areal(affinity.translate(turned, x, y).intersection(sheet))

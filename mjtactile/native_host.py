@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 POSE, WRENCH = 12, 6
 
 _Face = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_int64, ctypes.c_int, ctypes.POINTER(ctypes.c_double))
+_Beyond = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int, ctypes.c_double, ctypes.c_double)
 _Forces = ctypes.CFUNCTYPE(
     ctypes.c_int,
     ctypes.c_int64,
@@ -33,7 +34,7 @@ _Forces = ctypes.CFUNCTYPE(
 class HostFunctions(ctypes.Structure):
     """`mjt_host` of native/core/api.h."""
 
-    _fields_ = [("face", _Face), ("cut_face", _Face), ("nodal_forces", _Forces)]
+    _fields_ = [("face", _Face), ("cut_face", _Face), ("nodal_forces", _Forces), ("beyond_range", _Beyond)]
 
 
 #: Hosts by the number that the core knows them by; they live as long as what reads through them.
@@ -86,8 +87,16 @@ def _nodal_forces(context: int, body: int, pose: Any, wrench: Any, forces: Any) 
         return 0
 
 
+@_Beyond
+def _beyond_range(context: int, body: int, pressure: float, approach: float) -> None:
+    try:
+        _hosts[context].warn_beyond_range(body, pressure, approach)
+    except Exception:
+        traceback.print_exc()
+
+
 #: What the core calls; kept alive here.
-HOST = HostFunctions(_face, _cut_face, _nodal_forces)
+HOST = HostFunctions(_face, _cut_face, _nodal_forces, _beyond_range)
 
 
 def _pose(numbers: Any) -> Pose:

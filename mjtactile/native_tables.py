@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.compliance import surface_compliance
+from mjtactile.contact import linear_range
 from mjtactile.fem import PARITIES
 from mjtactile.folding import QUADRANT_SIGNS, QUADRANTS
 from mjtactile.matrix import read_matrix
@@ -31,10 +32,10 @@ def make_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad
     patches = [contiguous(line) for line in compliance.lines]
     splines = [_coefficients(spline) for spline in compliance.splines]
     remainder, signs = contiguous(compliance.remainder[2, :, 2, :]), contiguous(QUADRANT_SIGNS)
-    core = library()
+    core, limits = library(), contiguous(linear_range(influence.pad))
     handle = core.mjt_pad_new(
         ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
-        ctypes.c_double(influence.pad.thickness),
+        pointer(limits),
         *(part for line in ends for part in (ctypes.c_size_t(len(line)), pointer(line))),
         ctypes.c_double(compliance.normal_factor),
         *(

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mjtactile.cell_laws import CellLoad
-from mjtactile.contact import reported, solved_load
+from mjtactile.contact import beyond_linear_range, reported, solved_load
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
 from mjtactile.faces import BodyFace, NativeFace, body_face, composed
 from mjtactile.footprint import FACING_GAP, Footprint
@@ -132,6 +132,11 @@ class PressHost:
                 stacklevel=2,
             )
             return None
+
+    def warn_beyond_range(self, body: int, pressure: float, approach: float) -> None:
+        """Warn that strains are no longer small under a body: mean pressure [Pa], indentation [m]."""
+        reason = beyond_linear_range(self.influence.pad, pressure, approach)
+        warnings.warn(f"body number {body}: {reason}", ContactWarning, stacklevel=2)
 
     def _at(self, body: int, pose: Pose) -> _Standing:
         """The body at its pose rounded to the tolerance."""

@@ -64,7 +64,7 @@ const char* mjt_kernels(void) { return kernels().name; }
 
 int mjt_use_kernels(const char* name) { return use_kernels(name) ? 1 : 0; }
 
-mjt_pad* mjt_pad_new(int precision, double thickness, size_t count_x, const double* ends_x, size_t count_y,
+mjt_pad* mjt_pad_new(int precision, const double* range, size_t count_x, const double* ends_x, size_t count_y,
                      const double* ends_y, double factor, size_t patches_x, const double* patch_ends_x,
                      const double* spline_x, size_t patches_y, const double* patch_ends_y, const double* spline_y,
                      const double* remainder, const double* quadrant_signs) {
@@ -76,7 +76,8 @@ mjt_pad* mjt_pad_new(int precision, double thickness, size_t count_x, const doub
   SurfaceGrid surface({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
   SurfaceCompliance compliance(factor, std::move(x), std::move(y), std::move(smooth));
   auto* made = new mjt_pad{std::make_shared<Pad>(std::move(surface), std::move(compliance),
-                                                 static_cast<Precision>(precision), thickness)};
+                                                 static_cast<Precision>(precision),
+                                                 LinearRange{range[0], range[1]})};
   made->pad->set_signs(quadrant_signs);
   return made;
 }

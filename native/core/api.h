@@ -23,6 +23,8 @@ typedef struct mjt_host {
   mjt_face* (*cut_face)(int64_t context, int body, const double* place);
   /* Nodal forces of one body's contact; 0 where there is none. */
   int (*nodal_forces)(int64_t context, int body, const double* pose, const double* wrench, double* forces);
+  /* Called once per sensor when a contact leaves the range of small strains. */
+  void (*beyond_range)(int64_t context, int body, double pressure, double approach);
 } mjt_host;
 
 /* Raised with every change of this file; Python refuses a library of another. */
@@ -30,8 +32,9 @@ MJT_API int mjt_version(void);
 MJT_API const char* mjt_kernels(void);
 MJT_API int mjt_use_kernels(const char* name);
 
-/* precision: 0 half, 1 single, 2 double. Spline coefficients: (3, patches, patches). */
-MJT_API mjt_pad* mjt_pad_new(int precision, double thickness, size_t count_x, const double* ends_x, size_t count_y,
+/* precision: 0 half, 1 single, 2 double; range: mean pressure [Pa] and indentation [m] up to which strains are small.
+   Spline coefficients: (3, patches, patches). */
+MJT_API mjt_pad* mjt_pad_new(int precision, const double* range, size_t count_x, const double* ends_x, size_t count_y,
                              const double* ends_y, double factor, size_t patches_x, const double* patch_ends_x,
                              const double* spline_x, size_t patches_y, const double* patch_ends_y,
                              const double* spline_y, const double* remainder, const double* quadrant_signs);

@@ -50,7 +50,9 @@ bool ElasticContact::solve(const Face& face, const Placement& placement, const S
   if (!contact_.solve(workspace.matrix, workspace.modes.data(), motions, nullptr, wanted, nullptr)) return false;
 
   gram_.assign(9 * motions, 0.0);
+  pressed_area_ = 0.0;
   for (std::size_t i = 0; i < cells; ++i) {
+    if (contact_.pressed()[i]) pressed_area_ += face.areas[i];
     double modes[2][3];
     shear_modes(points_[i], modes);
     for (std::size_t n = 0; n < motions; ++n) {
@@ -112,6 +114,13 @@ bool ElasticContact::weights(const Face& face, const LawOptions& options, const 
     for (std::size_t n = 0; n < motions; ++n) weights[motions + motions * j + n] = motion[j][0] * pressing[n];
   }
   return true;
+}
+
+double ElasticContact::approach(const std::vector<double>& weights) const {
+  const std::size_t motions = contact_.motions();
+  double sum = contact_.map_motion()[0][motions];
+  for (std::size_t n = 0; n < motions; ++n) sum += contact_.map_motion()[0][n] * weights[n];
+  return sum;
 }
 
 void ElasticContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const std::vector<double>& weights,

@@ -42,7 +42,9 @@ class ElasticContact {
   void nodal_forces(const Face& face, const SurfaceGrid& grid, const std::vector<double>& weights,
                     Workspace& workspace, double* forces) const;
 
-  const RigidContact& contact() const { return contact_; }
+  double pressed_area() const { return pressed_area_; }  // [m^2]
+  // How far the body moved into the pad at the middle of its cells [m].
+  double approach(const std::vector<double>& weights) const;
 
  private:
   bool resultants(const Face& face, const double* wrench, double* resultants) const;
@@ -51,6 +53,7 @@ class ElasticContact {
   std::vector<Point> points_;     // of the cells, from their middle, over the face's length; pad axes
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
   bool tilting_ = true;
+  double pressed_area_ = 0.0;
   RigidContact contact_;
   std::vector<double> gram_;      // motions times motions of the shear under each resultant's pressure
 };

@@ -50,7 +50,9 @@ class CallbackHost : public Host {
            functions_.nodal_forces(context_, touch.body, pose, touch.wrench, forces) != 0;
   }
 
-  std::int64_t context() const { return context_; }
+  void beyond_range(const Touch& touch, double pressure, double approach) override {
+    if (functions_.beyond_range != nullptr) functions_.beyond_range(context_, touch.body, pressure, approach);
+  }
 
  private:
   static void flat(const Pose& pose, double* numbers) {

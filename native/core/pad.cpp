@@ -19,8 +19,8 @@ void spread(const double* from, std::size_t coordinates, std::size_t points, std
 
 }  // namespace
 
-Pad::Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, double thickness)
-    : surface_(std::move(surface)), compliance_(std::move(compliance)), precision_(precision), thickness_(thickness) {
+Pad::Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, LinearRange range)
+    : surface_(std::move(surface)), compliance_(std::move(compliance)), precision_(precision), range_(range) {
   prepare(float_maps_);
   prepare(double_maps_);
 }

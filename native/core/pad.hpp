@@ -28,9 +28,14 @@ struct MatrixFactors {
   const double* right;  // (rank, rows), null where whole
 };
 
+// Beyond these strains are no longer small: mean pressure [Pa] and indentation [m].
+struct LinearRange {
+  double pressure, approach;
+};
+
 class Pad {
  public:
-  Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, double thickness);
+  Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, LinearRange range);
 
   // In this order: the quadrants' signs (quadrants, classes) and every layer; then every class.
   void set_signs(const double* signs);
@@ -42,7 +47,7 @@ class Pad {
 
   const SurfaceGrid& surface() const { return surface_; }
   const SurfaceCompliance& compliance() const { return compliance_; }
-  double thickness() const { return thickness_; }
+  const LinearRange& range() const { return range_; }
   std::size_t layers() const { return points_.size(); }
   std::size_t taxels() const { return twofold() ? double_maps_.deviatoric.taxels : float_maps_.deviatoric.taxels; }
   std::size_t bytes() const;
@@ -84,7 +89,7 @@ class Pad {
   SurfaceGrid surface_;
   SurfaceCompliance compliance_;
   Precision precision_;
-  double thickness_;
+  LinearRange range_;
   bool has_mean_ = false;
   std::vector<std::size_t> points_;  // of each layer, without padding
   Maps<float> float_maps_;

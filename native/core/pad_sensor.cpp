@@ -164,16 +164,26 @@ bool PadSensor<Value>::press_face(const Touch& touch, const std::shared_ptr<cons
     if (face == nullptr) return false;
     placement = kHere;
   }
-  if (steady && press_steady(touch, face)) return true;
+  if (steady && press_steady(touch, face, host)) return true;
   if (!contact_.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
   if (!contact_.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
+  check_range(touch, contact_, host);
   contact_.nodal_forces(*face, pad_->surface(), weights_, workspace_, forces_.data());
   add(forces_.data());
   return true;
 }
 
 template <typename Value>
-bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<const Face>& face) {
+void PadSensor<Value>::check_range(const Touch& touch, const ElasticContact& contact, Host& host) {
+  if (warned_) return;
+  const double pressure = -touch.wrench[2] / contact.pressed_area(), approach = contact.approach(weights_);
+  if (pressure <= pad_->range().pressure && approach <= pad_->range().approach) return;
+  warned_ = true;
+  host.beyond_range(touch, pressure, approach);
+}
+
+template <typename Value>
+bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<const Face>& face, Host& host) {
   const BasisKey key = {pad_.get(), face.get(), rounded(touch.pose, tolerance_), options_};
   auto& cache = BasisCache<Value>::shared();
   std::shared_ptr<const Basis<Value>> basis = cache.find(key, *face, touch.wrench, weights_, workspace_);
@@ -200,6 +210,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     basis = std::make_shared<const Basis<Value>>(Basis<Value>{face, pad_, std::move(contact), std::move(responses)});
     cache.keep(key, basis, bytes);
   }
+  check_range(touch, basis->contact, host);
   part_weights_.assign(weights_.begin(), weights_.end());
   for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
   basis->responses.add(every_.data(), part_weights_.data(), part_weights_.size(), response_.data());

@@ -38,6 +38,8 @@ class Host {
   virtual std::shared_ptr<const Face> cut_face(const Touch& touch, const double* place) = 0;
   // Nodal forces (nodes y, nodes x, 3) [N] of one body's contact; false where it has none.
   virtual bool nodal_forces(const Touch& touch, double* forces) = 0;
+  // A contact has left the range of small strains: mean pressure [Pa], indentation [m].
+  virtual void beyond_range(const Touch& touch, double pressure, double approach) = 0;
 };
 
 // Numbers kept with the simulation's state.
@@ -101,7 +103,8 @@ class PadSensor {
  private:
   void press_one(const Touch& touch, bool steady, Host& host);
   bool press_face(const Touch& touch, const std::shared_ptr<const Face>& whole, bool steady, Host& host);
-  bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
+  bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face, Host& host);
+  void check_range(const Touch& touch, const ElasticContact& contact, Host& host);
   void add(const double* forces);
   const std::shared_ptr<const Face>& face_of(const Touch& touch, Host& host);
   std::shared_ptr<const Face> cut_face_of(const Touch& touch, const Placement& placement, Host& host);
@@ -111,7 +114,7 @@ class PadSensor {
   LawOptions options_;
   bool native_;
   double tolerance_, key_ = 0.0;
-  bool touched_ = false;
+  bool touched_ = false, warned_ = false;
   struct CutFace {
     int body;
     std::array<std::int64_t, 3> place;

@@ -150,6 +150,13 @@ def test_a_basis_reads_what_a_solution_reads(model):
     assert np.abs(data.sensordata - steady).max() <= 1e-3 * steady.max()
 
 
+def test_too_large_a_pressure_warns_once():
+    heavy = mujoco.MjModel.from_xml_string(scene().replace('mass=".05"', 'mass="20"'))
+    with pytest.warns(mjtactile.ContactWarning, match="strains are no longer small") as caught:
+        stepped(heavy, 20)
+    assert len(caught) == 1
+
+
 def test_forward_twice_gives_the_same_bits(model):
     data = stepped(model, 300)
     mujoco.mj_forward(model, data)
