@@ -19,7 +19,7 @@ from mjtactile.pad import Array
 #: The factors a step grows and shrinks by: Riedmiller and Braun's.
 SHRINK, GROW = 0.5, 1.2
 #: Iterations between two looks at the training error, when the best weights so far are kept.
-LOOK_EVERY = 50
+LOOK_EVERY = 10
 #: Widths of the initial weights: "fan-in" is uniform within 1 / sqrt(inputs).
 INITIALS = ("fan-in", "half", "small")
 
@@ -76,13 +76,15 @@ def train(
 ) -> Networks:
     """Train one network per seed on all samples at once; each keeps the weights with its least training error.
 
+    A network that is content learns no more, however long the others take.
+
     Args:
         design: of the networks.
         inputs: (samples, inputs).
         targets: (samples, outputs).
         seeds: of the initial weights; a seed's network does not depend on which others learn beside it.
         iterations: at most.
-        tolerance: root mean square error at which every network is content.
+        tolerance: root mean square error at which a network is content.
         precision: of the arithmetic.
         progress: told the share of the work done.
     """
@@ -99,7 +101,7 @@ def train(
     for done in range(iterations + 1):
         error = ((_forward(design, weights, biases, given) - wanted) ** 2).mean(dim=(1, 2))
         if done % LOOK_EVERY == 0 or done == iterations:
-            least = _keep_better(best, parameters, least, error.detach())
+            least = _keep_better(best, parameters, least, error.detach(), tolerance)
             progress(done / iterations)
             if done == iterations or bool((least.sqrt() <= tolerance).all()):
                 break
@@ -111,10 +113,14 @@ def train(
 
 
 def _keep_better(
-    best: list[torch.Tensor], parameters: list[torch.Tensor], least: torch.Tensor, error: torch.Tensor
+    best: list[torch.Tensor],
+    parameters: list[torch.Tensor],
+    least: torch.Tensor,
+    error: torch.Tensor,
+    tolerance: float,
 ) -> torch.Tensor:
-    """Copy the weights of networks that are better than ever; the least error of each."""
-    better = error < least
+    """Copy the weights of networks that are better than ever and were not content; the least error of each."""
+    better = (error < least) & (least.sqrt() > tolerance)
     with torch.no_grad():
         for kept, now in zip(best, parameters, strict=True):
             kept[better] = now[better]

@@ -42,6 +42,8 @@ SHAPE_VARIANTS: dict[str, dict[str, Any]] = {
     "initial weights normal, 0.05": {"initial": "small"},
     "hidden units tanh": {"activation": "tanh"},
     "first step 0.1": {"first_step": 0.1},
+    "learning stopped at a training error of 0.1": {"tolerance": 0.1},
+    "learning stopped at a training error of 0.2": {"tolerance": 0.2},
 }
 
 

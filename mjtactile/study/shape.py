@@ -19,7 +19,7 @@ from mjtactile.study.protocol import DIRECTIONS, PRESENTATIONS, PRESENTED, SHAPE
 #: taxel less its mean and over its standard deviation among the training samples.
 SCALINGS = ("maximum", "kilopascal", "layer maximum", "standard")
 #: Root mean square error of all outputs at which a shape network has learnt its seven samples.
-_TOLERANCE = 1e-3
+TOLERANCE = 1e-3
 #: Seed of the order and places of presentations.
 _PRESENTATION_SEED = 2008
 
@@ -35,6 +35,7 @@ def shape_study(
     initial: str = "fan-in",
     activation: str = "sigmoid",
     first_step: float = 0.01,
+    tolerance: float = TOLERANCE,
     progress: Callable[[float], None] = lambda share: None,
 ) -> dict[str, Any]:
     """Train the shape network on the seven centred punches and test it once on the shifted ones.
@@ -49,6 +50,7 @@ def shape_study(
         initial: initial weights, see networks.py.
         activation: of hidden units, "sigmoid" or "tanh".
         first_step: of RPROP.
+        tolerance: root mean square training error at which a network stops learning.
         progress: told the share of the work done.
 
     Returns:
@@ -69,7 +71,7 @@ def shape_study(
         np.eye(len(INDENTER_NAMES)),
         seeds=seeds,
         iterations=iterations,
-        tolerance=_TOLERANCE,
+        tolerance=tolerance,
         precision=torch.float32,
         progress=progress,
     )
