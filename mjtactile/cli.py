@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mjtactile.cli_bench import AsJson, bench_app
+from mjtactile.cli_dataset import dataset
 from mjtactile.errors import MjTactileError
 
 app = typer.Typer(
@@ -27,6 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(bench_app, name="bench")
+app.command()(dataset)
 
 
 @app.command()
