@@ -112,7 +112,7 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
         forces=_count(values, "forces", 4),
         noise=_range(values, "noise", (0.0, 0.0), 1.0, least=0.0),
         transducer=values.get("transducer"),
-        pad=_pad(values.get("pad", {})),
+        pad=pad_from(values.get("pad", {})),
     )
 
 
@@ -147,8 +147,13 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
     )
 
 
-def _pad(values: dict[str, Any]) -> Pad:
-    """A pad from a table in SI units, named as Pad's own arguments; the default pad of an empty one."""
+def pad_from(values: dict[str, Any]) -> Pad:
+    """A pad from values in SI units, named as Pad's own arguments; the default pad of none.
+
+    Raises:
+        DatasetError: for an argument that Pad, Layer or TaxelGrid does not have.
+        PadError: for a pad that cannot exist.
+    """
     _refuse_unknown("[pad]", values, {"size", "layers", "taxels", "depths", "sampling_radius"})
     try:
         given = dict(values)
