@@ -18,6 +18,7 @@ from rich.table import Table
 
 from mjtactile.cli_bench import AsJson, bench_app
 from mjtactile.cli_dataset import dataset
+from mjtactile.cli_evaluate import evaluate
 from mjtactile.errors import MjTactileError
 
 app = typer.Typer(
@@ -29,6 +30,7 @@ app = typer.Typer(
 )
 app.add_typer(bench_app, name="bench")
 app.command()(dataset)
+app.command()(evaluate)
 
 
 @app.command()

@@ -32,6 +32,7 @@ class Presses:
     """Presses in the octant, projected.
 
     Attributes:
+        readings: (presses, layers, rows, columns) [Pa], as mirrored.
         projected: (presses, parts) [Pa].
         energy: sum of squares of all readings (presses,) [Pa^2].
         peak: largest reading (presses,) [Pa].
@@ -41,6 +42,7 @@ class Presses:
         held_out: presses kept for testing (presses,) bool: whole outlines, so that no pose is in both.
     """
 
+    readings: np.ndarray
     projected: np.ndarray
     energy: np.ndarray
     peak: np.ndarray
@@ -107,11 +109,13 @@ def see_presses(folder: Path, view: View, keep: Callable[[np.ndarray], np.ndarra
         x.append(mirrors.x[chosen][near] ^ flips_x)
         y.append(mirrors.y[chosen][near] ^ flips_y)
         swapped.append(was_swapped ^ flip.swapped)
-    readings = np.concatenate(images).reshape(-1, view.parts.shape[0])
+    whole = np.concatenate(images)
+    readings = whole.reshape(-1, view.parts.shape[0])
     index = np.concatenate(source)
     poses = int(dataset.metadata["spec"]["poses"]) * int(dataset.metadata["spec"]["forces"])
     outline = dataset.labels["press"][index] // poses
     return Presses(
+        readings=whole,
         projected=readings @ view.parts,
         energy=np.einsum("ij,ij->i", readings, readings),
         peak=readings.max(axis=1),
@@ -126,6 +130,8 @@ class Looker:
     """Batches of features of presses, with fresh noise."""
 
     def __init__(self, presses: Presses, view: View, generator: torch.Generator) -> None:
+        self.readings = torch.tensor(presses.readings)
+        self.parts = torch.tensor(view.parts)
         self.projected = torch.tensor(presses.projected)
         self.energy = torch.tensor(presses.energy)
         self.peak = torch.tensor(presses.peak)
@@ -133,17 +139,24 @@ class Looker:
         self.outside = view.parts.shape[0] - view.parts.shape[1]
         self.generator = generator
 
-    def features(self, index: torch.Tensor, noise: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def features(
+        self, index: torch.Tensor, noise: torch.Tensor, imperfect: int = 0
+    ) -> tuple[torch.Tensor, torch.Tensor]:
         """Features and sizes of some presses.
 
         Args:
             index: which, (n,).
             noise: standard deviation over the press's largest reading, (n,).
+            imperfect: how many of them, the first ones, are read by imperfect transducers.
         """
-        clean = self.projected[index]
+        clean, energy = self.projected[index], self.energy[index]
+        if imperfect:
+            flat = self._imperfect(self.readings[index[:imperfect]])
+            clean = torch.cat([flat @ self.parts, clean[imperfect:]])
+            energy = torch.cat([(flat**2).sum(1), energy[imperfect:]])
         sigma = noise * self.peak[index]
         inside = (clean**2).sum(1)
-        left = (self.energy[index] - inside).clamp_min(0.0)
+        left = (energy - inside).clamp_min(0.0)
         # Noise outside the parts: (e + sigma z)^2 summed, with chi-squared z^2 nearly normal for hundreds of taxels.
         z = torch.randn((2, len(index)), generator=self.generator)
         spread = self.outside + (2.0 * self.outside) ** 0.5 * z[0]
@@ -154,6 +167,16 @@ class Looker:
         last = torch.log(level + NOISE_FLOOR) / 1.5 + 5.0
         features = (noisy / size[:, None] - self.mean) * self.scale
         return torch.cat([features, last[:, None]], 1), size
+
+    def _imperfect(self, readings: torch.Tensor) -> torch.Tensor:
+        """Readings as arrays of unequal, coupled taxels report them, (n, taxels) [Pa]."""
+        spread = torch.rand((2, len(readings), 1, 1, 1), generator=self.generator)
+        # Each taxel gives up to 1.5 % to each neighbour, and its gain is off by up to 2 % (standard deviation).
+        padded = torch.nn.functional.pad(readings, (1, 1, 1, 1), mode="replicate")
+        around = padded[..., 1:-1, 2:] + padded[..., 1:-1, :-2] + padded[..., 2:, 1:-1] + padded[..., :-2, 1:-1]
+        coupled = readings + 0.015 * spread[0] * (around - 4.0 * readings)
+        gains = 1.0 + 0.02 * spread[1] * torch.randn(readings.shape, generator=self.generator)
+        return (coupled * gains).flatten(1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,6 +189,7 @@ class Schedule:
     decay: float = 1e-4  #: of weights, per step and rate
     quiet: float = 0.3  #: share of a batch without noise
     noise: float = 0.015  #: largest standard deviation of noise, over the largest reading
+    imperfect: float = 0.15  #: share of a batch read by imperfect transducers
 
 
 def perceptron(sizes: list[int]) -> torch.nn.Sequential:
@@ -220,7 +244,7 @@ def fit(
             index = pool[torch.randint(len(pool), (schedule.batch,), generator=generator)]
             drawn = torch.rand((2, schedule.batch), generator=generator)
             noise = torch.where(drawn[0] < schedule.quiet, 0.0, drawn[1] * schedule.noise)
-            features, size = looker.features(index, noise)
+            features, size = looker.features(index, noise, int(schedule.imperfect * schedule.batch))
             loss = loss_of(network(features), index, size)
             optimiser.zero_grad(set_to_none=True)
             loss.backward()

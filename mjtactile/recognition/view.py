@@ -16,6 +16,10 @@ from mjtactile.recognition.store import RecognitionError, Stored
 
 #: Noise below this is as good as none [-]; relative to the length of the projection.
 NOISE_FLOOR = 3e-5
+#: A taxel is out of order when it is off by this many times what the others are, and by this share of the largest.
+_MISFIT, _LEAST_MISFIT = 6.0, 0.025
+#: Taxels out of order that are mended, at most.
+_MOST_MENDED = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,33 @@ class View:
         octant, mirrors = into_octant(readings)
         flat = octant.reshape(len(octant), -1)
         projected = flat @ self.parts
+        flat, projected = self._mended(flat, projected)
         return self.seen(projected, np.einsum("ij,ij->i", flat, flat), mirrors)
+
+    def _mended(self, flat: np.ndarray, projected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Readings (n, taxels) and their projections without taxels that do not fit the others, such as dead ones.
+
+        The one that fits worst is set to what the parts make of the others, until all fit; a few dead taxels in
+        hundreds do no harm then.
+        """
+        left = flat - projected @ self.parts.T
+        for _ in range(_MOST_MENDED):
+            worst = np.abs(left).argmax(axis=1)
+            rows = np.arange(len(flat))
+            largest = np.abs(left[rows, worst])
+            spread = np.sqrt((np.einsum("ij,ij->i", left, left) - largest**2) / (flat.shape[1] - 1))
+            wrong = np.flatnonzero((largest > _MISFIT * spread) & (largest > _LEAST_MISFIT * flat.max(axis=1)))
+            if not len(wrong):
+                break
+            taxel = worst[wrong]
+            of_taxel = self.parts[taxel]
+            change = -left[wrong, taxel] / (1.0 - np.einsum("ij,ij->i", of_taxel, of_taxel))
+            flat, projected, left = flat.copy(), projected.copy(), left.copy()
+            flat[wrong, taxel] += change
+            projected[wrong] += change[:, None] * of_taxel
+            left[wrong] -= change[:, None] * (of_taxel @ self.parts.T)
+            left[wrong, taxel] = 0.0
+        return flat, projected
 
     def seen(self, projected: np.ndarray, energy: np.ndarray, mirrors: Mirrors) -> Seen:
         """Features of projections (n, parts) of readings whose squares sum to `energy` (n,)."""
