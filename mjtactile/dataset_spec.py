@@ -116,6 +116,16 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
     )
 
 
+def spec_from(description: dict[str, Any]) -> DatasetSpec:
+    """The specification behind `DatasetSpec.description`, as stored with datasets and weights."""
+    values = {name: tuple(value) if isinstance(value, list) else value for name, value in description.items()}
+    contacts = tuple(
+        ContactSpec(**{name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()})
+        for entry in description["contacts"]
+    )
+    return DatasetSpec(**{**values, "contacts": contacts, "pad": pad_from(description["pad"])})
+
+
 def _contact(entry: dict[str, Any]) -> ContactSpec:
     _refuse_unknown(
         "[[contact]]",

@@ -44,7 +44,7 @@ class Config:
     weights: Path  #: folder with the view; where the module is written
     width: int = 128  #: of the hidden layers
     depth: int = 2  #: hidden layers
-    steps: int = 6000  #: batches
+    steps: int = 5000  #: batches
     batch: int = 512  #: presses in each
     rate: float = 2e-3  #: largest learning rate
     noise: float = 0.015  #: largest noise, over the largest reading

@@ -16,7 +16,7 @@ import torch
 from arguments import parsed
 
 from mjtactile.dataset_spec import pad_from
-from mjtactile.recognition.fitting import Looker, Schedule, fit, provenance, see_presses
+from mjtactile.recognition.fitting import Looker, Schedule, fit, provenance, rate, see_presses
 from mjtactile.recognition.modules import PoseNetworks, ShapeNetworks
 from mjtactile.recognition.registry import register
 from mjtactile.recognition.store import read_weights, write_weights
@@ -30,7 +30,7 @@ class Config:
     data: Path  #: folder of the dataset
     weights: Path  #: folder with view, position, size and orientation; where the modules are written
     width: int = 96  #: of each module's hidden layers
-    steps: int = 16000  #: batches
+    steps: int = 12000  #: batches
     batch: int = 512  #: presses in each
     rate: float = 2e-3  #: largest learning rate
     noise: float = 0.015  #: largest noise, over the largest reading
@@ -62,10 +62,8 @@ def main(config: Config) -> None:
         for noise in (0.0, 0.01):
             features, _ = looker.features(torch.tensor(test), torch.full((len(test),), noise))
             right = (network(features).argmax(1) == truth[torch.tensor(test)]).numpy()
-            each = ", ".join(
-                f"{shape} {right[named[test] == shape].mean():.2%}" for shape in shapes if shape in named[test]
-            )
-            print(f"noise {noise:g}: {right.mean():.2%} of {len(test)} held out; {each}")
+            each = ", ".join(f"{shape} {rate(right[named[test] == shape])}" for shape in shapes)
+            print(f"noise {noise:g}: right on presses held out: {rate(right)}; {each}")
     for k, shape in enumerate(shapes):
         about = {
             "kind": "shape",

@@ -17,8 +17,10 @@ import numpy as np
 import torch
 
 from mjtactile.dataset import Dataset, read_dataset
+from mjtactile.dataset_spec import pad_from
 from mjtactile.progress import progress_bar
-from mjtactile.recognition.octant import Mirrors, into_octant, mirrored
+from mjtactile.recognition.octant import Mirrors, into_octant, is_symmetric, mirrored
+from mjtactile.recognition.store import RecognitionError
 from mjtactile.recognition.view import NOISE_FLOOR, View
 
 #: Presses whose middle is this close to the octant's border, in taxels, are learnt on both sides of it.
@@ -68,8 +70,18 @@ class Presses:
 
 
 def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[View, dict[str, Any]]:
-    """Principal parts of a dataset's readings over their length, and the dataset's metadata."""
+    """Principal parts of a dataset's readings over their length, and the dataset's metadata.
+
+    Raises:
+        RecognitionError: the dataset's pad is not symmetric.
+    """
     dataset = read_dataset(folder)
+    pad = pad_from(dataset.metadata["pad"])
+    if not is_symmetric(pad):
+        raise RecognitionError(
+            f"a {pad.summary} is not symmetric: recognisers mirror readings into one octant of a square pad with a "
+            "square, centred grid of taxels."
+        )
     readings = _octants(dataset, layers)[0].reshape(len(dataset.readings), -1)
     unit = readings / np.linalg.norm(readings, axis=1, keepdims=True)
     gram = np.zeros((unit.shape[1],) * 2)
@@ -251,6 +263,11 @@ def fit(
             optimiser.step()
             advance(1)
     return time.perf_counter() - start
+
+
+def rate(right: np.ndarray) -> str:
+    """How many of some answers are right, in words."""
+    return f"{right.mean():.2%} of {len(right)}" if len(right) else "none asked"
 
 
 def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str, Any]:
