@@ -17,6 +17,8 @@ from rich.console import Console
 from rich.table import Table
 
 from mjtactile.cli_bench import AsJson, bench_app
+from mjtactile.cli_dataset import dataset
+from mjtactile.cli_evaluate import evaluate
 from mjtactile.cli_reproduce import reproduce
 from mjtactile.errors import MjTactileError
 
@@ -28,6 +30,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(bench_app, name="bench")
+app.command()(dataset)
+app.command()(evaluate)
 app.command()(reproduce)
 
 

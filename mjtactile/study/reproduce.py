@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import queue
+import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -105,7 +106,7 @@ def _timed(unit: Unit, progress: Callable[[float], None]) -> dict[str, Any]:
 
 def _progress_bar(wanted: bool, costs: Sequence[float]) -> AbstractContextManager[Callable[[int, float], None]]:
     """A bar over all units, told the share of each that is done."""
-    if not wanted:
+    if not (wanted and sys.stderr.isatty()):
         return nullcontext(lambda k, share: None)
     return _Bar(costs)
 

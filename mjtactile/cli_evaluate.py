@@ -1,0 +1,116 @@
+"""The command line: `mjtactile evaluate`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def evaluate(
+    seed: Annotated[int, typer.Option(min=0, help="Of the presses and the noise.")] = 1,
+    presses: Annotated[int, typer.Option(min=20, help="How many in MuJoCo.")] = 2000,
+    preset: Annotated[str, typer.Option(help="Fidelity of the sensor: fast, balanced or accurate.")] = "balanced",
+    workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
+    weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+) -> None:
+    """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
+    from mjtactile.evaluation import evaluate as measure
+
+    result = measure(seed, presses=presses, preset=preset, workers=workers, folder=weights)
+    if as_json:
+        typer.echo(json.dumps(result, indent=2))
+        return
+    typer.echo(f"seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo\n")
+    typer.echo(summary_table(result))
+    typer.echo("\nEach contact by itself, MuJoCo, 1 % noise, four layers / the top one\n")
+    typer.echo(shape_table(result))
+    typer.echo("\nWith what noise the layers differ, MuJoCo, four layers / the top one\n")
+    typer.echo(noise_table(result))
+
+
+def summary_table(result: dict[str, Any]) -> str:
+    """Every figure with its bound, Markdown."""
+    rows = [
+        ("direction, protocol, mean", "deg", "<= 0.05", "protocol", lambda r: f"{r['direction_deg']:.3f}"),
+        ("magnitude, protocol, mean", "gf", "<= 0.05", "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
+        (
+            "seven shapes, protocol",
+            "right",
+            "56 of 56",
+            "protocol",
+            lambda r: f"{r['shapes_right']} of {r['shapes_asked']}",
+        ),
+        ("circle / triangle / square, protocol", "%", "100 / 100 / 100", "protocol", _three),
+        ("direction, MuJoCo, median", "deg", "<= 0.5", "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
+        (
+            "magnitude, MuJoCo, mean",
+            "% of 200 gf",
+            "<= 0.5",
+            "mujoco",
+            lambda r: f"{100 * r['magnitude_of_200gf']:.3f}",
+        ),
+        ("position, MuJoCo, mean", "mm", "<= 0.1", "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
+        ("seven shapes, MuJoCo", "%", ">= 99.6", "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
+        ("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100", "mujoco", _three),
+    ]
+    cells = [
+        (name, unit, bound, *(text(result[part][layers]) for layers in ("all", "top")))
+        for name, unit, bound, part, text in rows
+    ]
+    return _markdown(("figure", "unit", "bound", "four layers", "one layer"), cells)
+
+
+def shape_table(result: dict[str, Any]) -> str:
+    """Each contact by itself, Markdown."""
+    both = [result["mujoco"][layers]["by_shape"] for layers in ("all", "top")]
+    cells = [
+        (
+            name,
+            str(one["presses"]),
+            *(
+                " / ".join(text(each[name]) for each in both)
+                for text in (
+                    lambda r: f"{r['direction_median_deg']:.2f}",
+                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
+                    lambda r: f"{r['position_mean_mm']:.3f}",
+                    lambda r: f"{100 * r['rate']:.2f}" if "rate" in r else "-",
+                )
+            ),
+        )
+        for name, one in both[0].items()
+    ]
+    head = ("contact", "presses", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %")
+    return _markdown(head, cells)
+
+
+def noise_table(result: dict[str, Any]) -> str:
+    """Four layers and one under noises, Markdown."""
+    cells = [
+        (
+            f"{100 * row['noise']:g} %",
+            *(
+                " / ".join(text(row[layers]) for layers in ("all", "top"))
+                for text in (
+                    lambda r: f"{r['direction_median_deg']:.3f}",
+                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
+                    lambda r: f"{r['position_mean_mm']:.3f}",
+                    lambda r: f"{100 * r['shape_rate']:.2f}",
+                )
+            ),
+        )
+        for row in result["noise"]
+    ]
+    return _markdown(("noise", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
+
+
+def _three(figures: dict[str, Any]) -> str:
+    return " / ".join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
+
+
+def _markdown(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
