@@ -128,6 +128,8 @@ def _print(result: LoopResult) -> None:
     from rich.table import Table
 
     console = Console(soft_wrap=True)
+    if not console.is_terminal:
+        console = Console(soft_wrap=True, width=120)
     judged = result.judged
     if judged["presses"]:
         table = Table(

@@ -43,7 +43,7 @@ def _draw_forces(axes: Axes, result: LoopResult) -> None:
     axes.plot([], [], "k.", markersize=3, label="recognised")
     axes.plot([], [], "k", linewidth=1.2, label="MuJoCo's")
     axes.set(title="force on the pad", ylabel="[gf]", xlabel="simulated time [s]")
-    axes.legend(ncols=6, fontsize="small", loc="lower left")
+    axes.legend(ncols=2, fontsize="small", loc="lower right")
 
 
 def _draw_shapes(axes: Axes, result: LoopResult) -> None:

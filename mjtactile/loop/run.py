@@ -50,7 +50,7 @@ class LoopResult:
         log: every tick.
         held: commanded forces, arm 0.
         sorted: punches put away.
-        judged: plain numbers, see `_judged`.
+        judged: plain numbers, see `judge`.
     """
 
     settings: LoopSettings
@@ -95,10 +95,10 @@ def run_loop(
     )
     held = press_forces(loop, 0, commanded_forces(settings.presses, settings.seed)) if settings.presses else []
     put_away = sort_punches(loop) if settings.sort else []
-    return LoopResult(settings, scene, loop.log, held, put_away, _judged(settings, loop, held, put_away))
+    return LoopResult(settings, scene, loop.log, held, put_away, judge(settings, loop, held, put_away))
 
 
-def _judged(settings: LoopSettings, loop: Loop, held: list[Held], put_away: list[Sorted]) -> dict[str, Any]:
+def judge(settings: LoopSettings, loop: Loop, held: list[Held], put_away: list[Sorted]) -> dict[str, Any]:
     """Presses against MuJoCo's contact force, punches against the bin they ended in, and the clock."""
     return {
         "settings": asdict(settings),
