@@ -40,6 +40,7 @@ def force_study(
     scaling: str = "each layer",
     initial: str = "fan-in",
     first_step: float = 0.01,
+    smallest_step: float = 1e-12,
     progress: Callable[[float], None] = lambda share: None,
 ) -> dict[str, Any]:
     """Train both networks on the paper's samples and test them once on its unknown ones.
@@ -56,6 +57,7 @@ def force_study(
         scaling: of the maximum readings, one of `SCALINGS`.
         initial: initial weights, see networks.py.
         first_step: of RPROP.
+        smallest_step: of RPROP.
         progress: told the share of the work done.
 
     Returns:
@@ -64,7 +66,9 @@ def force_study(
     training = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
     unknown = oblique_readings(influence, law, UNKNOWN_ANGLES)[:, :layers]
     directions = train(
-        NetworkDesign(hidden=DIRECTION_HIDDEN[layers], initial=initial, first_step=first_step),
+        NetworkDesign(
+            hidden=DIRECTION_HIDDEN[layers], initial=initial, first_step=first_step, smallest_step=smallest_step
+        ),
         over_maximum(training),
         unit_vectors(TRAINING_ANGLES),
         seeds=seeds,
@@ -76,7 +80,9 @@ def force_study(
     scale = peaks.max(axis=0) if scaling == "each layer" else np.full(layers, peaks.max())
     known = np.repeat(unit_vectors(TRAINING_ANGLES), len(TRAINING_FORCES), axis=0)
     magnitudes = train(
-        NetworkDesign(hidden=MAGNITUDE_HIDDEN[layers], initial=initial, first_step=first_step),
+        NetworkDesign(
+            hidden=MAGNITUDE_HIDDEN[layers], initial=initial, first_step=first_step, smallest_step=smallest_step
+        ),
         np.hstack([known, peaks / scale]),
         np.tile(TRAINING_FORCES, len(TRAINING_ANGLES))[:, None] / FULL_FORCE,
         seeds=seeds,

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import torch
 
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.outlines import INDENTER_NAMES
@@ -72,7 +71,6 @@ def shape_study(
         seeds=seeds,
         iterations=iterations,
         tolerance=tolerance,
-        precision=torch.float32,
         progress=progress,
     )
     right, outputs = {}, {}
