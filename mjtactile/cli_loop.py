@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from mjtactile.loop.run import LoopResult, LoopSettings
     from mjtactile.loop.video import LoopVideo
 
+#: Of the cells of --transducer [Pa]: the loop's punches read up to 33 kPa under 150 gf.
+_FULL_SCALE = 40e3
+
 
 def loop(
     seed: Annotated[int, typer.Option(min=0, help="Of punches, poses, commanded forces and noise.")] = 0,
@@ -107,7 +110,7 @@ def _viewer(open_things: ExitStack) -> Callable[[Loop], None]:
 def _transducer(seed: int) -> Any:
     from mjtactile.transducer import TYPICAL, CapacitiveCell, Transducer
 
-    return Transducer(CapacitiveCell.with_range(100e3), TYPICAL, seed=seed)
+    return Transducer(CapacitiveCell.with_range(_FULL_SCALE), TYPICAL, seed=seed)
 
 
 def _save_figure(result: LoopResult, path: Path) -> None:

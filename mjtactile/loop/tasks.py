@@ -24,7 +24,7 @@ TRAVEL_HEIGHT, SEARCH_HEIGHT = 12e-3, 1e-3
 #: Speed of travel [m/s] and time for an arm to come to rest after it [s].
 SPEED, REST = 0.25, 0.1
 #: Force to feel a shape with, and the time to settle before the first look.
-FEELING_FORCE, SETTLING_TIME = 50.0 * GRAM_FORCE, 0.15
+FEELING_FORCE, SETTLING_TIME = 100.0 * GRAM_FORCE, 0.15
 #: How long a commanded force is held [s].
 HOLDING_TIME = 0.4
 #: A search for the surface is given up after this [s].
