@@ -52,15 +52,15 @@ def loop(
         for path in (figure, video):
             check_writable(path)
     with ExitStack() as open_things:
+        watchers: list[Callable[[Loop], None]] = [_viewer(open_things)] if view else []
         film = _film(settings, open_things) if record else None
-        watchers: list[Callable[[Loop], None]] = [] if film is None else [film]
-        if view:
-            watchers.append(_viewer(open_things))
+        if film is not None:
+            watchers.append(film)
         result = run_loop(
             settings,
             folder=weights,
             transducer=_transducer(seed) if transducer else None,
-            watch=lambda loop: [watch(loop) for watch in watchers] and None,
+            watch=_all_of(watchers),
         )
         if record:
             _save_figure(result, figure)
@@ -73,6 +73,14 @@ def loop(
     for path, made in ((figure, record), (video, film is not None)):
         if made:
             typer.echo(f"wrote {path}")
+
+
+def _all_of(watchers: list[Callable[[Loop], None]]) -> Callable[[Loop], None]:
+    def watch(loop: Loop) -> None:
+        for each in watchers:
+            each(loop)
+
+    return watch
 
 
 def _film(settings: LoopSettings, open_things: ExitStack) -> LoopVideo | None:
@@ -89,11 +97,24 @@ def _film(settings: LoopSettings, open_things: ExitStack) -> LoopVideo | None:
 
 
 def _viewer(open_things: ExitStack) -> Callable[[Loop], None]:
-    """Shows the scene as fast as real time allows."""
-    import time
+    """Shows the scene as fast as real time allows.
 
+    Raises:
+        RenderError: there is no display.
+    """
+    import time
+    import warnings
+
+    import glfw
     from mujoco import viewer as mujoco_viewer
 
+    from mjtactile.errors import RenderError
+
+    with warnings.catch_warnings():
+        # What glfw has to say comes as a warning; the error below says it better.
+        warnings.simplefilter("ignore")
+        if not glfw.init():
+            raise RenderError("--view needs a display, and there is none. Drop it: the video shows the same.")
     shown: dict[str, Any] = {}
 
     def show(loop: Loop) -> None:

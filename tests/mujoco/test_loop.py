@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,16 +33,17 @@ needs_weights = pytest.mark.skipif(
 class Oracle:
     """Recognisers that are told: MuJoCo's own force, and a name for the arm that presses."""
 
+    loop: Any  # set once there is one
+
     def __init__(self, scene, said=lambda name: name, off=(0.0, 0.0, 0.0)):
         self.scene, self.said, self.off, self.calls = scene, said, np.array(off), 0
-        self.loop = None
 
     def force(self, readings):
         self.calls += 1
         return SimpleNamespace(force=self.loop.sensor.wrench(self.loop.data)[:3] + self.off)
 
     def shape(self, readings, *, among):
-        arm = int(np.argmin([abs(target[2]) for target in self.loop.targets]))
+        arm = int(np.argmin(np.hypot(*self.loop.targets[:, :2].T)))  # the one over the pad
         name = self.said(self.scene.truth[arm])
         chosen = np.array([shape == name for shape in among], dtype=float)
         return SimpleNamespace(
@@ -52,7 +54,7 @@ class Oracle:
 def looped(influence, seed=0, rate=200, noise=0.0, watch=lambda loop: None, **oracle):
     scene = loop_scene(seed)
     sensor = TactileSensor(scene.model, influence=influence, law="uniform", pose_tolerance=POSE_TOLERANCE)
-    told = Oracle(scene, **oracle)
+    told: Any = Oracle(scene, **oracle)
     told.loop = Loop(scene, sensor, told.force, told.shape, rate=rate, noise=noise, watch=watch)
     return told.loop, told
 
@@ -193,10 +195,11 @@ def run_command(*arguments, cwd, **environment):
         (["--preset", "quick"], "fast, balanced, accurate"),
         (["--figure", "/nonexistent/loop.png"], "cannot write"),
         (["--no-record", "--weights", "/nonexistent"], "nonexistent"),
+        (["--view"], "needs a display"),
     ],
 )
 def test_wrong_input_is_one_clear_line(arguments, says, tmp_path):
-    done = run_command(*arguments, cwd=tmp_path)
+    done = run_command(*arguments, cwd=tmp_path, DISPLAY="", WAYLAND_DISPLAY="")
     assert done.returncode == 2
     (line,) = done.stderr.strip().splitlines()
     assert says in line
