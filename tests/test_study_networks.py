@@ -10,8 +10,9 @@ from mjtactile.contact import contact_load
 from mjtactile.footprint import Footprint
 from mjtactile.outlines import INDENTER_NAMES, ellipse
 from mjtactile.study import force, protocol, shape
-from mjtactile.study.networks import GROW, SHRINK, NetworkDesign, train
+from mjtactile.study.networks import GROW, SHRINK, NetworkDesign, _forward, train
 from mjtactile.study.presses import force_along, law_difference, oblique_readings, punch_readings, unit_vectors
+from mjtactile.study.wide import WideGradient
 
 INPUTS = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
 EXCLUSIVE_OR = np.array([[0.0], [1.0], [1.0], [0.0]])
@@ -49,6 +50,25 @@ def test_learning_is_rprop_as_published():
     learnt = train(design, INPUTS, EXCLUSIVE_OR, seeds=[3], iterations=10, precision=torch.float64)
     np.testing.assert_allclose(learnt(INPUTS)[0], by_hand, rtol=1e-10, atol=1e-12)
     assert learnt.error[0] == pytest.approx(np.sqrt(np.mean((by_hand - EXCLUSIVE_OR) ** 2)), rel=1e-9)
+
+
+def test_the_gradient_written_out_is_the_one_differentiated():
+    drawn = torch.Generator().manual_seed(0)
+
+    def leaf(*shape):
+        return torch.randn(*shape, generator=drawn, dtype=torch.float64).requires_grad_()
+
+    weights, biases = [leaf(3, 4, 6), leaf(3, 6, 1)], [leaf(3, 1, 6), leaf(3, 1, 1)]
+    inputs, targets = (torch.randn(20, n, generator=drawn, dtype=torch.float64) for n in (4, 1))
+    error = WideGradient(inputs, targets, weights, biases).error()
+    written = [parameter.grad.clone() for parameter in (*weights, *biases)]
+    for parameter in (*weights, *biases):
+        parameter.grad = None
+    expected = ((_forward(NetworkDesign(hidden=(6,)), weights, biases, inputs) - targets) ** 2).mean(dim=(1, 2))
+    expected.sum().backward()
+    torch.testing.assert_close(error, expected.detach())
+    for parameter, gradient in zip((*weights, *biases), written, strict=True):
+        torch.testing.assert_close(gradient * 2 / 20, parameter.grad)  # the factor that RPROP does not see
 
 
 @pytest.mark.parametrize("output", ["linear", "sigmoid"])

@@ -87,7 +87,7 @@ class Unit:
     def cost(self) -> float:
         """Rough time on one core [s], for the progress bar."""
         if self.study == "force":
-            return 0.28e-3 * self.seeds * self.iterations + 1.0
+            return 0.15e-3 * self.seeds * self.iterations + 1.0
         return (7e-3 if self.layers == 4 else 0.3e-3) * self.seeds * self.iterations / 2 + 2.0
 
     def run(self, progress: Callable[[float], None]) -> dict[str, Any]:

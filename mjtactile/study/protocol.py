@@ -40,7 +40,7 @@ MAGNITUDE_ITERATIONS = 100_000
 DIRECTION_ITERATIONS = 5_000
 SHAPE_ITERATIONS = 400
 #: Of the magnitude network where likely reasons are compared, all else alike.
-VARIANT_ITERATIONS = 5_000
+VARIANT_ITERATIONS = 2_000
 #: Initialisations of each network.
 INITIALISATIONS = 10
 
