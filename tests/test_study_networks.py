@@ -61,7 +61,7 @@ def test_the_gradient_written_out_is_the_one_differentiated():
     weights, biases = [leaf(3, 4, 6), leaf(3, 6, 1)], [leaf(3, 1, 6), leaf(3, 1, 1)]
     inputs, targets = (torch.randn(20, n, generator=drawn, dtype=torch.float64) for n in (4, 1))
     error = WideGradient(inputs, targets, weights, biases).error()
-    written = [parameter.grad.clone() for parameter in (*weights, *biases)]
+    written = [torch.as_tensor(parameter.grad).clone() for parameter in (*weights, *biases)]
     for parameter in (*weights, *biases):
         parameter.grad = None
     expected = ((_forward(NetworkDesign(hidden=(6,)), weights, biases, inputs) - targets) ** 2).mean(dim=(1, 2))
