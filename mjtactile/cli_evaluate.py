@@ -16,20 +16,31 @@ def evaluate(
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
 ) -> None:
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
     from mjtactile.evaluation import evaluate as measure
 
     result = measure(seed, presses=presses, preset=preset, workers=workers, folder=weights)
-    if as_json:
-        typer.echo(json.dumps(result, indent=2))
-        return
-    typer.echo(f"seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo\n")
-    typer.echo(summary_table(result))
-    typer.echo("\nEach contact by itself, MuJoCo, 1 % noise, four layers / the top one\n")
-    typer.echo(shape_table(result))
-    typer.echo("\nWith what noise the layers differ, MuJoCo, four layers / the top one\n")
-    typer.echo(noise_table(result))
+    text = tables(result)
+    typer.echo(json.dumps(result, indent=2) if as_json else text)
+    if readme is not None:
+        from mjtactile.bench_tables import rewrite_table
+
+        rewrite_table(readme, "evaluate", text)
+
+
+def tables(result: dict[str, Any]) -> str:
+    """All tables with their titles, Markdown."""
+    parts = (
+        f"Seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo.",
+        summary_table(result),
+        "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
+        shape_table(result),
+        "With what noise the layers differ, MuJoCo, four layers / the top one:",
+        noise_table(result),
+    )
+    return "\n\n".join(parts)
 
 
 def summary_table(result: dict[str, Any]) -> str:
