@@ -39,6 +39,8 @@ def tables(result: dict[str, Any]) -> str:
         shape_table(result),
         "With what noise the layers differ, MuJoCo, four layers / the top one:",
         noise_table(result),
+        "Transducers of 100 kPa full scale with 1 % noise, all forces from 5 gf on, four layers / the top one:",
+        transducer_table(result),
     )
     return "\n\n".join(parts)
 
@@ -100,9 +102,18 @@ def shape_table(result: dict[str, Any]) -> str:
 
 def noise_table(result: dict[str, Any]) -> str:
     """Four layers and one under noises, Markdown."""
+    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]])
+
+
+def transducer_table(result: dict[str, Any]) -> str:
+    """Four layers and one with transducers, Markdown."""
+    return _rows_table("transducers", [(row["transducer"], row) for row in result["transducers"]])
+
+
+def _rows_table(kind: str, rows: list[tuple[str, dict[str, Any]]]) -> str:
     cells = [
         (
-            f"{100 * row['noise']:g} %",
+            title,
             *(
                 " / ".join(text(row[layers]) for layers in ("all", "top"))
                 for text in (
@@ -113,9 +124,9 @@ def noise_table(result: dict[str, Any]) -> str:
                 )
             ),
         )
-        for row in result["noise"]
+        for title, row in rows
     ]
-    return _markdown(("noise", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
+    return _markdown((kind, "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
 
 
 def _three(figures: dict[str, Any]) -> str:
