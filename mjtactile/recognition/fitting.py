@@ -277,7 +277,7 @@ def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str
     from mjtactile import __version__
 
     return {
-        "config": {name: str(value) if isinstance(value, Path) else value for name, value in asdict(config).items()},
+        "config": {name: value for name, value in asdict(config).items() if not isinstance(value, Path)},
         "dataset": {"spec_fingerprint": dataset["spec_fingerprint"], "spec": dataset["spec"]},
         "versions": {
             "mjtactile": __version__,
