@@ -68,7 +68,7 @@ weights: $(VENV)/installed
 force-all:
 	$(TRAIN)/train_force.py --data $(DATA) --weights $(WEIGHTS)/all
 force-top:
-	$(TRAIN)/train_force.py --data $(DATA) --weights $(WEIGHTS)/top --steps 8000
+	$(TRAIN)/train_force.py --data $(DATA) --weights $(WEIGHTS)/top --steps 5000
 
 shapes-all shapes-top: shapes-%:
 	$(TRAIN)/train_pose.py --module position --data $(DATA) --weights $(WEIGHTS)/$*

@@ -16,20 +16,33 @@ def evaluate(
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
 ) -> None:
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
     from mjtactile.evaluation import evaluate as measure
 
     result = measure(seed, presses=presses, preset=preset, workers=workers, folder=weights)
-    if as_json:
-        typer.echo(json.dumps(result, indent=2))
-        return
-    typer.echo(f"seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo\n")
-    typer.echo(summary_table(result))
-    typer.echo("\nEach contact by itself, MuJoCo, 1 % noise, four layers / the top one\n")
-    typer.echo(shape_table(result))
-    typer.echo("\nWith what noise the layers differ, MuJoCo, four layers / the top one\n")
-    typer.echo(noise_table(result))
+    text = tables(result)
+    typer.echo(json.dumps(result, indent=2) if as_json else text)
+    if readme is not None:
+        from mjtactile.bench_tables import rewrite_table
+
+        rewrite_table(readme, "evaluate", text)
+
+
+def tables(result: dict[str, Any]) -> str:
+    """All tables with their titles, Markdown."""
+    parts = (
+        f"Seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo.",
+        summary_table(result),
+        "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
+        shape_table(result),
+        "With what noise the layers differ, MuJoCo, four layers / the top one:",
+        noise_table(result),
+        "Transducers of 100 kPa full scale with 1 % noise, all forces from 5 gf on, four layers / the top one:",
+        transducer_table(result),
+    )
+    return "\n\n".join(parts)
 
 
 def summary_table(result: dict[str, Any]) -> str:
@@ -89,9 +102,18 @@ def shape_table(result: dict[str, Any]) -> str:
 
 def noise_table(result: dict[str, Any]) -> str:
     """Four layers and one under noises, Markdown."""
+    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]])
+
+
+def transducer_table(result: dict[str, Any]) -> str:
+    """Four layers and one with transducers, Markdown."""
+    return _rows_table("transducers", [(row["transducer"], row) for row in result["transducers"]])
+
+
+def _rows_table(kind: str, rows: list[tuple[str, dict[str, Any]]]) -> str:
     cells = [
         (
-            f"{100 * row['noise']:g} %",
+            title,
             *(
                 " / ".join(text(row[layers]) for layers in ("all", "top"))
                 for text in (
@@ -102,9 +124,9 @@ def noise_table(result: dict[str, Any]) -> str:
                 )
             ),
         )
-        for row in result["noise"]
+        for title, row in rows
     ]
-    return _markdown(("noise", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
+    return _markdown((kind, "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
 
 
 def _three(figures: dict[str, Any]) -> str:

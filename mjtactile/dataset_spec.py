@@ -118,11 +118,8 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
 
 def spec_from(description: dict[str, Any]) -> DatasetSpec:
     """The specification behind `DatasetSpec.description`, as stored with datasets and weights."""
-    values = {name: tuple(value) if isinstance(value, list) else value for name, value in description.items()}
-    contacts = tuple(
-        ContactSpec(**{name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()})
-        for entry in description["contacts"]
-    )
+    contacts = tuple(ContactSpec(**_with_tuples(entry)) for entry in description["contacts"])
+    values = _with_tuples(description)
     return DatasetSpec(**{**values, "contacts": contacts, "pad": pad_from(description["pad"])})
 
 
@@ -176,6 +173,11 @@ def pad_from(values: dict[str, Any]) -> Pad:
         raise DatasetError(
             f"[pad]: {error}. Expected the arguments of Pad, Layer and TaxelGrid, in SI units."
         ) from None
+
+
+def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    """The same values, lists as tuples."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
 def _refuse_unknown(where: str, values: dict[str, Any], known: set[str]) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,10 @@ from mjtactile.outlines import INDENTER_NAMES
 from mjtactile.pad import Array
 from mjtactile.press_physics import physics_readings
 from mjtactile.press_sampling import OutlinePresses, Pose
+from mjtactile.press_transducer import transducer_of
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.scene import force_vector
+from mjtactile.transducer import TYPICAL, Transducer
 from mjtactile.units import GRAM_FORCE
 
 #: The paper's unknown angles [deg] and forces [gf], and the shift of its unknown shapes [m].
@@ -38,6 +41,19 @@ NOISES = (0.0, 0.003, 0.01, 0.02, 0.05)
 #: Directions are compared above this tilt [rad].
 LEAST_TILT = math.radians(3.0)
 _LAYERS = ("all", "top")
+#: Arrays of transducers: element and imperfections, as in a dataset's [transducer].
+TRANSDUCERS: dict[str, dict[str, Any]] = {
+    "capacitive, 12 bits": {"name": "capacitive", "imperfections": {"adc_bits": 12}},
+    "piezoresistive, 12 bits": {"name": "piezoresistive", "imperfections": {"adc_bits": 12}},
+    "gains off by 1 %": {"name": "piezoresistive", "imperfections": {"gain_spread": 0.01}},
+    "crosstalk of 1 %": {"name": "piezoresistive", "imperfections": {"crosstalk": 0.01}},
+    "0.3 % of taxels dead": {"name": "piezoresistive", "imperfections": {"dead": 0.003}},
+    "capacitive, typical": {"name": "capacitive", "imperfections": asdict(TYPICAL)},
+    "piezoresistive, typical": {"name": "piezoresistive", "imperfections": asdict(TYPICAL)},
+}
+#: Arrays drawn of each.
+_ARRAYS = 20
+_TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate")
 
 
 def evaluate(
@@ -60,7 +76,8 @@ def evaluate(
         progress: show a progress bar on a terminal.
 
     Returns:
-        plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" a list of rows, and what was asked.
+        plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" lists of rows, and
+        what was asked.
     """
     from mjtactile.cache import influence_matrices
 
@@ -80,6 +97,11 @@ def evaluate(
             {"noise": noise}
             | {layers: _totals(data, *pair, noise=noise, seed=seed) for layers, pair in recognisers.items()}
             for noise in NOISES
+        ],
+        "transducers": [
+            {"transducer": name}
+            | {layers: _reported(data, *pair, name=name, seed=seed) for layers, pair in recognisers.items()}
+            for name in TRANSDUCERS
         ],
     }
 
@@ -128,10 +150,18 @@ def protocol(influence: InfluenceMatrices, force: ForceRecogniser, shape: ShapeR
 
 
 def random_presses(
-    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, noise: float, seed: int
+    data: Dataset,
+    force: ForceRecogniser,
+    shape: ShapeRecogniser,
+    *,
+    noise: float,
+    seed: int,
+    transducer: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Random presses with noise: totals, and each kind of contact by itself."""
+    """Random presses with noise, read by transducers if asked for: totals, and each kind of contact by itself."""
     readings = noisy(data.readings, noise, seed)
+    if transducer is not None:
+        readings = reported(readings, transducer, seed)
     names = data.labels["shape"]
     truth = data.forces
     found = force(readings)
@@ -168,6 +198,19 @@ def random_presses(
     }
 
 
+def reported(readings: Array, values: dict[str, Any], seed: int) -> Array:
+    """Readings (presses, ...) as arrays of one kind of transducers report them, each array its share of the presses."""
+    imperfections, element = transducer_of(values)
+    shares = np.array_split(readings, _ARRAYS)
+    return np.concatenate(
+        [
+            Transducer(element, imperfections, shape=readings.shape[1:], seed=seed + k)(share)
+            for k, share in enumerate(shares)
+            if len(share)
+        ]
+    )
+
+
 def noisy(readings: Array, noise: float, seed: int) -> Array:
     """Readings (presses, ...) with white noise of a standard deviation over each press's largest reading."""
     peak = readings.max(axis=(1, 2, 3), keepdims=True)
@@ -184,8 +227,14 @@ def _totals(
     data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, noise: float, seed: int
 ) -> dict[str, float]:
     figures = random_presses(data, force, shape, noise=noise, seed=seed)
-    wanted = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate")
-    return {name: figures[name] for name in wanted}
+    return {figure: figures[figure] for figure in _TOTALS}
+
+
+def _reported(
+    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, name: str, seed: int
+) -> dict[str, float]:
+    figures = random_presses(data, force, shape, noise=0.01, seed=seed, transducer=TRANSDUCERS[name])
+    return {figure: figures[figure] for figure in _TOTALS}
 
 
 def _load(layers: str, folder: Path | None) -> tuple[ForceRecogniser, ShapeRecogniser]:

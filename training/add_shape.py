@@ -34,10 +34,10 @@ class Config:
 
     shape: str  #: name of a shape, or a mesh file in metres
     weights: Path  #: folder of the weights to add to
-    presses: int = 6000  #: to learn from, half of them of the new shape
+    presses: int = 4000  #: to learn from, half of them of the new shape
     workers: int = 2  #: processes that make presses
     width: int = 96  #: of the module's hidden layers
-    steps: int = 1500  #: batches
+    steps: int = 1200  #: batches
     batch: int = 512  #: presses in each
     rate: float = 2e-3  #: largest learning rate
     noise: float = 0.015  #: largest noise, over the largest reading
@@ -49,7 +49,7 @@ def with_shape(spec: DatasetSpec, config: Config) -> DatasetSpec:
     punches = spec.contacts[0]
     others = sum(contact.weight for contact in spec.contacts)
     new = replace(punches, shapes=(config.shape,), weight=others)
-    return replace(spec, contacts=(*spec.contacts, new), presses=config.presses, seed=config.seed, poses=6, forces=2)
+    return replace(spec, contacts=(*spec.contacts, new), presses=config.presses, seed=config.seed, poses=8, forces=2)
 
 
 def main(config: Config) -> None:

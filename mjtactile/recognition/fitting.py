@@ -21,12 +21,10 @@ from mjtactile.dataset_spec import pad_from
 from mjtactile.progress import progress_bar
 from mjtactile.recognition.octant import Mirrors, into_octant, is_symmetric, mirrored
 from mjtactile.recognition.store import RecognitionError
-from mjtactile.recognition.view import NOISE_FLOOR, View
+from mjtactile.recognition.view import NOISE_FLOOR, SCALE_FLOOR, View
 
 #: Presses whose middle is this close to the octant's border, in taxels, are learnt on both sides of it.
 _BORDER = 0.12
-#: Noise that scales the principal parts: fainter ones are not blown up beyond it.
-_FLOOR = 2e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +89,7 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[View, d
     along = unit @ basis
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     mean, deviation = along.mean(axis=0), along.std(axis=0)
-    scale = (1.0 / np.sqrt(deviation**2 + _FLOOR**2)).astype(np.float32)
+    scale = (1.0 / np.sqrt(deviation**2 + SCALE_FLOOR**2)).astype(np.float32)
     shape = dataset.metadata["reading_shape"]
     return View(basis, mean.astype(np.float32), scale, layers, tuple(shape)), dataset.metadata
 
@@ -279,7 +277,7 @@ def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str
     from mjtactile import __version__
 
     return {
-        "config": {name: str(value) if isinstance(value, Path) else value for name, value in asdict(config).items()},
+        "config": {name: value for name, value in asdict(config).items() if not isinstance(value, Path)},
         "dataset": {"spec_fingerprint": dataset["spec_fingerprint"], "spec": dataset["spec"]},
         "versions": {
             "mjtactile": __version__,

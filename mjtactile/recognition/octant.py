@@ -54,6 +54,12 @@ class Mirrors:
         out = np.where(self.y, -out, out)
         return np.where(self.x, np.pi - out, out)
 
+    def then(self, after: Mirrors) -> Mirrors:
+        """Mirrored so, and then as `after` says."""
+        x = self.x ^ np.where(self.swapped, after.y, after.x)
+        y = self.y ^ np.where(self.swapped, after.x, after.y)
+        return Mirrors(x, y, self.swapped ^ after.swapped)
+
 
 def is_symmetric(pad: Pad) -> bool:
     """Whether a pad reads mirror images, and swapped axes, as such."""

@@ -40,18 +40,22 @@ class PoseModule:
         kind: a key of `POSE_KINDS`.
         network: features to scaled values.
         mean, scale: of the values.
+        path: name of the file it comes from.
     """
 
     kind: str
     network: Network
     mean: np.ndarray
     scale: np.ndarray
+    path: str
 
     @classmethod
     def from_stored(cls, stored: Stored) -> PoseModule:
         """The module in a file of weights."""
         arrays, kind = stored.arrays, stored.metadata["kind"]
-        return cls(kind, Network.from_arrays(arrays, kind), arrays["target mean"], arrays["target scale"])
+        return cls(
+            kind, Network.from_arrays(arrays, kind), arrays["target mean"], arrays["target scale"], stored.path.name
+        )
 
     def scaled(self, seen: Seen) -> np.ndarray:
         """Scaled values (readings, values) as mirrored: what shape modules take."""

@@ -31,7 +31,8 @@ class ShapeResult:
         size: relative to the shape's own, 1 for the paper's 10 mm punches, (...) [-]; NaN for a sphere.
         rotation: counter-clockwise, from 0 to a full turn over the order of the shape's symmetry, (...) [rad]; NaN for
             round shapes.
-        modules: which module said what: "position", "size", "orientation", "shape".
+        modules: which module said what: "position", "size", "orientation" and "shape NAME" for every shape it was
+            chosen among, with their files; `recognition.modules()` tells more of each.
     """
 
     shape: np.ndarray
@@ -157,7 +158,7 @@ class ShapeRecogniser:
             position=position.reshape(*batch, 2),
             size=size.reshape(batch),
             rotation=rotation.reshape(batch),
-            modules={module.kind: module.kind for module in self.poses}
+            modules={module.kind: module.path for module in self.poses}
             | {f"shape {name}": self.modules[k].path for name, k in zip(names, chosen, strict=True)},
         )
 

@@ -8,6 +8,7 @@ for the most part, and its size is the last feature: a recogniser can trust fain
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,9 +17,15 @@ from mjtactile.recognition.store import RecognitionError, Stored
 
 #: Noise below this is as good as none [-]; relative to the length of the projection.
 NOISE_FLOOR = 3e-5
-#: A taxel is out of order when it is off by this many times what the others are, and by this share of the largest.
-_MISFIT, _LEAST_MISFIT = 6.0, 0.025
-#: Taxels out of order that are mended, at most.
+#: Noise that scales the principal parts: fainter ones are not blown up beyond it [-].
+SCALE_FLOOR = 2e-3
+#: Noise at which taxels are judged [-]: 1 % of the largest reading, which is about a fifth of the length.
+_USUAL_NOISE = 2e-3
+#: A taxel is dead when it reads less than this share of what the others imply,
+_DEAD = 0.35
+#: is off by this many times what the others are, and by this share of the largest reading.
+_MISFIT, _LEAST_MISFIT = 4.0, 0.02
+#: Dead taxels that are mended, at most.
 _MOST_MENDED = 12
 
 
@@ -67,33 +74,53 @@ class View:
         octant, mirrors = into_octant(readings)
         flat = octant.reshape(len(octant), -1)
         projected = flat @ self.parts
-        flat, projected = self._mended(flat, projected)
+        mended = self._mended(flat, projected)
+        if mended is not None:
+            # A dead taxel may have moved the readings' middle into another octant.
+            octant, again = into_octant(mended.reshape(octant.shape))
+            mirrors = mirrors.then(again)
+            flat = octant.reshape(len(octant), -1)
+            projected = flat @ self.parts
         return self.seen(projected, np.einsum("ij,ij->i", flat, flat), mirrors)
 
-    def _mended(self, flat: np.ndarray, projected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Readings (n, taxels) and their projections without taxels that do not fit the others, such as dead ones.
+    @cached_property
+    def _trust(self) -> np.ndarray:
+        """Share of each projection that is not noise, where presses vary as those did that were learnt from."""
+        variance = np.maximum(1.0 / self.scale**2 - SCALE_FLOOR**2, 0.0)
+        return (variance / (variance + _USUAL_NOISE**2)).astype(np.float32)
 
-        The one that fits worst is set to what the parts make of the others, until all fit; a few dead taxels in
-        hundreds do no harm then.
+    @cached_property
+    def _share(self) -> np.ndarray:
+        """What a taxel is off by, over what its reading differs from what all readings together say, (taxels,)."""
+        return 1.0 / (1.0 - np.einsum("ij,j,ij->i", self.parts, self._trust, self.parts))
+
+    def _mended(self, flat: np.ndarray, projected: np.ndarray) -> np.ndarray | None:
+        """Readings (n, taxels) with those taxels mended that read next to nothing where they should; None without any.
+
+        What a taxel should read follows from all others by the covariance of the presses learnt from, of which the
+        parts and their variances are what there is: the conditional mean of a normal distribution. The dead taxel
+        that is furthest off is set to it, until there is none.
         """
-        left = flat - projected @ self.parts.T
+        size = np.sqrt(np.einsum("ij,ij->i", projected, projected))[:, None]
+        expected = projected - (1.0 - self._trust) * (projected - self.mean * size)
+        left = flat - expected @ self.parts.T
+        any_wrong, mended, rows = False, flat, np.arange(len(flat))
         for _ in range(_MOST_MENDED):
-            worst = np.abs(left).argmax(axis=1)
-            rows = np.arange(len(flat))
-            largest = np.abs(left[rows, worst])
+            dead = mended < _DEAD * (mended - left * self._share)
+            worst = np.where(dead, -left, 0.0).argmax(axis=1)
+            largest = -left[rows, worst]
             spread = np.sqrt((np.einsum("ij,ij->i", left, left) - largest**2) / (flat.shape[1] - 1))
             wrong = np.flatnonzero((largest > _MISFIT * spread) & (largest > _LEAST_MISFIT * flat.max(axis=1)))
             if not len(wrong):
                 break
+            if not any_wrong:
+                any_wrong, mended = True, flat.copy()
             taxel = worst[wrong]
-            of_taxel = self.parts[taxel]
-            change = -left[wrong, taxel] / (1.0 - np.einsum("ij,ij->i", of_taxel, of_taxel))
-            flat, projected, left = flat.copy(), projected.copy(), left.copy()
-            flat[wrong, taxel] += change
-            projected[wrong] += change[:, None] * of_taxel
-            left[wrong] -= change[:, None] * (of_taxel @ self.parts.T)
+            change = -left[wrong, taxel] * self._share[taxel]
+            mended[wrong, taxel] += change
+            left[wrong] -= change[:, None] * ((self.parts[taxel] * self._trust) @ self.parts.T)
             left[wrong, taxel] = 0.0
-        return flat, projected
+        return mended if any_wrong else None
 
     def seen(self, projected: np.ndarray, energy: np.ndarray, mirrors: Mirrors) -> Seen:
         """Features of projections (n, parts) of readings whose squares sum to `energy` (n,)."""

@@ -50,6 +50,7 @@ def test_readings_are_those_of_the_contact_the_labels_describe(tmp_path, fast):
 def test_an_interrupted_dataset_goes_on_to_the_same_presses(tmp_path):
     make_dataset(SPEC, tmp_path / "whole", progress=False)
     make_dataset(replace(SPEC, presses=9), tmp_path / "parts", progress=False)
+    assert read_dataset(tmp_path / "parts").labels["press"].tolist() == list(range(9))
     (tmp_path / "parts" / "presses-000000000.parquet").unlink()
     assert make_dataset(SPEC, tmp_path / "parts", progress=False) == 20
     assert make_dataset(SPEC, tmp_path / "parts", progress=False) == 0
@@ -62,6 +63,13 @@ def test_presses_do_not_depend_on_how_many_workers_there_are(tmp_path, monkeypat
     make_dataset(SPEC, tmp_path / "one", workers=1, progress=False)
     make_dataset(SPEC, tmp_path / "two", workers=2, progress=False)
     same(read_dataset(tmp_path / "one"), read_dataset(tmp_path / "two"))
+
+
+def test_another_seed_gives_other_presses_and_no_two_are_alike(tmp_path):
+    make_dataset(SPEC, tmp_path / "one", progress=False)
+    make_dataset(replace(SPEC, seed=5), tmp_path / "other", progress=False)
+    one, other = read_dataset(tmp_path / "one").readings, read_dataset(tmp_path / "other").readings
+    assert len(np.unique(np.concatenate([one, other]).reshape(40, -1), axis=0)) == 40
 
 
 def test_a_folder_of_another_dataset_is_refused(tmp_path):

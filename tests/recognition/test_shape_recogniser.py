@@ -9,7 +9,7 @@ import pytest
 from mjtactile import INDENTER_NAMES, Pad, force_vector, recognition
 from mjtactile.recognition import RecognitionError
 from mjtactile.recognition.registry import read_registry, register
-from mjtactile.recognition.store import SHIPPED
+from mjtactile.recognition.store import SHIPPED, read_weights
 from mjtactile.timing import median_time
 
 DOWN = force_vector(0.098)
@@ -77,7 +77,7 @@ def test_added_shapes_leave_the_others_modules_as_they_are():
         metadata = json.loads((SHIPPED / layers / "registry.json").read_text())
         assert {one["name"] for one in metadata["modules"] if one["optional"]} == {"shape hexagon", "shape cross"}
     for name in INDENTER_NAMES:
-        module = recognition.store.read_weights(SHIPPED / "all" / f"shape-{name}.safetensors")
+        module = read_weights(SHIPPED / "all" / f"shape-{name}.safetensors")
         assert not {"hexagon", "cross"} & set(module.metadata["against"])
 
 
