@@ -28,8 +28,8 @@ def reproduce(
     from mjtactile.preset import fidelity
     from mjtactile.report import check_writable, write_atomically
     from mjtactile.study.plan import QUICK, Settings
+    from mjtactile.study.report import study_report
     from mjtactile.study.reproduce import reproduce as run_study
-    from mjtactile.study.tables import study_report
 
     settings = QUICK if quick else Settings()
     if seeds is not None:

@@ -15,6 +15,7 @@ from mjtactile.cache import cache_directory
 from mjtactile.errors import MjTactileError
 from mjtactile.outlines import INDENTER_NAMES
 from mjtactile.study import plan, tables
+from mjtactile.study.report import study_report
 from mjtactile.study.reproduce import reproduce
 
 TINY = plan.Settings(
@@ -91,12 +92,12 @@ def test_every_unit_is_kept_under_a_name_of_its_own(cache):
 
 
 def test_the_report_holds_the_papers_tables_and_ours(found):
-    report = tables.study_report(found)
+    report = study_report(found)
     for heading in ("Table 2", "Table 3", "Tables 4 and 5", "Table 6"):
         assert heading in report
     for figure in ("| 27 -> | 26.8 | 27.2 |", "| 0.53 | 0.23 |", "| 96.8 | 100 | 98.2 |", " / 0.89 |", " / 0.81 |"):
         assert figure in report, figure
-    recognised = np.array(tables._force(found, "elastic", 4)["direction"]["recognised_deg"])[:, 3]
+    recognised = np.array(tables.force_result(found, "elastic", 4)["direction"]["recognised_deg"])[:, 3]
     assert f"{recognised.mean():.2f} ± {recognised.std():.2f}" in report
     rows = [line for line in report.splitlines() if line.startswith("| ")]
     assert sum(line.startswith("| star |") for line in rows) == 2
@@ -104,14 +105,14 @@ def test_the_report_holds_the_papers_tables_and_ours(found):
 
 
 def test_the_report_names_what_was_tried_where_it_was(found):
-    assert "Likely reasons" not in tables.study_report(found)
+    assert "Likely reasons" not in study_report(found)
     units = [*found["units"]]
     for unit in found["units"]:
         if unit["study"] == "shape":
             units.append({**unit, "variant": "hidden units tanh"})
         else:
             units.append({**unit, "iterations": TINY.variant_iterations})
-    report = tables.study_report({**found, "units": units})
+    report = study_report({**found, "units": units})
     assert "Likely reasons" in report
     assert "| hidden units tanh |" in report
 
