@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 OTHER_MUJOCO := 3.17.0
 NATIVE := $(wildcard native/CMakeLists.txt native/*/*)
 
-.PHONY: demo test check install install-dev models tables clean
+.PHONY: demo test check install install-dev models tables weights clean
 
 demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
@@ -52,6 +52,33 @@ tables: $(VENV)/installed
 	$(BIN)/mjtactile bench mesh --readme README.md
 	$(BIN)/mjtactile bench plugin --readme README.md
 	$(BIN)/mjtactile bench trade --readme README.md --out benchmarks/trade.json --figure docs/images/trade.png
+
+# Every shipped recogniser anew, from presses to weights; two at a time. `make weights SHIP=1` puts them in the package.
+WEIGHTS := build/weights
+DATA := build/presses
+TRAIN := OMP_NUM_THREADS=1 PYTHONPATH=. $(BIN)/python training
+weights: $(VENV)/installed
+	mkdir -p $(WEIGHTS)/all $(WEIGHTS)/top
+	$(BIN)/mjtactile dataset --spec training/presses.toml --out $(DATA) --workers 2
+	$(TRAIN)/train_view.py --data $(DATA) --weights $(WEIGHTS)/all
+	$(TRAIN)/train_view.py --data $(DATA) --weights $(WEIGHTS)/top --layers 0 --parts 120
+	$(MAKE) -j2 force-all force-top
+	$(MAKE) -j2 shapes-all shapes-top
+	$(if $(SHIP),cp $(WEIGHTS)/all/* mjtactile/recognition/weights/all/ && cp $(WEIGHTS)/top/* mjtactile/recognition/weights/top/)
+
+.PHONY: force-all force-top shapes-all shapes-top
+force-all:
+	$(TRAIN)/train_force.py --data $(DATA) --weights $(WEIGHTS)/all
+force-top:
+	$(TRAIN)/train_force.py --data $(DATA) --weights $(WEIGHTS)/top --steps 5000
+
+shapes-all shapes-top: shapes-%:
+	$(TRAIN)/train_pose.py --module position --data $(DATA) --weights $(WEIGHTS)/$*
+	$(TRAIN)/train_pose.py --module size --data $(DATA) --weights $(WEIGHTS)/$*
+	$(TRAIN)/train_pose.py --module orientation --data $(DATA) --weights $(WEIGHTS)/$*
+	$(TRAIN)/train_shapes.py --data $(DATA) --weights $(WEIGHTS)/$*
+	$(TRAIN)/add_shape.py --shape hexagon --weights $(WEIGHTS)/$* --workers 1
+	$(TRAIN)/add_shape.py --shape cross --weights $(WEIGHTS)/$* --workers 1
 
 clean:
 	rm -rf $(VENV) .mujoco-* build dist demo.npz demo.png

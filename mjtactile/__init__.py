@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mjtactile import recognition
     from mjtactile.attach import attach_pad
     from mjtactile.basis import WrenchBasis
     from mjtactile.cache import influence_matrices
@@ -158,15 +159,21 @@ __all__ = [
     "press",
     "press_scene",
     "punch",
+    "recognition",
     "register_pad",
     "sphere",
 ]
 
 
+#: Packages inside this one that are reached as attributes as well.
+_PACKAGES = ("recognition",)
+
 _plugin_hook.install()
 
 
 def __getattr__(name: str) -> Any:
+    if name in _PACKAGES:
+        return import_module(f"mjtactile.{name}")
     if name not in _MODULE_OF:
         raise AttributeError(f"module 'mjtactile' has no attribute {name!r}")
     value = getattr(import_module(f"mjtactile.{_MODULE_OF[name]}"), name)

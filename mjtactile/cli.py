@@ -17,6 +17,10 @@ from rich.console import Console
 from rich.table import Table
 
 from mjtactile.cli_bench import AsJson, bench_app
+from mjtactile.cli_dataset import dataset
+from mjtactile.cli_evaluate import evaluate
+from mjtactile.cli_loop import loop
+from mjtactile.cli_reproduce import reproduce
 from mjtactile.errors import MjTactileError
 
 app = typer.Typer(
@@ -27,6 +31,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(bench_app, name="bench")
+app.command()(dataset)
+app.command()(evaluate)
+app.command()(loop)
+app.command()(reproduce)
 
 
 @app.command()

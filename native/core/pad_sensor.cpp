@@ -14,6 +14,8 @@ constexpr double kSteady = 8.0;
 constexpr double kCutStep = 5e-6, kCutTurn = 5e-4;
 constexpr std::size_t kMostCutFaces = 64;
 constexpr Placement kHere = {1.0, 0.0, {0.0, 0.0}};
+// Bases that many searches have not asked for belong to poses that are past.
+constexpr std::uint64_t kForgotten = 10000;
 constexpr std::size_t kMostBasisBytes = std::size_t{256} << 20;
 // A hash kept as a double must be a whole number that a double holds.
 constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
@@ -74,11 +76,13 @@ std::shared_ptr<const Basis<Value>> BasisCache<Value>::find(const BasisKey& key,
                                                             const double* wrench, std::vector<double>& weights,
                                                             ElasticContact::Workspace& workspace) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  ++searches_;
   const auto range = places_.equal_range(key.hash());
   for (auto place = range.first; place != range.second; ++place) {
     const auto entry = place->second;
     if (entry->key == key && entry->basis->contact.weights(face, key.options, wrench, weights, workspace)) {
       entries_.splice(entries_.begin(), entries_, entry);
+      entry->used = searches_;
       return entry->basis;
     }
   }
@@ -88,11 +92,12 @@ std::shared_ptr<const Basis<Value>> BasisCache<Value>::find(const BasisKey& key,
 template <typename Value>
 void BasisCache<Value>::keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  entries_.push_front({key, std::move(basis), bytes});
+  entries_.push_front({key, std::move(basis), bytes, searches_});
   places_.emplace(key.hash(), entries_.begin());
   bytes_ += bytes;
-  while (bytes_ > kMostBasisBytes && entries_.size() > 1) {
+  while (entries_.size() > 1) {
     const auto last = std::prev(entries_.end());
+    if (bytes_ <= kMostBasisBytes && searches_ - last->used < kForgotten) break;
     const auto range = places_.equal_range(last->key.hash());
     for (auto place = range.first; place != range.second; ++place) {
       if (place->second == last) {

@@ -61,7 +61,7 @@ struct BasisKey {
   std::uint64_t hash() const;
 };
 
-// Bases of all pads in this process, the latest used ones up to a limit of memory.
+// Bases of all pads in this process: those used lately, up to a limit of memory.
 template <typename Value>
 class BasisCache {
  public:
@@ -78,11 +78,13 @@ class BasisCache {
     BasisKey key;
     std::shared_ptr<const Basis<Value>> basis;
     std::size_t bytes;
+    std::uint64_t used;  // the search that found it last
   };
   std::mutex mutex_;
   std::list<Entry> entries_;  // latest used first
   std::unordered_multimap<std::uint64_t, typename std::list<Entry>::iterator> places_;
   std::size_t bytes_ = 0;
+  std::uint64_t searches_ = 0;
 };
 
 // One pad in one simulation.

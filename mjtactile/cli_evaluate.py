@@ -1,0 +1,138 @@
+"""The command line: `mjtactile evaluate`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def evaluate(
+    seed: Annotated[int, typer.Option(min=0, help="Of the presses and the noise.")] = 1,
+    presses: Annotated[int, typer.Option(min=20, help="How many in MuJoCo.")] = 2000,
+    preset: Annotated[str, typer.Option(help="Fidelity of the sensor: fast, balanced or accurate.")] = "balanced",
+    workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
+    weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
+) -> None:
+    """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
+    from mjtactile.evaluation import evaluate as measure
+
+    result = measure(seed, presses=presses, preset=preset, workers=workers, folder=weights)
+    text = tables(result)
+    typer.echo(json.dumps(result, indent=2) if as_json else text)
+    if readme is not None:
+        from mjtactile.bench_tables import rewrite_table
+
+        rewrite_table(readme, "evaluate", text)
+
+
+def tables(result: dict[str, Any]) -> str:
+    """All tables with their titles, Markdown."""
+    parts = (
+        f"Seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo.",
+        summary_table(result),
+        "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
+        shape_table(result),
+        "With what noise the layers differ, MuJoCo, four layers / the top one:",
+        noise_table(result),
+        "Transducers of 100 kPa full scale with 1 % noise, all forces from 5 gf on, four layers / the top one:",
+        transducer_table(result),
+    )
+    return "\n\n".join(parts)
+
+
+def summary_table(result: dict[str, Any]) -> str:
+    """Every figure with its bound, Markdown."""
+    rows = [
+        ("direction, protocol, mean", "deg", "<= 0.05", "protocol", lambda r: f"{r['direction_deg']:.3f}"),
+        ("magnitude, protocol, mean", "gf", "<= 0.05", "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
+        (
+            "seven shapes, protocol",
+            "right",
+            "56 of 56",
+            "protocol",
+            lambda r: f"{r['shapes_right']} of {r['shapes_asked']}",
+        ),
+        ("circle / triangle / square, protocol", "%", "100 / 100 / 100", "protocol", _three),
+        ("direction, MuJoCo, median", "deg", "<= 0.5", "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
+        (
+            "magnitude, MuJoCo, mean",
+            "% of 200 gf",
+            "<= 0.5",
+            "mujoco",
+            lambda r: f"{100 * r['magnitude_of_200gf']:.3f}",
+        ),
+        ("position, MuJoCo, mean", "mm", "<= 0.1", "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
+        ("seven shapes, MuJoCo", "%", ">= 99.6", "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
+        ("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100", "mujoco", _three),
+    ]
+    cells = [
+        (name, unit, bound, *(text(result[part][layers]) for layers in ("all", "top")))
+        for name, unit, bound, part, text in rows
+    ]
+    return _markdown(("figure", "unit", "bound", "four layers", "one layer"), cells)
+
+
+def shape_table(result: dict[str, Any]) -> str:
+    """Each contact by itself, Markdown."""
+    both = [result["mujoco"][layers]["by_shape"] for layers in ("all", "top")]
+    cells = [
+        (
+            name,
+            str(one["presses"]),
+            *(
+                " / ".join(text(each[name]) for each in both)
+                for text in (
+                    lambda r: f"{r['direction_median_deg']:.2f}",
+                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
+                    lambda r: f"{r['position_mean_mm']:.3f}",
+                    lambda r: f"{100 * r['rate']:.2f}" if "rate" in r else "-",
+                )
+            ),
+        )
+        for name, one in both[0].items()
+    ]
+    head = ("contact", "presses", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %")
+    return _markdown(head, cells)
+
+
+def noise_table(result: dict[str, Any]) -> str:
+    """Four layers and one under noises, Markdown."""
+    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]])
+
+
+def transducer_table(result: dict[str, Any]) -> str:
+    """Four layers and one with transducers, Markdown."""
+    return _rows_table("transducers", [(row["transducer"], row) for row in result["transducers"]])
+
+
+def _rows_table(kind: str, rows: list[tuple[str, dict[str, Any]]]) -> str:
+    cells = [
+        (
+            title,
+            *(
+                " / ".join(text(row[layers]) for layers in ("all", "top"))
+                for text in (
+                    lambda r: f"{r['direction_median_deg']:.3f}",
+                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
+                    lambda r: f"{r['position_mean_mm']:.3f}",
+                    lambda r: f"{100 * r['shape_rate']:.2f}",
+                )
+            ),
+        )
+        for title, row in rows
+    ]
+    return _markdown((kind, "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
+
+
+def _three(figures: dict[str, Any]) -> str:
+    return " / ".join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
+
+
+def _markdown(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)

@@ -1,0 +1,52 @@
+"""The command line: `mjtactile reproduce`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mjtactile.errors import MjTactileError
+
+
+def reproduce(
+    seeds: Annotated[int | None, typer.Option(min=1, help="Initialisations of every network.  [default: 10]")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Little training, no reasons tested: to see it run.")] = False,
+    preset: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: balanced]")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Do again what an earlier run finished.")] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write all figures to this JSON file.")] = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Rewrite the study's section of this Markdown file, for example docs/study.md.")
+    ] = None,
+) -> None:
+    """Train and test the source paper's networks by its protocols; print its tables beside ours."""
+    from mjtactile.bench_tables import rewrite_table
+    from mjtactile.preset import fidelity
+    from mjtactile.report import check_writable, write_atomically
+    from mjtactile.study.plan import QUICK, Settings
+    from mjtactile.study.report import study_report
+    from mjtactile.study.reproduce import reproduce as run_study
+
+    settings = QUICK if quick else Settings()
+    if seeds is not None:
+        settings = replace(settings, seeds=seeds)
+    if preset is not None:
+        fidelity(preset)
+        settings = replace(settings, preset=preset)
+    if json_file is not None:
+        check_writable(json_file)
+    if page is not None and "<!-- bench study -->" not in (page.read_text() if page.is_file() else ""):
+        raise MjTactileError(
+            f"{page} has no lines '<!-- bench study -->' and '<!-- end -->' to put the tables between."
+        )
+    found = run_study(settings, workers=workers, fresh=fresh)
+    report = study_report(found)
+    typer.echo(report)
+    if json_file is not None:
+        write_atomically(json_file, lambda file: file.write((json.dumps(found, indent=2) + "\n").encode()))
+    if page is not None:
+        rewrite_table(page, "study", report)

@@ -1,0 +1,101 @@
+"""Recognition: force, place and shape of what presses, from readings alone, inside a control loop.
+
+    recognise = mjtactile.recognition.load("force")
+    result = recognise(sensor.read(data))  # result.force [N], result.position [m], result.confidence
+
+Weights are shipped for the default pad; recognisers are plain functions of arrays, need no torch, and take some tenths
+of a millisecond a call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal, overload
+
+from mjtactile.pad import Pad
+from mjtactile.recognition.force import ForceRecogniser, ForceResult
+from mjtactile.recognition.pose import POSE_KINDS, PoseModule
+from mjtactile.recognition.registry import Entry, read_registry, stored_module
+from mjtactile.recognition.shape import ModuleStack, ShapeModule, ShapeRecogniser, ShapeResult
+from mjtactile.recognition.store import SHIPPED, RecognitionError, check_pad
+from mjtactile.recognition.view import View
+
+__all__ = [
+    "ForceRecogniser",
+    "ForceResult",
+    "RecognitionError",
+    "ShapeRecogniser",
+    "ShapeResult",
+    "load",
+    "modules",
+]
+
+#: Folders of shipped weights by the sensing layers they use.
+LAYERS = {"all": "all", "top": "top"}
+
+
+@overload
+def load(
+    name: Literal["force"], *, layers: str = "all", pad: Pad | None = None, folder: Path | None = None
+) -> ForceRecogniser: ...
+@overload
+def load(
+    name: Literal["shape"],
+    *,
+    layers: str = "all",
+    pad: Pad | None = None,
+    folder: Path | None = None,
+    also: Sequence[str] = (),
+) -> ShapeRecogniser: ...
+def load(
+    name: str,
+    *,
+    layers: str = "all",
+    pad: Pad | None = None,
+    folder: Path | None = None,
+    also: Sequence[str] = (),
+) -> ForceRecogniser | ShapeRecogniser:
+    """A trained recogniser, called with readings (..., layers, rows, columns) [Pa].
+
+    Args:
+        name: "force": force and position of whatever presses. "shape": which shape it is, where, how large and how
+            turned.
+        layers: "all" four, or "top": the 1 mm layer alone.
+        pad: the pad it is to be used with; weights that were trained for another are refused. None: not checked
+            beyond the shape of the readings.
+        folder: weights of one's own; by default those shipped.
+        also: shapes that take part only when asked for; shipped are "hexagon" and "cross".
+
+    Raises:
+        RecognitionError: there is no such recogniser or shape, or its weights fit another pad.
+    """
+    if layers not in LAYERS:
+        raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
+    where = SHIPPED / LAYERS[layers] if folder is None else Path(folder)
+    registry = read_registry(where)
+    if name not in ("force", "shape"):
+        raise RecognitionError(f"recogniser {name!r} does not exist. Available: 'force', 'shape'.")
+    view = stored_module(where, _entry(registry, "view", where))
+    check_pad(view, pad)
+    if name == "force":
+        stored = stored_module(where, _entry(registry, "force", where))
+        return ForceRecogniser.from_stored(View.from_stored(view), stored)
+    poses = [PoseModule.from_stored(stored_module(where, _entry(registry, kind, where))) for kind in POSE_KINDS]
+    chosen = [entry for entry in registry.values() if entry.kind == "shape" and not entry.optional]
+    chosen += [_entry(registry, f"shape {shape}", where) for shape in also]
+    unique = {entry.name: entry for entry in chosen}
+    shapes = tuple(ShapeModule.from_stored(stored_module(where, entry)) for entry in unique.values())
+    position, size, orientation = poses
+    return ShapeRecogniser(View.from_stored(view), (position, size, orientation), shapes, ModuleStack(shapes))
+
+
+def modules(*, layers: str = "all", folder: Path | None = None) -> dict[str, Entry]:
+    """The registry of modules by name: what each is for, its file and hash, and what it takes the results of."""
+    return read_registry(SHIPPED / LAYERS[layers] if folder is None else Path(folder))
+
+
+def _entry(registry: dict[str, Entry], name: str, folder: Path) -> Entry:
+    if name not in registry:
+        raise RecognitionError(f"there is no module '{name}' in {folder}. Available: {', '.join(sorted(registry))}.")
+    return registry[name]

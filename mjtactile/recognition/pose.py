@@ -1,0 +1,91 @@
+"""Modules for position, size and orientation: what is known of a contact before its shape is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjtactile.pad import Array
+from mjtactile.recognition.network import Network
+from mjtactile.recognition.octant import Mirrors
+from mjtactile.recognition.store import Stored
+from mjtactile.recognition.view import Seen
+
+#: What a pose module may say, and how many numbers that is.
+POSE_KINDS = {"position": 2, "size": 1, "orientation": 12}
+
+#: Orders of rotational symmetry that orientations are told for.
+ORDERS = (2, 3, 4, 5, 6, 8)
+#: Order of each shape, and the angle of one of its mirror lines at rotation 0 [rad]; round shapes have none.
+SYMMETRY: dict[str, tuple[int, float]] = {
+    "ellipse": (2, 0.0),
+    "triangle": (3, np.pi / 2),
+    "square": (4, 0.0),
+    "cross": (4, 0.0),
+    "star": (5, np.pi / 2),
+    "hexagon": (6, 0.0),
+    "octagon": (8, 0.0),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class PoseModule:
+    """One of position, size and orientation, from what a view sees.
+
+    Position: of the shape's origin, (2,) [m]. Size: its logarithm, relative to the shape's own. Orientation: for each
+    of `ORDERS`, cos and sin of the order times the angle of a mirror line, zero for shapes of another order.
+
+    Attributes:
+        kind: a key of `POSE_KINDS`.
+        network: features to scaled values.
+        mean, scale: of the values.
+        path: name of the file it comes from.
+    """
+
+    kind: str
+    network: Network
+    mean: np.ndarray
+    scale: np.ndarray
+    path: str
+
+    @classmethod
+    def from_stored(cls, stored: Stored) -> PoseModule:
+        """The module in a file of weights."""
+        arrays, kind = stored.arrays, stored.metadata["kind"]
+        return cls(
+            kind, Network.from_arrays(arrays, kind), arrays["target mean"], arrays["target scale"], stored.path.name
+        )
+
+    def scaled(self, seen: Seen) -> np.ndarray:
+        """Scaled values (readings, values) as mirrored: what shape modules take."""
+        return self.network(seen.features)
+
+    def values(self, scaled: np.ndarray) -> Array:
+        """Values as mirrored from scaled ones."""
+        return scaled.astype(np.float64) * self.scale + self.mean
+
+
+def orientation_targets(shapes: np.ndarray, rotations: Array, mirrors: Mirrors) -> Array:
+    """What an orientation module is to say of presses, as mirrored, (presses, 2 orders)."""
+    order = np.array([SYMMETRY.get(shape, (0, 0.0))[0] for shape in shapes])
+    line = np.array([SYMMETRY.get(shape, (0, 0.0))[1] for shape in shapes])
+    angle = mirrors.angles(rotations + line)
+    out = np.zeros((len(shapes), 2 * len(ORDERS)))
+    for k, n in enumerate(ORDERS):
+        out[:, 2 * k] = np.where(order == n, np.cos(n * angle), 0.0)
+        out[:, 2 * k + 1] = np.where(order == n, np.sin(n * angle), 0.0)
+    return out
+
+
+def rotation_of(shape: str, values: Array, mirrors: Mirrors) -> Array:
+    """Rotation from 0 to a full turn over the shape's order (n,) [rad], from an orientation module's values.
+
+    NaN for shapes whose order is not known, such as round ones.
+    """
+    if shape not in SYMMETRY:
+        return np.full(len(values), np.nan)
+    order, line = SYMMETRY[shape]
+    k = ORDERS.index(order)
+    angle = np.arctan2(values[:, 2 * k + 1], values[:, 2 * k]) / order
+    return np.mod(mirrors.original_angles(angle) - line, 2.0 * np.pi / order)

@@ -1,0 +1,96 @@
+"""The registry: which modules there are, what each is for, how it was trained, and the hash by which it is known.
+
+It is a JSON file beside the weights. Adding a module adds an entry and leaves every other one, and its file, as they
+were.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mjtactile.recognition.store import RecognitionError, Stored, file_hash, read_weights
+
+REGISTRY = "registry.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One module.
+
+    Attributes:
+        name: such as "force" or "shape star".
+        kind: "view", "position", "size", "orientation", "force" or "shape".
+        file: beside the registry.
+        sha256: of the file.
+        needs: names of the modules whose results it takes.
+        optional: whether it takes part only when asked for.
+    """
+
+    name: str
+    kind: str
+    file: str
+    sha256: str
+    needs: tuple[str, ...] = ()
+    optional: bool = False
+
+
+def needed(kind: str) -> tuple[str, ...]:
+    """What modules of a kind take the results of."""
+    if kind == "view":
+        return ()
+    return ("view", "position", "size", "orientation") if kind == "shape" else ("view",)
+
+
+def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
+    """Enter a module's file in its folder's registry, or renew its entry.
+
+    Raises:
+        RecognitionError: the file is no module.
+    """
+    from mjtactile.report import write_atomically
+
+    stored = read_weights(folder / file)
+    kind = stored.metadata["kind"]
+    name = f"shape {stored.metadata['shape']}" if kind == "shape" else kind
+    entry = Entry(
+        name=name, kind=kind, file=file, sha256=file_hash(folder / file), needs=needed(kind), optional=optional
+    )
+    entries = {**(read_registry(folder) if (folder / REGISTRY).is_file() else {}), name: entry}
+    content = json.dumps({"modules": [asdict(entries[key]) for key in sorted(entries)]}, indent=2) + "\n"
+    write_atomically(folder / REGISTRY, lambda out: out.write(content.encode()))
+    return entry
+
+
+def read_registry(folder: Path) -> dict[str, Entry]:
+    """Modules by name.
+
+    Raises:
+        RecognitionError: there is no registry, or it is damaged.
+    """
+    path = folder / REGISTRY
+    try:
+        listed: list[dict[str, Any]] = json.loads(path.read_text())["modules"]
+        return {one["name"]: Entry(**{**one, "needs": tuple(one["needs"])}) for one in listed}
+    except FileNotFoundError:
+        raise RecognitionError(f"there are no recognisers in {folder}. Train them: make weights") from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecognitionError(f"{path} is no registry of modules ({error}). Train anew: make weights") from error
+
+
+def stored_module(folder: Path, entry: Entry) -> Stored:
+    """A module's weights, which must be those the registry knows.
+
+    Raises:
+        RecognitionError: the file is not there, or not the one that was entered.
+    """
+    path = folder / entry.file
+    stored = read_weights(path)
+    if file_hash(path) != entry.sha256:
+        raise RecognitionError(
+            f"{path} is not the file its registry knows. Restore it, or enter it anew: "
+            "mjtactile.recognition.registry.register"
+        )
+    return stored

@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from mjtactile import Footprint, Pad, contact_load, influence_matrices
+from mjtactile import dataset as dataset_module
+from mjtactile.dataset import make_dataset, read_dataset
+from mjtactile.dataset_spec import DatasetError, parse_spec
+from mjtactile.shapes import placed, sized_face
+
+PUNCHES = {"shapes": ["star", "triangle", "cross"], "size": [0.7, 1.0], "shift": 1.5}
+SPEC = parse_spec({"presses": 20, "seed": 4, "preset": "fast", "poses": 2, "forces": 2, "contact": [PUNCHES]})
+
+
+@pytest.fixture(autouse=True)
+def _small_parts(monkeypatch):
+    monkeypatch.setattr(dataset_module, "_PRESSES_PER_PART", 8)
+
+
+@pytest.fixture(scope="module")
+def fast():
+    return influence_matrices(preset="fast", progress=False)
+
+
+def same(one, other):
+    np.testing.assert_array_equal(one.readings, other.readings)
+    for name, column in one.labels.items():
+        np.testing.assert_array_equal(column, other.labels[name], err_msg=name)
+
+
+def test_readings_are_those_of_the_contact_the_labels_describe(tmp_path, fast):
+    make_dataset(SPEC, tmp_path, progress=False)
+    data = read_dataset(tmp_path)
+    assert data.readings.shape == (20, 4, 13, 13)
+    for k in (0, 7, 19):
+        labels = {name: column[k] for name, column in data.labels.items()}
+        face = sized_face(labels["shape"], labels["size"])
+        at = placed(face, (labels["shift_x"], labels["shift_y"]), labels["rotation"])
+        load = contact_load(fast, Footprint.from_outline(at, fast), data.forces[k])
+        np.testing.assert_allclose(data.readings[k], fast.readings(load), rtol=0, atol=2e-4 * data.readings[k].max())
+        force, moment = load.resultant()
+        np.testing.assert_allclose([moment[1], -moment[0]] / -force[2], data.positions[k], atol=1e-9)
+
+
+def test_an_interrupted_dataset_goes_on_to_the_same_presses(tmp_path):
+    make_dataset(SPEC, tmp_path / "whole", progress=False)
+    make_dataset(replace(SPEC, presses=9), tmp_path / "parts", progress=False)
+    assert read_dataset(tmp_path / "parts").labels["press"].tolist() == list(range(9))
+    (tmp_path / "parts" / "presses-000000000.parquet").unlink()
+    assert make_dataset(SPEC, tmp_path / "parts", progress=False) == 20
+    assert make_dataset(SPEC, tmp_path / "parts", progress=False) == 0
+    same(read_dataset(tmp_path / "whole"), read_dataset(tmp_path / "parts"))
+
+
+@pytest.mark.slow
+def test_presses_do_not_depend_on_how_many_workers_there_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(dataset_module, "_PRESSES_PER_PART", 960)  # as the workers see it
+    make_dataset(SPEC, tmp_path / "one", workers=1, progress=False)
+    make_dataset(SPEC, tmp_path / "two", workers=2, progress=False)
+    same(read_dataset(tmp_path / "one"), read_dataset(tmp_path / "two"))
+
+
+def test_another_seed_gives_other_presses_and_no_two_are_alike(tmp_path):
+    make_dataset(SPEC, tmp_path / "one", progress=False)
+    make_dataset(replace(SPEC, seed=5), tmp_path / "other", progress=False)
+    one, other = read_dataset(tmp_path / "one").readings, read_dataset(tmp_path / "other").readings
+    assert len(np.unique(np.concatenate([one, other]).reshape(40, -1), axis=0)) == 40
+
+
+def test_a_folder_of_another_dataset_is_refused(tmp_path):
+    make_dataset(SPEC, tmp_path, progress=False)
+    with pytest.raises(DatasetError, match="another specification"):
+        make_dataset(replace(SPEC, seed=5), tmp_path, progress=False)
+
+
+def test_files_carry_the_pads_fingerprint_for_readers_without_this_package(tmp_path):
+    make_dataset(SPEC, tmp_path, progress=False)
+    table = pq.read_table(tmp_path)
+    metadata = json.loads(table.schema.metadata[b"mjtactile"])
+    assert metadata["pad_fingerprint"] == Pad().fingerprint
+    assert metadata["spec"]["seed"] == 4
+    assert table["readings"].type.list_size == 676
+    assert len(read_dataset(tmp_path, labels_only=True).readings) == 0
+
+
+def test_noise_is_what_was_asked_for_and_comes_from_the_presses_seed(tmp_path):
+    make_dataset(SPEC, tmp_path / "quiet", progress=False)
+    make_dataset(replace(SPEC, noise=(0.01, 0.01)), tmp_path / "noisy", progress=False)
+    quiet, noisy = read_dataset(tmp_path / "quiet").readings, read_dataset(tmp_path / "noisy").readings
+    relative = (noisy - quiet).reshape(20, -1).std(axis=1) / quiet.max(axis=(1, 2, 3))
+    np.testing.assert_allclose(relative, 0.01, rtol=0.15)
+
+
+def test_a_transducer_reports_in_its_own_counts(tmp_path):
+    transducer = {"name": "piezoresistive", "full_scale": 1e5, "imperfections": {"adc_bits": 6}}
+    make_dataset(replace(SPEC, presses=4, transducer=transducer), tmp_path, progress=False)
+    assert len(np.unique(read_dataset(tmp_path).readings)) < 64
+
+
+def test_a_transducer_that_does_not_exist_is_refused(tmp_path):
+    with pytest.raises(DatasetError, match=r"'optical'.*capacitive"):
+        make_dataset(replace(SPEC, transducer={"name": "optical"}), tmp_path, progress=False)
+
+
+def test_a_folder_without_presses_says_how_to_make_some(tmp_path):
+    with pytest.raises(DatasetError, match="mjtactile dataset"):
+        read_dataset(tmp_path)
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_mujoco_and_the_contact_laws_agree_within_the_creep_of_a_press(tmp_path, free):
+    kinds = [{"shapes": ["triangle"], "shift": 1.0}, {"shapes": ["sphere"], "shift": 1.0, "weight": 1}]
+    spec = parse_spec(
+        {"presses": 8, "preset": "fast", "poses": 2, "forces": 1, "free": float(free), "seed": 6, "contact": kinds}
+    )
+    make_dataset(spec, tmp_path / "physics", progress=False)
+    make_dataset(replace(spec, backend="mujoco"), tmp_path / "mujoco", progress=False)
+    physics, mujoco = read_dataset(tmp_path / "physics"), read_dataset(tmp_path / "mujoco")
+    assert set(physics.labels["shape"]) == {"triangle", "sphere"}
+    # A press drags the indenter along by up to 20 micrometres and is settled within 1e-4 of its force.
+    np.testing.assert_allclose(mujoco.positions, physics.positions, atol=30e-6)
+    np.testing.assert_allclose(mujoco.forces, physics.forces, atol=3e-4 * 2)
+    largest = physics.readings.max(axis=(1, 2, 3), keepdims=True)
+    np.testing.assert_allclose(mujoco.readings / largest, physics.readings / largest, atol=0.04)

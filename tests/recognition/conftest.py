@@ -1,0 +1,38 @@
+"""Readings for recognisers, made without MuJoCo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from mjtactile import influence_matrices
+from mjtactile.press_physics import physics_readings
+from mjtactile.press_sampling import OutlinePresses, Pose
+
+Pressed = Callable[..., np.ndarray]
+
+
+@pytest.fixture(scope="session")
+def pressed() -> Pressed:
+    """Readings (forces, layers, rows, columns) of a shape in a pose under forces (forces, 3)."""
+    influence = influence_matrices(preset="fast", progress=False)
+
+    def readings(shape, forces, *, shift=(0.0, 0.0), rotation=0.0, size=1.0):
+        forces = np.atleast_2d(forces)
+        magnitudes = np.linalg.norm(forces, axis=1)
+        pose = Pose(shift=shift, rotation=rotation, directions=forces / magnitudes[:, None], magnitudes=magnitudes)
+        contact = OutlinePresses(
+            first=0,
+            shape=shape,
+            size=size,
+            preset="fast",
+            law="elastic",
+            tangential="proportional",
+            free=False,
+            poses=(pose,),
+        )
+        return physics_readings(influence, contact)[0]
+
+    return readings

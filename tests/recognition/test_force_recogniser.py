@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mjtactile import Pad, force_vector, recognition
+from mjtactile.evaluation import angles_between, noisy
+from mjtactile.recognition import RecognitionError
+from mjtactile.timing import median_time
+
+
+@pytest.fixture(scope="module")
+def recognise():
+    return recognition.load("force", pad=Pad())
+
+
+@pytest.fixture(scope="module")
+def top():
+    return recognition.load("force", layers="top")
+
+
+FORCE = force_vector(0.8, 14.0, 130.0)
+
+
+@pytest.mark.parametrize("shape", ["disc", "star", "triangle", "sphere"])
+def test_force_and_position_are_found_without_being_told_the_shape(recognise, pressed, shape):
+    readings = pressed(shape, FORCE, shift=(1.1e-3, -0.6e-3), rotation=0.4)[0]
+    found = recognise(readings)
+    assert found.force.shape == (3,)
+    # Noise-free: three times the mean errors of docs/recognition.md.
+    assert np.degrees(angles_between(found.force, FORCE)) < 0.5
+    assert abs(found.magnitude - 0.8) < 0.01
+    np.testing.assert_allclose(found.position, [1.1e-3, -0.6e-3], atol=5e-5)
+
+
+def test_forces_scale_with_the_readings(recognise, pressed):
+    readings = pressed("disc", FORCE)[0]
+    once, twice = recognise(readings), recognise(2.0 * readings)
+    np.testing.assert_allclose(twice.force, 2.0 * once.force, rtol=1e-5)
+    np.testing.assert_allclose(twice.position, once.position, atol=1e-9)
+
+
+def test_mirrored_readings_give_the_mirrored_force(recognise, pressed):
+    readings = pressed("star", FORCE, shift=(1.0e-3, 0.4e-3))[0]
+    one, other = recognise(readings), recognise(readings[:, :, ::-1])
+    np.testing.assert_allclose(other.force, one.force * [-1, 1, 1], rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(other.position, one.position * [-1, 1], atol=1e-8)
+    turned = recognise(readings.swapaxes(1, 2))
+    np.testing.assert_allclose(turned.force, one.force[[1, 0, 2]], rtol=1e-4, atol=1e-6)
+
+
+def test_batches_of_any_shape_are_what_single_readings_are(recognise, pressed):
+    forces = np.array([force_vector(0.5, 10, a) for a in (0, 60, 120, 200, 250, 300)])
+    readings = pressed("ellipse", forces, shift=(0.3e-3, 0.9e-3), rotation=0.3)
+    batch = recognise(readings.reshape(2, 3, 4, 13, 13))
+    assert batch.force.shape == (2, 3, 3)
+    assert batch.confidence.shape == (2, 3)
+    for k in range(6):
+        np.testing.assert_allclose(batch.force.reshape(6, 3)[k], recognise(readings[k]).force, rtol=1e-4, atol=1e-5)
+
+
+def test_confidence_falls_with_noise_and_deviations_tell_the_errors(recognise, pressed):
+    forces = np.array([force_vector(0.6, 12.0, azimuth) for azimuth in np.linspace(0, 350, 120)])
+    readings = pressed("square", forces, shift=(0.7e-3, -0.2e-3), rotation=0.2)
+    before = recognise(readings).confidence.mean()
+    found = recognise(noisy(readings, 0.01, seed=3))
+    assert found.confidence.mean() < before
+    errors = angles_between(found.force, forces)
+    ratio = np.sqrt((errors**2).mean() / (found.direction_deviation**2).mean())
+    assert 0.6 < ratio < 1.6
+
+
+def test_dead_taxels_are_mended(recognise, pressed):
+    readings = pressed("circle", FORCE, shift=(0.5e-3, 0.2e-3))[0]
+    whole = recognise(readings)
+    broken = readings.copy()
+    broken[0, 6, 4] = broken[1, 3, 8] = broken[2, 6, 6] = 0.0
+    mended = recognise(broken)
+    assert np.degrees(angles_between(mended.force, whole.force)) < 0.5
+
+
+def test_the_top_layer_alone_takes_its_own_readings_or_all(top, pressed):
+    readings = pressed("disc", FORCE)[0]
+    np.testing.assert_array_equal(top(readings).force, top(readings[:1]).force)
+    assert np.degrees(angles_between(top(readings).force, FORCE)) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("readings", "said"),
+    [
+        (np.ones((3, 13, 13)), r"\(3, 13, 13\).*4, 13, 13"),
+        (np.ones((13, 13)), "expected"),
+        (np.full((4, 13, 13), np.nan), "NaN"),
+        (np.zeros((4, 13, 13)), "nothing presses"),
+    ],
+)
+def test_readings_that_say_nothing_are_refused(recognise, readings, said):
+    with pytest.raises(RecognitionError, match=said):
+        recognise(readings)
+
+
+def test_another_pad_is_refused_and_named():
+    other = Pad(size=(16e-3, 16e-3))
+    with pytest.raises(RecognitionError, match=f"{Pad().fingerprint[:12]}.*16 x 16 mm.*make weights"):
+        recognition.load("force", pad=other)
+    with pytest.raises(RecognitionError, match="trained for"):
+        recognition.load("force", pad=replace(Pad(), depths=(1e-3,)))
+    recognition.load("force", layers="top", pad=replace(Pad(), depths=(1e-3,)))
+    recognition.load("force", layers="top", pad=Pad())
+
+
+def test_what_does_not_exist_is_refused():
+    with pytest.raises(RecognitionError, match=r"'taste'.*'force'"):
+        recognition.load("taste")  # type: ignore[call-overload]
+    with pytest.raises(RecognitionError, match=r"'bottom'.*'top'"):
+        recognition.load("force", layers="bottom")
+
+
+def test_one_call_takes_less_than_a_millisecond(recognise, pressed):
+    readings = pressed("disc", FORCE)[0]
+    assert median_time(lambda: recognise(readings), repeats=101) < 1e-3

@@ -1,0 +1,96 @@
+"""Every training script from presses to weights, in seconds: what comes out loads, and says how it was made."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mjtactile import Pad, recognition
+from mjtactile.dataset import make_dataset
+from mjtactile.dataset_spec import load_spec, parse_spec
+from mjtactile.recognition.registry import read_registry
+from mjtactile.recognition.store import read_weights
+
+TRAINING = Path(__file__).parents[2] / "training"
+SPEC = parse_spec(
+    {
+        "presses": 240,
+        "seed": 2,
+        "preset": "fast",
+        "law": "uniform",
+        "poses": 2,
+        "forces": 2,
+        "contact": [{"shapes": ["star", "square", "circle"], "size": [0.8, 1.2], "shift": 1.0}],
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def scripts():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(TRAINING))
+        names = ("train_view", "train_force", "train_pose", "train_shapes", "add_shape")
+        yield {name: importlib.import_module(name) for name in names}
+
+
+@pytest.mark.slow
+def test_scripts_train_what_can_be_loaded_and_a_new_shape_touches_no_other_module(tmp_path, scripts):
+    presses, weights = tmp_path / "presses", tmp_path / "weights"
+    make_dataset(SPEC, presses, progress=False)
+
+    def run(name, **arguments):
+        script = scripts[name]
+        script.main(script.Config(weights=weights, **arguments))
+
+    run("train_view", data=presses, parts=40)
+    run("train_force", data=presses, width=24, depth=1, steps=60)
+    for module in ("position", "size", "orientation"):
+        run("train_pose", module=module, data=presses, width=16, steps=20)
+    run("train_shapes", data=presses, width=16, steps=60)
+    before = read_registry(weights)
+    run("add_shape", shape="hexagon", presses=96, workers=1, width=8, steps=20)
+
+    after = read_registry(weights)
+    assert set(after) - set(before) == {"shape hexagon"}
+    assert {name: after[name] for name in before} == before
+    recognise = recognition.load("shape", folder=weights, also=["hexagon"], pad=Pad())
+    assert set(recognise.shapes) == {"circle", "hexagon", "square", "star"}
+    assert set(recognition.load("shape", folder=weights).shapes) == {"circle", "square", "star"}
+    force = recognition.load("force", folder=weights)
+    assert np.isfinite(force(np.random.default_rng(0).random((2, 4, 13, 13))).force).all()
+    about = read_weights(weights / "force.safetensors").metadata
+    assert about["pad_fingerprint"] == Pad().fingerprint
+    assert about["config"]["seed"] == 1
+    assert about["versions"]["torch"]
+    assert about["dataset"]["spec"]["seed"] == 2
+
+
+def test_arguments_come_from_the_dataclass(scripts):
+    arguments = importlib.import_module("arguments")
+    config = scripts["train_view"].Config
+    given = arguments.parsed(config, "about", ["--data", "a", "--weights", "b", "--layers", "0", "2"])
+    assert given == config(data=Path("a"), weights=Path("b"), layers=(0, 2))
+    with pytest.raises(SystemExit):
+        arguments.parsed(config, "about", ["--data", "a"])
+
+
+def test_a_new_shape_is_pressed_as_the_others_were(scripts):
+    spec = load_spec(TRAINING / "presses.toml")
+    config = scripts["add_shape"].Config(shape="cross", weights=Path("weights"))
+    mixed = scripts["add_shape"].with_shape(spec, config)
+    share = mixed.contacts[-1].weight / sum(contact.weight for contact in mixed.contacts)
+    assert share == pytest.approx(0.5)
+    assert mixed.contacts[-1].size == spec.contacts[0].size
+    assert mixed.contacts[:-1] == spec.contacts
+    assert replace(mixed, contacts=spec.contacts).presets == spec.presets
+
+
+def test_only_symmetric_pads_are_trained_for(tmp_path, scripts):
+    odd = replace(SPEC, presses=8, pad=Pad(size=(15e-3, 15.2e-3), depths=(1e-3,)))
+    make_dataset(odd, tmp_path, progress=False)
+    with pytest.raises(recognition.RecognitionError, match="not symmetric"):
+        scripts["train_view"].main(scripts["train_view"].Config(data=tmp_path, weights=tmp_path, layers=(0,), parts=8))

@@ -1,0 +1,48 @@
+"""A dataclass as a command line: every field an option, its comment the help."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+import types
+import typing
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+Config = TypeVar("Config")
+
+
+def parsed(config: type[Config], about: str | None, arguments: list[str] | None = None) -> Config:
+    """An instance of a dataclass from command-line arguments.
+
+    Args:
+        config: a dataclass whose fields are str, int, float, bool, Path, a tuple of one of these, or one of them or
+            None.
+        about: what the script does.
+        arguments: by default those of the process.
+    """
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    comments = dict(re.findall(r"^\s+(\w+):.*?#:\s*(.*)$", inspect.getsource(config), flags=re.MULTILINE))
+    kinds = typing.get_type_hints(config)
+    for field in fields(config):  # type: ignore[arg-type]
+        option: dict[str, Any] = {"help": comments.get(field.name, "").replace("%", "%%"), "dest": field.name}
+        if field.default is MISSING:
+            option["required"] = True
+        else:
+            option["default"] = field.default
+            option["help"] += f" [default: {field.default}]".replace("%", "%%")
+        parser.add_argument(f"--{field.name.replace('_', '-')}", **option, **_kind(kinds[field.name]))
+    given = vars(parser.parse_args(arguments))
+    return config(**{name: tuple(value) if isinstance(value, list) else value for name, value in given.items()})
+
+
+def _kind(kind: Any) -> dict[str, Any]:
+    if typing.get_origin(kind) is types.UnionType:
+        kind = next(one for one in typing.get_args(kind) if one is not type(None))
+    if typing.get_origin(kind) is tuple:
+        return {"type": typing.get_args(kind)[0], "nargs": "+"}
+    if kind is bool:
+        return {"action": argparse.BooleanOptionalAction}
+    return {"type": Path if kind is Path else kind}

@@ -1,0 +1,129 @@
+"""Train the force recogniser: direction, magnitude and where the force acts, each with its standard deviation.
+
+    python training/train_force.py --data build/presses --weights build/weights/all
+
+Maximum likelihood of normal distributions whose widths the network names too (Nix and Weigend, 1994): where the
+readings say little, it says so, and hard presses do not drown easy ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from arguments import parsed
+
+from mjtactile.dataset_spec import pad_from
+from mjtactile.recognition.fitting import (
+    Looker,
+    Presses,
+    Schedule,
+    fit,
+    perceptron,
+    perceptron_arrays,
+    provenance,
+    see_presses,
+)
+from mjtactile.recognition.force import ForceRecogniser
+from mjtactile.recognition.network import Network
+from mjtactile.recognition.registry import register
+from mjtactile.recognition.store import read_weights, write_weights
+from mjtactile.recognition.view import View
+
+#: Typical errors, by which outputs are scaled: tangential over pressing force, position [m], logarithm of the force.
+_SCALE = np.array([0.1, 0.1, 2e-4, 2e-4, 0.1], dtype=np.float32)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """Arguments."""
+
+    data: Path  #: folder of the dataset
+    weights: Path  #: folder with the view; where the recogniser is written
+    width: int = 512  #: of the hidden layers
+    depth: int = 3  #: hidden layers
+    steps: int = 16000  #: batches
+    batch: int = 512  #: presses in each
+    rate: float = 1.5e-3  #: largest learning rate
+    noise: float = 0.015  #: largest noise, over the largest reading
+    quiet: float = 0.35  #: share of presses without noise
+    seed: int = 1  #: of weights, batches and noise
+
+
+def targets(presses: Presses) -> np.ndarray:
+    """What the network is to say, (presses, 5); the last is the logarithm of the pressing force [N], size apart."""
+    force, position = presses.forces, presses.positions
+    pressing = -force[:, 2]
+    return np.column_stack([force[:, :2] / pressing[:, None], position, np.log(pressing)]).astype(np.float32)
+
+
+def main(config: Config) -> None:
+    """Fit, test on presses held out, write."""
+    torch.manual_seed(config.seed)
+    view = View.from_stored(read_weights(config.weights / "view.safetensors"))
+    presses = see_presses(config.data, view)
+    wanted = targets(presses)
+    train = np.flatnonzero(~presses.held_out)
+    clean_size = np.linalg.norm(presses.projected, axis=1)
+    mean = wanted[train].mean(axis=0)
+    mean[4] = (wanted[train, 4] - np.log(clean_size[train])).mean()
+    looker = Looker(presses, view, torch.Generator().manual_seed(config.seed))
+    network = perceptron([view.parts.shape[1] + 1, *[config.width] * config.depth, 10])
+    all_targets, scale = torch.tensor(wanted - mean), torch.tensor(_SCALE)
+
+    def loss_of(outputs: torch.Tensor, index: torch.Tensor, size: torch.Tensor) -> torch.Tensor:
+        target = all_targets[index].clone()
+        target[:, 4] -= size.log()
+        deviation = outputs[:, 5:].clamp(-8.0, 4.0)
+        return (0.5 * ((outputs[:, :5] - target / scale) * (-deviation).exp()) ** 2 + deviation).mean()
+
+    schedule = Schedule(
+        steps=config.steps, batch=config.batch, rate=config.rate, noise=config.noise, quiet=config.quiet
+    )
+    seconds = fit(network, looker, train, loss_of, schedule, label="force")
+    arrays = {**perceptron_arrays(network, "force"), "target mean": mean, "target scale": _SCALE}
+    about = {
+        "kind": "force",
+        "layers": view.layers,
+        **provenance(config, presses.dataset.metadata, seconds),
+    }
+    write_weights(config.weights / "force.safetensors", arrays, about, pad_from(presses.dataset.metadata["pad"]))
+    register(config.weights, "force.safetensors")
+    recogniser = ForceRecogniser(view, Network.from_arrays(arrays, "force"), mean, _SCALE)
+    report(recogniser, presses)
+
+
+def report(recogniser: ForceRecogniser, presses: Presses) -> None:
+    """Errors on presses held out, without noise and with 1 %."""
+    rng = np.random.default_rng(0)
+    test = np.flatnonzero(presses.held_out)
+    force, position = presses.forces[test], presses.positions[test]
+    magnitude = np.linalg.norm(force, axis=1)
+    tilted = force[:, 2] > -np.cos(np.radians(3.0)) * magnitude
+    for noise in (0.0, 0.01):
+        sigma = noise * presses.peak[test, None]
+        noisy = presses.projected[test] + sigma * rng.standard_normal(presses.projected[test].shape)
+        outside = recogniser.view.parts.shape[0] - recogniser.view.parts.shape[1]
+        left = presses.energy[test] - (presses.projected[test] ** 2).sum(axis=1) + outside * sigma[:, 0] ** 2
+        found = recogniser.from_projected(noisy.astype(np.float32), left.astype(np.float32))
+        cosine = np.einsum("ij,ij->i", found.force, force) / magnitude / found.magnitude
+        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        where = np.linalg.norm(found.position - position, axis=1)
+        print(
+            f"noise {noise:g}: direction median {np.median(angle[tilted]):.3f} deg above 3, mean {angle.mean():.3f}; "
+            f"magnitude mean {np.abs(found.magnitude - magnitude).mean() / 9.80665e-3:.3f} gf; "
+            f"position mean {where.mean() * 1e6:.1f} um"
+        )
+        for shape in sorted(set(presses.shapes[test])):
+            one = presses.shapes[test] == shape
+            print(
+                f"    {shape:9s} {np.median(angle[one & tilted]):.3f} deg, "
+                f"{np.abs(found.magnitude / magnitude - 1)[one].mean():.3%}, {where[one].mean() * 1e6:.1f} um, "
+                f"named deviation {np.degrees(np.median(found.direction_deviation[one])):.3f} deg"
+            )
+
+
+if __name__ == "__main__":
+    main(parsed(Config, __doc__))

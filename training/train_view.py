@@ -1,0 +1,42 @@
+"""Find the principal parts of a pad's readings: what every recogniser looks at.
+
+python training/train_view.py --data build/presses --weights build/weights/all
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from arguments import parsed
+
+from mjtactile.dataset_spec import pad_from
+from mjtactile.recognition.fitting import fit_view, provenance
+from mjtactile.recognition.registry import register
+from mjtactile.recognition.store import write_weights
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """Arguments."""
+
+    data: Path  #: folder of the dataset
+    weights: Path  #: folder to write to
+    layers: tuple[int, ...] = (0, 1, 2, 3)  #: sensing layers to look at, 0 on top
+    parts: int = 256  #: principal parts
+
+
+def main(config: Config) -> None:
+    """Fit and write."""
+    start = time.perf_counter()
+    view, dataset = fit_view(config.data, config.layers, config.parts)
+    arrays = {"parts": view.parts, "mean": view.mean, "scale": view.scale}
+    about = {"kind": "view", "layers": config.layers, **provenance(config, dataset, time.perf_counter() - start)}
+    write_weights(config.weights / "view.safetensors", arrays, about, pad_from(dataset["pad"]))
+    register(config.weights, "view.safetensors")
+    print(f"view of layers {config.layers}: {config.parts} parts, {time.perf_counter() - start:.0f} s")
+
+
+if __name__ == "__main__":
+    main(parsed(Config, __doc__))
