@@ -1,14 +1,19 @@
-"""From whole matrices to the storage that a fidelity asks for: reduced or not, in one of three precisions."""
+"""From whole matrices to the storage of a fidelity: columns, averaging, reduction and precision."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from mjtactile.corners import on_corners, require_corners_mirrored
 from mjtactile.fem import PARITIES
-from mjtactile.influence import InfluenceMatrices
+from mjtactile.influence import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
 from mjtactile.matrix import stored_matrix
 from mjtactile.preset import Fidelity
 from mjtactile.table import Tables, table_name
+
+_STRESSES = ("deviatoric", "mean")
 
 
 def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
@@ -17,25 +22,55 @@ def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
     Args:
         plain: whole matrices on the fidelity's mesh, in float64 where the fidelity asks for that, else in float32.
         chosen: the fidelity.
+
+    Raises:
+        PresetError: for loads on the corners of a mesh with an odd number of elements along an axis.
     """
+    whole = plain
+    if chosen.loads == "corners":
+        whole = _on_corners(whole)
+    if chosen.averaging == "mean":
+        whole = _averaged(whole)
     if chosen.reduction == 0.0 and chosen.precision == plain.fidelity.precision:
-        return replace(plain, fidelity=chosen)
-    others = {name: table for name, table in plain.tables.items() if not name.startswith(("deviatoric", "mean"))}
+        return replace(whole, fidelity=chosen)
+    others = {name: table for name, table in whole.tables.items() if not name.startswith(_STRESSES)}
     if chosen.reduction > 0.0:
         from mjtactile.reduction import reduced_tables
 
-        stresses = reduced_tables(plain, chosen.reduction, chosen.precision)
+        stresses = reduced_tables(whole, chosen.reduction, chosen.precision)
     else:
-        stresses = _narrowed(plain, chosen.precision)
+        stresses = _narrowed(whole, chosen.precision)
     return InfluenceMatrices(plain.pad, chosen, others | stresses)
 
 
-def _narrowed(plain: InfluenceMatrices, precision: str) -> Tables:
+def _on_corners(whole: InfluenceMatrices) -> InfluenceMatrices:
+    """The columns of the elements' corners only; the surface compliance keeps all."""
+    require_corners_mirrored(whole.mesh)
+    corners = on_corners(whole.mesh.quarter())
+    tables = dict(whole.tables)
+    for kind in _STRESSES:
+        for k in range(len(whole.pad.depths)):
+            for parity, columns in zip(PARITIES, whole.columns, strict=True):
+                name = table_name(kind, parity, k)
+                tables[name] = np.ascontiguousarray(whole.tables[name][corners[columns]])
+    return InfluenceMatrices(whole.pad, replace(whole.fidelity, loads="corners"), tables)
+
+
+def _averaged(whole: InfluenceMatrices) -> InfluenceMatrices:
+    """One point per taxel, with the mean stress over its ball."""
+    from mjtactile.averaging import mean_tables
+
+    odd = {"deviatoric": (ODD_IN_X, ODD_IN_Y), "mean": (EVEN, EVEN)}
+    tables = whole.tables | mean_tables(whole.pad, whole.tables, odd)
+    return InfluenceMatrices(whole.pad, replace(whole.fidelity, averaging="mean"), tables)
+
+
+def _narrowed(whole: InfluenceMatrices, precision: str) -> Tables:
     """All stress matrices, whole, in another precision."""
     tables: Tables = {}
-    for kind in ("deviatoric", "mean"):
-        for k in range(len(plain.pad.depths)):
+    for kind in _STRESSES:
+        for k in range(len(whole.pad.depths)):
             for parity in PARITIES:
                 name = table_name(kind, parity, k)
-                tables |= stored_matrix(name, (plain.tables[name],), precision)
+                tables |= stored_matrix(name, (whole.tables[name],), precision)
     return tables

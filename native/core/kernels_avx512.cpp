@@ -12,6 +12,10 @@ Value widened(Half stored) {
   return _cvtsh_ss(stored);
 }
 template <typename Value>
+Value widened(Byte stored) {
+  return stored;
+}
+template <typename Value>
 Value widened(float stored) {
   return stored;
 }
@@ -31,6 +35,10 @@ struct Lanes<float> {
   static Type load(const float* at) { return _mm512_loadu_ps(at); }
   static Type load(const Half* at) {
     return _mm512_maskz_cvtph_ps(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at)));
+  }
+  static Type load(const Byte* at) {
+    const __m128i bytes = _mm_loadu_si128(reinterpret_cast<const __m128i*>(at));
+    return _mm512_maskz_cvtepi32_ps(0xffff, _mm512_maskz_cvtepi8_epi32(0xffff, bytes));
   }
   static void store(float* at, Type value) { _mm512_storeu_ps(at, value); }
   static Type multiply(Type a, Type b) { return _mm512_mul_ps(a, b); }

@@ -1,5 +1,5 @@
 // Body of kernels_*.cpp: included once per instruction set, inside its own namespace, after `Lanes` of that set.
-// Lanes<T> holds `width` numbers of type T; load() widens Half.
+// Lanes<T> holds `width` numbers of type T; load() widens Half and Byte.
 
 constexpr std::size_t kColumnsAtOnce = 8;
 constexpr std::size_t kRowsAtOnce = 1024;  // their sums stay in the first-level cache
@@ -94,8 +94,10 @@ inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
-  const std::size_t whole = points / L::width * L::width;
-  for (std::size_t p = 0; p < whole; p += L::width) {
+  // The last vector overlaps the one before where points do not fill whole ones.
+  const std::size_t whole = points < L::width ? 0 : points;
+  for (std::size_t at = 0; at < whole; at += L::width) {
+    const std::size_t p = at + L::width <= points ? at : points - L::width;
     typename L::Type squares[4] = {L::all(0), L::all(0), L::all(0), L::all(0)};
     for (std::size_t k = 0; k < 5; ++k) {
       typename L::Type c[4];
@@ -123,6 +125,7 @@ void norms_of(const Value* const* classes, const Value* signs, std::size_t point
 
 inline Kernels make_kernels(const char* name) {
   return {name,
+          add_columns<Byte, float>,
           add_columns<Half, float>,
           add_columns<float, float>,
           add_columns<double, double>,

@@ -10,6 +10,10 @@ Value widened(Half stored) {
   return to_float(stored);
 }
 template <typename Value>
+Value widened(Byte stored) {
+  return stored;
+}
+template <typename Value>
 Value widened(float stored) {
   return stored;
 }
