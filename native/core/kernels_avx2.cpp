@@ -24,6 +24,8 @@ Value widened(double stored) {
   return stored;
 }
 
+inline void prefetch(const char* at) { _mm_prefetch(at, _MM_HINT_T0); }
+
 template <typename Value>
 struct Lanes;
 
@@ -57,6 +59,7 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm256_sqrt_pd(a); }
 };
 
+constexpr std::size_t kSumVectors = 8;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product
 
 #include "kernels_body.hpp"

@@ -24,6 +24,8 @@ Value widened(double stored) {
   return stored;
 }
 
+inline void prefetch(const char* at) { _mm_prefetch(at, _MM_HINT_T0); }
+
 template <typename Value>
 struct Lanes;
 
@@ -58,6 +60,7 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm512_maskz_sqrt_pd(0xff, a); }
 };
 
+constexpr std::size_t kSumVectors = 16;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 4;  // of a tile of a matrix product
 
 #include "kernels_body.hpp"

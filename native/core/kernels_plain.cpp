@@ -22,6 +22,8 @@ Value widened(double stored) {
   return stored;
 }
 
+inline void prefetch(const char*) {}
+
 template <typename Value>
 struct Lanes {
   using Type = Value;
@@ -37,6 +39,7 @@ struct Lanes {
   static Type root(Type a) { return std::sqrt(a); }
 };
 
+constexpr std::size_t kSumVectors = 4;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product
 
 #include "kernels_body.hpp"

@@ -130,24 +130,21 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
     spread.front().spread(forces, workspace.spread_rows, workspace.corners);
     forces = workspace.corners.data();
   }
-  double scale = 0.0;
-  const std::size_t nodes = nodes_x * nodes_y;
-  for (std::size_t i = 0; i < 3 * nodes; ++i) scale = std::max(scale, std::abs(forces[i]));
+  const double scale = fold(forces, workspace);
   if (scale == 0.0) return;
-  const double negligible = kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
+  const double negligible = scale * kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
   const Value back = static_cast<Value>(scale);
   for (std::size_t c = 0; c < kClasses; ++c) {
-    const double largest = fold(forces, c, workspace);
-    if (largest == 0.0) continue;
     // Scaled so that none is larger than 1: any magnitude keeps its digits in single precision.
     workspace.weights.clear();
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < workspace.places.size(); ++i) {
-      const double value = workspace.folded[i] / scale;
-      if (std::abs(value) < negligible) continue;
-      workspace.places[kept++] = workspace.places[i];
-      workspace.weights.push_back(static_cast<Value>(value));
+    workspace.places.clear();
+    for (const Folded& one : workspace.folded) {
+      const std::uint32_t column = classes[c].columns[one.place];
+      if (column == kNone || std::abs(one.forces[c]) < negligible || one.forces[c] == 0.0) continue;
+      workspace.places.push_back(column);
+      workspace.weights.push_back(static_cast<Value>(one.forces[c] / scale));
     }
+    const std::size_t kept = workspace.places.size();
     if (kept == 0) continue;
     for (std::size_t k = 0; k < layers.size(); ++k) {
       const std::vector<Columns<Value>>& factors = classes[c].factors[k];
@@ -168,28 +165,30 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
   }
 }
 
-// Forces of one class on the quarter, as far as they are not zero; the largest of them.
+// Forces of all classes on the quarter, where there are any; the largest of them.
 template <typename Value>
-double StressMap<Value>::fold(const double* forces, std::size_t c, Workspace& workspace) const {
-  workspace.places.clear();
+double StressMap<Value>::fold(const double* forces, Workspace& workspace) const {
   workspace.folded.clear();
   const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, quarter_x = middle_x + 1, quarter_y = middle_y + 1;
   double largest = 0.0;
   for (std::size_t component = 0; component < 3; ++component) {
-    const double sign_x = classes[c].signs[component][0], sign_y = classes[c].signs[component][1];
     for (std::size_t y = 0; y < quarter_y; ++y) {
       const double* upper = forces + ((middle_y + y) * nodes_x) * 3 + component;
       const double* lower = forces + ((middle_y - y) * nodes_x) * 3 + component;
-      const std::uint32_t* columns = classes[c].columns.data() + (component * quarter_y + y) * quarter_x;
-      const double share = y > 0 ? sign_y : 0.0;
       for (std::size_t x = 0; x < quarter_x; ++x) {
         const std::size_t right = 3 * (middle_x + x), left = 3 * (middle_x - x);
-        double force = upper[right] + share * lower[right];
-        if (x > 0) force += sign_x * (upper[left] + share * lower[left]);
-        if (force == 0.0 || columns[x] == kNone) continue;
-        workspace.places.push_back(columns[x]);
-        workspace.folded.push_back(force);
-        largest = std::max(largest, std::abs(force));
+        const double corners[4] = {upper[right], upper[left], lower[right], lower[left]};
+        if (corners[0] == 0.0 && corners[1] == 0.0 && corners[2] == 0.0 && corners[3] == 0.0) continue;
+        Folded one;
+        one.place = static_cast<std::uint32_t>((component * quarter_y + y) * quarter_x + x);
+        for (std::size_t c = 0; c < kClasses; ++c) {
+          // On a mirror a node is its own image.
+          const double share_x = x > 0 ? classes[c].signs[component][0] : 0.0;
+          const double share_y = y > 0 ? classes[c].signs[component][1] : 0.0;
+          one.forces[c] = (corners[0] + share_y * corners[2]) + share_x * (corners[1] + share_y * corners[3]);
+          if (classes[c].columns[one.place] != kNone) largest = std::max(largest, std::abs(one.forces[c]));
+        }
+        workspace.folded.push_back(one);
       }
     }
   }

@@ -72,9 +72,15 @@ class StressMap {
   };
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
+  // Forces of each class on one degree of freedom (component, y, x) of the quarter.
+  struct Folded {
+    std::uint32_t place;
+    double forces[kClasses];
+  };
   struct Workspace {
     std::vector<std::uint32_t> places;
-    std::vector<double> folded, spread_rows, corners;
+    std::vector<Folded> folded;
+    std::vector<double> spread_rows, corners;
     std::vector<Value> weights, sums, norms;
     std::vector<std::uint32_t> every;  // 0, 1, 2, ...
   };
@@ -97,7 +103,7 @@ class StressMap {
   std::size_t bytes() const;
 
  private:
-  double fold(const double* forces, std::size_t c, Workspace& workspace) const;
+  double fold(const double* forces, Workspace& workspace) const;
 };
 
 }  // namespace mjtactile
