@@ -20,21 +20,24 @@ from mjtactile.sampling import Sampling, sampling_tables, stored_average
 from mjtactile.table import Tables, table_name
 
 
-def mean_tables(pad: Pad, tables: Tables, coordinates: dict[str, tuple[npt.NDArray[np.bool_], ...]]) -> Tables:
+def mean_tables(
+    pad: Pad, tables: Tables, coordinates: dict[str, tuple[npt.NDArray[np.bool_], ...]], layers: Sequence[int]
+) -> Tables:
     """Sampling and stress matrices of averaged points from whole ones of all points.
 
     Args:
         pad: the sheet and its taxels.
         tables: whole stress matrices and the points they belong to.
         coordinates: for each kind of matrix, which of its coordinates change their sign under x -> -x and y -> -y.
+        layers: sensing layers to average, counted from the top.
 
     Returns:
-        In place of all "sampling", "deviatoric" and "mean" arrays.
+        In place of these layers' "sampling", "deviatoric" and "mean" arrays.
     """
     averaged: Tables = {}
-    for k, depth in enumerate(pad.depths):
+    for k in layers:
         average = stored_average(tables, k)
-        folded = _folded_taxels(pad, depth)
+        folded = _folded_taxels(pad, pad.depths[k])
         averaged |= sampling_tables(Sampling(folded.positions, _one_point_each(folded)), k)
         # Of the taxels that the mirrors map onto each other, any one may stand for all.
         _, chosen = np.unique(folded.index, return_index=True)

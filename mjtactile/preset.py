@@ -14,8 +14,9 @@ from mjtactile.mesh import MESHES, MeshDensity, mesh_density
 
 #: Storage precisions of the stress matrices, coarse to fine.
 PRECISIONS = ("int8", "float16", "float32", "float64")
-#: What a reading is: the mean over a taxel's sample points of the von Mises stress, or that of their mean stress.
-AVERAGINGS = ("points", "mean")
+#: What a reading is: the mean over a taxel's sample points of the von Mises stress, or the von Mises stress of their
+#: mean stress, in all layers ("mean") or in all but the shallowest ("deep"), where stress varies slowly.
+AVERAGINGS = ("points", "deep", "mean")
 #: Where a load may act: on all nodes of the surface, or on the elements' corners only.
 LOADS = ("nodes", "corners")
 #: Contact laws a preset may name.
@@ -34,7 +35,7 @@ class Fidelity:
     mesh: str | MeshDensity = "default"  #: name of a mesh, or a density
     precision: str = "float32"  #: storage of the stress matrices: "int8", "float16", "float32" or "float64"
     reduction: float = 0.0  #: relative error of a layer's readings given away for speed [-], 0 for none; reduction.py
-    averaging: str = "points"  #: "points": mean von Mises stress; "mean": that of the mean stress; averaging.py
+    averaging: str = "points"  #: "points", "deep" or "mean": norms first or the mean first; averaging.py
     loads: str = "nodes"  #: "nodes", or "corners": nodal forces spread onto elements' corners first; corners.py
     law: str = "uniform"  #: contact law: "uniform", "foundation" or "elastic"
     cells: int = 400  #: contact cells the elastic law aims at
@@ -65,8 +66,16 @@ class Fidelity:
 
 #: Named fidelities, fast to accurate.
 PRESETS: dict[str, Fidelity] = {
-    "fast": Fidelity(mesh="draft", precision="float16", reduction=0.01, law="elastic", cells=60),
-    "balanced": Fidelity(mesh="default", precision="float16", reduction=0.003, law="elastic", cells=200),
+    "fast": Fidelity(mesh="draft", precision="int8", reduction=0.03, averaging="mean", law="elastic", cells=40),
+    "balanced": Fidelity(
+        mesh="default",
+        precision="float16",
+        reduction=0.01,
+        averaging="deep",
+        loads="corners",
+        law="elastic",
+        cells=60,
+    ),
     "accurate": Fidelity(mesh="fine", precision="float32", reduction=0.0, law="elastic", cells=800),
 }
 

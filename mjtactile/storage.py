@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from mjtactile.corners import on_corners, require_corners_mirrored
 from mjtactile.fem import PARITIES
 from mjtactile.influence import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
 from mjtactile.matrix import stored_matrix
@@ -29,8 +28,8 @@ def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
     whole = plain
     if chosen.loads == "corners":
         whole = _on_corners(whole)
-    if chosen.averaging == "mean":
-        whole = _averaged(whole)
+    if chosen.averaging != "points":
+        whole = _averaged(whole, chosen.averaging)
     if chosen.reduction == 0.0 and chosen.precision == plain.fidelity.precision:
         return replace(whole, fidelity=chosen)
     others = {name: table for name, table in whole.tables.items() if not name.startswith(_STRESSES)}
@@ -44,25 +43,23 @@ def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
 
 
 def _on_corners(whole: InfluenceMatrices) -> InfluenceMatrices:
-    """The columns of the elements' corners only; the surface compliance keeps all."""
-    require_corners_mirrored(whole.mesh)
-    corners = on_corners(whole.mesh.quarter())
-    tables = dict(whole.tables)
-    for kind in _STRESSES:
-        for k in range(len(whole.pad.depths)):
-            for parity, columns in zip(PARITIES, whole.columns, strict=True):
-                name = table_name(kind, parity, k)
-                tables[name] = np.ascontiguousarray(whole.tables[name][corners[columns]])
+    """Columns of the elements' corners only; the surface compliance keeps all."""
+    from mjtactile.corner_tables import corner_tables
+
+    tables = whole.tables | corner_tables(whole, _STRESSES)
     return InfluenceMatrices(whole.pad, replace(whole.fidelity, loads="corners"), tables)
 
 
-def _averaged(whole: InfluenceMatrices) -> InfluenceMatrices:
-    """One point per taxel, with the mean stress over its ball."""
+def _averaged(whole: InfluenceMatrices, averaging: str) -> InfluenceMatrices:
+    """One point per taxel, with the mean stress over its ball; "deep": in all layers but the shallowest."""
     from mjtactile.averaging import mean_tables
 
     odd = {"deviatoric": (ODD_IN_X, ODD_IN_Y), "mean": (EVEN, EVEN)}
-    tables = whole.tables | mean_tables(whole.pad, whole.tables, odd)
-    return InfluenceMatrices(whole.pad, replace(whole.fidelity, averaging="mean"), tables)
+    layers = list(range(len(whole.pad.depths)))
+    if averaging == "deep":
+        layers.remove(int(np.argmin(whole.pad.depths)))
+    tables = whole.tables | mean_tables(whole.pad, whole.tables, odd, layers)
+    return InfluenceMatrices(whole.pad, replace(whole.fidelity, averaging=averaging), tables)
 
 
 def _narrowed(whole: InfluenceMatrices, precision: str) -> Tables:

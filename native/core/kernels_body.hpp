@@ -3,41 +3,58 @@
 
 constexpr std::size_t kAhead = 4;  // columns by which reading runs ahead of arithmetic
 
-// Rows of kVectors vectors: their sums stay in registers while all columns go by.
-template <std::size_t kVectors, typename Stored, typename Value>
+// Rows of kVectors vectors: their sums stay in registers while all columns go by, kApart columns into sums of their own
+// so that additions need not wait for each other.
+template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
 void add_tile(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first, Value* sums) {
   using L = Lanes<Value>;
-  typename L::Type tile[kVectors];
-  for (std::size_t v = 0; v < kVectors; ++v) tile[v] = L::load(sums + first + v * L::width);
-  for (std::size_t j = 0; j < count; ++j) {
-    const typename L::Type weight = L::all(weights[j]);
-    const Stored* column = columns[j] + first;
-    if (j + kAhead < count) {
-      const char* next = reinterpret_cast<const char*>(columns[j + kAhead] + first);
-      for (std::size_t at = 0; at < kVectors * L::width * sizeof(Stored); at += 64) prefetch(next + at);
-    }
-    for (std::size_t v = 0; v < kVectors; ++v) {
-      tile[v] = L::multiply_add(weight, L::load(column + v * L::width), tile[v]);
+  typename L::Type tile[kApart][kVectors];
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    tile[0][v] = L::load(sums + first + v * L::width);
+    for (std::size_t a = 1; a < kApart; ++a) tile[a][v] = L::all(0);
+  }
+  std::size_t j = 0;
+  for (; j + kApart <= count; j += kApart) {
+    for (std::size_t a = 0; a < kApart; ++a) {
+      const typename L::Type weight = L::all(weights[j + a]);
+      const Stored* column = columns[j + a] + first;
+      if (j + a + kAhead < count) {
+        const char* next = reinterpret_cast<const char*>(columns[j + a + kAhead] + first);
+        for (std::size_t at = 0; at < kVectors * L::width * sizeof(Stored); at += 64) prefetch(next + at);
+      }
+      for (std::size_t v = 0; v < kVectors; ++v) {
+        tile[a][v] = L::multiply_add(weight, L::load(column + v * L::width), tile[a][v]);
+      }
     }
   }
-  for (std::size_t v = 0; v < kVectors; ++v) L::store(sums + first + v * L::width, tile[v]);
+  for (; j < count; ++j) {
+    const typename L::Type weight = L::all(weights[j]);
+    for (std::size_t v = 0; v < kVectors; ++v) {
+      tile[0][v] = L::multiply_add(weight, L::load(columns[j] + first + v * L::width), tile[0][v]);
+    }
+  }
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    for (std::size_t a = 1; a < kApart; ++a) tile[0][v] = L::multiply_add(L::all(1), tile[a][v], tile[0][v]);
+    L::store(sums + first + v * L::width, tile[0][v]);
+  }
 }
 
-template <std::size_t kVectors, typename Stored, typename Value>
+template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
 std::size_t add_tiles(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first,
                       std::size_t rows, Value* sums) {
   constexpr std::size_t kRows = kVectors * Lanes<Value>::width;
-  for (; first + kRows <= rows; first += kRows) add_tile<kVectors>(columns, weights, count, first, sums);
+  for (; first + kRows <= rows; first += kRows) add_tile<kVectors, kApart>(columns, weights, count, first, sums);
   return first;
 }
 
 template <typename Stored, typename Value>
 void add_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
                  Value* sums) {
-  std::size_t first = add_tiles<kSumVectors>(columns, weights, count, 0, rows, sums);
-  first = add_tiles<kSumVectors / 2>(columns, weights, count, first, rows, sums);
-  first = add_tiles<kSumVectors / 4>(columns, weights, count, first, rows, sums);
-  first = add_tiles<1>(columns, weights, count, first, rows, sums);
+  std::size_t first = add_tiles<kSumVectors, 1>(columns, weights, count, 0, rows, sums);
+  first = add_tiles<kSumVectors / 2, 1>(columns, weights, count, first, rows, sums);
+  first = add_tiles<kSumVectors / 4, 2>(columns, weights, count, first, rows, sums);
+  first = add_tiles<2, 4>(columns, weights, count, first, rows, sums);
+  first = add_tiles<1, 4>(columns, weights, count, first, rows, sums);
   for (std::size_t r = first; r < rows; ++r) {
     Value sum = sums[r];
     for (std::size_t i = 0; i < count; ++i) sum += weights[i] * widened<Value>(columns[i][r]);

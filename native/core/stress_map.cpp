@@ -171,21 +171,29 @@ double StressMap<Value>::fold(const double* forces, Workspace& workspace) const 
   workspace.folded.clear();
   const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, quarter_x = middle_x + 1, quarter_y = middle_y + 1;
   double largest = 0.0;
-  for (std::size_t component = 0; component < 3; ++component) {
-    for (std::size_t y = 0; y < quarter_y; ++y) {
-      const double* upper = forces + ((middle_y + y) * nodes_x) * 3 + component;
-      const double* lower = forces + ((middle_y - y) * nodes_x) * 3 + component;
+  const auto is_empty = [this](const double* row) {
+    return std::all_of(row, row + 3 * nodes_x, [](double force) { return force == 0.0; });
+  };
+  for (std::size_t y = 0; y < quarter_y; ++y) {
+    const double* upper = forces + 3 * (middle_y + y) * nodes_x;
+    const double* lower = forces + 3 * (middle_y - y) * nodes_x;
+    if (is_empty(upper) && is_empty(lower)) continue;
+    for (std::size_t component = 0; component < 3; ++component) {
+      // On a mirror a node is its own image.
+      double share_y[kClasses], share_x[kClasses];
+      for (std::size_t c = 0; c < kClasses; ++c) {
+        share_x[c] = classes[c].signs[component][0];
+        share_y[c] = y > 0 ? classes[c].signs[component][1] : 0.0;
+      }
       for (std::size_t x = 0; x < quarter_x; ++x) {
-        const std::size_t right = 3 * (middle_x + x), left = 3 * (middle_x - x);
-        const double corners[4] = {upper[right], upper[left], lower[right], lower[left]};
-        if (corners[0] == 0.0 && corners[1] == 0.0 && corners[2] == 0.0 && corners[3] == 0.0) continue;
+        const std::size_t right = 3 * (middle_x + x) + component, left = 3 * (middle_x - x) + component;
+        const double images[4] = {upper[right], upper[left], lower[right], lower[left]};
+        if (images[0] == 0.0 && images[1] == 0.0 && images[2] == 0.0 && images[3] == 0.0) continue;
         Folded one;
         one.place = static_cast<std::uint32_t>((component * quarter_y + y) * quarter_x + x);
         for (std::size_t c = 0; c < kClasses; ++c) {
-          // On a mirror a node is its own image.
-          const double share_x = x > 0 ? classes[c].signs[component][0] : 0.0;
-          const double share_y = y > 0 ? classes[c].signs[component][1] : 0.0;
-          one.forces[c] = (corners[0] + share_y * corners[2]) + share_x * (corners[1] + share_y * corners[3]);
+          const double side = x > 0 ? share_x[c] * (images[1] + share_y[c] * images[3]) : 0.0;
+          one.forces[c] = images[0] + share_y[c] * images[2] + side;
           if (classes[c].columns[one.place] != kNone) largest = std::max(largest, std::abs(one.forces[c]));
         }
         workspace.folded.push_back(one);
