@@ -59,14 +59,14 @@ def test_rows_of_zeros_stay_zeros(to):
     assert to(np.zeros((2, 0)))[0].shape == (2, 0)
 
 
-def test_bytes_read_punches_within_half_a_percent(draft):
+def test_bytes_read_punches_within_a_percent(draft):
     """The error of some hundred columns adds up like noise, and noise makes norms larger."""
     stored = in_storage(draft, Fidelity(mesh="draft", precision="int8"))
     for name in INDENTER_NAMES:
         footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0)), draft)
         load = contact_load(draft, footprint, (0.05, 0.0, -0.5))
         expected, readings = draft.readings(load), stored.readings(load)
-        assert np.linalg.norm(readings - expected) <= 5e-3 * np.linalg.norm(expected)
+        assert np.linalg.norm(readings - expected) <= 0.01 * np.linalg.norm(expected)
 
 
 def test_what_float16_holds_comes_back_exactly():

@@ -1,6 +1,8 @@
 // Body of kernels_*.cpp: included once per instruction set, inside its own namespace, after `Lanes` of that set.
 // Lanes<T> holds `width` numbers of type T; load() widens Half and Byte.
 
+constexpr std::size_t kColumnsAtOnce = 8;
+constexpr std::size_t kRowsAtOnce = 1024;  // their sums stay in the first-level cache
 constexpr std::size_t kAhead = 4;  // columns by which reading runs ahead of arithmetic
 
 // Rows of kVectors vectors: their sums stay in registers while all columns go by, kApart columns into sums of their own
@@ -47,14 +49,49 @@ std::size_t add_tiles(const Stored* const* columns, const Value* weights, std::s
   return first;
 }
 
+// Wide numbers: columns eight at a time from end to end, as memory streams them best.
+template <typename Stored, typename Value>
+void stream_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
+                    Value* sums) {
+  using L = Lanes<Value>;
+  for (std::size_t first = 0; first < rows; first += kRowsAtOnce) {
+    const std::size_t last = first + kRowsAtOnce < rows ? first + kRowsAtOnce : rows;
+    const std::size_t whole = first + (last - first) / L::width * L::width;
+    std::size_t j = 0;
+    for (; j + kColumnsAtOnce <= count; j += kColumnsAtOnce) {
+      typename L::Type w[kColumnsAtOnce];
+      for (std::size_t i = 0; i < kColumnsAtOnce; ++i) w[i] = L::all(weights[j + i]);
+      const Stored* const* c = columns + j;
+      for (std::size_t r = first; r < whole; r += L::width) {
+        typename L::Type sum = L::load(sums + r);
+        for (std::size_t i = 0; i < kColumnsAtOnce; ++i) sum = L::multiply_add(w[i], L::load(c[i] + r), sum);
+        L::store(sums + r, sum);
+      }
+    }
+    for (; j < count; ++j) {
+      const typename L::Type w = L::all(weights[j]);
+      for (std::size_t r = first; r < whole; r += L::width) {
+        L::store(sums + r, L::multiply_add(w, L::load(columns[j] + r), L::load(sums + r)));
+      }
+    }
+  }
+}
+
 template <typename Stored, typename Value>
 void add_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
                  Value* sums) {
-  std::size_t first = add_tiles<kSumVectors, 1>(columns, weights, count, 0, rows, sums);
-  first = add_tiles<kSumVectors / 2, 1>(columns, weights, count, first, rows, sums);
-  first = add_tiles<kSumVectors / 4, 2>(columns, weights, count, first, rows, sums);
-  first = add_tiles<2, 4>(columns, weights, count, first, rows, sums);
-  first = add_tiles<1, 4>(columns, weights, count, first, rows, sums);
+  std::size_t first = 0;
+  if constexpr (sizeof(Stored) < sizeof(Value)) {
+    // Numbers that are widened: arithmetic counts more than memory.
+    first = add_tiles<kSumVectors, 1>(columns, weights, count, 0, rows, sums);
+    first = add_tiles<kSumVectors / 2, 1>(columns, weights, count, first, rows, sums);
+    first = add_tiles<kSumVectors / 4, 2>(columns, weights, count, first, rows, sums);
+    first = add_tiles<2, 4>(columns, weights, count, first, rows, sums);
+    first = add_tiles<1, 4>(columns, weights, count, first, rows, sums);
+  } else {
+    first = rows / Lanes<Value>::width * Lanes<Value>::width;
+    stream_columns(columns, weights, count, first, sums);
+  }
   for (std::size_t r = first; r < rows; ++r) {
     Value sum = sums[r];
     for (std::size_t i = 0; i < count; ++i) sum += weights[i] * widened<Value>(columns[i][r]);
