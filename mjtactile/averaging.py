@@ -78,11 +78,12 @@ def _averaged(
         number: of the class.
         odd: coordinates that change their sign under x -> -x, and under y -> -y.
     """
-    points, width = rows.shape[1] // len(QUADRANTS), len(odd[0])
+    taxels, width = len(home), len(odd[0])
+    points = matrix.shape[1] // width
     flips = np.array([np.where(odd[0], x, 1) * np.where(odd[1], y, 1) for x, y in QUADRANTS])
     signs = QUADRANT_SIGNS[:, number, None] * flips  # (quadrants, coordinates), of the class at each mirror image
     by_point = matrix.reshape(len(matrix), points, width)
-    averaged = np.zeros((len(matrix), rows.shape[0], width), matrix.dtype)
+    averaged = np.zeros((len(matrix), taxels, width), matrix.dtype)
     for q in range(len(QUADRANTS)):
         of_quadrant = rows[:, q * points : (q + 1) * points].astype(matrix.dtype)
         for k in range(width):
