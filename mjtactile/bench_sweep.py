@@ -21,6 +21,8 @@ class Choice:
     points: tuple[int, ...]  #: sample points per axis, by sensing layer; the last repeats
     precision: str  #: of storage
     reduction: float  #: relative error given away [-]
+    averaging: str = "points"  #: norms first, or the mean first
+    loads: str = "nodes"  #: where nodal forces act
 
     @property
     def fidelity(self) -> Fidelity:
@@ -31,6 +33,8 @@ class Choice:
             mesh=self.mesh if own else replace(named, points_per_axis=self.points),
             precision=self.precision,
             reduction=self.reduction,
+            averaging=self.averaging,
+            loads=self.loads,
             law=self.law,
             cells=max(self.cells, 1),
         )
@@ -47,7 +51,8 @@ class Choice:
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Choice:
         """The choice among the values of a measured row."""
-        named = {field.name: values[field.name] for field in fields(cls)}
+        # Rows from before averaging and loads could be chosen do not name them.
+        named = {field.name: values[field.name] for field in fields(cls) if field.name in values}
         return cls(**{**named, "points": tuple(named["points"])})
 
     @classmethod
@@ -67,6 +72,8 @@ class Choice:
                     points=density.points_per_axis,
                     precision=fidelity.precision,
                     reduction=fidelity.reduction,
+                    averaging=fidelity.averaging,
+                    loads=fidelity.loads,
                 )
         raise PresetError("the benchmark tells meshes apart by their names, and this fidelity's has none.")
 
@@ -80,7 +87,10 @@ def sweep(design: dict[str, Any]) -> list[Choice]:
     """All choices of a design, see benchmarks/trade.toml, in an order that shares tables; none twice."""
     chosen = {*_product(design["product"]), *_around_presets(design.get("around", {}))}
     meshes = list(MESHES)
-    return sorted(chosen, key=lambda c: (meshes.index(c.mesh), c.points, c.precision, c.reduction, c.law, c.cells))
+    return sorted(
+        chosen,
+        key=lambda c: (meshes.index(c.mesh), c.points, c.loads, c.averaging, c.precision, c.reduction, c.law, c.cells),
+    )
 
 
 def _product(product: dict[str, Any]) -> Iterator[Choice]:

@@ -105,7 +105,7 @@ def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
         row["law"],
         str(row["cells"] or "-"),
         ", ".join(map(str, row["points"])),
-        row["precision"],
+        ", ".join([row["precision"], *_unusual(row)]),
         f"{row['reduction']:g}",
         f"{row['table_bytes'] / 1e6:.0f} MB",
         _median_worst(errors),
@@ -114,6 +114,13 @@ def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
         _milliseconds(float(np.median(other))),
         _milliseconds(float(np.median(list(row["unchanged_s"].values())))),
     ]
+
+
+def _unusual(row: dict[str, Any]) -> list[str]:
+    """Averaging and loads where they are not the plain ones; early runs knew no others."""
+    averaging, loads = row.get("averaging", "points"), row.get("loads", "nodes")
+    unusual = [f"averaging {averaging}"] if averaging != "points" else []
+    return unusual + ([f"loads on {loads}"] if loads != "nodes" else [])
 
 
 def _median_worst(errors: list[float]) -> str:

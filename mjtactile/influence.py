@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse as sparse
 
+from mjtactile.corners import on_corners, onto_corners
 from mjtactile.errors import InfluenceError
 from mjtactile.fem import PARITIES, free_in_plane
 from mjtactile.folding import QUADRANTS, unfold_field, unfold_points
@@ -37,9 +38,9 @@ if TYPE_CHECKING:
     from mjtactile.contact import SurfaceLoad
 
 #: Deviatoric coordinates that change sign under x -> -x (xy and zx) and under y -> -y (xy and yz).
-_ODD_IN_X, _ODD_IN_Y = np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool)
+ODD_IN_X, ODD_IN_Y = np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool)
 #: The mean stress changes sign under neither.
-_EVEN = np.zeros(1, dtype=bool)
+EVEN = np.zeros(1, dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,14 @@ class InfluenceMatrices:
 
     @cached_property
     def columns(self) -> list[np.ndarray]:
-        """For each class, the surface degrees of freedom (component, y, x) of the quarter that are columns."""
+        """For each class, the degrees of freedom (component, y, x) of the quarter's surface with stress columns."""
+        quarter = self.mesh.quarter()
+        corners = on_corners(quarter) if self.fidelity.loads == "corners" else np.True_
+        return [np.flatnonzero(free_in_plane(quarter, parity) & corners) for parity in PARITIES]
+
+    @cached_property
+    def free(self) -> list[np.ndarray]:
+        """For each class, all free degrees of freedom (component, y, x) of the quarter's surface."""
         quarter = self.mesh.quarter()
         return [np.flatnonzero(free_in_plane(quarter, parity)) for parity in PARITIES]
 
@@ -91,7 +99,7 @@ class InfluenceMatrices:
 
     @cached_property
     def _deviatoric_matrices(self) -> list[list[StressMatrix]]:
-        """By sensing layer and class; float16 is widened here, when they are first used."""
+        """By sensing layer and class; narrow precisions are widened here, when they are first used."""
         return self._stress_matrices("deviatoric")
 
     @cached_property
@@ -179,7 +187,7 @@ class InfluenceMatrices:
         loads, single = self._folded(load)
         layers = []
         for k in range(len(self.pad.depths)):
-            mean = unfold_points(loads.times(self._mean_matrices[k]), _EVEN, _EVEN)[..., 0]
+            mean = unfold_points(loads.times(self._mean_matrices[k]), EVEN, EVEN)[..., 0]
             tensor = stress_tensor(self._deviatoric(loads, k), mean)
             averaged = [self.averages[k] @ one for one in tensor]
             layers.append(np.stack(averaged).reshape(-1, *self.pad.reading_shape[1:], 6))
@@ -188,11 +196,11 @@ class InfluenceMatrices:
 
     def surface_displacement(self, load: SurfaceLoad) -> Array:
         """Displacement of the surface's nodes under a load, shape (nodes y, nodes x, 3) [m], pad frame."""
-        loads, _ = self._folded(load, "float64")
+        loads = folded_loads(nodal_batch([load], self.surface), self.free, "float64")
         quarter = self.mesh.quarter()
         shape = (3, quarter.y.node_count, quarter.x.node_count)
         classes = []
-        for columns, parity, of_class in zip(self.columns, PARITIES, loads.classes, strict=True):
+        for columns, parity, of_class in zip(self.free, PARITIES, loads.classes, strict=True):
             field = np.zeros(np.prod(shape))
             field[columns] = self.tables[table_name("compliance", parity)] @ of_class.values[0] * loads.scale
             classes.append(field.reshape(shape))
@@ -206,17 +214,17 @@ class InfluenceMatrices:
         """
         write_tables(Path(path), self.tables, influence_metadata(self.pad, self.fidelity))
 
-    def _folded(
-        self, load: SurfaceLoad | Sequence[SurfaceLoad], precision: str | None = None
-    ) -> tuple[FoldedLoads, bool]:
-        """Loads split into classes, and whether one load stood for itself; by default in the matrices' precision."""
+    def _folded(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> tuple[FoldedLoads, bool]:
+        """Loads split into classes, on the nodes that have columns, and whether one load stood for itself."""
         single = not isinstance(load, Sequence)
         batch = nodal_batch([load] if single else load, self.surface)
-        return folded_loads(batch, self.columns, precision or self.fidelity.precision), single
+        if self.fidelity.loads == "corners":
+            batch = onto_corners(batch, self.surface)
+        return folded_loads(batch, self.columns, self.fidelity.precision), single
 
     def _deviatoric(self, loads: FoldedLoads, sensing_layer: int) -> Array:
         """Deviatoric stress (batch, points, 5) [Pa] at one sensing layer's sample points."""
-        return unfold_points(loads.times(self._deviatoric_matrices[sensing_layer]), _ODD_IN_X, _ODD_IN_Y)
+        return unfold_points(loads.times(self._deviatoric_matrices[sensing_layer]), ODD_IN_X, ODD_IN_Y)
 
     def _stress_matrices(self, kind: str) -> list[list[StressMatrix]]:
         layers = range(len(self.pad.depths))

@@ -1,4 +1,4 @@
-"""Stress matrices as they are stored and applied: whole or as a product of two, in one of three precisions.
+"""Stress matrices as they are stored and applied: whole or as a product of two, in one of four precisions.
 
 Applying one is bound by the memory it touches. Columns lie as (component, y, x), so those under a contact form a few
 contiguous runs, and a run is read in order by one product of its own, where gathering it first would read it twice.
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.pad import Array
-from mjtactile.precision import narrow, widen
+from mjtactile.precision import narrow, narrow_to_bytes, widen
 from mjtactile.table import Tables
 
 if TYPE_CHECKING:
@@ -45,11 +45,15 @@ class StressMatrix:
 def stored_matrix(name: str, factors: tuple[npt.NDArray[Any], ...], precision: str) -> Tables:
     """Arrays under which a matrix is stored: whole as `name`, factored as `name left` and `name right`.
 
-    In float16, `... scale` beside each array holds the scales of its rows.
+    In float16 and int8, `... scale` beside each array holds the scales of its rows. In int8 a left factor is stored in
+    float16: it is small, its rows mix patterns of very different strength, and every force passes through it.
     """
     tables: Tables = {}
-    for place, factor in zip(_names(name, len(factors)), factors, strict=True):
-        if precision == "float16":
+    places = _names(name, len(factors))
+    for place, factor in zip(places, factors, strict=True):
+        if precision == "int8" and place == places[-1]:
+            tables[place], tables[f"{place} scale"] = narrow_to_bytes(factor)
+        elif precision in ("int8", "float16"):
             tables[place], tables[f"{place} scale"] = narrow(factor)
         else:
             tables[place] = np.ascontiguousarray(factor, dtype=precision)
@@ -57,7 +61,7 @@ def stored_matrix(name: str, factors: tuple[npt.NDArray[Any], ...], precision: s
 
 
 def read_matrix(tables: Tables, name: str) -> StressMatrix:
-    """The matrix stored by `stored_matrix`; float16 is widened here, the other precisions stay where they lie.
+    """The matrix stored by `stored_matrix`; float16 and int8 are widened here, the others stay where they lie.
 
     Raises:
         KeyError: when there is no such matrix.
@@ -72,4 +76,4 @@ def _names(name: str, count: int) -> tuple[str, ...]:
 
 def _read(tables: Tables, place: str) -> npt.NDArray[Any]:
     table = tables[place]
-    return widen(table, tables[f"{place} scale"]) if table.dtype == np.float16 else table
+    return widen(table, tables[f"{place} scale"]) if table.dtype in (np.float16, np.int8) else table

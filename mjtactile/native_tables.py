@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from mjtactile.influence import InfluenceMatrices
 
-_PRECISIONS = ("float16", "float32", "float64")
+_PRECISIONS = ("float16", "float32", "float64", "int8")
 
 
 def make_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad:
@@ -35,6 +35,7 @@ def make_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad
     core, limits = library(), contiguous(linear_range(influence.pad))
     handle = core.mjt_pad_new(
         ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
+        ctypes.c_int(influence.fidelity.loads == "corners"),
         pointer(limits),
         *(part for line in ends for part in (ctypes.c_size_t(len(line)), pointer(line))),
         ctypes.c_double(compliance.normal_factor),
@@ -95,8 +96,10 @@ def _set_class(
 ) -> None:
     parity, free = PARITIES[number], influence.columns[number]
     quarter = influence.mesh.quarter()
-    column_of = np.full(3 * quarter.y.node_count * quarter.x.node_count, -1, dtype=np.int32)
-    column_of[free] = np.arange(len(free))
+    column_of = np.full((3, quarter.y.node_count, quarter.x.node_count), -1, dtype=np.int32)
+    column_of.ravel()[free] = np.arange(len(free))
+    if influence.fidelity.loads == "corners":
+        column_of = np.ascontiguousarray(column_of[:, ::2, ::2])
     signs = contiguous([parity.component_signs(component) for component in range(3)])
     ranks, lefts, rights = [], [], []
     for k, order in enumerate(orders):

@@ -1,7 +1,8 @@
 """Fidelity by name: what a reading may cost, and how far it may be off.
 
 A preset bundles the choices that trade speed for accuracy: the mesh, how its influence matrices are stored, and how
-the contact pressure is found. The first three decide which table is built; the last two are free to change later.
+the contact pressure is found. The contact law and its cells are free to change later; the rest decides which table is
+built.
 """
 
 from __future__ import annotations
@@ -12,7 +13,12 @@ from mjtactile.errors import PresetError
 from mjtactile.mesh import MESHES, MeshDensity, mesh_density
 
 #: Storage precisions of the stress matrices, coarse to fine.
-PRECISIONS = ("float16", "float32", "float64")
+PRECISIONS = ("int8", "float16", "float32", "float64")
+#: What a reading is: the mean over a taxel's sample points of the von Mises stress, or the von Mises stress of their
+#: mean stress, in all layers ("mean") or in all but the shallowest ("deep"), where stress varies slowly.
+AVERAGINGS = ("points", "deep", "mean")
+#: Where a load may act: on all nodes of the surface, or on the elements' corners only.
+LOADS = ("nodes", "corners")
 #: Contact laws a preset may name.
 CONTACT_LAWS = ("uniform", "foundation", "elastic")
 
@@ -22,13 +28,15 @@ class Fidelity:
     """Choices that trade speed for accuracy; the defaults are those of a plain mesh.
 
     Raises:
-        PresetError: for a precision, reduction, law or cell count that does not exist.
+        PresetError: for a choice that does not exist.
         MeshError: for a mesh that does not exist.
     """
 
     mesh: str | MeshDensity = "default"  #: name of a mesh, or a density
-    precision: str = "float32"  #: storage of the stress matrices: "float16", "float32" or "float64"
+    precision: str = "float32"  #: storage of the stress matrices: "int8", "float16", "float32" or "float64"
     reduction: float = 0.0  #: relative error of a layer's readings given away for speed [-], 0 for none; reduction.py
+    averaging: str = "points"  #: "points", "deep" or "mean": norms first or the mean first; averaging.py
+    loads: str = "nodes"  #: "nodes", or "corners": nodal forces spread onto elements' corners first; corners.py
     law: str = "uniform"  #: contact law: "uniform", "foundation" or "elastic"
     cells: int = 400  #: contact cells the elastic law aims at
 
@@ -37,6 +45,10 @@ class Fidelity:
         mesh_density(self.mesh)
         if self.precision not in PRECISIONS:
             raise PresetError(f"precision {self.precision!r} does not exist. Available: {', '.join(PRECISIONS)}.")
+        if self.averaging not in AVERAGINGS:
+            raise PresetError(f"averaging {self.averaging!r} does not exist. Available: {', '.join(AVERAGINGS)}.")
+        if self.loads not in LOADS:
+            raise PresetError(f"loads {self.loads!r} does not exist. Available: {', '.join(LOADS)}.")
         if not (isinstance(self.reduction, float | int) and 0.0 <= self.reduction < 1.0):
             raise PresetError(
                 f"reduction = {self.reduction!r}; expected a relative error from 0 (none) to below 1, such as 0.003."
@@ -54,8 +66,16 @@ class Fidelity:
 
 #: Named fidelities, fast to accurate.
 PRESETS: dict[str, Fidelity] = {
-    "fast": Fidelity(mesh="draft", precision="float16", reduction=0.01, law="elastic", cells=60),
-    "balanced": Fidelity(mesh="default", precision="float16", reduction=0.003, law="elastic", cells=200),
+    "fast": Fidelity(mesh="draft", precision="int8", reduction=0.03, averaging="mean", law="elastic", cells=32),
+    "balanced": Fidelity(
+        mesh="default",
+        precision="float16",
+        reduction=0.01,
+        averaging="deep",
+        loads="corners",
+        law="elastic",
+        cells=70,
+    ),
     "accurate": Fidelity(mesh="fine", precision="float32", reduction=0.0, law="elastic", cells=800),
 }
 

@@ -63,7 +63,12 @@ def check_provenance(
 def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
     """SHA-256 over what a table's numbers depend on: pad, mesh, storage and format version, but not the contact law."""
     mesh = mesh_description(sheet_mesh(pad, fidelity.density), fidelity.density)
-    description = [FORMAT_VERSION, pad.description, mesh, fidelity.precision, float(fidelity.reduction)]
+    description: list[Any] = [FORMAT_VERSION, pad.description, mesh, fidelity.precision, float(fidelity.reduction)]
+    # Added only where they say something, so that tables from before these choices stay valid.
+    if fidelity.averaging != "points":
+        description.append({"averaging": fidelity.averaging})
+    if fidelity.loads != "nodes":
+        description.append({"loads": fidelity.loads})
     return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
 
 

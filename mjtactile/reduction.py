@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely import Point
 
+from mjtactile.corners import onto_corners
 from mjtactile.fem import PARITIES
 from mjtactile.folding import QUADRANTS, fold_forces
 from mjtactile.matrix import stored_matrix
@@ -150,5 +151,7 @@ def _discs(influence: InfluenceMatrices, x: Array, y: Array, diameter: float) ->
     discs = [Point(px, py).buffer(diameter / 2, quad_segs=6) for py in y for px in x]
     integrals = np.stack([influence.surface.nodal_integrals(disc)[0] for disc in discs])
     forces = np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
+    if influence.fidelity.loads == "corners":
+        forces = onto_corners(forces, influence.surface)
     folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in PARITIES)
     return [of_class[:, columns] for of_class, columns in zip(folded, influence.columns, strict=True)]

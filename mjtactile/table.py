@@ -25,7 +25,14 @@ FORMAT_VERSION = 2
 Tables = dict[str, npt.NDArray[Any]]
 """Arrays by name, see `table_name`, `build.build_tables` and `matrix.stored_matrix`."""
 
-_DTYPES = {"F64": np.float64, "F32": np.float32, "F16": np.float16, "I64": np.int64, "I32": np.int32}
+_DTYPES = {
+    "F64": np.float64,
+    "F32": np.float32,
+    "F16": np.float16,
+    "I64": np.int64,
+    "I32": np.int32,
+    "I8": np.int8,
+}
 _HEADER_LENGTH_BYTES = 8
 
 

@@ -79,7 +79,16 @@ def test_pads_and_meshes_have_files_of_their_own(builds, cache):
     assert len(files(cache)) == 3
 
 
-STORAGES = [{"precision": "float64"}, {"precision": "float16"}, {"reduction": 0.3}, {"reduction": 0.1}]
+STORAGES = [
+    {"precision": "float64"},
+    {"precision": "float16"},
+    {"precision": "int8"},
+    {"reduction": 0.3},
+    {"reduction": 0.1},
+    {"averaging": "mean"},
+    {"averaging": "deep"},
+    {"loads": "corners"},
+]
 
 
 def test_storages_have_files_of_their_own(cache):

@@ -178,7 +178,8 @@ def test_readings_are_those_of_the_response(name, request):
     loads = [contact_load(influence, Footprint.from_outline(o, influence), (0.02, 0.01, -0.1)) for o in outlines]
     response = influence.point_response(loads)
     assert response.shape == (3, influence.sample_slices[-1].stop, 5)
-    np.testing.assert_array_equal(influence.readings_of(response), influence.readings(loads))
+    # The compiled core sums in another order.
+    np.testing.assert_allclose(influence.readings_of(response), influence.readings(loads), rtol=2e-6)
     np.testing.assert_array_equal(influence.readings_of(response[1]), influence.readings_of(response)[1])
     single = influence.point_response(loads[1])
     np.testing.assert_allclose(single, response[1], rtol=0, atol=1e-6 * np.abs(single).max())  # single precision

@@ -1,4 +1,4 @@
-"""Half precision: what a row keeps, at any magnitude."""
+"""Half precision and single bytes: what a row keeps, at any magnitude."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from mjtactile.cache import build_influence
 from mjtactile.contact import contact_load
 from mjtactile.footprint import Footprint
+from mjtactile.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.precision import narrow, widen
+from mjtactile.precision import narrow, narrow_to_bytes, widen
 from mjtactile.preset import Fidelity
 from mjtactile.storage import in_storage
 
@@ -38,10 +39,34 @@ def test_rows_keep_eleven_bits_whatever_their_magnitude(decade, spread, seed):
     assert (error <= np.maximum(_ROUNDING * np.abs(matrix.astype(float)), 2.0**-39 * largest)).all()
 
 
-def test_rows_of_zeros_stay_zeros():
-    half, scale = narrow(np.zeros((2, 3), np.float32))
-    np.testing.assert_array_equal(widen(half, scale), 0.0)
-    assert narrow(np.zeros((2, 0)))[0].shape == (2, 0)
+@settings(max_examples=40, deadline=None)
+@given(st.integers(-30, 37), st.integers(0, 2**32 - 1))
+def test_bytes_keep_a_share_of_their_rows_largest(decade, seed):
+    random = np.random.default_rng(seed)
+    rows = 10.0 ** random.uniform(-30, 37, (5, 1))
+    rows[0] = 10.0**decade
+    matrix = (rows * random.uniform(-1, 1, (5, 40))).astype(np.float32)
+    stored, scale = narrow_to_bytes(matrix)
+    assert stored.dtype == np.int8
+    assert (np.abs(stored).max(axis=1) == 127).all()
+    largest = np.abs(matrix).max(axis=1, keepdims=True).astype(float)
+    assert (np.abs(widen(stored, scale).astype(float) - matrix) <= largest / 253.9).all()
+
+
+@pytest.mark.parametrize("to", [narrow, narrow_to_bytes])
+def test_rows_of_zeros_stay_zeros(to):
+    np.testing.assert_array_equal(widen(*to(np.zeros((2, 3), np.float32))), 0.0)
+    assert to(np.zeros((2, 0)))[0].shape == (2, 0)
+
+
+def test_bytes_read_punches_within_a_percent(draft):
+    """The error of some hundred columns adds up like noise, and noise makes norms larger."""
+    stored = in_storage(draft, Fidelity(mesh="draft", precision="int8"))
+    for name in INDENTER_NAMES:
+        footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0)), draft)
+        load = contact_load(draft, footprint, (0.05, 0.0, -0.5))
+        expected, readings = draft.readings(load), stored.readings(load)
+        assert np.linalg.norm(readings - expected) <= 0.01 * np.linalg.norm(expected)
 
 
 def test_what_float16_holds_comes_back_exactly():

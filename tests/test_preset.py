@@ -37,7 +37,9 @@ def test_unknown_preset_lists_those_that_exist():
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
-        ({"precision": "float8"}, r"precision 'float8' does not exist. Available: float16, float32, float64"),
+        ({"precision": "float8"}, r"precision 'float8' does not exist. Available: int8, float16, float32, float64"),
+        ({"averaging": "median"}, r"averaging 'median' does not exist. Available: points, deep, mean"),
+        ({"loads": "edges"}, r"loads 'edges' does not exist. Available: nodes, corners"),
         ({"reduction": -0.1}, r"reduction = -0.1; expected a relative error from 0"),
         ({"reduction": 1.0}, "to below 1"),
         ({"reduction": math.nan}, "reduction = nan"),

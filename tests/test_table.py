@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import os
 import subprocess
@@ -23,10 +24,11 @@ from mjtactile.fem import Parity
 from mjtactile.footprint import Footprint
 from mjtactile.indenter import indenter_outline
 from mjtactile.influence import InfluenceMatrices, load_influence
-from mjtactile.mesh import MESHES, MeshDensity
+from mjtactile.mesh import MESHES, MeshDensity, mesh_description, sheet_mesh
 from mjtactile.pad import Pad
 from mjtactile.preset import Fidelity
-from mjtactile.table import read_tables, table_name, write_tables
+from mjtactile.provenance import influence_fingerprint
+from mjtactile.table import FORMAT_VERSION, read_tables, table_name, write_tables
 
 TABLES = {"a": np.arange(6.0).reshape(2, 3), "b": np.array([1, 2], dtype=np.int32), "c": np.ones(3, dtype=np.float32)}
 META = {"note": "äöü", "numbers": [1, 2.5]}
@@ -169,6 +171,9 @@ VARIANTS = [
     {"precision": "float16"},
     {"reduction": 0.1},
     {"precision": "float16", "reduction": 0.1, "law": "elastic", "cells": 50},
+    {"precision": "int8", "reduction": 0.1},
+    {"averaging": "mean"},
+    {"averaging": "deep", "loads": "corners", "precision": "int8"},
 ]
 
 
@@ -189,6 +194,24 @@ def test_every_storage_comes_back(choices, tmp_path):
     np.testing.assert_array_equal(loaded.stress(load), built.stress(load))
     with pytest.raises(StaleInfluenceError, match="another mesh, storage, pad or version"):
         load_influence(path, preset=Fidelity(mesh=COARSE))
+
+
+def test_defaults_leave_no_trace_in_the_fingerprint():
+    """Tables from before loads and averaging could be chosen stay valid."""
+    mesh = mesh_description(sheet_mesh(Pad(), MESHES["draft"]), MESHES["draft"])
+    before = [FORMAT_VERSION, Pad().description, mesh, "float16", 0.01]
+    known = hashlib.sha256(json.dumps(before, sort_keys=True).encode()).hexdigest()
+    chosen = Fidelity(mesh="draft", precision="float16", reduction=0.01)
+    assert influence_fingerprint(Pad(), chosen) == known
+    others = [replace(chosen, loads="corners"), replace(chosen, averaging="mean"), replace(chosen, averaging="deep")]
+    assert len({known, *(influence_fingerprint(Pad(), other) for other in others)}) == 4
+
+
+def test_table_that_names_no_averaging_or_loads_has_the_plain_ones(saved):
+    tables, metadata = read_tables(saved)
+    del metadata["fidelity"]["averaging"], metadata["fidelity"]["loads"]
+    write_tables(saved, {name: np.array(table) for name, table in tables.items()}, metadata)
+    assert load_influence(saved).fidelity == Fidelity(mesh=COARSE, precision=metadata["fidelity"]["precision"])
 
 
 def test_contact_law_may_change_without_the_table(saved):

@@ -58,16 +58,16 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 1; }
+int mjt_version(void) { return 2; }
 
 const char* mjt_kernels(void) { return kernels().name; }
 
 int mjt_use_kernels(const char* name) { return use_kernels(name) ? 1 : 0; }
 
-mjt_pad* mjt_pad_new(int precision, const double* range, size_t count_x, const double* ends_x, size_t count_y,
-                     const double* ends_y, double factor, size_t patches_x, const double* patch_ends_x,
-                     const double* spline_x, size_t patches_y, const double* patch_ends_y, const double* spline_y,
-                     const double* remainder, const double* quadrant_signs) {
+mjt_pad* mjt_pad_new(int precision, int corners, const double* range, size_t count_x, const double* ends_x,
+                     size_t count_y, const double* ends_y, double factor, size_t patches_x,
+                     const double* patch_ends_x, const double* spline_x, size_t patches_y, const double* patch_ends_y,
+                     const double* spline_y, const double* remainder, const double* quadrant_signs) {
   const size_t patches = patches_x * patches_y;
   Matrix smooth(patches, patches);
   copy(remainder, smooth);
@@ -75,8 +75,9 @@ mjt_pad* mjt_pad_new(int precision, const double* range, size_t count_x, const d
   AveragingSpline y({patch_ends_y, patch_ends_y + patches_y + 1}, {spline_y, spline_y + 3 * patches_y * patches_y});
   SurfaceGrid surface({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
   SurfaceCompliance compliance(factor, std::move(x), std::move(y), std::move(smooth));
+  const CornerSpread spread({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
   auto* made = new mjt_pad{std::make_shared<Pad>(std::move(surface), std::move(compliance),
-                                                 static_cast<Precision>(precision),
+                                                 static_cast<Precision>(precision), corners ? &spread : nullptr,
                                                  LinearRange{range[0], range[1]})};
   made->pad->set_signs(quadrant_signs);
   return made;

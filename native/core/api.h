@@ -32,12 +32,13 @@ MJT_API int mjt_version(void);
 MJT_API const char* mjt_kernels(void);
 MJT_API int mjt_use_kernels(const char* name);
 
-/* precision: 0 half, 1 single, 2 double; range: mean pressure [Pa] and indentation [m] up to which strains are small.
-   Spline coefficients: (3, patches, patches). */
-MJT_API mjt_pad* mjt_pad_new(int precision, const double* range, size_t count_x, const double* ends_x, size_t count_y,
-                             const double* ends_y, double factor, size_t patches_x, const double* patch_ends_x,
-                             const double* spline_x, size_t patches_y, const double* patch_ends_y,
-                             const double* spline_y, const double* remainder, const double* quadrant_signs);
+/* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. range:
+   mean pressure [Pa] and indentation [m] up to which strains are small. Spline coefficients: (3, patches, patches). */
+MJT_API mjt_pad* mjt_pad_new(int precision, int corners, const double* range, size_t count_x, const double* ends_x,
+                             size_t count_y, const double* ends_y, double factor, size_t patches_x,
+                             const double* patch_ends_x, const double* spline_x, size_t patches_y,
+                             const double* patch_ends_y, const double* spline_y, const double* remainder,
+                             const double* quadrant_signs);
 MJT_API void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts,
                                const int32_t* places, const double* weights);
 MJT_API void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,

@@ -7,6 +7,7 @@
 namespace mjtactile {
 
 using Half = std::uint16_t;
+using Byte = std::int8_t;
 
 inline float to_float(Half half) {
   const std::uint32_t sign = static_cast<std::uint32_t>(half & 0x8000u) << 16;

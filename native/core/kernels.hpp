@@ -12,6 +12,7 @@ struct Kernels {
   const char* name;
 
   // sums[r] += sum_j weights[j] * columns[j][r], r < rows.
+  void (*add_byte)(const Byte* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums);
   void (*add_half)(const Half* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums);
   void (*add_float)(const float* const* columns, const float* weights, std::size_t count, std::size_t rows,
                     float* sums);

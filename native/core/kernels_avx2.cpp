@@ -12,6 +12,10 @@ Value widened(Half stored) {
   return _cvtsh_ss(stored);
 }
 template <typename Value>
+Value widened(Byte stored) {
+  return stored;
+}
+template <typename Value>
 Value widened(float stored) {
   return stored;
 }
@@ -19,6 +23,8 @@ template <typename Value>
 Value widened(double stored) {
   return stored;
 }
+
+inline void prefetch(const char* at) { _mm_prefetch(at, _MM_HINT_T0); }
 
 template <typename Value>
 struct Lanes;
@@ -31,6 +37,9 @@ struct Lanes<float> {
   static Type load(const float* at) { return _mm256_loadu_ps(at); }
   static Type load(const Half* at) {
     return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at)));
+  }
+  static Type load(const Byte* at) {
+    return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(at))));
   }
   static void store(float* at, Type value) { _mm256_storeu_ps(at, value); }
   static Type multiply(Type a, Type b) { return _mm256_mul_ps(a, b); }
@@ -50,6 +59,7 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm256_sqrt_pd(a); }
 };
 
+constexpr std::size_t kSumVectors = 8;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product
 
 #include "kernels_body.hpp"

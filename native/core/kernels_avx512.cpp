@@ -12,6 +12,10 @@ Value widened(Half stored) {
   return _cvtsh_ss(stored);
 }
 template <typename Value>
+Value widened(Byte stored) {
+  return stored;
+}
+template <typename Value>
 Value widened(float stored) {
   return stored;
 }
@@ -19,6 +23,8 @@ template <typename Value>
 Value widened(double stored) {
   return stored;
 }
+
+inline void prefetch(const char* at) { _mm_prefetch(at, _MM_HINT_T0); }
 
 template <typename Value>
 struct Lanes;
@@ -31,6 +37,10 @@ struct Lanes<float> {
   static Type load(const float* at) { return _mm512_loadu_ps(at); }
   static Type load(const Half* at) {
     return _mm512_maskz_cvtph_ps(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(at)));
+  }
+  static Type load(const Byte* at) {
+    const __m128i bytes = _mm_loadu_si128(reinterpret_cast<const __m128i*>(at));
+    return _mm512_maskz_cvtepi32_ps(0xffff, _mm512_maskz_cvtepi8_epi32(0xffff, bytes));
   }
   static void store(float* at, Type value) { _mm512_storeu_ps(at, value); }
   static Type multiply(Type a, Type b) { return _mm512_mul_ps(a, b); }
@@ -50,6 +60,7 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm512_maskz_sqrt_pd(0xff, a); }
 };
 
+constexpr std::size_t kSumVectors = 16;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 4;  // of a tile of a matrix product
 
 #include "kernels_body.hpp"

@@ -1,12 +1,58 @@
 // Body of kernels_*.cpp: included once per instruction set, inside its own namespace, after `Lanes` of that set.
-// Lanes<T> holds `width` numbers of type T; load() widens Half.
+// Lanes<T> holds `width` numbers of type T; load() widens Half and Byte.
 
 constexpr std::size_t kColumnsAtOnce = 8;
 constexpr std::size_t kRowsAtOnce = 1024;  // their sums stay in the first-level cache
+constexpr std::size_t kAhead = 4;  // columns by which reading runs ahead of arithmetic
 
+// Rows of kVectors vectors: their sums stay in registers while all columns go by, kApart columns into sums of their own
+// so that additions need not wait for each other.
+template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
+void add_tile(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first, Value* sums) {
+  using L = Lanes<Value>;
+  typename L::Type tile[kApart][kVectors];
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    tile[0][v] = L::load(sums + first + v * L::width);
+    for (std::size_t a = 1; a < kApart; ++a) tile[a][v] = L::all(0);
+  }
+  std::size_t j = 0;
+  for (; j + kApart <= count; j += kApart) {
+    for (std::size_t a = 0; a < kApart; ++a) {
+      const typename L::Type weight = L::all(weights[j + a]);
+      const Stored* column = columns[j + a] + first;
+      if (j + a + kAhead < count) {
+        const char* next = reinterpret_cast<const char*>(columns[j + a + kAhead] + first);
+        for (std::size_t at = 0; at < kVectors * L::width * sizeof(Stored); at += 64) prefetch(next + at);
+      }
+      for (std::size_t v = 0; v < kVectors; ++v) {
+        tile[a][v] = L::multiply_add(weight, L::load(column + v * L::width), tile[a][v]);
+      }
+    }
+  }
+  for (; j < count; ++j) {
+    const typename L::Type weight = L::all(weights[j]);
+    for (std::size_t v = 0; v < kVectors; ++v) {
+      tile[0][v] = L::multiply_add(weight, L::load(columns[j] + first + v * L::width), tile[0][v]);
+    }
+  }
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    for (std::size_t a = 1; a < kApart; ++a) tile[0][v] = L::multiply_add(L::all(1), tile[a][v], tile[0][v]);
+    L::store(sums + first + v * L::width, tile[0][v]);
+  }
+}
+
+template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
+std::size_t add_tiles(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first,
+                      std::size_t rows, Value* sums) {
+  constexpr std::size_t kRows = kVectors * Lanes<Value>::width;
+  for (; first + kRows <= rows; first += kRows) add_tile<kVectors, kApart>(columns, weights, count, first, sums);
+  return first;
+}
+
+// Wide numbers: columns eight at a time from end to end, as memory streams them best.
 template <typename Stored, typename Value>
-void add_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
-                 Value* sums) {
+void stream_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
+                    Value* sums) {
   using L = Lanes<Value>;
   for (std::size_t first = 0; first < rows; first += kRowsAtOnce) {
     const std::size_t last = first + kRowsAtOnce < rows ? first + kRowsAtOnce : rows;
@@ -28,11 +74,28 @@ void add_columns(const Stored* const* columns, const Value* weights, std::size_t
         L::store(sums + r, L::multiply_add(w, L::load(columns[j] + r), L::load(sums + r)));
       }
     }
-    for (std::size_t r = whole; r < last; ++r) {
-      Value sum = sums[r];
-      for (std::size_t i = 0; i < count; ++i) sum += weights[i] * widened<Value>(columns[i][r]);
-      sums[r] = sum;
-    }
+  }
+}
+
+template <typename Stored, typename Value>
+void add_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
+                 Value* sums) {
+  std::size_t first = 0;
+  if constexpr (sizeof(Stored) < sizeof(Value)) {
+    // Numbers that are widened: arithmetic counts more than memory.
+    first = add_tiles<kSumVectors, 1>(columns, weights, count, 0, rows, sums);
+    first = add_tiles<kSumVectors / 2, 1>(columns, weights, count, first, rows, sums);
+    first = add_tiles<kSumVectors / 4, 2>(columns, weights, count, first, rows, sums);
+    first = add_tiles<2, 4>(columns, weights, count, first, rows, sums);
+    first = add_tiles<1, 4>(columns, weights, count, first, rows, sums);
+  } else {
+    first = rows / Lanes<Value>::width * Lanes<Value>::width;
+    stream_columns(columns, weights, count, first, sums);
+  }
+  for (std::size_t r = first; r < rows; ++r) {
+    Value sum = sums[r];
+    for (std::size_t i = 0; i < count; ++i) sum += weights[i] * widened<Value>(columns[i][r]);
+    sums[r] = sum;
   }
 }
 
@@ -94,8 +157,10 @@ inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
-  const std::size_t whole = points / L::width * L::width;
-  for (std::size_t p = 0; p < whole; p += L::width) {
+  // The last vector overlaps the one before where points do not fill whole ones.
+  const std::size_t whole = points < L::width ? 0 : points;
+  for (std::size_t at = 0; at < whole; at += L::width) {
+    const std::size_t p = at + L::width <= points ? at : points - L::width;
     typename L::Type squares[4] = {L::all(0), L::all(0), L::all(0), L::all(0)};
     for (std::size_t k = 0; k < 5; ++k) {
       typename L::Type c[4];
@@ -123,6 +188,7 @@ void norms_of(const Value* const* classes, const Value* signs, std::size_t point
 
 inline Kernels make_kernels(const char* name) {
   return {name,
+          add_columns<Byte, float>,
           add_columns<Half, float>,
           add_columns<float, float>,
           add_columns<double, double>,

@@ -10,6 +10,10 @@ Value widened(Half stored) {
   return to_float(stored);
 }
 template <typename Value>
+Value widened(Byte stored) {
+  return stored;
+}
+template <typename Value>
 Value widened(float stored) {
   return stored;
 }
@@ -17,6 +21,8 @@ template <typename Value>
 Value widened(double stored) {
   return stored;
 }
+
+inline void prefetch(const char*) {}
 
 template <typename Value>
 struct Lanes {
@@ -33,6 +39,7 @@ struct Lanes {
   static Type root(Type a) { return std::sqrt(a); }
 };
 
+constexpr std::size_t kSumVectors = 4;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product
 
 #include "kernels_body.hpp"

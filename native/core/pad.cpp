@@ -8,29 +8,31 @@ namespace {
 
 constexpr std::size_t kAligned = 16;
 
-std::size_t padded(std::size_t points) { return (points + kAligned - 1) / kAligned * kAligned; }
+std::size_t padded(std::size_t rows) { return (rows + kAligned - 1) / kAligned * kAligned; }
 
-// Rows (coordinate, point) with room for padding after each coordinate's points.
-void spread(const double* from, std::size_t coordinates, std::size_t points, std::size_t room, double* to) {
-  for (std::size_t k = 0; k < coordinates; ++k) {
-    std::copy(from + k * points, from + (k + 1) * points, to + k * room);
-  }
+template <typename Value>
+Columns<Value> filled(const double* matrix, std::size_t count, std::size_t rows, Precision precision) {
+  Columns<Value> columns(count, rows, precision);
+  for (std::size_t j = 0; j < count; ++j) columns.set(j, matrix + j * rows);
+  return columns;
 }
 
 }  // namespace
 
-Pad::Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, LinearRange range)
+Pad::Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, const CornerSpread* corners,
+         LinearRange range)
     : surface_(std::move(surface)), compliance_(std::move(compliance)), precision_(precision), range_(range) {
-  prepare(float_maps_);
-  prepare(double_maps_);
+  prepare(float_maps_, corners);
+  prepare(double_maps_, corners);
 }
 
 template <typename Value>
-void Pad::prepare(Maps<Value>& maps) const {
+void Pad::prepare(Maps<Value>& maps, const CornerSpread* corners) const {
   maps.mean.coordinates = 1;
   for (StressMap<Value>* map : {&maps.deviatoric, &maps.mean}) {
-    map->nodes_x = surface_.nodes_x();
-    map->nodes_y = surface_.nodes_y();
+    map->nodes_x = corners == nullptr ? surface_.nodes_x() : corners->corners_x();
+    map->nodes_y = corners == nullptr ? surface_.nodes_y() : corners->corners_y();
+    if (corners != nullptr) map->spread.push_back(*corners);
   }
 }
 
@@ -70,7 +72,8 @@ std::size_t Pad::bytes() const {
 template <typename Value>
 void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
   typename StressMap<Value>::Layer layer;
-  layer.points = padded(rows.points);
+  layer.points = rows.points;
+  layer.rows = padded(map.coordinates * rows.points);
   layer.offset = map.response_size;
   for (std::size_t t = 0; t < rows.taxels; ++t) {
     const std::int32_t start = rows.starts[t], end = rows.starts[t + 1];
@@ -82,7 +85,7 @@ void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
       layer.weights.push_back(static_cast<Value>(rows.weights[i]));
     }
   }
-  map.response_size += kClasses * map.coordinates * layer.points;
+  map.response_size += kClasses * layer.rows;
   map.taxels += rows.taxels;
   map.layers.push_back(std::move(layer));
 }
@@ -98,39 +101,16 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
   }
   std::copy(signs, signs + 6, &of_class.signs[0][0]);
 
-  std::size_t rows = 0;
-  std::vector<std::size_t> widths;
-  of_class.offsets.clear();
-  of_class.second.assign(map.layers.size(), {});
+  // A left factor mixes patterns of very different strength and is small: half precision at least.
+  const Precision left = precision_ == Precision::byte ? Precision::half : precision_;
+  of_class.factors.clear();
   for (std::size_t k = 0; k < map.layers.size(); ++k) {
-    of_class.offsets.push_back(rows);
-    widths.push_back(layers[k].rank > 0 ? layers[k].rank : map.coordinates * map.layers[k].points);
-    rows += widths.back();
-  }
-  Columns<Value> first(count, rows, precision_);
-  std::vector<double> column(rows, 0.0);
-  for (std::size_t j = 0; j < count; ++j) {
-    for (std::size_t k = 0; k < map.layers.size(); ++k) {
-      const std::size_t rank = layers[k].rank;
-      double* to = column.data() + of_class.offsets[k];
-      if (rank > 0) {
-        std::copy(layers[k].left + j * rank, layers[k].left + (j + 1) * rank, to);
-      } else {
-        spread(layers[k].left + j * map.coordinates * points_[k], map.coordinates, points_[k], map.layers[k].points, to);
-      }
-    }
-    first.set(j, column.data());
-  }
-  of_class.first.assign(1, std::move(first));
-  for (std::size_t k = 0; k < map.layers.size(); ++k) {
-    if (layers[k].rank == 0) continue;
-    Columns<Value> second(layers[k].rank, map.coordinates * map.layers[k].points, precision_);
-    std::vector<double> row(map.coordinates * map.layers[k].points, 0.0);
-    for (std::size_t j = 0; j < layers[k].rank; ++j) {
-      spread(layers[k].right + j * map.coordinates * points_[k], map.coordinates, points_[k], map.layers[k].points, row.data());
-      second.set(j, row.data());
-    }
-    of_class.second[k].push_back(std::move(second));
+    const std::size_t rank = layers[k].rank, rows = map.coordinates * map.layers[k].points;
+    std::vector<Columns<Value>> factors;
+    if (rank > 0) factors.push_back(filled<Value>(layers[k].left, count, rank, left));
+    const double* last = rank > 0 ? layers[k].right : layers[k].left;
+    factors.push_back(filled<Value>(last, rank > 0 ? rank : count, rows, precision_));
+    of_class.factors.push_back(std::move(factors));
   }
 }
 

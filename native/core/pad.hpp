@@ -35,12 +35,14 @@ struct LinearRange {
 
 class Pad {
  public:
-  Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, LinearRange range);
+  // `corners`: where loads are spread onto the elements' corners; null where they act on all nodes.
+  Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, const CornerSpread* corners,
+      LinearRange range);
 
   // In this order: the quadrants' signs (quadrants, classes) and every layer; then every class.
   void set_signs(const double* signs);
   void add_layer(const AveragingRows& rows);
-  // `columns`: quarter's degree of freedom (component, y, x) -> column or -1; `signs`: (3 components, 2 axes).
+  // `columns`: quarter's degree of freedom (component, y, x), of corners where loads act there, -> column or -1; `signs`: (3 components, 2 axes).
   // `mean`: matrices to the mean stress, wanted for whole tensors only, in place of those to deviatoric stress.
   void set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
                  const MatrixFactors* layers, bool mean);
@@ -79,7 +81,7 @@ class Pad {
     }
   }
   template <typename Value>
-  void prepare(Maps<Value>& maps) const;
+  void prepare(Maps<Value>& maps, const CornerSpread* corners) const;
   template <typename Value>
   void add_layer_to(StressMap<Value>& map, const AveragingRows& rows);
   template <typename Value>
@@ -91,7 +93,7 @@ class Pad {
   Precision precision_;
   LinearRange range_;
   bool has_mean_ = false;
-  std::vector<std::size_t> points_;  // of each layer, without padding
+  std::vector<std::size_t> points_;  // of each layer
   Maps<float> float_maps_;
   Maps<double> double_maps_;
 };

@@ -198,7 +198,9 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     ElasticContact contact;
     if (!contact.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
     const auto& map = pad_->template deviatoric<Value>();
-    Columns<Value> responses(contact.parts(), map.response_size, pad_->precision());
+    // One scale for all layers: bytes would leave the deep ones too few digits.
+    const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
+    Columns<Value> responses(contact.parts(), map.response_size, stored);
     std::vector<Value> response(map.response_size);
     std::vector<double> unit(contact.parts()), twofold(map.response_size);
     for (std::size_t p = 0; p < contact.parts(); ++p) {

@@ -12,10 +12,17 @@ namespace {
 
 constexpr std::size_t kAligned = 16;   // rows are padded to this many, so that kernels see whole vectors only
 constexpr std::size_t kChunk = 128;    // columns handed to a kernel at once
+constexpr double kTopByte = 127.0;     // a scaled column's largest entry in bytes
 constexpr int kTopExponent = 15;       // of a scaled column's largest entry; half precision ends just below 2^16
 // Forces below this share of the precision's rounding, relative to the largest, are rounding themselves.
 constexpr double kNegligible = 1.0 / 16.0;
 
+void add(const Byte* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
+  kernels().add_byte(columns, weights, count, rows, sums);
+}
+void add(const Half* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
+  kernels().add_half(columns, weights, count, rows, sums);
+}
 void add(const float* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
   kernels().add_float(columns, weights, count, rows, sums);
 }
@@ -34,7 +41,11 @@ void norms_of(const double* const* classes, const double* signs, std::size_t poi
 template <typename Value>
 Columns<Value>::Columns(std::size_t count, std::size_t rows, Precision precision)
     : count_(count), rows_(rows), stride_((rows + kAligned - 1) / kAligned * kAligned) {
-  if (std::is_same<Value, float>::value && precision == Precision::half) {
+  const bool narrow = std::is_same<Value, float>::value;
+  if (narrow && precision == Precision::byte) {
+    bytes_.assign(count * stride_, 0);
+    scales_.assign(count, Value(1));
+  } else if (narrow && precision == Precision::half) {
     halves_.assign(count * stride_, 0);
     scales_.assign(count, Value(1));
   } else {
@@ -44,13 +55,34 @@ Columns<Value>::Columns(std::size_t count, std::size_t rows, Precision precision
 
 template <typename Value>
 void Columns<Value>::set(std::size_t column, const double* values) {
-  if (halves_.empty()) {
+  if (scales_.empty()) {
     std::transform(values, values + rows_, values_.begin() + static_cast<std::ptrdiff_t>(column * stride_),
                    [](double value) { return static_cast<Value>(value); });
     return;
   }
   double largest = 0.0;
   for (std::size_t r = 0; r < rows_; ++r) largest = std::max(largest, std::abs(values[r]));
+  if (halves_.empty()) {
+    set_byte(column, values, largest);
+  } else {
+    set_half(column, values, largest);
+  }
+}
+
+template <typename Value>
+void Columns<Value>::set_byte(std::size_t column, const double* values, double largest) {
+  const float scale = static_cast<float>(largest / kTopByte);
+  if (scale == 0.0f) return;
+  scales_[column] = scale;
+  Byte* to = bytes_.data() + column * stride_;
+  for (std::size_t r = 0; r < rows_; ++r) {
+    const double whole = std::nearbyint(values[r] / static_cast<double>(scale));
+    to[r] = static_cast<Byte>(std::clamp(whole, -kTopByte, kTopByte));
+  }
+}
+
+template <typename Value>
+void Columns<Value>::set_half(std::size_t column, const double* values, double largest) {
   int exponent = 0;
   if (largest > 0.0) {
     std::frexp(largest, &exponent);
@@ -62,92 +94,109 @@ void Columns<Value>::set(std::size_t column, const double* values) {
 }
 
 template <typename Value>
-void Columns<Value>::add(const std::uint32_t* places, const Value* weights, std::size_t count, Value* sums) const {
+std::size_t Columns<Value>::bytes() const {
+  return bytes_.size() * sizeof(Byte) + halves_.size() * sizeof(Half) +
+         (values_.size() + scales_.size()) * sizeof(Value);
+}
+
+template <typename Value>
+template <typename Stored>
+void Columns<Value>::add_scaled(const std::vector<Stored>& stored, const std::uint32_t* places, const Value* weights,
+                                std::size_t count, Value* sums) const {
+  const Stored* columns[kChunk];
+  Value scaled[kChunk];
   for (std::size_t first = 0; first < count; first += kChunk) {
     const std::size_t taken = std::min(kChunk, count - first);
-    if constexpr (std::is_same<Value, float>::value) {
-      if (!halves_.empty()) {
-        const Half* columns[kChunk];
-        float scaled[kChunk];
-        for (std::size_t j = 0; j < taken; ++j) {
-          columns[j] = halves_.data() + places[first + j] * stride_;
-          scaled[j] = weights[first + j] * scales_[places[first + j]];
-        }
-        kernels().add_half(columns, scaled, taken, stride_, sums);
-        continue;
-      }
+    for (std::size_t j = 0; j < taken; ++j) {
+      columns[j] = stored.data() + places[first + j] * stride_;
+      scaled[j] = scales_.empty() ? weights[first + j] : weights[first + j] * scales_[places[first + j]];
     }
-    const Value* columns[kChunk];
-    for (std::size_t j = 0; j < taken; ++j) columns[j] = values_.data() + places[first + j] * stride_;
-    mjtactile::add(columns, weights + first, taken, stride_, sums);
+    mjtactile::add(columns, scaled, taken, stride_, sums);
   }
+}
+
+template <typename Value>
+void Columns<Value>::add(const std::uint32_t* places, const Value* weights, std::size_t count, Value* sums) const {
+  if constexpr (std::is_same<Value, float>::value) {
+    if (!bytes_.empty()) return add_scaled(bytes_, places, weights, count, sums);
+    if (!halves_.empty()) return add_scaled(halves_, places, weights, count, sums);
+  }
+  add_scaled(values_, places, weights, count, sums);
 }
 
 template <typename Value>
 void StressMap<Value>::add_response(const double* forces, Workspace& workspace, Value* response) const {
-  double scale = 0.0;
-  const std::size_t nodes = nodes_x * nodes_y;
-  for (std::size_t i = 0; i < 3 * nodes; ++i) scale = std::max(scale, std::abs(forces[i]));
+  if (!spread.empty()) {
+    spread.front().spread(forces, workspace.spread_rows, workspace.corners);
+    forces = workspace.corners.data();
+  }
+  const double scale = fold(forces, workspace);
   if (scale == 0.0) return;
-  const double negligible = kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
+  const double negligible = scale * kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
+  const Value back = static_cast<Value>(scale);
   for (std::size_t c = 0; c < kClasses; ++c) {
-    const double largest = fold(forces, c, workspace);
-    if (largest == 0.0) continue;
-    const Class& of_class = classes[c];
-    const Columns<Value>& first = of_class.first.front();
     // Scaled so that none is larger than 1: any magnitude keeps its digits in single precision.
     workspace.weights.clear();
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < workspace.places.size(); ++i) {
-      const double value = workspace.folded[i] / scale;
-      if (std::abs(value) < negligible) continue;
-      workspace.places[kept++] = workspace.places[i];
-      workspace.weights.push_back(static_cast<Value>(value));
+    workspace.places.clear();
+    for (const Folded& one : workspace.folded) {
+      const std::uint32_t column = classes[c].columns[one.place];
+      if (column == kNone || std::abs(one.forces[c]) < negligible || one.forces[c] == 0.0) continue;
+      workspace.places.push_back(column);
+      workspace.weights.push_back(static_cast<Value>(one.forces[c] / scale));
     }
+    const std::size_t kept = workspace.places.size();
     if (kept == 0) continue;
-    workspace.sums.assign(first.stride(), Value(0));
-    first.add(workspace.places.data(), workspace.weights.data(), kept, workspace.sums.data());
-    const Value back = static_cast<Value>(scale);
-    for (Value& sum : workspace.sums) sum *= back;
     for (std::size_t k = 0; k < layers.size(); ++k) {
-      const std::size_t rows = coordinates * layers[k].points;
-      Value* to = response + layers[k].offset + c * rows;
-      const Value* from = workspace.sums.data() + of_class.offsets[k];
-      if (of_class.second[k].empty()) {
-        for (std::size_t r = 0; r < rows; ++r) to[r] += from[r];
-      } else {
-        const std::size_t rank =
-            (k + 1 < layers.size() ? of_class.offsets[k + 1] : first.rows()) - of_class.offsets[k];
-        of_class.second[k].front().add(workspace.every.data(), from, rank, to);
+      const std::vector<Columns<Value>>& factors = classes[c].factors[k];
+      const Columns<Value>& first = factors.front();
+      Value* to = response + layers[k].offset + c * layers[k].rows;
+      workspace.sums.assign(first.stride(), Value(0));
+      first.add(workspace.places.data(), workspace.weights.data(), kept, workspace.sums.data());
+      for (Value& sum : workspace.sums) sum *= back;
+      if (factors.size() == 1) {
+        for (std::size_t r = 0; r < first.stride(); ++r) to[r] += workspace.sums[r];
+        continue;
       }
+      for (std::size_t i = workspace.every.size(); i < first.rows(); ++i) {
+        workspace.every.push_back(static_cast<std::uint32_t>(i));
+      }
+      factors.back().add(workspace.every.data(), workspace.sums.data(), first.rows(), to);
     }
   }
 }
 
-// Forces of one class on the quarter, as far as they are not zero; the largest of them.
+// Forces of all classes on the quarter, where there are any; the largest of them.
 template <typename Value>
-double StressMap<Value>::fold(const double* forces, std::size_t c, Workspace& workspace) const {
-  workspace.places.clear();
+double StressMap<Value>::fold(const double* forces, Workspace& workspace) const {
   workspace.folded.clear();
   const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, quarter_x = middle_x + 1, quarter_y = middle_y + 1;
-  const std::size_t most = classes[c].first.front().rows();
-  for (std::size_t i = workspace.every.size(); i < most; ++i) workspace.every.push_back(static_cast<std::uint32_t>(i));
   double largest = 0.0;
-  for (std::size_t component = 0; component < 3; ++component) {
-    const double sign_x = classes[c].signs[component][0], sign_y = classes[c].signs[component][1];
-    for (std::size_t y = 0; y < quarter_y; ++y) {
-      const double* upper = forces + ((middle_y + y) * nodes_x) * 3 + component;
-      const double* lower = forces + ((middle_y - y) * nodes_x) * 3 + component;
-      const std::uint32_t* columns = classes[c].columns.data() + (component * quarter_y + y) * quarter_x;
-      const double share = y > 0 ? sign_y : 0.0;
+  const auto is_empty = [this](const double* row) {
+    return std::all_of(row, row + 3 * nodes_x, [](double force) { return force == 0.0; });
+  };
+  for (std::size_t y = 0; y < quarter_y; ++y) {
+    const double* upper = forces + 3 * (middle_y + y) * nodes_x;
+    const double* lower = forces + 3 * (middle_y - y) * nodes_x;
+    if (is_empty(upper) && is_empty(lower)) continue;
+    for (std::size_t component = 0; component < 3; ++component) {
+      // On a mirror a node is its own image.
+      double share_y[kClasses], share_x[kClasses];
+      for (std::size_t c = 0; c < kClasses; ++c) {
+        share_x[c] = classes[c].signs[component][0];
+        share_y[c] = y > 0 ? classes[c].signs[component][1] : 0.0;
+      }
       for (std::size_t x = 0; x < quarter_x; ++x) {
-        const std::size_t right = 3 * (middle_x + x), left = 3 * (middle_x - x);
-        double force = upper[right] + share * lower[right];
-        if (x > 0) force += sign_x * (upper[left] + share * lower[left]);
-        if (force == 0.0 || columns[x] == kNone) continue;
-        workspace.places.push_back(columns[x]);
-        workspace.folded.push_back(force);
-        largest = std::max(largest, std::abs(force));
+        const std::size_t right = 3 * (middle_x + x) + component, left = 3 * (middle_x - x) + component;
+        const double images[4] = {upper[right], upper[left], lower[right], lower[left]};
+        if (images[0] == 0.0 && images[1] == 0.0 && images[2] == 0.0 && images[3] == 0.0) continue;
+        Folded one;
+        one.place = static_cast<std::uint32_t>((component * quarter_y + y) * quarter_x + x);
+        for (std::size_t c = 0; c < kClasses; ++c) {
+          const double side = x > 0 ? share_x[c] * (images[1] + share_y[c] * images[3]) : 0.0;
+          one.forces[c] = images[0] + share_y[c] * images[2] + side;
+          if (classes[c].columns[one.place] != kNone) largest = std::max(largest, std::abs(one.forces[c]));
+        }
+        workspace.folded.push_back(one);
       }
     }
   }
@@ -160,7 +209,7 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
     workspace.norms.resize(kClasses * layer.points);
     const Value* of_classes[kClasses];
     for (std::size_t c = 0; c < kClasses; ++c) {
-      of_classes[c] = response + layer.offset + c * coordinates * layer.points;
+      of_classes[c] = response + layer.offset + c * layer.rows;
     }
     norms_of(of_classes, signs, layer.points, workspace.norms.data());
     for (const Share& share : layer.taxels) {
@@ -187,7 +236,7 @@ void StressMap<Value>::means(const Value* response, const bool odd[][2], double*
           double value = 0.0;
           for (std::size_t c = 0; c < kClasses; ++c) {
             value += static_cast<double>(signs[kClasses * quadrant + c]) *
-                     static_cast<double>(response[layer.offset + (c * coordinates + k) * layer.points + point]);
+                     static_cast<double>(response[layer.offset + c * layer.rows + k * layer.points + point]);
           }
           sum += static_cast<double>(layer.weights[i]) * (flipped ? -value : value);
         }
@@ -202,9 +251,8 @@ template <typename Value>
 std::size_t StressMap<Value>::bytes() const {
   std::size_t sum = 0;
   for (const Class& of_class : classes) {
-    for (const auto& first : of_class.first) sum += first.bytes();
-    for (const auto& layer : of_class.second) {
-      for (const auto& second : layer) sum += second.bytes();
+    for (const auto& layer : of_class.factors) {
+      for (const auto& factor : layer) sum += factor.bytes();
     }
   }
   return sum;

@@ -141,8 +141,8 @@ def test_build_finds_what_is_there_and_builds_what_is_not(tmp_path, draft):
 
 def test_build_makes_a_preset_and_finds_it_again(tmp_path):
     done = run("build", "--preset", "fast", MJTACTILE_CACHE=str(tmp_path))
-    assert done.stdout.startswith("built 2"), done.stderr
-    assert run("build", "--preset", "fast", MJTACTILE_CACHE=str(tmp_path)).stdout.startswith("found 2")
+    assert done.stdout.startswith("built 5 MB"), done.stderr
+    assert run("build", "--preset", "fast", MJTACTILE_CACHE=str(tmp_path)).stdout.startswith("found 5 MB")
     both = run("build", "--preset", "fast", "--mesh", "draft")
     assert both.returncode == 2
     assert "Drop mesh=" in both.stderr

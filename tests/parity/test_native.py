@@ -19,14 +19,22 @@ from mjtactile.surface import SurfaceGrid, oriented_edges
 
 PAD = mjtactile.Pad()
 #: Largest difference over the largest reading, by storage precision. Half precision is widened to single.
-TOLERANCE = {"float16": 1e-6, "float32": 1e-6, "float64": 1e-12}
+TOLERANCE = {"int8": 1e-6, "float16": 1e-6, "float32": 1e-6, "float64": 1e-12}
+#: What tables may hold: every precision, every averaging, and loads on corners.
+STORAGES = [
+    *({"precision": precision, "reduction": 0.01} for precision in TOLERANCE),
+    {"precision": "int8"},
+    {"averaging": "mean", "precision": "float16"},
+    {"averaging": "deep", "loads": "corners", "precision": "int8", "reduction": 0.01},
+    {"loads": "corners", "precision": "float64"},
+]
 SETS = ("avx512", "avx2", "plain")
 
 
-@pytest.fixture(scope="module", params=list(TOLERANCE))
+@pytest.fixture(scope="module", params=STORAGES, ids=str)
 def influence(request):
     return mjtactile.influence_matrices(
-        PAD, preset=mjtactile.Fidelity(mesh="draft", precision=request.param, reduction=0.01, law="elastic", cells=60)
+        PAD, preset=mjtactile.Fidelity(mesh="draft", law="elastic", cells=60, **request.param)
     )
 
 

@@ -1,0 +1,91 @@
+"""Readings as norms of mean stress: one averaged point per taxel in place of the points in its ball.
+
+A reading is then the von Mises stress of the mean stress over the taxel's ball. By the triangle inequality it is at
+most the mean of the von Mises stress, and less only as far as the stress changes its direction within the ball. What
+is stored has the form of tables with one sample point per taxel, so that everything that reads tables reads these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+
+from mjtactile.fem import PARITIES
+from mjtactile.folding import QUADRANT_SIGNS, QUADRANTS, FoldedPoints, fold_points
+from mjtactile.pad import LENGTH_TOLERANCE, Pad
+from mjtactile.sampling import Sampling, sampling_tables, stored_average
+from mjtactile.table import Tables, table_name
+
+
+def mean_tables(
+    pad: Pad, tables: Tables, coordinates: dict[str, tuple[npt.NDArray[np.bool_], ...]], layers: Sequence[int]
+) -> Tables:
+    """Sampling and stress matrices of averaged points from whole ones of all points.
+
+    Args:
+        pad: the sheet and its taxels.
+        tables: whole stress matrices and the points they belong to.
+        coordinates: for each kind of matrix, which of its coordinates change their sign under x -> -x and y -> -y.
+        layers: sensing layers to average, counted from the top.
+
+    Returns:
+        In place of these layers' "sampling", "deviatoric" and "mean" arrays.
+    """
+    averaged: Tables = {}
+    for k in layers:
+        average = stored_average(tables, k)
+        folded = _folded_taxels(pad, pad.depths[k])
+        averaged |= sampling_tables(Sampling(folded.positions, _one_point_each(folded)), k)
+        # Of the taxels that the mirrors map onto each other, any one may stand for all.
+        _, chosen = np.unique(folded.index, return_index=True)
+        rows, home = average[chosen], folded.quadrant[chosen]
+        for kind, odd in coordinates.items():
+            for number, parity in enumerate(PARITIES):
+                name = table_name(kind, parity, k)
+                averaged[name] = _averaged(np.asarray(tables[name]), rows, home, number, odd)
+    return averaged
+
+
+def _folded_taxels(pad: Pad, depth: float) -> FoldedPoints:
+    y, x = np.meshgrid(pad.taxels.y, pad.taxels.x, indexing="ij")
+    centres = np.stack([x.ravel(), y.ravel(), np.full(x.size, -depth)], axis=1)
+    return fold_points(centres, LENGTH_TOLERANCE * pad.sampling_radius)
+
+
+def _one_point_each(folded: FoldedPoints) -> sparse.csr_array:
+    """The averaging matrix (taxels, quadrants * folded taxels) that takes every taxel's own point."""
+    taxels, points = len(folded.index), len(folded.positions)
+    places = folded.quadrant * points + folded.index
+    return sparse.csr_array((np.ones(taxels), (np.arange(taxels), places)), shape=(taxels, len(QUADRANTS) * points))
+
+
+def _averaged(
+    matrix: npt.NDArray[np.floating],
+    rows: sparse.csr_array,
+    home: npt.NDArray[np.int64],
+    number: int,
+    odd: Sequence[npt.NDArray[np.bool_]],
+) -> npt.NDArray[np.floating]:
+    """One class's matrix (columns, folded taxels * coordinates) from that of all points.
+
+    Args:
+        matrix: (columns, folded points * coordinates).
+        rows: averaging rows (folded taxels, quadrants * folded points) of the taxels that stand for the others.
+        home: quadrant each of these lies in.
+        number: of the class.
+        odd: coordinates that change their sign under x -> -x, and under y -> -y.
+    """
+    taxels, width = len(home), len(odd[0])
+    points = matrix.shape[1] // width
+    flips = np.array([np.where(odd[0], x, 1) * np.where(odd[1], y, 1) for x, y in QUADRANTS])
+    signs = QUADRANT_SIGNS[:, number, None] * flips  # (quadrants, coordinates), of the class at each mirror image
+    by_point = matrix.reshape(len(matrix), points, width)
+    averaged = np.zeros((len(matrix), taxels, width), matrix.dtype)
+    for q in range(len(QUADRANTS)):
+        of_quadrant = rows[:, q * points : (q + 1) * points].astype(matrix.dtype)
+        for k in range(width):
+            averaged[:, :, k] += signs[q, k] * signs[home, k] * (of_quadrant @ by_point[:, :, k].T).T
+    return averaged.reshape(len(matrix), -1)
