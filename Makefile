@@ -75,8 +75,8 @@ shapes-all shapes-top: shapes-%:
 	$(TRAIN)/train_pose.py --module size --data $(DATA) --weights $(WEIGHTS)/$*
 	$(TRAIN)/train_pose.py --module orientation --data $(DATA) --weights $(WEIGHTS)/$*
 	$(TRAIN)/train_shapes.py --data $(DATA) --weights $(WEIGHTS)/$*
-	$(TRAIN)/add_shape.py --shape hexagon --weights $(WEIGHTS)/$* --workers 1
-	$(TRAIN)/add_shape.py --shape cross --weights $(WEIGHTS)/$* --workers 1
+	$(TRAIN)/add_shape.py --shape hexagon --data $(DATA) --weights $(WEIGHTS)/$* --workers 1
+	$(TRAIN)/add_shape.py --shape cross --data $(DATA) --weights $(WEIGHTS)/$* --workers 1
 
 clean:
 	rm -rf $(VENV) .mujoco-* build dist demo.npz demo.png
