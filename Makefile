@@ -62,8 +62,8 @@ weights: $(VENV)/installed
 	$(TRAIN)/train_view.py --data $(DATA) --weights $(WEIGHTS)/top --layers 0 --parts 120
 	$(MAKE) -j2 force-all force-top
 	$(MAKE) -j2 shapes-all shapes-top
-	$(TRAIN)/add_shape.py --shape hexagon --data $(DATA) --weights $(WEIGHTS)/all
-	$(TRAIN)/add_shape.py --shape cross --data $(DATA) --weights $(WEIGHTS)/all
+	$(TRAIN)/add_shape.py --shape hexagon --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
+	$(TRAIN)/add_shape.py --shape cross --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
 	$(if $(SHIP),cp $(WEIGHTS)/all/* mjtactile/recognition/weights/all/ && cp $(WEIGHTS)/top/* mjtactile/recognition/weights/top/)
 
 .PHONY: force-all force-top shapes-all shapes-top

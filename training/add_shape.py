@@ -39,7 +39,7 @@ class Config:
     known: int = 24000  #: of the shapes known, from the dataset; a quarter as many where they are pressed anew
     workers: int = 2  #: processes that make presses
     width: int = 96  #: of the module's hidden layers
-    steps: int = 3000  #: batches
+    steps: int = 1600  #: batches
     batch: int = 512  #: presses in each
     rate: float = 2e-3  #: largest learning rate
     noise: float = 0.015  #: largest noise, over the largest reading
