@@ -64,6 +64,8 @@ weights: $(VENV)/installed
 	$(TRAIN)/train_view.py --data $(DATA) --weights $(WEIGHTS)/top --layers 0 --parts 120
 	$(MAKE) -j2 force-all force-top
 	$(MAKE) -j2 shapes-all shapes-top
+	$(TRAIN)/add_shape.py --shape hexagon --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
+	$(TRAIN)/add_shape.py --shape cross --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
 	$(if $(SHIP),cp $(WEIGHTS)/all/* mjtactile/recognition/weights/all/ && cp $(WEIGHTS)/top/* mjtactile/recognition/weights/top/)
 
 .PHONY: force-all force-top shapes-all shapes-top
@@ -77,8 +79,6 @@ shapes-all shapes-top: shapes-%:
 	$(TRAIN)/train_pose.py --module size --data $(DATA) --weights $(WEIGHTS)/$*
 	$(TRAIN)/train_pose.py --module orientation --data $(DATA) --weights $(WEIGHTS)/$*
 	$(TRAIN)/train_shapes.py --data $(DATA) --weights $(WEIGHTS)/$*
-	$(TRAIN)/add_shape.py --shape hexagon --weights $(WEIGHTS)/$* --workers 1
-	$(TRAIN)/add_shape.py --shape cross --weights $(WEIGHTS)/$* --workers 1
 
 clean:
 	rm -rf $(VENV) .mujoco-* build dist demo.npz demo.png

@@ -107,12 +107,13 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int = 1, progress:
     return made
 
 
-def read_dataset(folder: Path, *, labels_only: bool = False) -> Dataset:
-    """Read a dataset whole.
+def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = None) -> Dataset:
+    """Read a dataset.
 
     Args:
         folder: as given to `make_dataset`.
         labels_only: leave the readings out, as an empty array.
+        most: read no more parts once there are this many presses; by default all.
 
     Raises:
         DatasetError: there is none, or files that are not of one dataset.
@@ -134,6 +135,8 @@ def read_dataset(folder: Path, *, labels_only: bool = False) -> Dataset:
             raise DatasetError(f"{path} belongs to another dataset than {paths[0].name}. Keep one dataset per folder.")
         metadata = own
         tables.append(table)
+        if most is not None and sum(len(one) for one in tables) >= most:
+            break
     whole = pa.concat_tables([table.replace_schema_metadata(None) for table in tables])
     labels = {name: whole[name].to_numpy() for name in whole.column_names if name != "readings"}
     if labels_only:

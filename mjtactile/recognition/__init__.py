@@ -65,7 +65,8 @@ def load(
         pad: the pad it is to be used with; weights that were trained for another are refused. None: not checked
             beyond the shape of the readings.
         folder: weights of one's own; by default those shipped.
-        also: shapes that take part only when asked for; shipped are "hexagon" and "cross".
+        also: shapes that take part only when asked for; shipped are "hexagon" and "cross", for all
+            layers.
 
     Raises:
         RecognitionError: there is no such recogniser or shape, or its weights fit another pad.

@@ -94,31 +94,21 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[View, d
     return View(basis, mean.astype(np.float32), scale, layers, tuple(shape)), dataset.metadata
 
 
-def see_presses(folder: Path, view: View, keep: Callable[[np.ndarray], np.ndarray] | None = None) -> Presses:
+def see_presses(folder: Path, view: View, *, most: int | None = None) -> Presses:
     """A dataset as a view sees it.
 
     Args:
         folder: of the dataset.
         view: what looks at it.
-        keep: which presses, by the names of their shapes; all of them by default.
+        most: stop reading once there are this many presses; by default all.
     """
-    dataset = read_dataset(folder)
+    dataset = read_dataset(folder, most=most)
     octant, mirrors = _octants(dataset, view.layers)
-    chosen = np.arange(len(octant)) if keep is None else np.flatnonzero(keep(dataset.labels["shape"]))
-    flat_octant = octant[chosen]
-    source, x, y, swapped, images = [chosen], [mirrors.x[chosen]], [mirrors.y[chosen]], [mirrors.swapped[chosen]], []
-    images.append(flat_octant)
-    for flip, near in _borders(flat_octant):
-        again = mirrored(flat_octant[near], flip)
-        images.append(again)
-        source.append(chosen[near])
-        # A mirror image across the border is the one an octant's neighbour would have been mirrored into.
-        was_swapped = mirrors.swapped[chosen][near]
-        flips_x = flip.y & was_swapped
-        flips_y = flip.y & ~was_swapped
-        x.append(mirrors.x[chosen][near] ^ flips_x)
-        y.append(mirrors.y[chosen][near] ^ flips_y)
-        swapped.append(was_swapped ^ flip.swapped)
+    images, source, all_mirrors = [octant], [np.arange(len(octant))], [mirrors]
+    for flip, near in _borders(octant):
+        images.append(mirrored(octant[near], flip))
+        source.append(near)
+        all_mirrors.append(Mirrors(mirrors.x[near], mirrors.y[near], mirrors.swapped[near]).then(flip))
     whole = np.concatenate(images)
     readings = whole.reshape(-1, view.parts.shape[0])
     index = np.concatenate(source)
@@ -131,8 +121,24 @@ def see_presses(folder: Path, view: View, keep: Callable[[np.ndarray], np.ndarra
         peak=readings.max(axis=1),
         dataset=Dataset(np.zeros(0, dtype=np.float32), dataset.labels, dataset.metadata),
         source=index,
-        mirrors=Mirrors(np.concatenate(x), np.concatenate(y), np.concatenate(swapped)),
+        mirrors=_joined_mirrors(all_mirrors),
         held_out=outline % 40 == 0,
+    )
+
+
+def joined(first: Presses, second: Presses) -> Presses:
+    """Presses of two datasets as one; the metadata is the second's."""
+    one, other = first.dataset, second.dataset
+    labels = {name: np.concatenate([one.labels[name], other.labels[name]]) for name in one.labels}
+    arrays = {
+        name: np.concatenate([getattr(first, name), getattr(second, name)])
+        for name in ("readings", "projected", "energy", "peak", "held_out")
+    }
+    return Presses(
+        **arrays,
+        dataset=Dataset(one.readings, labels, other.metadata),
+        source=np.concatenate([first.source, second.source + len(one.labels["press"])]),
+        mirrors=_joined_mirrors([first.mirrors, second.mirrors]),
     )
 
 
@@ -288,6 +294,10 @@ def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str
         },
         "training_seconds": round(seconds, 1),
     }
+
+
+def _joined_mirrors(mirrors: list[Mirrors]) -> Mirrors:
+    return Mirrors(*(np.concatenate([getattr(one, name) for one in mirrors]) for name in ("x", "y", "swapped")))
 
 
 def _octants(dataset: Dataset, layers: tuple[int, ...]) -> tuple[np.ndarray, Mirrors]:

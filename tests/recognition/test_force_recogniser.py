@@ -76,9 +76,11 @@ def test_dead_taxels_are_mended(recognise, pressed):
     readings = pressed("circle", FORCE, shift=(0.5e-3, 0.2e-3))[0]
     whole = recognise(readings)
     broken = readings.copy()
-    broken[0, 6, 4] = broken[1, 3, 8] = broken[2, 6, 6] = 0.0
+    for layer in (0, 1):  # the two taxels that read most in each
+        broken[layer].flat[np.argsort(readings[layer], axis=None)[-2:]] = 0.0
     mended = recognise(broken)
-    assert np.degrees(angles_between(mended.force, whole.force)) < 0.5
+    # Not mended, these four turn the force by 0.7 degrees.
+    assert np.degrees(angles_between(mended.force, whole.force)) < 0.35
 
 
 def test_the_top_layer_alone_takes_its_own_readings_or_all(top, pressed):

@@ -52,7 +52,7 @@ def test_scripts_train_what_can_be_loaded_and_a_new_shape_touches_no_other_modul
         run("train_pose", module=module, data=presses, width=16, steps=20)
     run("train_shapes", data=presses, width=16, steps=60)
     before = read_registry(weights)
-    run("add_shape", shape="hexagon", presses=96, workers=1, width=8, steps=20)
+    run("add_shape", shape="hexagon", data=presses, presses=48, workers=1, width=8, steps=20)
 
     after = read_registry(weights)
     assert set(after) - set(before) == {"shape hexagon"}
@@ -81,12 +81,11 @@ def test_arguments_come_from_the_dataclass(scripts):
 def test_a_new_shape_is_pressed_as_the_others_were(scripts):
     spec = load_spec(TRAINING / "presses.toml")
     config = scripts["add_shape"].Config(shape="cross", weights=Path("weights"))
-    mixed = scripts["add_shape"].with_shape(spec, config)
-    share = mixed.contacts[-1].weight / sum(contact.weight for contact in mixed.contacts)
-    assert share == pytest.approx(0.5)
-    assert mixed.contacts[-1].size == spec.contacts[0].size
-    assert mixed.contacts[:-1] == spec.contacts
-    assert replace(mixed, contacts=spec.contacts).presets == spec.presets
+    new = scripts["add_shape"].of_shape(spec, config)
+    (contact,) = new.contacts
+    assert contact == replace(spec.contacts[0], shapes=("cross",))
+    assert (new.presets, new.laws, new.free, new.pad) == (spec.presets, spec.laws, spec.free, spec.pad)
+    assert new.seed != spec.seed
 
 
 def test_only_symmetric_pads_are_trained_for(tmp_path, scripts):
