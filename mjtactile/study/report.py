@@ -33,7 +33,7 @@ def study_report(found: dict[str, Any]) -> str:
         f"{settings['seeds']} initialisations of each network, magnitude networks trained for "
         f"{settings['magnitude_iterations']:,} iterations, readings of preset {settings['preset']}. Ours: mean and "
         f"standard deviation over initialisations; in brackets the one with the least training error, which is the one "
-        f"the paper tests. Training took {found['seconds'] / 60:.1f} minutes of one core in all.",
+        f"the paper tests. Training and testing took {found['seconds'] / 60:.0f} minutes of one process in all.",
         'Contact laws "uniform" and "elastic" give readings that differ by up to '
         f'{found["elastic_difference"]:.0%}. Law "foundation" presses a flat punch as "uniform" does: its readings '
         f"differ by {found['foundation_difference']:.0e} at most, so it has no columns of its own.",
