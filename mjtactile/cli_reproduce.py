@@ -15,6 +15,9 @@ from mjtactile.errors import MjTactileError
 def reproduce(
     seeds: Annotated[int | None, typer.Option(min=1, help="Initialisations of every network.  [default: 10]")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Little training, no reasons tested: to see it run.")] = False,
+    iterations: Annotated[
+        int | None, typer.Option(min=1, help="Of the magnitude networks' training, at most.  [default: 100000]")
+    ] = None,
     preset: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: balanced]")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what an earlier run finished.")] = False,
@@ -34,6 +37,8 @@ def reproduce(
     settings = QUICK if quick else Settings()
     if seeds is not None:
         settings = replace(settings, seeds=seeds)
+    if iterations is not None:
+        settings = replace(settings, magnitude_iterations=iterations)
     if preset is not None:
         fidelity(preset)
         settings = replace(settings, preset=preset)

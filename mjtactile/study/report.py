@@ -20,6 +20,7 @@ from mjtactile.study.tables import (
     markdown,
     our_columns,
     outputs_table,
+    paper_direction_error,
     presented_table,
     shape_result,
     shapes_right_table,
@@ -33,7 +34,7 @@ def study_report(found: dict[str, Any]) -> str:
         f"{settings['seeds']} initialisations of each network, magnitude networks trained for "
         f"{settings['magnitude_iterations']:,} iterations, readings of preset {settings['preset']}. Ours: mean and "
         f"standard deviation over initialisations; in brackets the one with the least training error, which is the one "
-        f"the paper tests. Training took {found['seconds'] / 60:.1f} minutes of one core in all.",
+        f"the paper tests. Training and testing took {found['seconds'] / 60:.0f} minutes of one process in all.",
         'Contact laws "uniform" and "elastic" give readings that differ by up to '
         f'{found["elastic_difference"]:.0%}. Law "foundation" presses a flat punch as "uniform" does: its readings '
         f"differ by {found['foundation_difference']:.0e} at most, so it has no columns of its own.",
@@ -98,6 +99,7 @@ def shape_variants_table(found: dict[str, Any]) -> str:
 def differences(found: dict[str, Any]) -> list[str]:
     """Where ours differs from the paper, said plainly: a line for each table."""
     lines = []
+    paper = {n: paper_direction_error(n) for n in LAYERS}
     for law in STUDIED_LAWS:
         forces = {layers: force_result(found, law, layers) for layers in LAYERS}
         shapes = {layers: shape_result(found, law, layers) for layers in LAYERS}
@@ -107,7 +109,8 @@ def differences(found: dict[str, Any]) -> list[str]:
         perfect = {n: int((right[n] == len(INDENTER_NAMES)).any(axis=0).sum()) for n in LAYERS}
         lines.append(
             f'- Law "{law}". Direction: {direction[1]:.2f} deg off on the mean with one layer, {direction[4]:.2f} with '
-            f"four (the paper: 0.10 and 0.08). Magnitude: {magnitude[1]:.2f} gf with one layer (the paper: 0.53), "
+            f"four (the paper: {paper[1]:.2f} and {paper[4]:.2f}). "
+            f"Magnitude: {magnitude[1]:.2f} gf with one layer (the paper: 0.53), "
             f"{magnitude[4]:.2f} with four (0.23): {_layers_help(magnitude[4], magnitude[1])}. Shapes: "
             f"{right[1].mean():.1f} of 7 with one layer (the paper: 4), {right[4].mean():.1f} with four (7): "
             f"{_layers_help(-right[4].mean(), -right[1].mean())}. All 7 in some direction: {perfect[1]} of "

@@ -121,6 +121,15 @@ def test_punches_go_where_recognition_says_not_where_they_belong(draft):
     assert [each["bin"] for each in judged["sorted"]] == [following[each["true"]] for each in judged["sorted"]]
 
 
+def test_a_punch_counts_where_it_is_not_where_it_was_said_to_go(draft):
+    loop, _ = looped(draft)
+    loop.tick(0)
+    said = tasks.Sorted(arm=0, shape=loop.scene.truth[0], confidence=1.0, looks=10, position=(0.0, 0.0))
+    (judged,) = judge(LoopSettings(), loop, [], [said])["sorted"]
+    assert judged["bin"] is None
+    assert not judged["right"]
+
+
 def test_a_force_recognised_wrongly_is_pressed_wrongly(draft):
     loop, _ = looped(draft, off=(0.0, 0.0, 0.1))
     held = tasks.press_forces(loop, 0, [np.array([0.0, 0.0, -0.5])])
