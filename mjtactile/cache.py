@@ -55,7 +55,7 @@ def influence_matrices(
     Args:
         pad: by default the paper's, `Pad()`.
         mesh: "draft", "default" or "fine", or a MeshDensity; "default" when there is no preset either.
-        preset: "fast", "balanced" or "accurate", or a Fidelity, in place of a mesh.
+        preset: "fast", "balanced", "precise" or "accurate", or a Fidelity, in place of a mesh.
         progress: show a progress bar on a terminal while building.
         cache: False neither reads nor writes the cache.
 

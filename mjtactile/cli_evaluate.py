@@ -12,7 +12,9 @@ import typer
 def evaluate(
     seed: Annotated[int, typer.Option(min=0, help="Of the presses and the noise.")] = 1,
     presses: Annotated[int, typer.Option(min=20, help="How many in MuJoCo.")] = 2000,
-    preset: Annotated[str, typer.Option(help="Fidelity of the sensor: fast, balanced or accurate.")] = "balanced",
+    preset: Annotated[
+        str, typer.Option(help="Fidelity of the sensor: fast, balanced, precise or accurate.")
+    ] = "precise",
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,

@@ -18,7 +18,7 @@ def reproduce(
     iterations: Annotated[
         int | None, typer.Option(min=1, help="Of the magnitude networks' training, at most.  [default: 100000]")
     ] = None,
-    preset: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: balanced]")] = None,
+    preset: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: precise]")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what an earlier run finished.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write all figures to this JSON file.")] = None,

@@ -53,7 +53,7 @@ class DatasetSpec:
     presses: int = 1000  #: how many
     seed: int = 0
     backend: str = "physics"  #: "physics": contact laws alone; "mujoco": press scenes, settled
-    presets: tuple[str, ...] = ("balanced",)  #: fidelities, drawn with equal odds
+    presets: tuple[str, ...] = ("precise",)  #: fidelities, drawn with equal odds
     laws: tuple[str, ...] = ("elastic",)  #: contact laws, drawn with equal odds
     tangential: tuple[str, ...] = ("proportional",)  #: how shear spreads, drawn with equal odds
     free: float = 0.0  #: share of the bodies that may tilt, so that the force passes through their origin [-]
@@ -104,7 +104,7 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
         presses=_count(values, "presses", 1000),
         seed=_count(values, "seed", 0, least=0),
         backend=_names(values, "backend", "physics", BACKENDS)[0],
-        presets=_names(values, "preset", "balanced", tuple(PRESETS)),
+        presets=_names(values, "preset", "precise", tuple(PRESETS)),
         laws=_names(values, "law", "elastic", LAWS),
         tangential=_names(values, "tangential", "proportional", TANGENTIALS[:2]),
         free=_share(values, "free"),

@@ -60,7 +60,7 @@ def evaluate(
     seed: int,
     *,
     presses: int = 2000,
-    preset: str = "balanced",
+    preset: str = "precise",
     workers: int = 2,
     folder: Path | None = None,
     progress: bool = True,

@@ -76,6 +76,7 @@ PRESETS: dict[str, Fidelity] = {
         law="elastic",
         cells=70,
     ),
+    "precise": Fidelity(mesh="default", precision="float32", reduction=0.003, law="elastic", cells=200),
     "accurate": Fidelity(mesh="fine", precision="float32", reduction=0.0, law="elastic", cells=800),
 }
 

@@ -132,7 +132,7 @@ def test_contact_law_and_cells_share_a_table(builds):
 def test_mesh_and_preset_together_are_refused(builds):
     with pytest.raises(PresetError, match=r"preset 'fast' brings its own mesh, 'draft', but mesh = 'fine'"):
         influence_matrices(mesh="fine", preset="fast")
-    with pytest.raises(PresetError, match="Available: fast, balanced, accurate"):
+    with pytest.raises(PresetError, match="Available: fast, balanced, precise, accurate"):
         influence_matrices(preset="quick")
     assert builds == []
 

@@ -21,7 +21,7 @@ def test_preset_is_known_by_name_and_stands_for_itself(name):
 
 
 def test_presets_go_from_fast_to_accurate():
-    assert list(PRESETS) == ["fast", "balanced", "accurate"]
+    assert list(PRESETS) == ["fast", "balanced", "precise", "accurate"]
     elements = [p.density.in_plane_size for p in PRESETS.values()]
     assert elements == sorted(elements, reverse=True)
     cells = [p.cells for p in PRESETS.values()]
@@ -30,7 +30,9 @@ def test_presets_go_from_fast_to_accurate():
 
 
 def test_unknown_preset_lists_those_that_exist():
-    with pytest.raises(PresetError, match=r"preset 'quick' does not exist. Available: fast, balanced, accurate"):
+    with pytest.raises(
+        PresetError, match=r"preset 'quick' does not exist. Available: fast, balanced, precise, accurate"
+    ):
         fidelity("quick")
 
 

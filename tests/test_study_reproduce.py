@@ -151,7 +151,7 @@ def test_the_command_prints_tables_and_writes_json_and_page(cache, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--preset", "quick"], "fast, balanced, accurate"),
+        (["--preset", "quick"], "fast, balanced, precise, accurate"),
         (["--seeds", "0"], "seeds"),
         (["--json", "/nonexistent/s.json"], "cannot write"),
         (["--page", "/nonexistent/study.md"], "bench study"),

@@ -53,7 +53,7 @@ class Settings:
     """How much of the study is done."""
 
     seeds: int = INITIALISATIONS  #: initialisations of every network
-    preset: str = "balanced"  #: fidelity of the readings
+    preset: str = "precise"  #: fidelity of the readings
     magnitude_iterations: int = MAGNITUDE_ITERATIONS
     variant_iterations: int = VARIANT_ITERATIONS
     shape_iterations: int = SHAPE_ITERATIONS

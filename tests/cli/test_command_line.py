@@ -146,7 +146,7 @@ def test_build_makes_a_preset_and_finds_it_again(tmp_path):
     both = run("build", "--preset", "fast", "--mesh", "draft")
     assert both.returncode == 2
     assert "Drop mesh=" in both.stderr
-    assert "Available: fast, balanced, accurate" in run("build", "--preset", "quick").stderr
+    assert "Available: fast, balanced, precise, accurate" in run("build", "--preset", "quick").stderr
 
 
 def test_info_lists_punches_meshes_and_cache(tmp_path):
@@ -154,6 +154,6 @@ def test_info_lists_punches_meshes_and_cache(tmp_path):
     facts = json.loads(done.stdout)
     assert "star" in facts["punches"]
     assert facts["meshes"] == {"draft": None, "default": None, "fine": None}
-    assert facts["presets"] == {"fast": None, "balanced": None, "accurate": None}
+    assert facts["presets"] == dict.fromkeys(("fast", "balanced", "precise", "accurate"))
     assert facts["cache"] == str(tmp_path)
     assert "not built" in run("info", MJTACTILE_CACHE=str(tmp_path)).stdout

@@ -90,7 +90,7 @@ def test_attached_pads_go_along_when_specs_are_attached():
     ("options", "says"),
     [
         ({"body": "thumb"}, "finger"),
-        ({"fidelity": "quick"}, "fast, balanced, accurate"),
+        ({"fidelity": "quick"}, "fast, balanced, precise, accurate"),
         ({"output": "force"}, "von_mises, stress, wrench"),
         ({"pad": "none"}, "default"),
         ({"pos": (0, 0)}, "three lengths"),

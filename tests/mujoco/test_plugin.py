@@ -169,7 +169,7 @@ def test_forward_twice_gives_the_same_bits(model):
 
 WRONG = {
     '<config key="pad" value="none"/>': ("default", "register_pad"),
-    '<config key="fidelity" value="quick"/>': ("fast, balanced, accurate",),
+    '<config key="fidelity" value="quick"/>': ("fast, balanced, precise, accurate",),
     '<config key="output" value="force"/>': ("von_mises, stress, wrench",),
     '<config key="law" value="hertz"/>': ("uniform, foundation, elastic",),
     '<config key="tangential" value="slip"/>': ("proportional, stick, coulomb",),
