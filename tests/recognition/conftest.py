@@ -17,7 +17,7 @@ Pressed = Callable[..., np.ndarray]
 @pytest.fixture(scope="session")
 def pressed() -> Pressed:
     """Readings (forces, layers, rows, columns) of a shape in a pose under forces (forces, 3)."""
-    influence = influence_matrices(preset="fast", progress=False)
+    influence = influence_matrices(preset="precise", progress=False)
 
     def readings(shape, forces, *, shift=(0.0, 0.0), rotation=0.0, size=1.0):
         forces = np.atleast_2d(forces)
@@ -27,7 +27,7 @@ def pressed() -> Pressed:
             first=0,
             shape=shape,
             size=size,
-            preset="fast",
+            preset="precise",
             law="elastic",
             tangential="proportional",
             free=False,
