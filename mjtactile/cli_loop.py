@@ -29,7 +29,7 @@ def loop(
     rate: Annotated[int, typer.Option(help="Of readings and recognition, in simulated time [Hz].")] = 200,
     noise: Annotated[float, typer.Option(min=0.0, help="Standard deviation over the largest reading [-].")] = 0.01,
     transducer: Annotated[bool, typer.Option("--transducer", help="Read through imperfect capacitive cells.")] = False,
-    preset: Annotated[str, typer.Option(help="Fidelity of the readings.")] = "fast",
+    preset: Annotated[str, typer.Option(help="Fidelity of the readings.")] = "precise",
     layers: Annotated[str, typer.Option(help="What recognisers see: all or top.")] = "all",
     weights: Annotated[Path | None, typer.Option(help="Folder of weights.  [default: those shipped]")] = None,
     figure: Annotated[Path, typer.Option(help="Draw what happened to this file.")] = Path("loop.png"),

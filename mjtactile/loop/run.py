@@ -36,7 +36,7 @@ class LoopSettings:
     sort: bool = True  #: whether the punches are sorted
     rate: int = 200  #: of readings and recognition [Hz], in simulated time
     noise: float = 0.01  #: standard deviation over a reading's largest taxel [-]
-    preset: str = "fast"  #: fidelity of the readings
+    preset: str = "precise"  #: fidelity of the readings
     layers: str = "all"  #: recognisers that see "all" sensing layers or the "top" one
 
 

@@ -12,7 +12,7 @@ bool factor(Matrix& matrix) {
   constexpr std::size_t kBlock = 16;
   const std::size_t size = matrix.rows(), stride = matrix.stride();
   double* u = matrix.data();
-  std::vector<double> above;
+  static thread_local std::vector<double> above;  // kept between calls: nothing is allocated in a step
   for (std::size_t first = 0; first < size; first += kBlock) {
     const std::size_t last = std::min(first + kBlock, size);
     if (first > 0) {

@@ -92,7 +92,9 @@ bool ElasticContact::weights(const Face& face, const LawOptions& options, const 
   std::copy(pressing, pressing + motions, weights.begin());
   const double torsion = wrench[5] - (centre_.x * wrench[1] - centre_.y * wrench[0]);
   if (wrench[0] == 0.0 && wrench[1] == 0.0 && torsion == 0.0) return true;
-  Matrix gram(3, 3), motion(3, 1);
+  Matrix &gram = workspace.gram, &motion = workspace.motion;
+  gram.resize(3, 3);
+  motion.resize(3, 1);
   motion[0][0] = wrench[0];
   motion[1][0] = wrench[1];
   motion[2][0] = torsion / face.length;

@@ -22,7 +22,7 @@ class ElasticContact {
   struct Workspace {
     SurfaceCompliance::Workspace compliance;
     SurfaceGrid::Workspace grid;
-    Matrix matrix;
+    Matrix matrix, gram, motion;
     std::vector<double> placed, modes, forces, tractions;
     std::vector<TractionEdge> edges;
   };

@@ -100,21 +100,21 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
   solve_factored(factor_, right_);
 
   // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
-  Matrix stiffness(motions, motions);
+  stiffness_.resize(motions, motions);
   map_motion_.resize(motions, entries);
   for (std::size_t m = 0; m < motions; ++m) {
     for (std::size_t n = 0; n < entries; ++n) {
       double sum = 0.0;
       for (std::size_t a = 0; a < count; ++a) sum += modes[places_[a] * motions + m] * right_[n][a];
       if (n < motions) {
-        stiffness[m][n] = sum;
+        stiffness_[m][n] = sum;
         map_motion_[m][n] = m == n ? 1.0 : 0.0;
       } else {
         map_motion_[m][n] = sum;
       }
     }
   }
-  if (!solve_small(stiffness, map_motion_, kOpen)) return false;
+  if (!solve_small(stiffness_, map_motion_, kOpen)) return false;
   map_forces_.resize(cells, entries);
   map_separation_.resize(cells, entries);
   std::fill(map_forces_.data(), map_forces_.data() + cells * map_forces_.stride(), 0.0);

@@ -44,7 +44,7 @@ class RigidContact {
   std::vector<std::uint8_t> pressed_, exchange_;
   std::vector<std::uint64_t> seen_;
   std::vector<std::size_t> places_;
-  Matrix factor_, right_, map_forces_, map_motion_, map_separation_;
+  Matrix factor_, right_, stiffness_, map_forces_, map_motion_, map_separation_;
 };
 
 }  // namespace mjtactile

@@ -63,7 +63,7 @@ def looped(influence, seed=0, rate=200, noise=0.0, watch=lambda loop: None, **or
 def done(draft):
     """Presses and sorting with an oracle."""
     loop, _ = looped(draft)
-    settings = LoopSettings(presses=2, preset="fast")
+    settings = LoopSettings(presses=2)
     held = tasks.press_forces(loop, 0, tasks.commanded_forces(2, 0))
     put_away = tasks.sort_punches(loop)
     return LoopResult(settings, loop.scene, loop.log, held, put_away, judge(settings, loop, held, put_away))
