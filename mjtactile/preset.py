@@ -66,7 +66,7 @@ class Fidelity:
 
 #: Named fidelities, fast to accurate.
 PRESETS: dict[str, Fidelity] = {
-    "fast": Fidelity(mesh="draft", precision="int8", reduction=0.03, averaging="mean", law="elastic", cells=32),
+    "fast": Fidelity(mesh="draft", precision="int8", reduction=0.03, averaging="mean", law="elastic", cells=20),
     "balanced": Fidelity(
         mesh="default",
         precision="float16",
@@ -74,7 +74,7 @@ PRESETS: dict[str, Fidelity] = {
         averaging="deep",
         loads="corners",
         law="elastic",
-        cells=70,
+        cells=60,
     ),
     "precise": Fidelity(mesh="default", precision="float32", reduction=0.003, law="elastic", cells=200),
     "accurate": Fidelity(mesh="fine", precision="float32", reduction=0.0, law="elastic", cells=800),

@@ -8,6 +8,7 @@ namespace {
 
 constexpr int kPowers = 3;  // of a local coordinate in a quadratic shape function
 constexpr int kForces = 3;
+constexpr double kThird = 1.0 / 3.0;
 // Gauss points on [0, 1]: an integrand along an edge has degree 5.
 const double kRoot = std::sqrt(0.6);
 const double kNodes[3] = {0.5 - 0.5 * kRoot, 0.5, 0.5 + 0.5 * kRoot};
@@ -31,11 +32,21 @@ SurfaceGrid::SurfaceGrid(std::vector<double> x, std::vector<double> y) : x_(std:
 
 void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, Workspace& workspace,
                                   double* forces) const {
-  const std::size_t elements = (x_.size() - 1) * (y_.size() - 1);
-  workspace.own.assign(elements * kOwn, 0.0);
-  workspace.passing.assign(elements * kPassing, 0.0);
+  const std::size_t columns = x_.size() - 1, rows = y_.size() - 1;
+  workspace.own.resize(columns * rows * kOwn);
+  workspace.passing.resize(columns * rows * kPassing);
+  workspace.first.assign(rows, columns);
+  workspace.last.assign(rows, 0);
   for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
   gather(workspace, forces);
+}
+
+// Only rows that something runs through are cleared, and gathered from.
+void SurfaceGrid::begin_row(std::size_t row, Workspace& workspace) const {
+  const std::size_t columns = x_.size() - 1;
+  std::fill_n(workspace.own.begin() + static_cast<std::ptrdiff_t>(row * columns * kOwn), columns * kOwn, 0.0);
+  std::fill_n(workspace.passing.begin() + static_cast<std::ptrdiff_t>(row * columns * kPassing), columns * kPassing,
+              0.0);
 }
 
 void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const {
@@ -71,14 +82,18 @@ void SurfaceGrid::add_piece(const double* start, const double* end, const double
   const double height = (start[1] + end[1]) / 2;
   if (!(height > low_y() && height < high_y()) || start[1] == end[1]) return;
   const std::size_t column = element(x_, (start[0] + end[0]) / 2), row = element(y_, height);
-  const double half_x = (x_[column + 1] - x_[column]) / 2, half_y = (y_[row + 1] - y_[row]) / 2;
+  if (workspace.first[row] > workspace.last[row]) begin_row(row, workspace);
+  workspace.first[row] = std::min(workspace.first[row], column);
+  workspace.last[row] = std::max(workspace.last[row], column);
+  const double half_x = (x_[column + 1] - x_[column]) / 2;
+  const double per_x = 1.0 / half_x, per_y = 2.0 / (y_[row + 1] - y_[row]);
   double own[kPowers][kPowers] = {}, passing[kPowers] = {};
   for (int g = 0; g < 3; ++g) {
     const double x = start[0] + kNodes[g] * (end[0] - start[0]), y = start[1] + kNodes[g] * (end[1] - start[1]);
-    const double xi = std::min(1.0, std::max(-1.0, (x - x_[column]) / half_x - 1.0));
-    const double eta = (y - y_[row]) / half_y - 1.0;
+    const double xi = std::min(1.0, std::max(-1.0, (x - x_[column]) * per_x - 1.0));
+    const double eta = (y - y_[row]) * per_y - 1.0;
     const double square = xi * xi;
-    const double left[kPowers] = {half_x * (xi + 1.0), half_x * (square - 1.0) / 2, half_x * (square * xi + 1.0) / 3};
+    const double left[kPowers] = {half_x * (xi + 1.0), half_x * (square - 1.0) * 0.5, half_x * (square * xi + 1.0) * kThird};
     double power = (end[1] - start[1]) * kWeights[g];
     for (int b = 0; b < kPowers; ++b, power *= eta) {
       passing[b] += power;
@@ -101,8 +116,10 @@ void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
   const std::size_t columns = x_.size() - 1, rows = y_.size() - 1, width = nodes_x();
   std::fill(forces, forces + kForces * width * nodes_y(), 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
+    if (workspace.first[row] > workspace.last[row]) continue;
     double right[kPassing] = {};
-    for (std::size_t column = columns; column-- > 0;) {
+    // Left of all edges nothing is left to fill: those of closed polygons cancel.
+    for (std::size_t column = workspace.last[row] + 1; column-- > workspace.first[row];) {
       const double* own = workspace.own.data() + (row * columns + column) * kOwn;
       const double* passing = workspace.passing.data() + (row * columns + column) * kPassing;
       const double half = (x_[column + 1] - x_[column]) / 2;

@@ -29,6 +29,7 @@ class SurfaceGrid {
   struct Workspace {
     std::vector<double> own, passing;  // per element: moments of what runs in it, and heights that fill its row
     std::vector<double> crossings;
+    std::vector<std::size_t> first, last;  // per row: elements with anything in them, first > last for none
   };
 
   // Consistent nodal forces [N] of tractions that are constant on polygons, given by their edges, into
@@ -40,6 +41,8 @@ class SurfaceGrid {
   void add_edge(const TractionEdge& edge, Workspace& workspace) const;
   void add_piece(const double* start, const double* end, const double* traction, Workspace& workspace) const;
   void gather(Workspace& workspace, double* forces) const;
+
+  void begin_row(std::size_t row, Workspace& workspace) const;
 
   std::vector<double> x_, y_;
 };
