@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import COARSE, in_double_precision
 from scipy.interpolate import RegularGridInterpolator
 from shapely import Point, Polygon
+from small_pads import COARSE, in_double_precision
 
 from mjtactile.cells import Cells
 from mjtactile.compliance import SurfaceCompliance, surface_compliance

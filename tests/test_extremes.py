@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import COARSE
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 from shapely import MultiPolygon, Point, Polygon, affinity, box
+from small_pads import COARSE
 from threadpoolctl import threadpool_limits
 
 from mjtactile.basis import WrenchBasis

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import COARSE, LAYERED_PAD
 from shapely import Point
+from small_pads import COARSE, LAYERED_PAD
 
 from mjtactile.cache import build_influence
 from mjtactile.contact import SurfaceLoad, contact_load

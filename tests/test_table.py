@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import COARSE, LAYERED_PAD
+from small_pads import COARSE, LAYERED_PAD
 
 import mjtactile.provenance
 from mjtactile.cache import build_influence

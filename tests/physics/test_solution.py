@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse.linalg
-from conftest import COARSE, LAYERED_PAD, in_double_precision
 from direct import relative_difference, solve
+from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
 from mjtactile.contact import SurfaceLoad, contact_load
 from mjtactile.direct import without_tables
