@@ -18,7 +18,8 @@ from mjtactile.cells import Cells
 from mjtactile.errors import FootprintError
 from mjtactile.facing import FlatPart, lower_surface
 from mjtactile.gap import HalfSpace, Pose, Shape
-from mjtactile.native import contiguous, library, pointer
+from mjtactile.influence import InfluenceMatrices
+from mjtactile.native import contiguous, library, native_pad, pointer
 from mjtactile.pad import Array
 from mjtactile.partition import outline_cells
 from mjtactile.planar import areal
@@ -85,6 +86,26 @@ class NativeFace:
             )
         )
         self._finalizer = weakref.finalize(self, core.mjt_face_free, self.handle)
+
+    def nodal_forces(
+        self, influence: InfluenceMatrices, pose: Pose, wrench: Array, *, tilting: bool, friction: float | None
+    ) -> Array | None:
+        """Nodal forces (nodes y, nodes x, 3) [N] of the face at a pose in the pad frame under a wrench (6,) [N, N m].
+
+        None where the NumPy reference has to take over.
+        """
+        forces = np.empty((*influence.surface.node_shape, 3))
+        numbers, wanted = contiguous([*pose.position, *pose.rotation.ravel()]), contiguous(wrench)
+        found = library().mjt_face_press(
+            native_pad(influence).handle,
+            self.handle,
+            pointer(numbers),
+            pointer(wanted),
+            ctypes.c_int(tilting),
+            ctypes.c_double(-1.0 if friction is None else friction),
+            pointer(forces),
+        )
+        return forces if found else None
 
 
 def body_face(

@@ -90,7 +90,7 @@ def library() -> ctypes.CDLL:
             "again with `pip install .`, so that both come from one source."
         )
     loaded.mjt_kernels.restype = ctypes.c_char_p
-    for name in ("mjt_pad_new", "mjt_face_new", "mjt_sensor_new"):
+    for name in ("mjt_pad_new", "mjt_face_new"):
         getattr(loaded, name).restype = ctypes.c_void_p
     loaded.mjt_pad_bytes.restype = ctypes.c_size_t
     loaded.mjt_basis_bytes.restype = ctypes.c_size_t

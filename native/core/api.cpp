@@ -10,13 +10,6 @@
 
 using namespace mjtactile;
 
-struct mjt_sensor {
-  CallbackHost host;
-  AnySensor sensor;
-  Steadiness state;
-  std::vector<Touch> touches;
-};
-
 namespace {
 
 // Every thread keeps its memory between calls.
@@ -185,36 +178,6 @@ int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose,
   if (!kept.elastic.weights(flat, options, wrench, kept.weights, kept.law)) return 0;
   kept.elastic.nodal_forces(flat, pad->pad->surface(), kept.weights, kept.law, nodal_forces);
   return 1;
-}
-
-mjt_sensor* mjt_sensor_new(const mjt_pad* pad, int tilting, double friction, int native, double tolerance,
-                           const mjt_host* host, int64_t context) {
-  return new mjt_sensor{CallbackHost(*host, context),
-                        AnySensor(pad->pad, {tilting != 0, friction}, native != 0, tolerance),
-                        {},
-                        {}};
-}
-
-void mjt_sensor_free(mjt_sensor* sensor) { delete sensor; }
-
-void mjt_sensor_forget(mjt_sensor* sensor) {
-  sensor->sensor.forget();
-  sensor->state = {};
-}
-
-void mjt_sensor_read(mjt_sensor* sensor, size_t count, const int* bodies, const double* poses, const double* wrenches,
-                     double* readings, double* stress) {
-  sensor->touches.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    Touch& touch = sensor->touches[i];
-    touch.body = bodies[i];
-    touch.pose = pose_of(poses + 12 * i);
-    std::copy(wrenches + 6 * i, wrenches + 6 * (i + 1), touch.wrench);
-  }
-  sensor->sensor.press(sensor->touches.data(), count, sensor->state, sensor->host);
-  if (readings != nullptr) sensor->sensor.readings(readings);
-  if (stress != nullptr) sensor->sensor.stress(stress);
-  sensor->state = sensor->sensor.after(sensor->state);
 }
 
 size_t mjt_basis_bytes(void) { return BasisCache<float>::shared().bytes() + BasisCache<double>::shared().bytes(); }

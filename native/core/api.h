@@ -13,7 +13,6 @@
 
 struct mjt_pad;
 struct mjt_face;
-struct mjt_sensor;
 
 /* The slower ways, in Python. Pose: position (3) and rotation (9, row-major) of the body in the pad frame. */
 typedef struct mjt_host {
@@ -68,19 +67,9 @@ MJT_API mjt_face* mjt_face_new(const double* rotation, double height, double mos
                                size_t edges, const double* ends, const int32_t* sides, size_t corners,
                                const double* outline, int cut);
 MJT_API void mjt_face_free(mjt_face* face);
-/* Nodal forces of one face pressed at a pose, without host; 0 where the reference has to take over. Also what the
-   contact is, each null or: forces on the cells (cells, 3) [N], motion (1 or 3). */
+/* Nodal forces of one face pressed at a pose; 0 where the reference has to take over. */
 MJT_API int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench,
                            int tilting, double friction, double* nodal_forces);
 
-/* One pad in one simulation, for callers that keep no state themselves. `friction` < 0: none. `native` 0: the host does
-   everything. */
-MJT_API mjt_sensor* mjt_sensor_new(const mjt_pad* pad, int tilting, double friction, int native, double tolerance,
-                                   const mjt_host* host, int64_t context);
-MJT_API void mjt_sensor_free(mjt_sensor* sensor);
-MJT_API void mjt_sensor_forget(mjt_sensor* sensor);
-/* bodies (count), poses (count, 12), wrenches (count, 6); readings (taxels), stress (6, taxels) or null. */
-MJT_API void mjt_sensor_read(mjt_sensor* sensor, size_t count, const int* bodies, const double* poses,
-                             const double* wrenches, double* readings, double* stress);
 /* Memory that wrench bases take in this process [bytes]. */
 MJT_API size_t mjt_basis_bytes(void);
