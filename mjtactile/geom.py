@@ -6,6 +6,8 @@ body's lower surface, or the section of its true solid just above its lowest poi
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 import numpy.typing as npt
@@ -210,6 +212,17 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
     if geom < 0:
         names = [model.geom(i).name for i in range(model.ngeom) if model.geom(i).name]
         raise SceneError(f"geom '{name}' does not exist in the model. Available: {names}. Pass geom=... of the pad.")
+    check_pad_box(model, geom, pad)
+    return geom
+
+
+def check_pad_box(model: Any, geom: int, pad: Pad) -> None:
+    """Refuse a geom that cannot be a pad; the model may be a copy of its geoms.
+
+    Raises:
+        SceneError: when the geom is not a box of the pad's size.
+    """
+    name = model.geom(geom).name
     if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
         raise SceneError(f"geom '{name}' is not a box. A pad is a box geom whose +z face senses.")
     actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
@@ -218,7 +231,6 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
             f"geom '{name}' measures {_millimetres(actual)} mm, but the pad {_millimetres(expected)} mm. "
             "Give the geom half of the pad's lengths as its size, or pass the Pad that fits it."
         )
-    return geom
 
 
 def _millimetres(lengths: Array) -> str:

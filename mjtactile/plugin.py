@@ -30,7 +30,6 @@ class Instance(ctypes.Structure):
     _fields_ = [
         ("pad", ctypes.c_void_p),
         ("context", ctypes.c_int64),
-        ("half_size", ctypes.c_double * 3),
         ("friction", ctypes.c_double),
         ("tolerance", ctypes.c_double),
         ("taxels", ctypes.c_int),

@@ -14,6 +14,7 @@ import numpy as np
 
 from mjtactile.cache import influence_matrices
 from mjtactile.errors import SceneError
+from mjtactile.geom import check_pad_box
 from mjtactile.influence import InfluenceMatrices, load_influence
 from mjtactile.model_copy import ModelCopy
 from mjtactile.native import native_pad
@@ -28,8 +29,6 @@ from mjtactile.press_host import PressHost
 OUTPUTS = ("von_mises", "stress", "wrench")
 #: Fidelity of a sensor that names none.
 DEFAULT_FIDELITY = "balanced"
-#: Largest difference between a pad's size and its geom's [m].
-_SIZE_TOLERANCE = 1e-6
 _SWITCH = {"": False, "off": False, "on": True}
 
 _pads: dict[str, Pad] = {"default": Pad()}
@@ -190,7 +189,7 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
         tilt=attributes.tilt,
     )
     copy = ModelCopy(model, running_layout())
-    _check_geom(copy, geom, pad)
+    check_pad_box(copy, geom, pad)
     host = PressHost(copy, geom, influence, options)
     to.pad = native_pad(influence, stress="stress" in attributes.outputs).handle.value
     to.friction = -1.0 if options.friction is None else options.friction
@@ -199,17 +198,3 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
     to.tilting, to.visual = options.tilting, attributes.visual
     to.native = options.law == "elastic" and options.tangential == "proportional"
     to.context = register(host)
-
-
-def _check_geom(model: ModelCopy, geom: int, pad: Pad) -> None:
-    if model.geom_type[geom] != int(mujoco.mjtGeom.mjGEOM_BOX):
-        raise SceneError(
-            f"{PLUGIN}: geom '{model.geom(geom).name}' is not a box. A pad is a box geom whose +z face senses."
-        )
-    actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
-    if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
-        sizes = [" x ".join(f"{length * 1e3:.4g}" for length in one) for one in (actual, expected)]
-        raise SceneError(
-            f"{PLUGIN}: geom '{model.geom(geom).name}' measures {sizes[0]} mm, but the pad {sizes[1]} mm. Give the "
-            "geom half of the pad's lengths as its size, or name the pad that fits it."
-        )

@@ -82,9 +82,6 @@ class AnySensor {
   Steadiness after(const Steadiness& before) const {
     return std::visit([&](const auto& sensor) { return sensor.after(before); }, sensor_);
   }
-  void forget() {
-    std::visit([](auto& sensor) { sensor.forget(); }, sensor_);
-  }
 
  private:
   using Either = std::variant<PadSensor<float>, PadSensor<double>>;

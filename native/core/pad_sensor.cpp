@@ -262,12 +262,6 @@ void PadSensor<Value>::stress(double* stress) {
 }
 
 template <typename Value>
-void PadSensor<Value>::forget() {
-  faces_.clear();
-  cut_faces_.clear();
-}
-
-template <typename Value>
 const std::shared_ptr<const Face>& PadSensor<Value>::face_of(const Touch& touch, Host& host) {
   for (const auto& known : faces_) {
     if (known.first == touch.body) return known.second;

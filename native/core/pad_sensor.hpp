@@ -100,7 +100,6 @@ class PadSensor {
   void stress(double* stress);       // (6, taxels) [Pa]; the pad must have it
   // What to keep with the state for the next step.
   Steadiness after(const Steadiness& before) const;
-  void forget();
 
  private:
   void press_one(const Touch& touch, bool steady, Host& host);

@@ -77,8 +77,6 @@ class Instance {
     state[1] = after.steps;
   }
 
-  void forget() { sensor_.forget(); }
-
   void visualize(const Model* model, const Data* data, Scene* scene) {
     if (resolved_.visual == 0) return;
     readings_.resize(static_cast<std::size_t>(resolved_.taxels));
@@ -292,18 +290,4 @@ int mjt_plugin_register(const int64_t* offsets, size_t layout_count, const void*
   plugin.advance = advance;
   plugin.visualize = visualize;
   return functions.register_plugin(&plugin);
-}
-
-size_t mjt_plugin_touches(const void* model, const void* data, int geom, size_t most, int* bodies, double* poses,
-                          double* wrenches) {
-  std::vector<Touch> touches;
-  gather(layout, functions, static_cast<const Model*>(model), static_cast<const Data*>(data), geom, touches);
-  const size_t count = std::min(most, touches.size());
-  for (size_t i = 0; i < count; ++i) {
-    bodies[i] = touches[i].body;
-    std::copy(touches[i].pose.position, touches[i].pose.position + 3, poses + 12 * i);
-    std::copy(touches[i].pose.rotation, touches[i].pose.rotation + 9, poses + 12 * i + 3);
-    std::copy(touches[i].wrench, touches[i].wrench + 6, wrenches + 6 * i);
-  }
-  return count;
 }

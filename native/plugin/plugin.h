@@ -13,7 +13,7 @@ enum { MJT_VON_MISES = 0, MJT_STRESS = 1, MJT_WRENCH = 2, MJT_MOST_OUTPUTS = 3 }
 typedef struct mjt_instance {
   const mjt_pad* pad;
   int64_t context;   /* of the host */
-  double half_size[3], friction, tolerance;
+  double friction, tolerance;
   int taxels, layers, rows, columns;
   double pitch[2], centre[2]; /* of the taxels [m] */
   int tilting, native, visual, output_count;
@@ -33,7 +33,3 @@ MJT_API size_t mjt_plugin_attributes(const char* const** names);
 /* Register the plugin with the running MuJoCo; its slot, or -1. Once per process. */
 MJT_API int mjt_plugin_register(const int64_t* layout, size_t layout_count, const void* const* functions,
                                 size_t function_count, const mjt_plugin_host* host);
-/* Forces on a pad's geom in the current contacts, as the plugin gathers them: bodies (most), poses (most, 12), wrenches
-   (most, 6); how many. For tests. */
-MJT_API size_t mjt_plugin_touches(const void* model, const void* data, int geom, size_t most, int* bodies,
-                                  double* poses, double* wrenches);
