@@ -11,7 +11,7 @@ import scipy.sparse as sparse
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile.half_space import HalfSpaceIntegrals, PlacedIntegrals, distinct_edges, half_space_integrals
+from mjtactile.half_space import HalfSpaceIntegrals, PlacedIntegrals, distinct_edges
 from mjtactile.pad import Array
 from mjtactile.planar import areal
 from mjtactile.surface import SurfaceGrid, oriented_edges
@@ -37,6 +37,7 @@ class Cells:
         part_owner: the cell each part belongs to.
         shape: the same cells elsewhere, whose half-space integrals are shared; None: these ones.
         placement: (scale, angle [rad]) that turn `shape` into these cells, apart from a shift.
+        known_integrals: over pairs of these cells, where there is a better way to them than the edges.
     """
 
     edges: Array
@@ -45,6 +46,7 @@ class Cells:
     part_owner: Indices
     shape: Cells | None = None
     placement: tuple[float, float] = (1.0, 0.0)
+    known_integrals: HalfSpaceIntegrals | None = None
 
     @cached_property
     def count(self) -> int:
@@ -99,7 +101,7 @@ class Cells:
 
     @cached_property
     def _own_integrals(self) -> HalfSpaceIntegrals:
-        return half_space_integrals(self.edges - self._anchor, self.owner)
+        return self.known_integrals or HalfSpaceIntegrals(self.edges - self._anchor, self.owner)
 
     @cached_property
     def steps(self) -> tuple[Indices, sparse.csr_array]:

@@ -7,6 +7,7 @@ the outline take that up; inside it, square cells of one size suffice. Every cel
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ import shapely
 from shapely import Polygon
 
 from mjtactile.cells import Area, Cells, Indices, cells_of
+from mjtactile.lattice import LatticeIntegrals
 from mjtactile.pad import Array
 from mjtactile.planar import areal
 
@@ -85,7 +87,8 @@ def _shape_cells(outline: bytes, count: int) -> Cells:
 def _unit_lattice(columns: int, rows: int, stretch: float) -> Cells:
     x, y = np.meshgrid(np.arange(columns) - columns / 2, (np.arange(rows) - rows / 2) / stretch)
     boxes = shapely.box(x.ravel(), y.ravel(), x.ravel() + 1, y.ravel() + 1 / stretch)
-    return cells_of(boxes, np.arange(len(boxes)))
+    cells = cells_of(boxes, np.arange(len(boxes)))
+    return replace(cells, known_integrals=LatticeIntegrals(cells.edges, cells.owner, columns, rows, 1.0, 1 / stretch))
 
 
 def _partition(outline: Area, count: int) -> Cells:
