@@ -38,6 +38,8 @@ class Instance(ctypes.Structure):
         ("columns", ctypes.c_int),
         ("pitch", ctypes.c_double * 2),
         ("centre", ctypes.c_double * 2),
+        ("law", ctypes.c_int),
+        ("cells", ctypes.c_int),
         ("tilting", ctypes.c_int),
         ("native", ctypes.c_int),
         ("visual", ctypes.c_int),

@@ -8,7 +8,7 @@ from scipy.integrate import dblquad
 
 from mjtactile.half_space import HalfSpaceIntegrals
 from mjtactile.lattice import FAR, inverse_distance_by_offset
-from mjtactile.partition import lattice_cells
+from mjtactile.partition import Lattice
 
 
 @pytest.mark.parametrize(("width", "height"), [(1.0, 1.0), (1.0, 0.125), (0.3, 0.7)])
@@ -44,7 +44,7 @@ def test_far_series_meets_the_closed_form() -> None:
 
 @pytest.mark.parametrize("stretch", [1.0, 4.0])
 def test_lattice_cells_have_these_integrals(stretch: float) -> None:
-    cells = lattice_cells((1e-3, 2e-3), 0.4, 2e-4, 7, 5, stretch)
+    cells = Lattice((1e-3, 2e-3), 0.4, 2e-4, 7, 5, stretch).cells
     polygons = HalfSpaceIntegrals(cells.edges, cells.owner).inverse_distance
     assert cells.half_space.inverse_distance == pytest.approx(polygons, rel=1e-2)
     assert cells.half_space.inverse_distance[0, -1] == pytest.approx(polygons[0, -1], rel=1e-4)

@@ -45,7 +45,10 @@ class Instance {
         addresses_(std::move(addresses)),
         context_(std::move(context)),
         host_(python.host, context_->number),
-        sensor_(resolved.pad->pad, {resolved.tilting != 0, resolved.friction}, resolved.native != 0,
+        sensor_(resolved.pad->pad,
+                {static_cast<Law>(resolved.law), resolved.tilting != 0, resolved.friction,
+                 static_cast<std::size_t>(resolved.cells)},
+                resolved.native != 0,
                 resolved.tolerance) {}
   // The same pad in another simulation, which keeps memory of its own.
   std::unique_ptr<Instance> another() const {

@@ -16,7 +16,7 @@ typedef struct mjt_instance {
   double friction, tolerance;
   int taxels, layers, rows, columns;
   double pitch[2], centre[2]; /* of the taxels [m] */
-  int tilting, native, visual, output_count;
+  int law, cells, tilting, native, visual, output_count;
   int outputs[MJT_MOST_OUTPUTS];
   char error[1024];
 } mjt_instance;
