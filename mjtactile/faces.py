@@ -85,6 +85,7 @@ class BodyFaces:
         local: their poses in the body's frame.
         facing_gap: what is no higher than this above the first touch faces the pad [m].
         level: whether a face must be parallel to the pad, because the body cannot tilt.
+        leaning: whether the body tilts onto faces that lean far, as under laws that solve for its motion.
 
     Attributes:
         facing: what points up from the pad when the body lies on one of its faces, as far as geometry tells without
@@ -92,10 +93,16 @@ class BodyFaces:
     """
 
     def __init__(
-        self, shapes: Mapping[int, Shape], local: Mapping[int, Pose], *, facing_gap: float, level: bool
+        self,
+        shapes: Mapping[int, Shape],
+        local: Mapping[int, Pose],
+        *,
+        facing_gap: float,
+        level: bool = False,
+        leaning: bool = True,
     ) -> None:
         self._shapes, self._local = dict(shapes), dict(local)
-        self._facing_gap, self._level = facing_gap, level
+        self._facing_gap, self._level, self._leaning = facing_gap, level, leaning
         self._points = np.concatenate([_outermost(shape, local[geom]) for geom, shape in shapes.items()])
         self.facing = self._supporting()
         self._made: dict[int, BodyFace | None] = {}
@@ -134,8 +141,10 @@ class BodyFaces:
         width = float(np.ptp(shapely.get_coordinates(part.outline), axis=0).max())
         if self._level:
             return BodyFace(rotation, height, part.outline, _LEVEL / width)
-        lean = min(_MOST_LEAN, _LEAN_SHARE * self._steepness(rotation, height, part))
-        return BodyFace(rotation, height, part.outline, max(lean, _LEAN * self._facing_gap / width))
+        lean = _LEAN * self._facing_gap / width
+        if self._leaning:
+            lean = max(lean, min(_MOST_LEAN, _LEAN_SHARE * self._steepness(rotation, height, part)))
+        return BodyFace(rotation, height, part.outline, lean)
 
     def _flat_part(self, pose: Pose) -> FlatPart | None:
         """The flat face of the whole body at a pose, over the sheet or beside it."""

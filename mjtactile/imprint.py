@@ -234,7 +234,7 @@ class GapImprints(Imprints[Shape]):
                 for geom, pose in placed.items()
             }
             shapes = {geom: self._shape(geom) for geom in geoms}
-            self._faces[geoms] = BodyFaces(shapes, local, facing_gap=self.facing_gap, level=False)
+            self._faces[geoms] = BodyFaces(shapes, local, facing_gap=self.facing_gap)
         for face, outline in self._faces[geoms].towards(placed[first]):
             over = shapely.get_coordinates(outline.intersection(self.influence.surface.sheet))
             if len(over) and abs(face.heights(placed[first], over).min() - touch) <= _SAME_TOUCH:

@@ -203,5 +203,5 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
     to.tolerance = host.pose_tolerance
     to.pitch[:], to.centre[:] = pad.taxels.pitch, pad.taxels.centre
     to.tilting, to.visual = options.tilting, attributes.visual
-    to.native = options.law != "uniform" and options.tangential == "proportional"
+    to.native = options.tangential == "proportional"
     to.context = register(host)

@@ -192,7 +192,9 @@ class PressHost:
             return None
         local = self._local_poses(self.imprints.choices(body)[0])
         shapes = {geom: geom_shape(self.model, geom) for geom in local}
-        faces = BodyFaces(shapes, local, facing_gap=self.facing_gap, level=not self.options.tilting)
+        uniform = self.options.law == "uniform"
+        level = not self.options.tilting and not uniform
+        faces = BodyFaces(shapes, local, facing_gap=self.facing_gap, level=level, leaning=not uniform)
         depth = self.influence.pad.thickness
         return faces, NativeBody(shapes, local, faces.facing, (depth, REACH * depth, self.facing_gap))
 

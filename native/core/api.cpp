@@ -25,6 +25,7 @@ struct Scratch {
   RigidContact contact;
   CellContact on_face;
   CurvedPress curved;
+  LinearTraction traction;
   GapMap gap;
   CellContact::Workspace law;
   std::vector<double> weights;
@@ -180,6 +181,13 @@ int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose,
   Placement placement;
   const Face& flat = *face->face;
   if (!place(flat, pose_of(pose), placement)) return 0;
+  if (options.law == Law::uniform) {
+    double coefficients[9];
+    kept.traction.cover(flat, placement);
+    if (friction >= 0.0 || !kept.traction.carry(wrench, coefficients)) return 0;
+    kept.traction.nodal_forces(pad->pad->surface(), coefficients, nodal_forces);
+    return 1;
+  }
   if (!kept.on_face.solve(flat, placement, pad->pad->compliance(), options, wrench, kept.law)) return 0;
   if (!kept.on_face.weights(flat, options, wrench, kept.weights, kept.law)) return 0;
   kept.on_face.nodal_forces(flat, pad->pad->surface(), kept.weights, kept.law, nodal_forces);

@@ -178,11 +178,24 @@ bool PadSensor<Value>::press_face(const Touch& touch, KnownBody& body, bool stea
     if (face == nullptr) return false;
     placement = kHere;
   }
+  if (options_.law == Law::uniform) return press_uniform(touch, *face, placement, host);
   if (steady && press_steady(touch, face, host)) return true;
   if (!contact_.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
   if (!contact_.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
   check(touch, contact_, *face, contact_.motion(*face, weights_).approach, host);
   contact_.nodal_forces(*face, pad_->surface(), weights_, workspace_, forces_.data());
+  add(forces_.data());
+  return true;
+}
+
+template <typename Value>
+bool PadSensor<Value>::press_uniform(const Touch& touch, const Face& face, const Placement& placement, Host& host) {
+  if (options_.friction >= 0.0) return false;
+  double coefficients[9];
+  traction_.cover(face, placement);
+  if (!traction_.carry(touch.wrench, coefficients)) return false;
+  warn_beyond_range(touch, -touch.wrench[2] / traction_.integrals().area, 0.0, host);
+  traction_.nodal_forces(pad_->surface(), coefficients, forces_.data());
   add(forces_.data());
   return true;
 }
@@ -212,7 +225,11 @@ void PadSensor<Value>::check(const Touch& touch, const CellContact& contact, con
     warned_carried_ = true;
     host.not_carried(touch);
   }
-  const double pressure = -touch.wrench[2] / contact.pressed_area();
+  warn_beyond_range(touch, -touch.wrench[2] / contact.pressed_area(), approach, host);
+}
+
+template <typename Value>
+void PadSensor<Value>::warn_beyond_range(const Touch& touch, double pressure, double approach, Host& host) {
   if (warned_range_ || (pressure <= pad_->range().pressure && approach <= pad_->range().approach)) return;
   warned_range_ = true;
   host.beyond_range(touch, pressure, approach);

@@ -18,6 +18,7 @@
 #include "cell_contact.hpp"
 #include "curved_press.hpp"
 #include "face.hpp"
+#include "linear_traction.hpp"
 #include "pad.hpp"
 
 namespace mjtactile {
@@ -122,8 +123,10 @@ class PadSensor {
   void press_one(const Touch& touch, bool steady, Host& host);
   bool press_face(const Touch& touch, KnownBody& body, bool steady, Host& host, bool& faced);
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face, Host& host);
+  bool press_uniform(const Touch& touch, const Face& face, const Placement& placement, Host& host);
   bool press_curved(const Touch& touch, const BodyGeometry& geometry, Host& host);
   void check(const Touch& touch, const CellContact& contact, const Face& face, double approach, Host& host);
+  void warn_beyond_range(const Touch& touch, double pressure, double approach, Host& host);
   void add(const double* forces);
   KnownBody& known_body(int number, Host& host);
   int face_towards(const Touch& touch, KnownBody& body, Host& host, Placement& placement) const;
@@ -147,6 +150,7 @@ class PadSensor {
   CellContact contact_;
   GapMap gap_;
   CurvedPress curved_;
+  LinearTraction traction_;
   CellContact::Workspace workspace_;
   typename StressMap<Value>::Workspace map_workspace_;
   std::vector<std::uint32_t> every_;
