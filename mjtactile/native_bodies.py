@@ -33,6 +33,7 @@ class NativeFace:
     """
 
     def __init__(self, face: BodyFace, count: int, *, cut: bool = False) -> None:
+        self._count = count
         cells = outline_cells(face.outline, count)
         ends, sides = _cell_edges(cells)
         corners = contiguous(shapely.get_coordinates(face.outline.convex_hull)[:-1])
@@ -79,6 +80,7 @@ class NativeFace:
             ctypes.c_int(LAWS.index(law)),
             ctypes.c_int(tilting),
             ctypes.c_double(-1.0 if friction is None else friction),
+            ctypes.c_size_t(self._count),
             pointer(forces),
         )
         return forces if found else None

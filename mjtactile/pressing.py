@@ -30,6 +30,10 @@ _LINES = 33
 _SEARCHES = 30
 #: A search ends when the contact's surroundings fill this part of the lattice.
 _FILLED = 0.7
+#: Where fewer of a flat face's cells press than this, and than this share of them, cells are chosen that lie there.
+_FEW_CELLS, _FEW_SHARE = 16, 0.5
+#: Nearest the force's line may pass to a flat face's rim there, over the root of its area.
+_RIM = 1e-2
 #: Least area a search closes in on, over what the body covers.
 _SMALLEST = 1e-9
 
@@ -60,35 +64,32 @@ def press(
     Raises:
         ContactError: when no contact was found.
     """
+    flat = footprint.gap is None
     if known is not None:
         with contextlib.suppress(ContactError):  # cells chosen for another force may be far too coarse
             again = _solved(known.at, normal, through, solver, known.contact.pressed)
-            if footprint.gap is None or again.fits:
+            if again.fits if known.at.chosen_for > 0.0 else not _is_small(again):
                 return again
     centre = np.array(footprint.centroid)
-    if footprint.gap is None:
+    if flat:
         cells = outline_cells(footprint.outline, count)
         at = CellContact(cells, np.zeros(cells.count), centre, tilting and cells.count >= 3)
-        return _solved(at, normal, through, solver, None)
+        whole = _solved(at, normal, through, solver, None)
+        inner = footprint.outline.convex_hull.buffer(-_RIM * np.sqrt(footprint.area))
+        if inner.is_empty or not _is_small(whole):
+            return whole
+        # What passes beside the face, or along its very rim, would close in on nothing.
+        through = shapely.get_coordinates(shapely.shortest_line(inner, shapely.Point(through)))[0]
     shapely.prepare(footprint.outline)
-    region, found = _covered_region(footprint), None
-    for _ in range(_SEARCHES):
-        at = _on_lattice(footprint, region, centre, tilting)
-        force = max(normal, at.spreading_force / softness)
-        found = _solved(at, force, through, solver, None)
-        closer = region.around_pressed(found)
-        if closer.area < _SMALLEST * footprint.outline.area:
-            break  # coordinates have no digits for less
-        # A strip narrower than the cells would seem to fill them: look again with longer ones.
-        filled = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
-        finished = filled and force == normal
-        region = closer
-        if finished:
-            break
-    assert found is not None
-    lattice = region.lattice(count)
+    start = Region.around(footprint.outline) if flat else _covered_region(footprint)
+    region, found = _closest(footprint, start, normal, through, centre, tilting, solver, softness)
+    lattice, pressed = region.lattice(count), None
+    if flat:
+        cells = cells_on_sheet(lattice, np.ones(lattice.columns * lattice.rows, dtype=bool), footprint.outline)
+        at = CellContact(cells, np.zeros(cells.count), centre, tilting and cells.count >= 3)
+        pressed = _solved(at, normal, through, solver, None)
+        return Pressed(replace(at, chosen_for=pressed.area), pressed.contact)
     covered = _covered(footprint, lattice)
-    pressed = None
     if covered.any():
         at = _reachable_on_sheet(footprint, lattice, covered, centre, tilting)
         with contextlib.suppress(ContactError):
@@ -97,6 +98,39 @@ def press(
         at = _within_outline(footprint, region, count, centre, tilting)
         pressed = _solved(at, normal, through, solver, _overlapping(at, found))
     return Pressed(replace(pressed.at, chosen_for=pressed.area), pressed.contact)
+
+
+def _closest(
+    footprint: Footprint,
+    region: Region,
+    normal: float,
+    through: Array,
+    centre: Array,
+    tilting: bool,
+    solver: Solver,
+    softness: float,
+) -> tuple[Region, Pressed]:
+    """Close in from a region on the contact: the region at last, and the contact on the lattice before."""
+    smallest, found = _SMALLEST * region.area, None
+    for _ in range(_SEARCHES):
+        at = _on_lattice(footprint, region, centre, tilting)
+        force = max(normal, at.spreading_force / softness)
+        found = _solved(at, force, through, solver, None)
+        closer = region.around_pressed(found)
+        if closer.area < smallest:
+            break  # coordinates have no digits for less
+        # A strip narrower than the cells would seem to fill them: look again with longer ones.
+        filled = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
+        region = closer
+        if filled and force == normal:
+            break
+    assert found is not None
+    return region, found
+
+
+def _is_small(pressed: Pressed) -> bool:
+    """Whether so few of a flat face's cells press that they are too coarse."""
+    return int(pressed.contact.pressed.sum()) < min(_FEW_CELLS, _FEW_SHARE * pressed.at.cells.count)
 
 
 def _solved(at: CellContact, normal: float, through: Array, solver: Solver, start: Mask | None) -> Pressed:

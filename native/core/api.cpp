@@ -12,6 +12,9 @@ using namespace mjtactile;
 
 namespace {
 
+// Area of a face's convex hull, over its own, up to which it counts as convex.
+constexpr double kConvex = 1.0 + 1e-6;
+
 // Every thread keeps its memory between calls.
 struct Scratch {
   SurfaceGrid::Workspace grid;
@@ -23,8 +26,8 @@ struct Scratch {
   std::vector<TractionEdge> edges;
   Matrix matrix;
   RigidContact contact;
-  CellContact on_face;
-  CurvedPress curved;
+  FlatPress flat;
+  ClosingPress curved;
   LinearTraction traction;
   GapMap gap;
   CellContact::Workspace law;
@@ -169,15 +172,21 @@ mjt_face* mjt_face_new(const double* rotation, double height, double most_slope,
   for (size_t i = 0; i < corners; ++i) points.push_back({outline[2 * i], outline[2 * i + 1]});
   face->corners = convex_hull(std::move(points));
   face->hull = convex_hull(face->centroids);
+  double hull_area = 0.0;
+  for (size_t i = 0; i < face->corners.size(); ++i) {
+    const Point &a = face->corners[i], &b = face->corners[(i + 1) % face->corners.size()];
+    hull_area += (a.x * b.y - b.x * a.y) / 2;
+  }
+  face->convex = hull_area <= kConvex * area;
   return new mjt_face{std::move(face)};
 }
 
 void mjt_face_free(mjt_face* face) { delete face; }
 
 int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int law,
-                   int tilting, double friction, double* nodal_forces) {
+                   int tilting, double friction, size_t cells, double* nodal_forces) {
   Scratch& kept = scratch();
-  const LawOptions options = {static_cast<Law>(law), tilting != 0, friction, 0};
+  const LawOptions options = {static_cast<Law>(law), tilting != 0, friction, cells};
   Placement placement;
   const Face& flat = *face->face;
   if (!place(flat, pose_of(pose), placement)) return 0;
@@ -188,9 +197,10 @@ int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose,
     kept.traction.nodal_forces(pad->pad->surface(), coefficients, nodal_forces);
     return 1;
   }
-  if (!kept.on_face.solve(flat, placement, pad->pad->compliance(), options, wrench, kept.law)) return 0;
-  if (!kept.on_face.weights(flat, options, wrench, kept.weights, kept.law)) return 0;
-  kept.on_face.nodal_forces(flat, pad->pad->surface(), kept.weights, kept.law, nodal_forces);
+  FlatPress& flat_press = kept.flat;
+  if (!flat_press.solve(flat, placement, pad->pad->compliance(), options, wrench, kept.law)) return 0;
+  if (!flat_press.contact().weights(flat_press.face(), options, flat_press.carried(), kept.weights, kept.law)) return 0;
+  flat_press.contact().nodal_forces(flat_press.face(), pad->pad->surface(), kept.weights, kept.law, nodal_forces);
   return 1;
 }
 

@@ -77,7 +77,7 @@ MJT_API void mjt_face_free(mjt_face* face);
 /* Nodal forces of one face pressed at a pose; 0 where the reference has to take over. law: 0 elastic, 1 foundation,
    2 uniform. */
 MJT_API int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int law,
-                           int tilting, double friction, double* nodal_forces);
+                           int tilting, double friction, size_t cells, double* nodal_forces);
 
 /* A body's geometry: limits = (depth, reach, facing gap); facing (faces, 3), see BodyGeometry. */
 MJT_API mjt_body* mjt_body_new(const double* limits, size_t faces, const double* facing);

@@ -37,6 +37,7 @@ struct Face {
   std::vector<CellEdge> edges;
   std::vector<Point> corners;            // convex hull of its outline, counter-clockwise
   std::vector<Point> hull;               // convex hull of the centroids, counter-clockwise
+  bool convex = false;                   // whether the hull of its outline is all of it
   double length;                         // root of its area, by which tilts compare with the approach [m]
   bool cut = false;                      // at the sheet's edge, for one place: its frame is the pad's
 

@@ -35,6 +35,11 @@ double far_integral(double x, double y, const double* a, const double* b) {
   return a[0] * a[1] * b[0] * b[1] / std::sqrt(square) * (1.0 + bend);
 }
 
+// How far a point lies to the left of the line through two others, times their distance.
+double left_of(const Point& a, const Point& b, const Point& point) {
+  return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
+}
+
 }  // namespace
 
 double inverse_distance(double x, double y, const double* a, const double* b) {
@@ -148,24 +153,24 @@ Region Region::around(const Lattice& lattice, const std::vector<Point>& pressed)
   return {{cosine * x - sine * y, sine * x + cosine * y}, turned, high[0] - low[0], high[1] - low[1]};
 }
 
+bool holds(const std::vector<Point>& outline, const Point& point) {
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    if (!(left_of(outline[i], outline[(i + 1) % outline.size()], point) >= 0.0)) return false;
+  }
+  return true;
+}
+
 // Sutherland and Hodgman's way, one side after the other.
-void clip(const std::vector<Point>& corners, const Rectangle& rectangle, std::vector<Point>& result) {
+void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result) {
   std::vector<Point> before;
   result = corners;
-  for (int side = 0; side < 4 && !result.empty(); ++side) {
-    const auto inside = [&rectangle, side](const Point& p) {  // how far
-      switch (side) {
-        case 0: return p.x - rectangle.west;
-        case 1: return rectangle.east - p.x;
-        case 2: return p.y - rectangle.south;
-        default: return rectangle.north - p.y;
-      }
-    };
+  for (std::size_t side = 0; side < outline.size() && !result.empty(); ++side) {
+    const Point &from = outline[side], &to = outline[(side + 1) % outline.size()];
     before.swap(result);
     result.clear();
     for (std::size_t i = 0; i < before.size(); ++i) {
       const Point &a = before[i], &b = before[(i + 1) % before.size()];
-      const double in_a = inside(a), in_b = inside(b);
+      const double in_a = left_of(from, to, a), in_b = left_of(from, to, b);
       if (in_a >= 0.0) result.push_back(a);
       if ((in_a > 0.0 && in_b < 0.0) || (in_a < 0.0 && in_b > 0.0)) {
         const double part = in_a / (in_a - in_b);
@@ -175,13 +180,16 @@ void clip(const std::vector<Point>& corners, const Rectangle& rectangle, std::ve
   }
 }
 
-bool LatticeFace::make(const Lattice& lattice, const std::vector<std::uint32_t>& kept, const Rectangle& sheet) {
+bool LatticeFace::make(const Lattice& lattice, const std::vector<std::uint32_t>& kept,
+                       const std::vector<Point>& outline) {
   lattice_ = lattice;
   kept_.clear();
   face_.edges.clear();
   face_.centroids.clear();
   face_.areas.clear();
   quadrature_.clear();
+  rims_.clear();
+  rim_corners_.clear();
   cut_.clear();
   sides_.clear();
   place_.assign(lattice.cells(), -1);
@@ -192,7 +200,7 @@ bool LatticeFace::make(const Lattice& lattice, const std::vector<std::uint32_t>&
     corners_ = {lattice.at(column, row), lattice.at(column + 1, row), lattice.at(column + 1, row + 1),
                 lattice.at(column, row + 1)};
     const bool whole = std::all_of(corners_.begin(), corners_.end(),
-                                   [&sheet](const Point& p) { return sheet.holds(p.x, p.y); });
+                                   [&outline](const Point& corner) { return holds(outline, corner); });
     if (whole) {
       const Point middle = lattice.at(column + 0.5, row + 0.5);
       face_.centroids.push_back(middle);
@@ -204,9 +212,11 @@ bool LatticeFace::make(const Lattice& lattice, const std::vector<std::uint32_t>&
         quadrature_.push_back({middle.x + sign * along[0], middle.y + sign * along[1]});
         quadrature_.push_back({middle.x + sign * across[0], middle.y + sign * across[1]});
       }
-    } else if (!add_cut_cell(sheet)) {
+    } else if (!add_cut_cell(outline)) {
       continue;
     }
+    rims_.push_back(rim_corners_.size());
+    if (!whole) rim_corners_.insert(rim_corners_.end(), clipped_.begin(), clipped_.end());
     place_[cell] = static_cast<std::int32_t>(kept_.size());
     kept_.push_back(cell);
     cut_.push_back(whole ? 0 : 1);
@@ -218,8 +228,8 @@ bool LatticeFace::make(const Lattice& lattice, const std::vector<std::uint32_t>&
   return !kept_.empty();
 }
 
-bool LatticeFace::add_cut_cell(const Rectangle& sheet) {
-  clip(corners_, sheet, clipped_);
+bool LatticeFace::add_cut_cell(const std::vector<Point>& outline) {
+  clip(corners_, outline, clipped_);
   // About the first corner, in the lattice's axes.
   const double c = lattice_.cosine, s = lattice_.sine;
   double area = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
@@ -259,26 +269,33 @@ bool LatticeFace::add_cut_cell(const Rectangle& sheet) {
   return true;
 }
 
-// Edges of whole cells: what lies over the sheet's edge carries nothing anyway.
+// Whole cells share edges; one that is cut has its own.
 void LatticeFace::add_edges() {
   const std::size_t columns = lattice_.columns, rows = lattice_.rows;
-  const auto cell = [&](std::size_t column, std::size_t row) {
-    return column < columns && row < rows ? place_[row * columns + column] : -1;
+  const auto whole = [&](std::size_t column, std::size_t row) {
+    const std::int32_t place = column < columns && row < rows ? place_[row * columns + column] : -1;
+    return place >= 0 && !cut_[static_cast<std::size_t>(place)] ? place : -1;
   };
-  const auto add = [&](double column, double row, double to_column, double to_row, std::int32_t left,
-                       std::int32_t right) {
-    const Point start = lattice_.at(column, row), end = lattice_.at(to_column, to_row);
+  const auto add = [&](const Point& start, const Point& end, std::int32_t left, std::int32_t right) {
     face_.edges.push_back({{start.x, start.y}, {end.x, end.y}, left, right});
   };
-  for (const std::uint32_t number : kept_) {
-    const std::size_t column = number % columns, row = number / columns;
+  for (std::size_t i = 0; i < kept_.size(); ++i) {
+    const auto own = static_cast<std::int32_t>(i);
+    if (cut_[i]) {
+      const std::size_t first = rims_[i], last = i + 1 < rims_.size() ? rims_[i + 1] : rim_corners_.size();
+      for (std::size_t k = first; k < last; ++k) {
+        add(rim_corners_[k], rim_corners_[k + 1 < last ? k + 1 : first], own, -1);
+      }
+      continue;
+    }
+    const std::size_t column = kept_[i] % columns, row = kept_[i] / columns;
     const auto x = static_cast<double>(column), y = static_cast<double>(row);
-    const std::int32_t own = place_[number];
+    const Point corners[4] = {lattice_.at(x, y), lattice_.at(x + 1, y), lattice_.at(x + 1, y + 1), lattice_.at(x, y + 1)};
     // Its right and upper edges, and the left and lower ones where no cell has them.
-    add(x + 1, y, x + 1, y + 1, own, cell(column + 1, row));
-    add(x + 1, y + 1, x, y + 1, own, cell(column, row + 1));
-    if (column == 0 || cell(column - 1, row) < 0) add(x, y + 1, x, y, own, -1);
-    if (row == 0 || cell(column, row - 1) < 0) add(x, y, x + 1, y, own, -1);
+    add(corners[1], corners[2], own, whole(column + 1, row));
+    add(corners[2], corners[3], own, whole(column, row + 1));
+    if (column == 0 || whole(column - 1, row) < 0) add(corners[3], corners[0], own, -1);
+    if (row == 0 || whole(column, row - 1) < 0) add(corners[0], corners[1], own, -1);
   }
 }
 

@@ -39,13 +39,13 @@ struct Region {
   Region around(const Lattice& lattice, const std::vector<Point>& pressed) const;
 };
 
-// Cells of a lattice as a face in the pad frame: those named, cut at the sheet's edge. Of a cell that is cut, the
-// rectangle of the same area, middle and proportions stands in for the integrals.
+// Cells of a lattice as a face in the pad frame: those named, cut at an outline. Of a cell that is cut, the rectangle of
+// the same area, middle and proportions stands in for the integrals.
 class LatticeFace {
  public:
-  // `kept`: cells of the lattice, ascending; those of which the sheet leaves next to nothing are dropped. False where
-  // none is left.
-  bool make(const Lattice& lattice, const std::vector<std::uint32_t>& kept, const Rectangle& sheet);
+  // `kept`: cells of the lattice, ascending; those of which the outline leaves next to nothing are dropped. `outline`:
+  // convex, counter-clockwise; empty where nothing is cut. False where no cell is left.
+  bool make(const Lattice& lattice, const std::vector<std::uint32_t>& kept, const std::vector<Point>& outline);
   // Edges between the cells, of which loads are made.
   void add_edges();
   const Face& face() const { return face_; }
@@ -55,7 +55,7 @@ class LatticeFace {
   const Point* quadrature(std::size_t cell) const { return quadrature_.data() + 4 * cell; }
 
  private:
-  bool add_cut_cell(const Rectangle& sheet);
+  bool add_cut_cell(const std::vector<Point>& outline);
   void integrate();
 
   Face face_;
@@ -63,6 +63,8 @@ class LatticeFace {
   std::vector<std::uint32_t> kept_;
   std::vector<Point> quadrature_;
   std::vector<std::uint8_t> cut_;
+  std::vector<std::size_t> rims_;    // where each cell's corners begin, none where it is whole
+  std::vector<Point> rim_corners_;
   std::vector<double> sides_;    // length and width of the rectangle that stands for each cell [m]
   std::vector<double> offsets_;  // integrals by columns and rows between two whole cells, (rows, columns)
   std::vector<std::int32_t> place_;   // of each of the lattice's cells among those kept
@@ -75,7 +77,9 @@ double inverse_distance(double x, double y, const double* a, const double* b);
 void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,
                                 std::vector<double>& table);
 
-// A convex polygon cut at a rectangle; `corners` and `result` counter-clockwise.
-void clip(const std::vector<Point>& corners, const Rectangle& rectangle, std::vector<Point>& result);
+// A convex polygon cut at another; all counter-clockwise.
+void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result);
+// Whether a point lies in a counter-clockwise convex polygon, its sides included.
+bool holds(const std::vector<Point>& outline, const Point& point);
 
 }  // namespace mjtactile

@@ -180,10 +180,13 @@ bool PadSensor<Value>::press_face(const Touch& touch, KnownBody& body, bool stea
   }
   if (options_.law == Law::uniform) return press_uniform(touch, *face, placement, host);
   if (steady && press_steady(touch, face, host)) return true;
-  if (!contact_.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
-  if (!contact_.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
-  check(touch, contact_, *face, contact_.motion(*face, weights_).approach, host);
-  contact_.nodal_forces(*face, pad_->surface(), weights_, workspace_, forces_.data());
+  if (!flat_.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+  const CellContact& contact = flat_.contact();
+  if (!contact.weights(flat_.face(), options_, flat_.carried(), weights_, workspace_)) return false;
+  if (!flat_.carries(touch.wrench)) warn_not_carried(touch, host);
+  warn_beyond_range(touch, -touch.wrench[2] / contact.pressed_area(), contact.motion(flat_.face(), weights_).approach,
+                    host);
+  contact.nodal_forces(flat_.face(), pad_->surface(), weights_, workspace_, forces_.data());
   add(forces_.data());
   return true;
 }
@@ -211,21 +214,19 @@ bool PadSensor<Value>::press_curved(const Touch& touch, const BodyGeometry& geom
   }
   const CellContact& contact = curved_.contact();
   if (!contact.weights(curved_.face(), options_, touch.wrench, weights_, workspace_)) return false;
-  check(touch, contact, curved_.face(), curved_.approach(weights_), host);
+  if (!contact.carries(curved_.face(), touch.wrench)) warn_not_carried(touch, host);
+  warn_beyond_range(touch, -touch.wrench[2] / contact.pressed_area(), curved_.approach(weights_), host);
   contact.nodal_forces(curved_.face(), surface, weights_, workspace_, forces_.data());
   add(forces_.data());
   return true;
 }
 
-// Warn once of strains that are not small, and once of forces that pass beside what they press through.
+// Warn once of forces that pass beside what they press through, and once of strains that are not small.
 template <typename Value>
-void PadSensor<Value>::check(const Touch& touch, const CellContact& contact, const Face& face, double approach,
-                             Host& host) {
-  if (!warned_carried_ && !contact.carries(face, touch.wrench)) {
-    warned_carried_ = true;
-    host.not_carried(touch);
-  }
-  warn_beyond_range(touch, -touch.wrench[2] / contact.pressed_area(), approach, host);
+void PadSensor<Value>::warn_not_carried(const Touch& touch, Host& host) {
+  if (warned_carried_) return;
+  warned_carried_ = true;
+  host.not_carried(touch);
 }
 
 template <typename Value>
@@ -245,6 +246,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return false;
     CellContact contact;
     if (!contact.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+    if (is_small(contact)) return false;  // its cells belong to this very load
     const auto& map = pad_->template deviatoric<Value>();
     // One scale for all layers: bytes would leave the deep ones too few digits.
     const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
@@ -265,7 +267,9 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     basis = std::make_shared<const Basis<Value>>(Basis<Value>{face, pad_, std::move(contact), std::move(responses)});
     cache.keep(key, basis, bytes);
   }
-  check(touch, basis->contact, *face, basis->contact.motion(*face, weights_).approach, host);
+  if (!basis->contact.carries(*face, touch.wrench)) warn_not_carried(touch, host);
+  warn_beyond_range(touch, -touch.wrench[2] / basis->contact.pressed_area(),
+                    basis->contact.motion(*face, weights_).approach, host);
   part_weights_.assign(weights_.begin(), weights_.end());
   for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
   basis->responses.add(every_.data(), part_weights_.data(), part_weights_.size(), response_.data());

@@ -16,8 +16,9 @@
 #include <vector>
 
 #include "cell_contact.hpp"
-#include "curved_press.hpp"
+#include "closing_press.hpp"
 #include "face.hpp"
+#include "flat_press.hpp"
 #include "linear_traction.hpp"
 #include "pad.hpp"
 
@@ -125,7 +126,7 @@ class PadSensor {
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face, Host& host);
   bool press_uniform(const Touch& touch, const Face& face, const Placement& placement, Host& host);
   bool press_curved(const Touch& touch, const BodyGeometry& geometry, Host& host);
-  void check(const Touch& touch, const CellContact& contact, const Face& face, double approach, Host& host);
+  void warn_not_carried(const Touch& touch, Host& host);
   void warn_beyond_range(const Touch& touch, double pressure, double approach, Host& host);
   void add(const double* forces);
   KnownBody& known_body(int number, Host& host);
@@ -147,9 +148,9 @@ class PadSensor {
   std::list<CutFace> cut_faces_;  // latest used first
   std::vector<Value> response_, mean_response_;
   std::vector<double> forces_, weights_, means_;
-  CellContact contact_;
+  FlatPress flat_;
   GapMap gap_;
-  CurvedPress curved_;
+  ClosingPress curved_;
   LinearTraction traction_;
   CellContact::Workspace workspace_;
   typename StressMap<Value>::Workspace map_workspace_;

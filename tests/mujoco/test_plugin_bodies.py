@@ -113,7 +113,7 @@ def test_a_jaw_below_the_pad_is_not_what_presses():
       <worldbody>
         <geom name="pad" type="box" size=".0075 .0075 .0025" pos="0 0 -.0025" priority="10" condim="4"/>
         <body pos="0 0 .00301"><joint type="slide" axis="0 0 1"/>
-          <geom type="sphere" size=".003" mass=".05"/>
+          <geom type="sphere" size=".003" mass=".01"/>
           <geom type="box" size=".003 .003 .001" pos="0 0 -.012" mass=".001"/></body>
       </worldbody>
       <sensor><plugin name="touch" plugin="mjtactile.pad" objtype="geom" objname="pad">
