@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import socket
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -26,6 +27,8 @@ Result = TypeVar("Result")
 _ATTEMPTS = 5
 #: Tasks handed to Ray ahead of each processor, so that none waits; more would pile up results in memory.
 _AHEAD = 2
+#: How long a cluster may take to answer [s].
+_PATIENCE = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +48,9 @@ class Workers:
         if self.count < 1:
             raise DistributeError(f"workers = {self.count}; expected at least 1.")
         if self.ray_address is not None and not self.ray:
-            raise DistributeError(f"the address {self.ray_address!r} of a Ray cluster was given without Ray: add --ray.")
+            raise DistributeError(
+                f"the address {self.ray_address!r} of a Ray cluster was given without Ray: add --ray."
+            )
 
 
 def make_files(function: Callable[[Task], bytes], tasks: Mapping[Path, Task], workers: Workers) -> Iterator[Path]:
@@ -187,19 +192,27 @@ def _cluster(workers: Workers) -> Iterator[Any]:
     if ray.is_initialized():
         yield ray
         return
-    here = {"num_cpus": workers.count, "include_dashboard": False} if workers.ray_address is None else {}
-    address = "local" if workers.ray_address is None else workers.ray_address
-    try:
-        ray.init(address=address, log_to_driver=False, logging_level="warning", **here)
-    except (ConnectionError, RuntimeError, ValueError) as error:
-        raise DistributeError(
-            f"no Ray cluster answers at {address!r}: {error}. Start one with `ray start --head`, or leave the "
-            "address out for one on this machine."
-        ) from error
+    if workers.ray_address is None:
+        ray.init("local", num_cpus=workers.count, include_dashboard=False, log_to_driver=False)
+    else:
+        _connect(ray, workers.ray_address)
     try:
         yield ray
     finally:
         ray.shutdown()
+
+
+def _connect(ray: Any, address: str) -> None:
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    try:
+        if colon:  # Ray itself goes on trying for minutes
+            socket.create_connection((host, int(port)), timeout=_PATIENCE).close()
+        ray.init(address, log_to_driver=False)
+    except (OSError, RuntimeError, ValueError) as error:
+        raise DistributeError(
+            f"no Ray cluster answers at {address!r}: {error}. Start one with `ray start --head`, or leave the address "
+            "out for one on this machine."
+        ) from error
 
 
 def _given_up(error: BaseException) -> DistributeError:
