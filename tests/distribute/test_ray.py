@@ -25,7 +25,7 @@ pytest.importorskip("ray", reason="Ray is not installed: pip install 'mjtactile[
 pytestmark = pytest.mark.slow
 
 SPEC = """
-presses = 192
+presses = 400
 seed = 11
 preset = "fast"
 law = ["elastic", "uniform"]
@@ -121,7 +121,7 @@ def test_two_workers_make_the_same_files_though_one_is_killed_and_one_machine_lo
     killer = threading.Thread(target=kill, daemon=True)
     killer.start()
     workers = Workers(ray=True, ray_address=cluster.address)
-    assert dataset.make_dataset(load_spec(spec_file), tmp_path, workers=workers, progress=False) == 192
+    assert dataset.make_dataset(load_spec(spec_file), tmp_path, workers=workers, progress=False) == 400
     killer.join(timeout=30)
     assert len(told) == 2
     assert max(told) < len(local)
