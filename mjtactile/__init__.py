@@ -166,7 +166,7 @@ __all__ = [
 
 
 #: Packages inside this one that are reached as attributes as well.
-_PACKAGES = ("recognition",)
+_PACKAGES = ("recognition", "torch")
 
 _plugin_hook.install()
 

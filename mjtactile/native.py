@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from mjtactile.influence import InfluenceMatrices
 
 #: Version of the functions in native/core/api.h that this module calls.
-API_VERSION = 3
+API_VERSION = 4
 #: Components of a force or a traction.
 COMPONENTS = 3
 _NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platform, "libmjtactile.so")

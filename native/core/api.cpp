@@ -57,7 +57,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 3; }
+int mjt_version(void) { return 4; }
 
 const char* mjt_kernels(void) { return kernels().name; }
 

@@ -29,7 +29,9 @@ mjt_plugin_host python;
 // Python's part of an instance, which copies of a simulation share.
 struct Context {
   explicit Context(std::int64_t id) : number(id) {}
-  ~Context() { python.release(number); }
+  ~Context() {
+    if (python.release != nullptr) python.release(number);
+  }
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
@@ -270,6 +272,8 @@ size_t mjt_plugin_attributes(const char* const** names) {
   *names = kAttributes;
   return kAttributeCount;
 }
+
+void mjt_plugin_leave(void) { python.release = nullptr; }
 
 int mjt_plugin_register(const int64_t* offsets, size_t layout_count, const void* const* pointers,
                         size_t function_count, const mjt_plugin_host* host) {

@@ -33,3 +33,5 @@ MJT_API size_t mjt_plugin_attributes(const char* const** names);
 /* Register the plugin with the running MuJoCo; its slot, or -1. Once per process. */
 MJT_API int mjt_plugin_register(const int64_t* layout, size_t layout_count, const void* const* functions,
                                 size_t function_count, const mjt_plugin_host* host);
+/* Python is about to end: what is destroyed from now on is not released there. */
+MJT_API void mjt_plugin_leave(void);
