@@ -23,8 +23,8 @@ from mjtactile.planar import areal, polygons_of
 from mjtactile.region import Region
 from mjtactile.rigid import Mask
 
-#: Cells of the lattices that look for the contact.
-_SEARCH_CELLS = 100
+#: Cells of the lattices that look for the contact, and of the last ones that do.
+_COARSE_CELLS, _SEARCH_CELLS = 36, 100
 #: Lines along each side of the sheet of the grid that finds where the search begins.
 _LINES = 33
 _SEARCHES = 30
@@ -34,6 +34,8 @@ _FILLED = 0.7
 _FEW_CELLS, _FEW_SHARE = 16, 0.5
 #: Nearest the force's line may pass to a flat face's rim there, over the root of its area.
 _RIM = 1e-2
+#: Middles of cells on a flat face's rim, where symmetry often puts them, count as outside: over the root of its area.
+_BARELY = 1e-9
 #: Least area a search closes in on, over what the body covers.
 _SMALLEST = 1e-9
 
@@ -111,9 +113,9 @@ def _closest(
     softness: float,
 ) -> tuple[Region, Pressed]:
     """Close in from a region on the contact: the region at last, and the contact on the lattice before."""
-    smallest, found = _SMALLEST * region.area, None
+    smallest, found, count = _SMALLEST * region.area, None, _COARSE_CELLS
     for _ in range(_SEARCHES):
-        at = _on_lattice(footprint, region, centre, tilting)
+        at = _on_lattice(footprint, region, count, centre, tilting)
         force = max(normal, at.spreading_force / softness)
         found = _solved(at, force, through, solver, None)
         closer = region.around_pressed(found)
@@ -123,7 +125,9 @@ def _closest(
         filled = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
         region = closer
         if filled and force == normal:
-            break
+            if count == _SEARCH_CELLS:
+                break
+            count = _SEARCH_CELLS
     assert found is not None
     return region, found
 
@@ -160,11 +164,14 @@ def _covered_region(footprint: Footprint) -> Region:
     return Region.around(shapely.box(*low, *high))
 
 
-def _on_lattice(footprint: Footprint, region: Region, centre: Array, tilting: bool) -> CellContact:
-    """A coarse lattice, on the cells whose middles the body covers."""
-    lattice = region.lattice(_SEARCH_CELLS).cells
+def _on_lattice(footprint: Footprint, region: Region, count: int, centre: Array, tilting: bool) -> CellContact:
+    """A lattice over a region, on the cells whose middles the body covers."""
+    lattice = region.lattice(count).cells
     heights = _mean_heights(footprint, lattice)
-    heights[~shapely.intersects_xy(footprint.outline, lattice.centroids)] = np.inf
+    within = (
+        footprint.outline.buffer(-_BARELY * np.sqrt(footprint.area)) if footprint.gap is None else footprint.outline
+    )
+    heights[~shapely.intersects_xy(within, lattice.centroids)] = np.inf
     here = region.polygon()
     for part in polygons_of(footprint.outline):
         middle = part.centroid

@@ -7,8 +7,10 @@ namespace mjtactile {
 namespace {
 
 // As the readable reference has them: mjtactile/pressing.py and mjtactile/cell_contact.py.
-constexpr std::size_t kSearchCells = 100;
+constexpr std::size_t kCoarseCells = 36, kSearchCells = 100;
 constexpr int kSearches = 30;
+// Middles of cells on a flat face's rim, where symmetry often puts them, count as outside: over the root of its area.
+constexpr double kBarely = 1e-9;
 constexpr double kFilled = 0.7, kSmallest = 1e-9;
 constexpr std::size_t kSpreadCells = 10, kLeastStart = 6;
 constexpr double kCellGive = 3.5;
@@ -36,6 +38,12 @@ bool ClosingPress::solve(const std::vector<Point>& outline, const SurfaceComplia
                          const LawOptions& options, const double* wrench, CellContact::Workspace& workspace) {
   const auto [west, east] = std::minmax_element(outline.begin(), outline.end(), [](auto& a, auto& b) { return a.x < b.x; });
   const auto [south, north] = std::minmax_element(outline.begin(), outline.end(), [](auto& a, auto& b) { return a.y < b.y; });
+  double area = 0.0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    area += (a.x * b.y - b.x * a.y) / 2;
+  }
+  barely_ = kBarely * std::sqrt(area);
   Region region = {{(west->x + east->x) / 2, (south->y + north->y) / 2}, 0.0, east->x - west->x, north->y - south->y};
   if (!search(nullptr, outline, region, compliance, options, wrench, workspace)) return false;
   const Lattice lattice = region.lattice(options.cells);
@@ -56,8 +64,9 @@ bool ClosingPress::search(const GapMap* gap, const std::vector<Point>& outline, 
   LawOptions without_friction = options;
   without_friction.friction = -1.0;
   double stronger[6];
+  std::size_t count = kCoarseCells;
   for (int search = 0; search < kSearches; ++search) {
-    const Lattice lattice = region.lattice(kSearchCells);
+    const Lattice lattice = region.lattice(count);
     if (!cover(gap, outline, lattice)) return false;
     // A heavier load in the same direction stands in for one that would rest on single cells.
     const double factor = std::max(1.0, spreading_force() / (compliance.factor() * -wrench[2]));
@@ -73,7 +82,9 @@ bool ClosingPress::search(const GapMap* gap, const std::vector<Point>& outline, 
     // A strip narrower than the cells would seem to fill them: look again with longer ones.
     const bool filled = closer.area() > kFilled * region.area() && closer.stretch() <= region.stretch();
     region = closer;
-    if (filled && factor == 1.0) break;
+    if (!filled || factor != 1.0) continue;
+    if (count == kSearchCells) break;
+    count = kSearchCells;
   }
   if (!contact_.weights(cells_.face(), without_friction, stronger, weights_, workspace)) return false;
   motion_ = contact_.motion(cells_.face(), weights_);
@@ -91,7 +102,7 @@ bool ClosingPress::cover(const GapMap* gap, const std::vector<Point>& outline, c
   for (std::size_t cell = 0; cell < lattice.cells(); ++cell) {
     const Point middle = lattice.at(static_cast<double>(cell % lattice.columns) + 0.5,
                                     static_cast<double>(cell / lattice.columns) + 0.5);
-    const bool over = gap == nullptr ? holds(outline, middle) : std::isfinite(gap->height(middle.x, middle.y));
+    const bool over = gap == nullptr ? holds(outline, middle, barely_) : std::isfinite(gap->height(middle.x, middle.y));
     if (over) kept_.push_back(static_cast<std::uint32_t>(cell));
   }
   if (gap == nullptr) {

@@ -40,6 +40,7 @@ class ClosingPress {
 
   LatticeFace cells_;
   CellContact contact_;
+  double barely_ = 0.0;      // inside a flat face's outline [m]
   RigidMotion motion_ = {};  // found by the search
   std::vector<std::uint32_t> kept_;
   std::vector<Point> sheet_;

@@ -153,9 +153,11 @@ Region Region::around(const Lattice& lattice, const std::vector<Point>& pressed)
   return {{cosine * x - sine * y, sine * x + cosine * y}, turned, high[0] - low[0], high[1] - low[1]};
 }
 
-bool holds(const std::vector<Point>& outline, const Point& point) {
+bool holds(const std::vector<Point>& outline, const Point& point, double margin) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
-    if (!(left_of(outline[i], outline[(i + 1) % outline.size()], point) >= 0.0)) return false;
+    const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    const double least = margin > 0.0 ? margin * std::hypot(b.x - a.x, b.y - a.y) : 0.0;
+    if (!(left_of(a, b, point) >= least)) return false;
   }
   return true;
 }

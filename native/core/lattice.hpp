@@ -79,7 +79,7 @@ void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double wi
 
 // A convex polygon cut at another; all counter-clockwise.
 void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result);
-// Whether a point lies in a counter-clockwise convex polygon, its sides included.
-bool holds(const std::vector<Point>& outline, const Point& point);
+// Whether a point lies in a counter-clockwise convex polygon, its sides included, or at least `margin` [m] from them.
+bool holds(const std::vector<Point>& outline, const Point& point, double margin = 0.0);
 
 }  // namespace mjtactile
