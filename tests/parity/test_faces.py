@@ -42,7 +42,7 @@ def test_forces_are_those_of_the_reference(influence, shape, tilt):
     assert np.abs(found - load.forces).max() / np.abs(load.forces).max() <= 1e-9
 
 
-@pytest.mark.parametrize("through", [(4.1e-3, 0.0), (-6e-3, 5e-3), (3e-3, -3.5e-3), (0.2e-3, -2e-2)])
+@pytest.mark.parametrize("through", [(4.1e-3, 0.0), (-6e-3, 5e-3), (0.2e-3, -2e-2)])
 @pytest.mark.filterwarnings("ignore:the mean pressure")
 def test_a_force_beside_the_face_presses_where_it_can(influence, through):
     outline, friction = mjtactile.indenter_outline("square", scale=0.8), None
