@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from mjtactile.errors import SceneError
-from mjtactile.gripper import REACH, gripper_document
+from mjtactile.gripper import CONTACT, REACH, gripper_document
 from mjtactile.mjcf import OPTION, numbers, text_of
 from mjtactile.pad import Pad
 from mjtactile.plugin import ensure_registered
@@ -30,8 +30,8 @@ SHAPES = ("box", "cylinder", "sphere")
 #: Torsional friction per sliding friction of one contact point [m]. Pads touch in several points, which carry torsion
 #: between them; one alone is taken for a patch 0.5 mm across.
 _TORSION = 5e-4
-#: Contact of object and table.
-_CONTACT = {"condim": "4", "solref": "0.005 1", "solimp": "0.98 0.99 0.001 0.5 2"}
+#: Simulation: as for presses, and tangential forces solved once more without creep, so that what is held stays.
+_OPTION = {**OPTION, "noslip_iterations": "4"}
 #: How far the wrist may be driven from where it starts [m].
 _RANGES = {"x": (-0.1, 0.1), "y": (-0.1, 0.1), "z": (-0.15, 0.3)}
 
@@ -100,12 +100,12 @@ def grasp_mjcf(
     if not set(wrist) <= set(_RANGES) or len(set(wrist)) != len(wrist):
         raise SceneError(f"wrist = {wrist!r}; expected some of the axes x, y and z, each once, such as 'z' or 'xyz'.")
     root = gripper_document("grasp", pad, pad_name=pad_name, fidelity=fidelity)
-    root.insert(1, ET.Element("option", OPTION))
+    root.insert(1, ET.Element("option", _OPTION))
     root.insert(2, ET.Element("statistic", center="0 0 0.1", extent="0.3"))
     world = _child(root, "worldbody")
     world.insert(0, ET.Element("light", pos="0 -0.3 0.6", dir="0 0.45 -0.9"))
     world.insert(1, ET.Element("camera", name="front", pos="0 -0.5 0.25", xyaxes="1 0 0 0 0.3 0.95", fovy="40"))
-    table = ET.Element("geom", _CONTACT, name="table", type="plane", size="0.3 0.3 0.05", rgba="0.85 0.83 0.8 1")
+    table = ET.Element("geom", CONTACT, name="table", type="plane", size="0.3 0.3 0.05", rgba="0.85 0.83 0.8 1")
     world.insert(2, table)
     world.append(object_element(grasped, pose))
     gripper = _child(world, "body")
@@ -131,7 +131,7 @@ def object_element(grasped: GraspObject, pose: tuple[float, float, float]) -> ET
     ET.SubElement(
         body,
         "geom",
-        _CONTACT,
+        CONTACT,
         name="object",
         type=grasped.shape,
         size=numbers(size),
