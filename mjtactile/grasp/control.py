@@ -17,11 +17,11 @@ from mjtactile.grasp.touch import Felt
 CLOSING_GRIP, RUBBING_GRIP = 0.6, 1.5
 #: Speed of rubbing [m/s] and of the ticks over which it is averaged; how long it may take [s].
 _RUBBING_SPEED, _RUBBING_TICKS, _RUBBING_TIME = 5e-3, 12, 0.12
-#: A pad counts as touched for that many ticks, so that fingers may bounce; a gripper has closed when both have been for
-#: so many; when it gives up [s].
-_MEMORY, _REST_TICKS, _CLOSING_TIME = 8, 20, 2.0
-#: Speed at which the wrist gives way to the side that is pressed harder [m/s].
-_GIVE = 0.02
+#: A pad counts as touched for that many ticks, so that fingers may bounce; a gripper has closed when both are touched for
+#: so many in a row; when it gives up looking for them, and how long it takes to settle at most [s].
+_MEMORY, _REST_TICKS, _CLOSING_TIME, _SETTLING_TIME = 8, 15, 2.0, 1.0
+#: Speed at which the wrist gives way to the only side that is touched, and evens out two sides [m/s].
+_GIVE, _EVENING = 0.01, 4e-3
 #: Friction is hardly ever outside these [-].
 _FRICTIONS = (0.05, 3.0)
 #: Acceleration of the wrist [m/s^2].
@@ -66,20 +66,27 @@ class GripLaw:
 
 
 def close(robot: Robot) -> bool:
-    """Close until both pads are touched and the fingers rest; whether they do.
+    """Close until both pads are touched and stay so; whether they do.
 
-    While only one pad is touched, the wrist gives way to that side, so that the object stays where it stands.
+    While only one pad is touched, the wrist gives way to that side, so that the object stays where it stands; then the
+    fingers take hold, and the wrist evens out what still differs between them.
     """
     robot.grip = CLOSING_GRIP
     since = np.full(2, _MEMORY)
-    still = 0
-    while robot.time < _CLOSING_TIME and still < _REST_TICKS:
-        touched = since < _MEMORY
-        give = _GIVE * robot.period * float(touched[1]) - _GIVE * robot.period * float(touched[0])
-        felt = robot.move("x", give, speed=_GIVE)
+    while not (since < _MEMORY).all():
+        if robot.time > _CLOSING_TIME:
+            return False
+        give = float(since[1] < _MEMORY) - float(since[0] < _MEMORY)
+        felt = robot.move("x", give * _GIVE * robot.period, speed=_GIVE)
         since = np.where(felt.pressing > 0.0, 0, since + 1)
-        still = still + 1 if (since < _MEMORY).all() else 0
-    return still > 0
+    firm, mean, until = 0, robot.felt.pressing, robot.time + _SETTLING_TIME
+    while firm < _REST_TICKS and robot.time < until:
+        robot.grip += 0.1 * (RUBBING_GRIP - robot.grip)
+        mean = mean + 0.1 * (robot.felt.pressing - mean)
+        uneven = float(mean[1] - mean[0]) / max(float(mean.sum()), CLOSING_GRIP)
+        felt = robot.move("x", _EVENING * uneven * robot.period, speed=_EVENING)
+        firm = firm + 1 if felt.both and robot.grip > 0.9 * RUBBING_GRIP else 0
+    return firm > 0
 
 
 def rub(robot: Robot) -> float:
@@ -87,9 +94,6 @@ def rub(robot: Robot) -> float:
 
     The fingers slide down by half a millimetre or so. It ends with the fingers neither pulled up nor down.
     """
-    for _ in range(2 * _RUBBING_TICKS):
-        robot.grip += (RUBBING_GRIP - robot.grip) / _RUBBING_TICKS
-        robot.tick()
     ratios: list[float] = []
     for _ in range(round(_RUBBING_TIME / robot.period)):
         felt = robot.move("z", -1.0, speed=_RUBBING_SPEED)
