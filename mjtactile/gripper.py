@@ -35,6 +35,17 @@ _GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
 #: gears [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
 _FINGER_MASS, _ROTOR, _DAMPING = 0.06, 0.05, 20.0
 _PALM_MASS = 0.7
+#: Fingertips align themselves with what they touch: each turns about the upright axis through its pad's middle against a
+#: spring, by 2 degrees under 1 N at the pad's edge.
+_TIP_JOINT = {
+    "type": "hinge",
+    "axis": "0 0 1",
+    "range": "-0.15 0.15",
+    "limited": "true",
+    "stiffness": "0.2",
+    "damping": "0.002",
+    "armature": "5e-06",
+}
 #: The drive's force follows its command with this time constant [s].
 _DRIVE_TIME = "0.005"
 #: Of the drive that opens [N].
@@ -62,6 +73,7 @@ def gripper_document(
     """
     pad = pad or Pad()
     root = document(model, module="gripper.py")
+    ET.SubElement(root, "compiler", angle="radian")
     ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
     palm = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name="gripper", gravcomp="1")
     ET.SubElement(
@@ -78,7 +90,9 @@ def gripper_document(
     for name, side in zip(GRIPPER_PADS, (-1.0, 1.0), strict=True):
         palm.append(_finger(name, side, pad))
     contact = ET.SubElement(root, "contact")
-    ET.SubElement(contact, "exclude", body1="left_finger", body2="right_finger")
+    for left in ("left_finger", "left_tip"):
+        for right in ("right_finger", "right_tip"):
+            ET.SubElement(contact, "exclude", body1=left, body2=right)
     coupling = ET.SubElement(root, "equality")
     ET.SubElement(
         coupling,
@@ -163,7 +177,9 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
     inward = np.array([-side, 0.0, 0.0])
     up = np.array([0.0, 0.0, 1.0])
     rotation = np.column_stack([np.cross(up, inward), up, inward])
-    add_pad(body, name, pad, (0.0, 0.0, 0.0), rotation)
+    tip = ET.SubElement(body, "body", name=f"{name}_tip", gravcomp="1")
+    ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_tip")
+    add_pad(tip, name, pad, (0.0, 0.0, 0.0), rotation)
     # The finger's own bar stands behind the pad: what the pad does not touch, nothing touches.
     low, high = -pad.size[1] / 2, REACH - 0.06
     ET.SubElement(

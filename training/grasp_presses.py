@@ -3,7 +3,8 @@
     python training/grasp_presses.py --out build/grasps.npz
 
 Every grasp has a box of its own: its size, mass and friction, where and how turned it stands, and how high it is taken.
-While it is held, grip and an outer force and moment on it change at random every tenth of a second, up to what slips.
+It is rubbed where it stands and lifted; then grip and an outer force and moment on it change at random every 60 ms, up
+to what slips.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ from mjtactile.report import write_atomically
 from mjtactile.wrench import contact_wrenches
 
 #: Steps of a grasp, of which one in `EVERY` is read once the object is touched; steps with one outer force.
-STEPS, EVERY, SEGMENT = 1500, 7, 100
-#: When the object is lifted clear of the table [steps].
-LIFTED = 500
+STEPS, EVERY, SEGMENT = 1300, 6, 60
+#: When the fingers rub the object that stands on the table, and when it is lifted clear of it [steps].
+RUBBED, LIFTED = 250, 360
 #: A pad that bears less is not touched [N].
 LEAST_FORCE = 0.05
 
@@ -39,7 +40,7 @@ class Config:
     """Arguments."""
 
     out: Path  #: file that is written
-    grasps: int = 400  #: how many boxes are held
+    grasps: int = 500  #: how many boxes are held
     seed: int = 7  #: of everything
     workers: int = 1  #: processes
     fidelity: tuple[str, ...] = ("fast",)  #: presets of the readings, one after the other
@@ -75,12 +76,12 @@ def held(job: tuple[int, int, str]) -> tuple[np.ndarray, Array, np.ndarray]:
     readings, wrenches = [], []
     for step in range(STEPS):
         if step % SEGMENT == 0:
-            force = 1.0 if step == 0 else np.exp(drawn.uniform(np.log(0.3), np.log(20.0)))
+            force = 1.0 if step < 2 * SEGMENT else np.exp(drawn.uniform(np.log(0.3), np.log(20.0)))
             weight = 9.81 * mass / 2.0 / friction
             data.ctrl[grip] = force if step < LIFTED else min(20.0, max(force, weight * drawn.uniform(0.95, 1.5)))
             if step >= LIFTED:
                 data.xfrc_applied[body] = outer_wrench(drawn, data.ctrl[grip] * friction, 2.0 * data.ctrl[grip])
-        data.ctrl[lift] = min(max(step - LIFTED, 0) * 2e-4, 0.01)
+        data.ctrl[lift] = min(max(step - LIFTED, 0) * 2e-4, 0.01) - min(max(step - RUBBED, 0) * 1e-5, 1e-3)
         wanted = step % EVERY == EVERY - 1
         model.opt.disableflags = 0 if wanted else int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
         with warnings.catch_warnings():

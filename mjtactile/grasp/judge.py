@@ -23,8 +23,10 @@ class Judge:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.peak = self.table = 0.0
-        self._pads = np.array([model.geom(f"{name}_pad").id for name in GRIPPER_PADS])
-        self._table, self._object = model.geom("table").id, model.geom("object").id
+        self._pads = [int(model.geom(f"{name}_pad").id) for name in GRIPPER_PADS]
+        self._table = int(model.geom("table").id)
+        self._watched = {*self._pads, self._table}
+        self._object, self._grasp = model.body("object").id, model.site("grasp").id
         self._force = np.zeros(6)
         self._start: tuple[Array, Array] | None = None
         self.slid = self.tilt = 0.0
@@ -32,15 +34,16 @@ class Judge:
     def __call__(self, robot: Robot) -> None:
         """After a step."""
         model, data = robot.model, robot.data
-        on_pad, on_table = np.zeros(len(self._pads)), 0.0
-        pairs = data.contact.geom
-        for k in range(data.ncon):
-            pads = np.isin(self._pads, pairs[k])
-            if pads.any() or self._table in pairs[k]:
-                mujoco.mj_contactForce(model, data, k, self._force)
-                on_pad += np.where(pads, self._force[0], 0.0)
-                on_table += 0.0 if pads.any() else float(self._force[0])
-        self.peak = max(self.peak, float(on_pad.max()))
+        on_pad, on_table = [0.0] * len(self._pads), 0.0
+        for k, pair in enumerate(data.contact.geom.tolist()):
+            for geom in pair:
+                if geom in self._watched:
+                    mujoco.mj_contactForce(model, data, k, self._force)
+                    if geom == self._table:
+                        on_table += float(self._force[0])
+                    else:
+                        on_pad[self._pads.index(geom)] += float(self._force[0])
+        self.peak = max(self.peak, *on_pad)
         if self._start is not None:
             self.table = max(self.table, on_table)
             place, axis = self._held(robot)
@@ -51,14 +54,12 @@ class Judge:
         """From now on, note how far the object slides and tilts in the gripper, and what the table bears."""
         self._start, self.slid, self.tilt, self.table = self._held(robot), 0.0, 0.0, 0.0
 
-    @staticmethod
-    def height(robot: Robot) -> float:
+    def height(self, robot: Robot) -> float:
         """Of the object's middle above the table [m]."""
-        return float(robot.data.body("object").xpos[2])
+        return float(robot.data.xpos[self._object, 2])
 
-    @staticmethod
-    def _held(robot: Robot) -> tuple[Array, Array]:
+    def _held(self, robot: Robot) -> tuple[Array, Array]:
         """Where the object's middle stands from the gripper's grasp site along the pads [m], and its upright axis."""
-        body = robot.data.body("object")
-        across = (body.xpos - robot.data.site("grasp").xpos)[1:]
-        return np.array(across), np.array(body.xmat.reshape(3, 3)[:, 2])
+        data = robot.data
+        across = data.xpos[self._object, 1:] - data.site_xpos[self._grasp, 1:]
+        return across, data.xmat[self._object, 2::3].copy()

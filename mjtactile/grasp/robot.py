@@ -12,7 +12,7 @@ from mjtactile.grasp.scene import open_gripper
 from mjtactile.grasp.touch import Felt, Touch
 from mjtactile.gripper import GRIP_LIMIT
 
-#: Steps between ticks: control and touch at 250 Hz.
+#: Steps between ticks, unless set otherwise: control and touch at 250 Hz.
 STEPS_PER_TICK = 4
 _NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
@@ -30,6 +30,7 @@ class Robot:
         grip: commanded force of each finger [N].
         place: commanded displacement of the wrist by driven axis [m].
         felt: what was felt last.
+        steps_per_tick: steps between ticks.
     """
 
     def __init__(
@@ -41,7 +42,7 @@ class Robot:
         watch: Callable[[Robot], None] = lambda robot: None,
     ) -> None:
         self.model, self.data = model, mujoco.MjData(model)
-        self.period = STEPS_PER_TICK * float(model.opt.timestep)
+        self.steps_per_tick = STEPS_PER_TICK
         self.grip = 0.0
         self.place = {axis: 0.0 for axis in "xyz" if _has_actuator(model, f"wrist_{axis}")}
         self._touch, self._watch = touch, watch
@@ -49,6 +50,11 @@ class Robot:
         self._wrist = {axis: model.actuator(f"wrist_{axis}").id for axis in self.place}
         open_gripper(model, self.data, opening)
         self.felt = touch(model, self.data)
+
+    @property
+    def period(self) -> float:
+        """Between ticks [s]."""
+        return self.steps_per_tick * float(self.model.opt.timestep)
 
     @property
     def time(self) -> float:
@@ -67,13 +73,13 @@ class Robot:
         with warnings.catch_warnings():
             # An object that rocks for a moment presses with an edge; the nearest load that a face carries is read.
             warnings.simplefilter("ignore", ContactWarning)
-            for step in range(STEPS_PER_TICK):
-                reads = self._touch.reads and step == STEPS_PER_TICK - 1
+            for step in range(self.steps_per_tick):
+                reads = self._touch.reads and step == self.steps_per_tick - 1
                 self.model.opt.disableflags = 0 if reads else _NO_SENSORS
                 for axis, actuator in self._wrist.items():
                     # Evenly to where it is to be: a servo that is as stiff as an arm's would jerk at every tick.
                     left = self.place[axis] - self.data.ctrl[actuator]
-                    self.data.ctrl[actuator] += left / (STEPS_PER_TICK - step)
+                    self.data.ctrl[actuator] += left / (self.steps_per_tick - step)
                 mujoco.mj_step(self.model, self.data)
                 self._watch(self)
         self.felt = self._touch(self.model, self.data)

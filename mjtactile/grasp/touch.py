@@ -6,13 +6,16 @@ The three give the same answers in the same words, so that one control law can b
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 from typing import Protocol
 
 import mujoco
 import numpy as np
 
 from mjtactile.gripper import GRIPPER_PADS
-from mjtactile.pad import Array
+from mjtactile.pad import Array, Pad
+from mjtactile.recognition import load
 from mjtactile.recognition.grasp import GraspRecogniser, grasp_targets
 from mjtactile.wrench import contact_wrenches
 
@@ -128,6 +131,25 @@ class NoTouch:
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
         return _nothing(None)
+
+
+def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> Touch:
+    """A sense of touch by name: "recognised", "true" or, for anything else, none.
+
+    Args:
+        kind: name.
+        noise: of recognised touch [-].
+        seed: of the noise.
+        weights: folder of the recogniser's weights; by default those shipped.
+    """
+    if kind == "recognised":
+        return RecognisedTouch(_recogniser(weights), noise=noise, seed=seed)
+    return TrueTouch() if kind == "true" else NoTouch()
+
+
+@lru_cache(maxsize=2)
+def _recogniser(weights: str | None) -> GraspRecogniser:
+    return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
 
 
 def _nothing(readings: Array | None) -> Felt:
