@@ -35,8 +35,8 @@ _GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
 #: gears [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
 _FINGER_MASS, _ROTOR, _DAMPING = 0.06, 0.05, 20.0
 _PALM_MASS = 0.7
-#: Fingertips align themselves with what they touch: each turns about the upright axis through its pad's middle against a
-#: spring, by 2 degrees under 1 N at the pad's edge.
+#: Fingertips align themselves with what they touch: each turns about the upright axis through its pad's middle against
+#: a spring, by 2 degrees under 1 N at the pad's edge.
 _TIP_JOINT = {
     "type": "hinge",
     "axis": "0 0 1",

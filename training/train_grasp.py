@@ -1,4 +1,4 @@
-"""Train the grasp recogniser: what force and twist a grasped body bears on a pad with, each with its standard deviation.
+"""Train the grasp recogniser: force and twist with which a grasped body bears on a pad, and their standard deviations.
 
     python training/train_grasp.py --data build/grasps.npz --weights build/weights/grasp
 
@@ -24,7 +24,7 @@ from mjtactile.recognition.network import Network
 from mjtactile.recognition.octant import into_octant
 from mjtactile.recognition.registry import register
 from mjtactile.recognition.store import write_weights
-from mjtactile.recognition.view import NOISE_FLOOR, SCALE_FLOOR, View
+from mjtactile.recognition.view import SCALE_FLOOR, View
 
 #: Typical errors, by which outputs are scaled: tangential over pressing force, centre [m], twist over pressing force
 #: [m], logarithm of the pressing force.

@@ -17,13 +17,16 @@ from mjtactile.grasp.touch import Felt
 CLOSING_GRIP, RUBBING_GRIP = 0.6, 1.5
 #: Speed of rubbing [m/s] and of the ticks over which it is averaged; how long it may take [s].
 _RUBBING_SPEED, _RUBBING_TICKS, _RUBBING_TIME = 5e-3, 12, 0.12
-#: A pad counts as touched for that many ticks, so that fingers may bounce; a gripper has closed when both are touched for
-#: so many in a row; when it gives up looking for them, and how long it takes to settle at most [s].
+#: A pad counts as touched for that many ticks, so that fingers may bounce; a gripper has closed when both are touched
+#: for so many in a row; when it gives up looking for them, and how long it takes to settle at most [s].
 _MEMORY, _REST_TICKS, _CLOSING_TIME, _SETTLING_TIME = 8, 15, 2.0, 1.0
 #: Speed at which the wrist gives way to the only side that is touched, and evens out two sides [m/s].
 _GIVE, _EVENING = 0.01, 4e-3
 #: Friction is hardly ever outside these [-].
 _FRICTIONS = (0.05, 3.0)
+#: An object has landed when it pulls with less than this share of its weight [-]; force with which fingers open [N], and
+#: for how long [s].
+_LANDED, _OPENING_GRIP, _OPENING_TIME = 0.6, -1.0, 0.3
 #: Acceleration of the wrist [m/s^2].
 _ACCELERATION = 0.4
 
@@ -162,3 +165,29 @@ def hold(robot: Robot, law: GripLaw, time: float) -> None:
     """Hold on for some time [s], the grip following what is felt."""
     for _ in range(round(time / robot.period)):
         robot.grip = law.step(robot.grip, robot.tick())
+
+
+def lower(robot: Robot, lowest: float, *, speed: float) -> bool:
+    """Lower what is held until it lands on something; whether it did.
+
+    Args:
+        robot: with the object between its fingers, at rest.
+        lowest: displacement of the wrist at which to give up [m].
+        speed: largest [m/s].
+    """
+    weight = float(np.mean([-robot.tick().pull[1] for _ in range(_RUBBING_TICKS)]))
+    ride = Ride(robot, "z", lowest, speed=speed)
+    landed = 0
+    while not ride.arrived:
+        felt = ride.tick()
+        landed = landed + 1 if -felt.pull[1] < _LANDED * weight else 0
+        if landed == 2:
+            return True
+    return False
+
+
+def let_go(robot: Robot) -> None:
+    """Loosen the grip, open, and wait."""
+    for _ in range(round(_OPENING_TIME / robot.period)):
+        robot.grip += 0.15 * (_OPENING_GRIP - robot.grip)
+        robot.tick()

@@ -16,15 +16,19 @@ CRUSHING = 20.0
 class Judge:
     """Watches a robot from step to step; pass it as `watch`.
 
+    Args:
+        model: of the world.
+        support: geom that objects stand on.
+
     Attributes:
         peak: largest force on a pad so far [N].
-        table: largest force of the table on the object since `begin` [N].
+        table: largest force of the support on the object since `begin` [N].
     """
 
-    def __init__(self, model: mujoco.MjModel) -> None:
+    def __init__(self, model: mujoco.MjModel, *, support: str = "table") -> None:
         self.peak = self.table = 0.0
         self._pads = [int(model.geom(f"{name}_pad").id) for name in GRIPPER_PADS]
-        self._table = int(model.geom("table").id)
+        self._table = int(model.geom(support).id)
         self._watched = {*self._pads, self._table}
         self._object, self._grasp = model.body("object").id, model.site("grasp").id
         self._force = np.zeros(6)

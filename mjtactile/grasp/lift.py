@@ -27,8 +27,8 @@ OFFSETS, TURN, HEIGHT_OFFSET = (5e-3, 4e-3), math.radians(2.0), 8e-3
 RISE, SPEED, HOLD_TIME = 0.05, 0.08, 0.4
 #: What an object may slide [m] and tilt [deg] in the fingers from lifting to the end.
 MOST_SLIDE, MOST_TILT = 3e-3, 10.0
-#: Grips that are always the same [N]. The first is what the object in the middle of both ranges takes with the margin of
-#: those that feel; the last holds nearly all.
+#: Grips that are always the same [N]. The first is what the object in the middle of both ranges takes with the margin
+#: of those that feel; the last holds nearly all.
 BLIND_GRIPS = {"blind": 2.2, "blind, 5 N": 5.0, "blind, 15 N": 15.0}
 #: A blind gripper closes for this long [s].
 _BLIND_TIME = 0.9
@@ -165,7 +165,7 @@ def report(results: dict[str, list[Result]]) -> Report:
             "crushed",
             "peak, median",
             "grip over least, median",
-            "slid, median",
+            "slid",
         ),
         rows=rows,
         bounds=[

@@ -70,7 +70,7 @@ class SlipReflex:
         self.grip = min(max(self.grip, self._before * self._settings.jump), self.law.most)
 
     def _suspect(self, load: float, pressing: float) -> None:
-        """While squeezing: does the pull follow?"""
+        """While squeezing, find out whether the pull follows."""
         assert self._suspected is not None
         self._suspected.append((load, pressing))
         if len(self._suspected) * self._period < self._settings.squeeze_time:

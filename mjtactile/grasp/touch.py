@@ -75,7 +75,9 @@ class Touch(Protocol):
     #: Whether the pads are to be read.
     reads: bool
 
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt: ...
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """What is felt in a state."""
+        ...
 
 
 class RecognisedTouch:
@@ -94,6 +96,7 @@ class RecognisedTouch:
         self._drawn = np.random.default_rng(seed)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """What is recognised; the pads must have been read in this step."""
         shape = self._recogniser.view.reading_shape
         readings = np.array([data.sensor(name).data.reshape(shape) for name in GRIPPER_PADS])
         peaks = readings.max(axis=(1, 2, 3))
@@ -113,6 +116,7 @@ class TrueTouch:
     reads = False
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """MuJoCo's contact forces."""
         wrenches = np.array([contact_wrenches(model, data, model.geom(f"{one}_pad").id).total for one in GRIPPER_PADS])
         touched = wrenches[:, 2] < -LEAST_FORCE
         felt = _nothing(None)
@@ -130,6 +134,7 @@ class NoTouch:
     reads = False
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """Nothing."""
         return _nothing(None)
 
 

@@ -14,8 +14,8 @@ from mjtactile.recognition.network import Network
 from mjtactile.recognition.store import Stored
 from mjtactile.recognition.view import View
 
-#: What is recognised, besides the deviations: tangential over pressing force (2), centre of pressure (2) [m], twist over
-#: pressing force [m], logarithm of pressing force over the readings' size.
+#: What is recognised, besides the deviations: tangential over pressing force (2), centre of pressure (2) [m], twist
+#: over pressing force [m], logarithm of pressing force over the readings' size.
 GRASP_OUTPUTS = 6
 
 
