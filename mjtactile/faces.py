@@ -17,7 +17,7 @@ from shapely import MultiPolygon, Polygon, affinity
 from mjtactile.cells import Cells
 from mjtactile.errors import FootprintError
 from mjtactile.facing import FlatPart, lower_surface
-from mjtactile.gap import HalfSpace, Pose, Shape
+from mjtactile.gap import Box, HalfSpace, Pose, Shape
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.native import contiguous, library, native_pad, pointer
 from mjtactile.pad import Array
@@ -29,8 +29,12 @@ from mjtactile.search import Rectangle
 _FARTHEST = 1.0
 #: Directions of faces in their body's frame are rounded to this [-]: rounding must not make another face of it.
 _DIRECTION = 1e-7
-#: Share of the facing gap by which a face may lean over its own width before it is looked at anew.
-_LEAN = 0.5
+_EVERYWHERE = Rectangle(-_FARTHEST, -_FARTHEST, _FARTHEST, _FARTHEST)
+#: Cosine of the angle up to which a face is looked for that leans when it is first seen: 8 degrees.
+_NEARLY = 0.99
+#: Share of what is clear above a face by which it may lean over its own width before it is looked at anew, and how much
+#: is tried, over the facing gap.
+_LEAN, _CLEARANCES = 0.5, (5.0, 25.0, 100.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,17 +127,43 @@ def body_face(
     if any(isinstance(shape, HalfSpace) for shape in shapes.values()):
         return None
     first = _flat_part(shapes, local, pose, facing_gap, level=False)
-    if first is None:
-        return None
-    rotation = _face_axes(_normal(first, pose))
-    height = float(((first.corners - pose.position) @ pose.rotation @ rotation.T)[:, 2].mean())
+    if first is not None:
+        rotation = _face_axes(_normal(first, pose))
+        height = float(((first.corners - pose.position) @ pose.rotation @ rotation.T)[:, 2].mean())
+    else:
+        # A face that leans when it is first seen is the face that it is once it lies on the pad.
+        upward = _leaning_normal(shapes, local, pose)
+        if upward is None:
+            return None
+        rotation = _face_axes(upward)
+        turned = Pose(np.zeros(3), rotation)
+        height = min(
+            shape.lowest(composed(turned, local[geom]), _EVERYWHERE, -_FARTHEST) for geom, shape in shapes.items()
+        )
     lying = Pose(np.array([0.0, 0.0, -height]), rotation)
     part = _flat_part(shapes, local, lying, facing_gap, level=False)
     if part is None:
         return None
     width = float(np.ptp(shapely.get_coordinates(part.outline), axis=0).max())
-    lean = 1e-7 if level else _LEAN * facing_gap
+    lean = 1e-7 if level else _LEAN * _clearance(shapes, local, lying, facing_gap, part)
     return BodyFace(rotation, height, part.outline, lean / width)
+
+
+def _clearance(
+    shapes: Mapping[int, Shape], local: Mapping[int, Pose], lying: Pose, facing_gap: float, part: FlatPart
+) -> float:
+    """How far above its face, at least, all else of a body begins [m].
+
+    A body that may tilt lies on the pad as its wrench has it: that contacts in MuJoCo, which give way, lean it a little
+    matters only once something else of it might touch.
+    """
+    clear = facing_gap
+    for gap in (facing_gap * factor for factor in _CLEARANCES):
+        wider = _flat_part(shapes, local, lying, gap, level=False)
+        if wider is None or wider.outline.symmetric_difference(part.outline).area > 1e-6 * part.outline.area:
+            break
+        clear = gap
+    return clear
 
 
 def _flat_part(
@@ -153,6 +183,19 @@ def _flat_part(
 def composed(body: Pose, local: Pose) -> Pose:
     """Pose of a geom in the pad frame, from its body's and its own in the body's frame."""
     return Pose(body.position + body.rotation @ local.position, body.rotation @ local.rotation)
+
+
+def _leaning_normal(shapes: Mapping[int, Shape], local: Mapping[int, Pose], pose: Pose) -> Array | None:
+    """Upward normal in the body's frame of the face of a box that is nearest to lying on the pad; None for none."""
+    towards = -pose.rotation[2]
+    axes = [
+        sign * local[geom].rotation.T for geom, shape in shapes.items() if isinstance(shape, Box) for sign in (1, -1)
+    ]
+    if not axes:
+        return None
+    normals = np.concatenate(axes)
+    nearest = normals[int((normals @ towards).argmax())]
+    return None if nearest @ towards < _NEARLY else -nearest
 
 
 def _normal(part: FlatPart, pose: Pose) -> Array:

@@ -35,15 +35,14 @@ _GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
 #: gears [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
 _FINGER_MASS, _ROTOR, _DAMPING = 0.06, 0.05, 20.0
 _PALM_MASS = 0.7
-#: Fingertips align themselves with what they touch: each turns about the upright axis through its pad's middle against
-#: a spring, by 2 degrees under 1 N at the pad's edge.
+#: Fingertips align themselves with what they touch: each turns and nods about its pad's middle against
+#: a spring, by 2 degrees under 0.1 N at the pad's edge.
 _TIP_JOINT = {
     "type": "hinge",
-    "axis": "0 0 1",
     "range": "-0.15 0.15",
     "limited": "true",
-    "stiffness": "0.2",
-    "damping": "0.002",
+    "stiffness": "0.02",
+    "damping": "0.0008",
     "armature": "5e-06",
 }
 #: The drive's force follows its command with this time constant [s].
@@ -178,7 +177,8 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
     up = np.array([0.0, 0.0, 1.0])
     rotation = np.column_stack([np.cross(up, inward), up, inward])
     tip = ET.SubElement(body, "body", name=f"{name}_tip", gravcomp="1")
-    ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_tip")
+    for axis, direction in (("turn", "0 0 1"), ("nod", "0 1 0")):
+        ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_{axis}", axis=direction)
     add_pad(tip, name, pad, (0.0, 0.0, 0.0), rotation)
     # The finger's own bar stands behind the pad: what the pad does not touch, nothing touches.
     low, high = -pad.size[1] / 2, REACH - 0.06
