@@ -15,6 +15,7 @@ import numpy as np
 
 from mjtactile.errors import SceneError
 from mjtactile.gripper import CONTACT, REACH, gripper_document
+from mjtactile.hand import HAND_REACH, hand_document
 from mjtactile.mjcf import OPTION, numbers, text_of
 from mjtactile.pad import Pad
 from mjtactile.plugin import ensure_registered
@@ -97,9 +98,33 @@ def grasp_mjcf(
     Raises:
         SceneError: for an unknown axis.
     """
+    root = gripper_document("grasp", pad, pad_name=pad_name, fidelity=fidelity)
+    height = grasped.height / 2 if grasp_height is None else grasp_height
+    return _world(root, "gripper", height + REACH, grasped, pose, wrist)
+
+
+def hand_world_mjcf(
+    grasped: GraspObject,
+    *,
+    wrist: str = "z",
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    grasp_height: float | None = None,
+    pad: Pad | None = None,
+    pad_name: str = "default",
+    fidelity: str = "fast",
+) -> str:
+    """`grasp_mjcf` with the three-finger hand of `hand_document` in place of the gripper."""
+    root = hand_document("hand_world", pad, pad_name=pad_name, fidelity=fidelity)
+    height = grasped.height / 2 if grasp_height is None else grasp_height
+    return _world(root, "hand", height + HAND_REACH, grasped, pose, wrist)
+
+
+def _world(
+    root: ET.Element, hand: str, flange: float, grasped: GraspObject, pose: tuple[float, float, float], wrist: str
+) -> str:
+    """A hand's document made a world: table, object, light, camera, and drives of the wrist."""
     if not set(wrist) <= set(_RANGES) or len(set(wrist)) != len(wrist):
         raise SceneError(f"wrist = {wrist!r}; expected some of the axes x, y and z, each once, such as 'z' or 'xyz'.")
-    root = gripper_document("grasp", pad, pad_name=pad_name, fidelity=fidelity)
     root.insert(1, ET.Element("option", _OPTION))
     root.insert(2, ET.Element("statistic", center="0 0 0.1", extent="0.3"))
     world = _child(root, "worldbody")
@@ -108,11 +133,10 @@ def grasp_mjcf(
     table = ET.Element("geom", CONTACT, name="table", type="plane", size="0.3 0.3 0.05", rgba="0.85 0.83 0.8 1")
     world.insert(2, table)
     world.append(object_element(grasped, pose))
-    gripper = _child(world, "body")
-    height = grasped.height / 2 if grasp_height is None else grasp_height
-    gripper.set("pos", numbers((0.0, 0.0, height + REACH)))
+    carrier = next(body for body in world.iter("body") if body.get("name") == hand)
+    carrier.set("pos", numbers((0.0, 0.0, flange)))
     for place, axis in enumerate(wrist):
-        _add_drive(root, gripper, axis, place)
+        _add_drive(root, carrier, axis, place)
     return text_of(root)
 
 
