@@ -1,8 +1,8 @@
 """A three-finger hand of our own: two fingers and an opposing thumb, two joints each, a pad on every fingertip.
 
-Lengths are metres, angles radians, torques newton metres. The hand's body `hand` has its origin at the mounting flange,
-z up, and holds its fingers downwards around site `grasp`. At zero all fingers hang straight down; positive angles close.
-Pad frames: z towards the middle of the hand where the fingers hang straight, y towards the knuckle.
+Lengths are metres, angles radians, torques newton metres. The hand's body `hand` has its origin at the mounting
+flange, z up, and holds its fingers downwards around site `grasp`. At zero all fingers hang straight down; positive
+angles close. Pad frames: z towards the middle of the hand where the fingers hang straight, y towards the knuckle.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ _MEMORY, _REST_TICKS, _CLOSING_TIME, _SETTLING_TIME = 8, 15, 2.0, 1.0
 _GIVE, _EVENING = 0.01, 4e-3
 #: Friction is hardly ever outside these [-].
 _FRICTIONS = (0.05, 3.0)
-#: An object has landed when it pulls with less than this share of its weight [-]; force with which fingers open [N], and
-#: for how long [s].
+#: An object has landed when it pulls with less than this share of its weight [-]; force with which fingers open [N],
+#: and for how long [s].
 _LANDED, _OPENING_GRIP, _OPENING_TIME = 0.6, -1.0, 0.3
 #: Acceleration of the wrist [m/s^2].
 _ACCELERATION = 0.4

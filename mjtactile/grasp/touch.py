@@ -80,6 +80,13 @@ class Touch(Protocol):
         ...
 
 
+def read_pads(data: mujoco.MjData, noise: float, drawn: np.random.Generator) -> Array:
+    """Readings of the gripper's pads (pads, layers, rows, columns) [Pa], with white noise over each one's largest."""
+    readings = np.array([data.sensor(name).data.reshape(Pad().reading_shape) for name in GRIPPER_PADS])
+    peaks = readings.max(axis=(1, 2, 3))
+    return readings + noise * peaks[:, None, None, None] * drawn.standard_normal(readings.shape)
+
+
 class RecognisedTouch:
     """The pads' readings, with noise, as a recogniser understands them.
 
@@ -97,10 +104,7 @@ class RecognisedTouch:
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
         """What is recognised; the pads must have been read in this step."""
-        shape = self._recogniser.view.reading_shape
-        readings = np.array([data.sensor(name).data.reshape(shape) for name in GRIPPER_PADS])
-        peaks = readings.max(axis=(1, 2, 3))
-        readings += self._noise * peaks[:, None, None, None] * self._drawn.standard_normal(readings.shape)
+        readings = read_pads(data, self._noise, self._drawn)
         touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
         felt = _nothing(readings)
         if touched.any():
