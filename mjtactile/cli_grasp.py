@@ -47,6 +47,59 @@ def lift(
     _run(LIFT, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
 
 
+@grasp_app.command()
+def slip(
+    seed: Seed = 0,
+    trials: Trials = 200,
+    workers: Workers = 2,
+    noise: Noise = 0.01,
+    fidelity: Fidelity = "fast",
+    weights: Weights = None,
+    out: Out = None,
+    as_json: AsJson = False,
+    readme: Readme = None,
+) -> None:
+    """Notice what slips before it has gone 2 mm, and hold it."""
+    from mjtactile.grasp.slip import SLIP
+
+    _run(SLIP, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
+
+
+@grasp_app.command()
+def handover(
+    seed: Seed = 0,
+    trials: Trials = 200,
+    workers: Workers = 2,
+    noise: Noise = 0.01,
+    fidelity: Fidelity = "fast",
+    weights: Weights = None,
+    out: Out = None,
+    as_json: AsJson = False,
+    readme: Readme = None,
+) -> None:
+    """Put down on contact: onto shelves of unknown height, neither dropped nor pushed."""
+    from mjtactile.grasp.handover import HANDOVER
+
+    _run(HANDOVER, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
+
+
+@grasp_app.command()
+def sort(
+    seed: Seed = 0,
+    trials: Trials = 200,
+    workers: Workers = 2,
+    noise: Noise = 0.01,
+    fidelity: Fidelity = "precise",
+    out: Out = None,
+    as_json: AsJson = False,
+    readme: Readme = None,
+) -> None:
+    """Sort blocks by the shape that the fingers recognise."""
+    from mjtactile.grasp.sort import SORT
+
+    _run(SORT, seed, trials, workers, noise, fidelity, None, out, as_json, readme)
+
+
 def _run(
     experiment: Experiment,
     seed: int,

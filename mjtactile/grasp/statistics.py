@@ -20,7 +20,9 @@ class Estimate:
     high: float
 
     def text(self, unit: str = "", *, scale: float = 1.0, digits: int = 1) -> str:
-        """As in "97.5 % (94.3 to 98.9)"."""
+        """As in "97.5 % (94.3 to 98.9)"; without an interval where there are too few to have one."""
+        if not np.isfinite((self.low, self.high)).all():
+            return f"{scale * self.value:.{digits}f}{unit}"
         value, low, high = (f"{scale * one:.{digits}f}" for one in (self.value, self.low, self.high))
         return f"{value}{unit} ({low} to {high})"
 
@@ -42,7 +44,7 @@ def share(marks: Sequence[bool]) -> Estimate:
 
 
 def median(values: Sequence[float]) -> Estimate:
-    """With the interval between two order statistics, which no distribution is assumed for; NaN of none."""
+    """With the interval between two order statistics, which no distribution is assumed for; NaN where too few."""
     from scipy.stats import quantile_test
 
     if not len(values):
