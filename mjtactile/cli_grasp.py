@@ -38,13 +38,23 @@ def lift(
     fidelity: Fidelity = "fast",
     weights: Weights = None,
     out: Out = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw grips over what they had to be to this file.")] = None,
     as_json: AsJson = False,
     readme: Readme = None,
 ) -> None:
     """Lift objects of unknown mass and friction with the least grip that holds."""
     from mjtactile.grasp.lift import LIFT
+    from mjtactile.report import check_writable
 
-    _run(LIFT, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
+    if figure is not None:
+        check_writable(figure)
+    results = _run(LIFT, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
+    if figure is not None:
+        from mjtactile.grasp.figure import lift_figure
+        from mjtactile.report import write_atomically
+
+        drawn, kind = lift_figure(results), figure.suffix.removeprefix(".").lower() or "png"
+        write_atomically(figure, lambda file: drawn.savefig(file, format=kind, dpi=110))
 
 
 @grasp_app.command()
@@ -111,7 +121,7 @@ def _run(
     out: Path | None,
     as_json: bool,
     readme: Path | None,
-) -> None:
+) -> dict[str, list[dict[str, Any]]]:
     from mjtactile.grasp.trials import Settings, run_trials
     from mjtactile.preset import fidelity as checked
 
@@ -130,7 +140,8 @@ def _run(
     if readme is not None:
         from mjtactile.bench_tables import rewrite_table
 
-        rewrite_table(readme, f"grasp {experiment.name}", f"Seed {seed}.\n\n{text}")
+        rewrite_table(readme, f"grasp {experiment.name}", f"Seed {seed}, readings {fidelity}, noise {noise:g}.\n\n{text}")
+    return results
 
 
 def _as_dict(settings: Any, report: Report, results: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
