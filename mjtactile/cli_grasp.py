@@ -140,7 +140,9 @@ def _run(
     if readme is not None:
         from mjtactile.bench_tables import rewrite_table
 
-        rewrite_table(readme, f"grasp {experiment.name}", f"Seed {seed}, readings {fidelity}, noise {noise:g}.\n\n{text}")
+        rewrite_table(
+            readme, f"grasp {experiment.name}", f"Seed {seed}, readings {fidelity}, noise {noise:g}.\n\n{text}"
+        )
     return results
 
 
