@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -47,41 +48,50 @@ def slip_task(drawn: np.random.Generator) -> SlipTask:
     return SlipTask(lift=task, slip=slip, quiet=quiet)
 
 
-def held_through(
-    task: LiftTask, happens: Disturbance, touch: Touch, *, fidelity: str, reacts: bool = True
-) -> dict[str, Any]:
-    """Lift, hold, let something happen, and judge.
+class Held:
+    """An object that was lifted and is held, through one thing after another, each from the same beginning.
 
     Args:
         task: what is held.
-        happens: what happens to it.
         touch: what the controller is told.
         fidelity: of the readings.
         reacts: whether the reflex is on; off, the grip stays as it is.
     """
-    robot, judge = task.robot(touch, fidelity)
-    if not close(robot):
-        return {"kind": happens.kind, "held": False}
-    law = GripLaw(friction=rub(robot), margin=MARGIN)
-    raise_object(robot, law, _RISE, speed=_SPEED)
-    hold(robot, law, _SETTLE)
-    judge.begin(robot)
-    judge.peak = 0.0
-    robot.steps_per_tick = _STEPS
-    alarm, reflex = _watch(robot, judge, happens, SlipReflex(law, robot.grip, robot.period), task, reacts)
-    return {
-        "kind": happens.kind,
-        "held": True,
-        "alarm": alarm,
-        "slid": judge.slid,
-        "slid_at_alarm": reflex,
-        "peak": judge.peak,
-        "mass": task.mass,
-        "friction": task.friction,
-        "felt_friction": law.friction,
-        "amount": happens.amount,
-        "rise": happens.rise,
-    }
+
+    def __init__(self, task: LiftTask, touch: Touch, *, fidelity: str, reacts: bool = True) -> None:
+        self._task, self._reacts = task, reacts
+        self._robot, self._judge = task.robot(touch, fidelity)
+        self._law: GripLaw | None = None
+        if close(self._robot):
+            self._law = GripLaw(friction=rub(self._robot), margin=MARGIN)
+            raise_object(self._robot, self._law, _RISE, speed=_SPEED)
+            hold(self._robot, self._law, _SETTLE)
+        self._start = copy.copy(self._robot.data), self._robot.grip, dict(self._robot.place)
+
+    def through(self, happens: Disturbance) -> dict[str, Any]:
+        """Let something happen, and judge."""
+        if self._law is None:
+            return {"kind": happens.kind, "held": False}
+        robot, judge, law = self._robot, self._judge, self._law
+        data, robot.grip, place = self._start
+        robot.data, robot.place = copy.copy(data), dict(place)
+        robot.model.geom("object").friction[0] = self._task.friction
+        judge.begin(robot)
+        judge.peak = 0.0
+        robot.steps_per_tick = _STEPS
+        reflex = SlipReflex(law, robot.grip, robot.period)
+        alarm, slid = _watch(robot, judge, happens, reflex, self._task, self._reacts)
+        return {
+            "kind": happens.kind,
+            "held": True,
+            "alarm": alarm,
+            "slid": judge.slid,
+            "slid_at_alarm": slid,
+            "peak": judge.peak,
+            "felt_friction": law.friction,
+            "amount": happens.amount,
+            "rise": happens.rise,
+        }
 
 
 def _watch(
@@ -113,17 +123,16 @@ def _holds(robot: Robot, friction: float) -> float:
 def trial(settings: Settings, condition: str, number: int) -> Result:
     """One trial of the experiment: once with a slip, once without."""
     task = slip_task(np.random.default_rng([settings.seed, number, 2]))
-    result: Result = asdict(task.lift)
-    for kind, happens in (("slip", task.slip), ("quiet", task.quiet)):
-        # A blind hand holds as hard as one that sees forces truly; it just does not react.
-        touch = make_touch(
-            "true" if condition == "blind" else condition,
-            noise=settings.noise,
-            seed=(settings.seed, number, 3 if kind == "slip" else 4),
-            weights=settings.weights,
-        )
-        result[kind] = held_through(task.lift, happens, touch, fidelity=settings.fidelity, reacts=condition != "blind")
-    return result
+    # A blind hand holds as hard as one that sees forces truly; it just does not react.
+    blind = condition == "blind"
+    touch = make_touch(
+        "true" if blind else condition,
+        noise=settings.noise,
+        seed=(settings.seed, number, 3),
+        weights=settings.weights,
+    )
+    held = Held(task.lift, touch, fidelity=settings.fidelity, reacts=not blind)
+    return {**asdict(task.lift), "quiet": held.through(task.quiet), "slip": held.through(task.slip)}
 
 
 def caught(one: dict[str, Any]) -> bool:

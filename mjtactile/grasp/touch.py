@@ -26,6 +26,8 @@ CONTACT_THRESHOLD = 100.0
 LEAST_FORCE = 0.05
 
 
+#: Of the default pad, which the gripper bears and recognisers are taught for.
+_READING_SHAPE = Pad().reading_shape
 #: Signs by which the pads' axes along them, x and y, make up the gripper's y and z; see gripper.py.
 _ALONG = np.array([[1.0, 1.0], [-1.0, 1.0]])
 
@@ -82,7 +84,7 @@ class Touch(Protocol):
 
 def read_pads(data: mujoco.MjData, noise: float, drawn: np.random.Generator) -> Array:
     """Readings of the gripper's pads (pads, layers, rows, columns) [Pa], with white noise over each one's largest."""
-    readings = np.array([data.sensor(name).data.reshape(Pad().reading_shape) for name in GRIPPER_PADS])
+    readings = np.array([data.sensor(name).data.reshape(_READING_SHAPE) for name in GRIPPER_PADS])
     peaks = readings.max(axis=(1, 2, 3))
     return readings + noise * peaks[:, None, None, None] * drawn.standard_normal(readings.shape)
 

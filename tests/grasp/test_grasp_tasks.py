@@ -7,7 +7,7 @@ import pytest
 
 from mjtactile.grasp.handover import hand_over, handover_task
 from mjtactile.grasp.lift import LIFT, lift, lift_task, report, trial
-from mjtactile.grasp.slip import caught, held_through, slip_task
+from mjtactile.grasp.slip import Held, caught, slip_task
 from mjtactile.grasp.sort import sort_block, sort_task
 from mjtactile.grasp.touch import TrueTouch
 from mjtactile.grasp.trials import Settings
@@ -50,12 +50,13 @@ def test_a_blind_grip_below_what_it_takes_drops():
 
 def test_slips_are_caught_only_by_those_who_react():
     task = task_of(slip_task, 50, 1, 2)
-    done = held_through(task.lift, task.slip, TrueTouch(), fidelity="fast")
+    held = Held(task.lift, TrueTouch(), fidelity="fast")
+    assert held.through(task.quiet)["alarm"] is None
+    done = held.through(task.slip)
     assert caught(done)
-    blind = held_through(task.lift, task.slip, TrueTouch(), fidelity="fast", reacts=False)
+    assert held.through(task.slip) == done
+    blind = Held(task.lift, TrueTouch(), fidelity="fast", reacts=False).through(task.slip)
     assert blind["slid"] > 5e-3
-    quiet = held_through(task.lift, task.quiet, TrueTouch(), fidelity="fast")
-    assert quiet["alarm"] is None
 
 
 def test_objects_are_put_down_on_what_they_meet():
