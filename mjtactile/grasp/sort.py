@@ -16,7 +16,7 @@ import shapely
 from mjtactile.control import ShapeBelief
 from mjtactile.grasp.control import GripLaw, Ride, close, hold, let_go, lower, raise_object, rub
 from mjtactile.grasp.judge import CRUSHING, Judge
-from mjtactile.grasp.robot import Robot
+from mjtactile.grasp.robot import STEPS_PER_TICK, Robot
 from mjtactile.grasp.scene import OBJECT_PRIORITY, GraspObject, grasp_spec
 from mjtactile.grasp.statistics import Bound, Report, median, share
 from mjtactile.grasp.touch import CONTACT_THRESHOLD, Felt, Touch, TrueTouch, read_pads
@@ -39,6 +39,8 @@ SIZE, PROUD = (0.028, 0.024, 0.04), 4e-3
 SPACING, DISTANCE, MOST_OFF = 0.028, 0.08, 0.01
 #: Height to which blocks are lifted, speeds of lifting, carrying and lowering [m/s].
 _RISE, _SPEED, _CARRYING, _LOWERING = 0.04, 0.08, 0.15, 0.02
+#: Steps between ticks while it is carried: 100 Hz are enough for what happens there.
+_CARRYING_STEPS = 10
 #: Shapes of several convex pieces.
 _IN_PIECES = ("star", "doughnut")
 
@@ -130,11 +132,13 @@ def sort_block(task: SortTask, touch: Touch, *, fidelity: str, told: str | None 
             robot.grip = law.step(robot.grip, robot.tick())
     name = told or belief.shape or INDENTER_NAMES[0]
     place = bin_place(name)
+    robot.steps_per_tick = _CARRYING_STEPS
     for axis, to in zip("yx", (place[1], place[0]), strict=True):
         ride = Ride(robot, axis, to, speed=_CARRYING)
         while not ride.arrived:
             robot.grip = law.step(robot.grip, ride.tick())
     hold(robot, law, 0.15)
+    robot.steps_per_tick = STEPS_PER_TICK
     lower(robot, -3e-3, speed=_LOWERING)
     let_go(robot)
     stands, upright = robot.data.body("object").xpos, robot.data.body("object").xmat[8]
