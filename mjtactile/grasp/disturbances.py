@@ -15,8 +15,8 @@ SLIPS, QUIET = ("step", "ramp", "wet"), ("step", "ramp", "less", "shake", "nothi
 _OVERLOAD, _LOAD = (1.15, 2.0), (0.8, 0.92)
 #: Time in which loads rise [s]: at once, or slowly.
 _RISES = {"step": (0.005, 0.02), "ramp": (0.05, 0.4)}
-#: Share of friction that is left, and how long it takes to go [s].
-_LEFT, _WETTING = (0.45, 0.7), 0.02
+#: Weight over what the grip still holds when friction has gone, and how long it takes to go [s].
+_WET, _WETTING = (1.2, 1.8), 0.02
 #: Share of the weight that is taken off.
 _LESS = (0.15, 0.6)
 #: Acceleration of a shaking hand, over gravity, and its frequency [Hz].
@@ -30,7 +30,7 @@ class Disturbance:
     Attributes:
         kind: see above.
         slips: whether it takes more than the grip holds.
-        amount: of the kind: share of what the grip holds, of friction, of weight.
+        amount: of the kind: load over what the grip holds, weight over what it still holds, share of the weight.
         rise: how long it takes to come [s].
         start: when it begins [s].
         frequency: of shaking [Hz].
@@ -65,7 +65,8 @@ class Disturbance:
         elif self.kind == "less":
             data.xfrc_applied[body, 2] = share * self.amount * weight
         elif self.kind == "wet":
-            model.geom_friction[model.geom("object").id, 0] = friction * (1.0 - share * (1.0 - self.amount))
+            left = weight / (holds * self.amount)
+            model.geom_friction[model.geom("object").id, 0] = friction * (1.0 - share * (1.0 - left))
 
     def shaken(self, time: float) -> float:
         """How far a shaking hand is from where it was [m]."""
@@ -79,7 +80,7 @@ class Disturbance:
 def disturbance(drawn: np.random.Generator, *, slips: bool) -> Disturbance:
     """One at random."""
     kind = str(drawn.choice(SLIPS if slips else QUIET))
-    amounts = {"wet": _LEFT, "less": _LESS}.get(kind, _OVERLOAD if slips else _LOAD)
+    amounts = {"wet": _WET, "less": _LESS}.get(kind, _OVERLOAD if slips else _LOAD)
     return Disturbance(
         kind=kind,
         slips=slips,

@@ -19,11 +19,12 @@ class ReflexSettings:
     """When to be alarmed, and what to do."""
 
     used: float = 0.97  #: share of friction in use that alarms [-]
-    fall: float = 0.07  #: share by which a pull must fall to arouse suspicion [-]
+    fall: float = 0.1  #: share by which a pull must fall to arouse suspicion [-]
     memory: float = 0.1  #: time constant with which what was pulled before is forgotten [s]
-    squeeze: float = 1.35  #: grip over the one before, while suspicious [-]
-    squeeze_time: float = 0.012  #: for how long [s]
-    follows: float = 0.4  #: share of the squeeze that a sliding object's pull follows at least [-]
+    squeeze: float = 25.0  #: by which the grip grows while suspicious, over itself [1/s]
+    squeeze_time: float = 0.008  #: for how long at least; four times that at most [s]
+    squeezed: float = 0.07  #: growth of the grip over which a pull is judged, at least [-]
+    follows: float = 0.5  #: share of that growth that a sliding object's pull follows at least [-]
     jump: float = 1.6  #: grip over the one before, when alarmed [-]
 
 
@@ -61,7 +62,7 @@ class SlipReflex:
             self._suspect(load, pressing)
         elif self._usual is not None and load < (1.0 - self._settings.fall) * self._usual:
             self._before, self._suspected = self.grip, [(load, pressing)]
-            self.grip = min(self.grip * self._settings.squeeze, self.law.most)
+            self._squeeze()
         self._remember(load)
         return self.grip
 
@@ -73,18 +74,21 @@ class SlipReflex:
         """While squeezing, find out whether the pull follows."""
         assert self._suspected is not None
         self._suspected.append((load, pressing))
+        self._squeeze()
         if len(self._suspected) * self._period < self._settings.squeeze_time:
             return
         loads, grips = np.array(self._suspected).T
         lowest = int(loads.argmin())
-        gained = loads[-1] / max(loads[lowest], 1e-3) - 1.0
-        squeezed = grips[-1] / grips[lowest] - 1.0
-        if squeezed > 0.02 and gained > self._settings.follows * squeezed:
-            self.law = replace(self.law, friction=float(np.median(loads / grips)))
+        gained, squeezed = (series[-1] / max(series[lowest], 1e-3) - 1.0 for series in (loads, grips))
+        if squeezed > self._settings.squeezed and gained > self._settings.follows * squeezed:
+            self.law = replace(self.law, friction=float(np.median(loads[lowest:] / grips[lowest:])))
             self._alarm()
-        elif len(self._suspected) * self._period > 2.0 * self._settings.squeeze_time:
+        elif len(self._suspected) * self._period > 4.0 * self._settings.squeeze_time:
             # What rests pulls less now: that is usual from here on.
             self._suspected, self._usual, self.grip = None, load, self._before
+
+    def _squeeze(self) -> None:
+        self.grip = min(self.grip * (1.0 + self._settings.squeeze * self._period), self.law.most)
 
     def _remember(self, load: float) -> None:
         if self._suspected is None:

@@ -42,8 +42,7 @@ class SlipTask:
 def slip_task(drawn: np.random.Generator) -> SlipTask:
     """Everything at random; objects that no grip under 20 N would hold when overloaded are drawn anew."""
     slip, quiet = disturbance(drawn, slips=True), disturbance(drawn, slips=False)
-    worst = 1.0 / slip.amount if slip.kind == "wet" else slip.amount * MARGIN
-    while (task := lift_task(drawn)).needed * worst > _MOST_NEEDED:
+    while (task := lift_task(drawn)).needed * MARGIN * slip.amount > _MOST_NEEDED:
         pass
     return SlipTask(lift=task, slip=slip, quiet=quiet)
 
