@@ -66,6 +66,9 @@ weights: $(VENV)/installed
 	$(MAKE) -j2 shapes-all shapes-top
 	$(TRAIN)/add_shape.py --shape hexagon --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
 	$(TRAIN)/add_shape.py --shape cross --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
+	$(TRAIN)/grasp_presses.py --out build/grasps.npz --workers 2
+	$(TRAIN)/train_grasp.py --data build/grasps.npz --weights $(WEIGHTS)/grasp
+	$(if $(SHIP),mkdir -p mjtactile/recognition/weights/grasp && cp $(WEIGHTS)/grasp/* mjtactile/recognition/weights/grasp/)
 	$(if $(SHIP),cp $(WEIGHTS)/all/* mjtactile/recognition/weights/all/ && cp $(WEIGHTS)/top/* mjtactile/recognition/weights/top/)
 
 .PHONY: force-all force-top shapes-all shapes-top

@@ -19,6 +19,7 @@ from rich.table import Table
 from mjtactile.cli_bench import AsJson, bench_app
 from mjtactile.cli_dataset import dataset
 from mjtactile.cli_evaluate import evaluate
+from mjtactile.cli_grasp import grasp_app
 from mjtactile.cli_loop import loop
 from mjtactile.cli_reproduce import reproduce
 from mjtactile.errors import MjTactileError
@@ -31,6 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(bench_app, name="bench")
+app.add_typer(grasp_app, name="grasp")
 app.command()(dataset)
 app.command()(evaluate)
 app.command()(loop)

@@ -15,6 +15,7 @@ from typing import Literal, overload
 
 from mjtactile.pad import Pad
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
+from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
 from mjtactile.recognition.registry import Entry, read_registry, stored_module
 from mjtactile.recognition.shape import ModuleStack, ShapeModule, ShapeRecogniser, ShapeResult
@@ -24,6 +25,8 @@ from mjtactile.recognition.view import View
 __all__ = [
     "ForceRecogniser",
     "ForceResult",
+    "GraspRecogniser",
+    "GraspResult",
     "RecognitionError",
     "ShapeRecogniser",
     "ShapeResult",
@@ -33,12 +36,18 @@ __all__ = [
 
 #: Folders of shipped weights by the sensing layers they use.
 LAYERS = {"all": "all", "top": "top"}
+#: Folder of the grasp recogniser, which has a view of its own.
+_GRASP = "grasp"
 
 
 @overload
 def load(
     name: Literal["force"], *, layers: str = "all", pad: Pad | None = None, folder: Path | None = None
 ) -> ForceRecogniser: ...
+@overload
+def load(
+    name: Literal["grasp"], *, layers: str = "all", pad: Pad | None = None, folder: Path | None = None
+) -> GraspRecogniser: ...
 @overload
 def load(
     name: Literal["shape"],
@@ -55,13 +64,14 @@ def load(
     pad: Pad | None = None,
     folder: Path | None = None,
     also: Sequence[str] = (),
-) -> ForceRecogniser | ShapeRecogniser:
+) -> ForceRecogniser | GraspRecogniser | ShapeRecogniser:
     """A trained recogniser, called with readings (..., layers, rows, columns) [Pa].
 
     Args:
-        name: "force": force and position of whatever presses. "shape": which shape it is, where, how large and how
+        name: "force": force and position of whatever presses. "grasp": force and twist of a grasped body, whose
+            face may cover the pad. "shape": which shape it is, where, how large and how
             turned.
-        layers: "all" four, or "top": the 1 mm layer alone.
+        layers: "all" four, or "top": the 1 mm layer alone, which "grasp" does not have.
         pad: the pad it is to be used with; weights that were trained for another are refused. None: not checked
             beyond the shape of the readings.
         folder: weights of one's own; by default those shipped.
@@ -73,12 +83,17 @@ def load(
     """
     if layers not in LAYERS:
         raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
-    where = SHIPPED / LAYERS[layers] if folder is None else Path(folder)
+    if name not in ("force", "grasp", "shape"):
+        raise RecognitionError(f"recogniser {name!r} does not exist. Available: 'force', 'grasp', 'shape'.")
+    if name == "grasp" and layers != "all":
+        raise RecognitionError("the grasp recogniser needs all sensing layers. Drop layers=.")
+    shipped = SHIPPED / (_GRASP if name == "grasp" else LAYERS[layers])
+    where = shipped if folder is None else Path(folder)
     registry = read_registry(where)
-    if name not in ("force", "shape"):
-        raise RecognitionError(f"recogniser {name!r} does not exist. Available: 'force', 'shape'.")
     view = stored_module(where, _entry(registry, "view", where))
     check_pad(view, pad)
+    if name == "grasp":
+        return GraspRecogniser.from_stored(View.from_stored(view), stored_module(where, _entry(registry, name, where)))
     if name == "force":
         stored = stored_module(where, _entry(registry, "force", where))
         return ForceRecogniser.from_stored(View.from_stored(view), stored)

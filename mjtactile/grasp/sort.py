@@ -1,0 +1,231 @@
+"""Sort by recognised shape: blocks that differ only in what the fingers feel are carried to the bin of their shape.
+
+A block bears the same punch on both sides that are gripped; nothing else tells it from the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from typing import Any
+
+import mujoco
+import numpy as np
+import shapely
+
+from mjtactile.control import ShapeBelief
+from mjtactile.grasp.control import GripLaw, Ride, close, hold, let_go, lower, raise_object, rub
+from mjtactile.grasp.judge import CRUSHING, Judge
+from mjtactile.grasp.robot import STEPS_PER_TICK, Robot
+from mjtactile.grasp.scene import OBJECT_PRIORITY, GraspObject, grasp_spec
+from mjtactile.grasp.statistics import Bound, Report, median, share
+from mjtactile.grasp.touch import CONTACT_THRESHOLD, Felt, Touch, TrueTouch, read_pads
+from mjtactile.grasp.trials import Experiment, Result, Settings
+from mjtactile.gripper import GRIPPER_PADS
+from mjtactile.indenter import convex_pieces, indenter_outline
+from mjtactile.mjcf import FOOT_RADIUS
+from mjtactile.outlines import INDENTER_NAMES
+from mjtactile.pad import Array, Pad
+from mjtactile.planar import support_points
+from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
+
+#: Ranges of mass [kg] and friction [-].
+MASSES, FRICTIONS = (0.03, 0.15), (0.3, 1.0)
+#: How far off a block may stand between the fingers and along the pads [m], and how much higher it may be taken [m].
+OFFSETS, HEIGHT_OFFSET = (3e-3, 1e-3), 1e-3
+#: Between the gripped faces, along them, and upright [m]; how far the punches stand proud [m].
+SIZE, PROUD = (0.028, 0.024, 0.04), 4e-3
+#: Bins: their distance from each other along y and from the start along x, and how far off a block may stand [m].
+SPACING, DISTANCE, MOST_OFF = 0.028, 0.08, 0.01
+#: Height to which blocks are lifted, speeds of lifting, carrying and lowering [m/s].
+_RISE, _SPEED, _CARRYING, _LOWERING = 0.04, 0.08, 0.15, 0.02
+#: Steps between ticks while it is carried: 100 Hz are enough for what happens there.
+_CARRYING_STEPS = 10
+#: Shapes of several convex pieces.
+_IN_PIECES = ("star", "doughnut")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SortTask:
+    """One trial: a block and how it stands."""
+
+    shape: str
+    mass: float
+    friction: float
+    pose: tuple[float, float, float]
+    grasp_height: float
+
+
+def sort_task(drawn: np.random.Generator) -> SortTask:
+    """Everything at random, evenly over the ranges."""
+    x, y = (float(drawn.uniform(-most, most)) for most in OFFSETS)
+    return SortTask(
+        shape=str(drawn.choice(INDENTER_NAMES)),
+        mass=float(drawn.uniform(*MASSES)),
+        friction=float(drawn.uniform(*FRICTIONS)),
+        pose=(x, y, 0.0),
+        grasp_height=float(SIZE[2] / 2 + drawn.uniform(-HEIGHT_OFFSET, HEIGHT_OFFSET)),
+    )
+
+
+class PunchTouch:
+    """Readings of pads that punches press on, as the shipped recognisers of force and shape understand them.
+
+    Args:
+        noise: standard deviation of white noise over a pad's largest reading [-].
+        seed: of the noise.
+    """
+
+    reads = True
+
+    def __init__(self, *, noise: float, seed: tuple[int, ...]) -> None:
+        self._force, self._shape = _recognisers()
+        self._noise, self._drawn = noise, np.random.default_rng(seed)
+
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """What is recognised; the pads must have been read in this step."""
+        readings = read_pads(data, self._noise, self._drawn)
+        pads = len(GRIPPER_PADS)
+        felt = Felt(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
+        touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
+        if touched.any():
+            found = self._force(readings[touched])
+            felt.pressing[touched], felt.tangential[touched] = -found.force[:, 2], found.force[:, :2]
+            felt.centre[touched] = found.position
+        return felt
+
+    def look(self, felt: Felt) -> Array:
+        """Probability of each of the seven shapes, both pads' mean, in the order of `INDENTER_NAMES`."""
+        assert felt.readings is not None
+        found = self._shape(felt.readings, among=INDENTER_NAMES)
+        order = [found.shapes.index(name) for name in INDENTER_NAMES]
+        return found.probabilities[:, order].mean(axis=0)
+
+
+@lru_cache(maxsize=1)
+def _recognisers() -> tuple[ForceRecogniser, ShapeRecogniser]:
+    return load("force", pad=Pad()), load("shape", pad=Pad())
+
+
+def sort_block(task: SortTask, touch: Touch, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
+    """Lift a block, find out what it bears, carry it to that bin, and judge.
+
+    Args:
+        task: the block.
+        touch: what the controller is told; it looks for shapes if it can.
+        fidelity: of the readings.
+        told: shape that the controller is told in place of looking.
+    """
+    model = sort_model(task, fidelity)
+    judge = Judge(model)
+    robot = Robot(model, touch, opening=SIZE[0] + 2.0 * OFFSETS[0] + 4e-3, watch=judge)
+    result = {**asdict(task), "taken_for": None, "looks": 0, "right": False, "success": False}
+    if not close(robot):
+        return result
+    law = GripLaw(friction=rub(robot))
+    raise_object(robot, law, _RISE, speed=_SPEED)
+    hold(robot, law, 0.1)
+    belief = ShapeBelief()
+    if told is None and isinstance(touch, PunchTouch):
+        while not belief.settled and robot.felt.both:
+            belief.look(INDENTER_NAMES, touch.look(robot.felt))
+            robot.grip = law.step(robot.grip, robot.tick())
+    name = told or belief.shape or INDENTER_NAMES[0]
+    place = bin_place(name)
+    robot.steps_per_tick = _CARRYING_STEPS
+    for axis, to in zip("yx", (place[1], place[0]), strict=True):
+        ride = Ride(robot, axis, to, speed=_CARRYING)
+        while not ride.arrived:
+            robot.grip = law.step(robot.grip, ride.tick())
+    hold(robot, law, 0.15)
+    robot.steps_per_tick = STEPS_PER_TICK
+    lower(robot, -3e-3, speed=_LOWERING)
+    let_go(robot)
+    stands, upright = robot.data.body("object").xpos, robot.data.body("object").xmat[8]
+    nearest = min(INDENTER_NAMES, key=lambda one: float(np.hypot(*(stands[:2] - bin_place(one)))))
+    inside = float(np.hypot(*(stands[:2] - bin_place(nearest)))) < MOST_OFF and upright > 0.98
+    return {
+        **result,
+        "taken_for": name,
+        "looks": belief.looks,
+        "confidence": belief.confidence,
+        "right": name == task.shape,
+        "peak": judge.peak,
+        "success": bool(inside and nearest == task.shape and judge.peak <= CRUSHING),
+        "time": robot.time,
+    }
+
+
+def bin_place(name: str) -> tuple[float, float]:
+    """Where the bin of a shape is (x, y) [m]."""
+    return DISTANCE, (INDENTER_NAMES.index(name) - (len(INDENTER_NAMES) - 1) / 2) * SPACING
+
+
+def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
+    """The gripper over a block with punches on both sides, and bins to be seen."""
+    core = GraspObject(size=(SIZE[0] - 2.0 * PROUD, *SIZE[1:]), mass=task.mass, friction=task.friction)
+    spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, fidelity=fidelity)
+    body, block = spec.body("object"), spec.geom("object")
+    pieces = convex_pieces(task.shape) if task.shape in _IN_PIECES else [indenter_outline(task.shape)]
+    for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
+        for number, piece in enumerate(pieces):
+            name = f"{pad}_boss_{number}"
+            spec.add_mesh(name=name, uservert=_boss(piece, side).ravel())
+            boss = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=1e-4)
+            boss.contype, boss.conaffinity, boss.group, boss.rgba = 0, 0, 2, [0.7, 0.4, 0.25, 1.0]
+        # As punches do elsewhere (mjcf.py), a boss touches with small feet spread over its face.
+        for number, (u, v) in enumerate(support_points(indenter_outline(task.shape))):
+            foot = body.add_geom(name=f"{pad}_foot_{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=0.0, group=3)
+            foot.size, foot.pos = [FOOT_RADIUS, 0.0, 0.0], [side * (SIZE[0] / 2 - FOOT_RADIUS), -side * u, v]
+            foot.priority, foot.condim, foot.friction = OBJECT_PRIORITY, block.condim, block.friction
+            foot.solref, foot.solimp = block.solref, block.solimp
+    for name in INDENTER_NAMES:
+        plate = spec.worldbody.add_geom(
+            name=f"bin_{name}", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.013, 0.013, 2e-4], contype=0, conaffinity=0
+        )
+        plate.pos, plate.rgba = [*bin_place(name), 0.0], [0.35, 0.45, 0.6, 1.0]
+    return spec.compile()
+
+
+def _boss(piece: shapely.Polygon, side: float) -> Array:
+    """Corners of a punch that stands out of a block's left (-1) or right (1) face, as that side's pad sees it."""
+    rim = shapely.get_coordinates(piece)[:-1]
+    inner, outer = side * (SIZE[0] / 2 - PROUD), side * SIZE[0] / 2
+    return np.vstack([np.column_stack([np.full(len(rim), x), -side * rim[:, 0], rim[:, 1]]) for x in (inner, outer)])
+
+
+def trial(settings: Settings, condition: str, number: int) -> Result:
+    """One trial of the experiment; those that do not recognise hold with true forces, and are told, or guess."""
+    drawn = np.random.default_rng([settings.seed, number, 7])
+    task = sort_task(drawn)
+    if condition == "recognised":
+        touch = PunchTouch(noise=settings.noise, seed=(settings.seed, number, 8))
+        return sort_block(task, touch, fidelity=settings.fidelity)
+    told = task.shape if condition == "true" else str(drawn.choice(INDENTER_NAMES))
+    return sort_block(task, TrueTouch(), fidelity=settings.fidelity, told=told)
+
+
+def report(results: dict[str, list[Result]]) -> Report:
+    """The table."""
+    rows = []
+    for condition, trials in results.items():
+        rows.append(
+            (
+                condition,
+                share([one["right"] for one in trials]).percent,
+                share([one["success"] for one in trials]).percent,
+                median([one["looks"] for one in trials]).text(digits=0) if condition == "recognised" else "-",
+                median([one["peak"] for one in trials if "peak" in one]).text(" N", digits=2),
+            )
+        )
+    felt = share([one["success"] for one in results["recognised"]])
+    return Report(
+        title=f"Sort: {len(results['true'])} blocks of {len(INDENTER_NAMES)} shapes; 95 % confidence intervals.",
+        head=("touch", "shape right", "stands in its bin", "looks, median", "peak grip, median"),
+        rows=rows,
+        bounds=[Bound(what="in its bin, recognised", bound=">= 95 %", found=felt.percent, met=felt.value >= 0.95)],
+        figures={"success": asdict(felt)},
+    )
+
+
+SORT = Experiment(name="sort", conditions=("recognised", "true", "blind"), trial=trial, report=report)

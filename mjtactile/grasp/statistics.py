@@ -1,0 +1,96 @@
+"""Shares and medians with their confidence intervals, and tables of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure and its 95 % confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+    def text(self, unit: str = "", *, scale: float = 1.0, digits: int = 1) -> str:
+        """As in "97.5 % (94.3 to 98.9)"; without an interval where there are too few to have one."""
+        if not np.isfinite((self.low, self.high)).all():
+            return f"{scale * self.value:.{digits}f}{unit}"
+        value, low, high = (f"{scale * one:.{digits}f}" for one in (self.value, self.low, self.high))
+        return f"{value}{unit} ({low} to {high})"
+
+    @property
+    def percent(self) -> str:
+        """Of a share, in per cent."""
+        return self.text(" %", scale=100.0)
+
+
+def share(marks: Sequence[bool]) -> Estimate:
+    """Of marks that are set, with Wilson's interval; NaN of none."""
+    from scipy.stats import binomtest
+
+    if not len(marks):
+        return Estimate(float("nan"), 0.0, 1.0)
+    result = binomtest(int(np.sum(marks)), len(marks))
+    interval = result.proportion_ci(CONFIDENCE, method="wilson")
+    return Estimate(float(np.mean(marks)), float(interval.low), float(interval.high))
+
+
+def median(values: Sequence[float]) -> Estimate:
+    """With the interval between two order statistics, which no distribution is assumed for; NaN where too few."""
+    from scipy.stats import quantile_test
+
+    if not len(values):
+        return Estimate(*[float("nan")] * 3)
+    interval = quantile_test(np.asarray(values), p=0.5).confidence_interval(CONFIDENCE)
+    return Estimate(float(np.median(values)), float(interval.low), float(interval.high))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bound:
+    """What was to be reached, and what was."""
+
+    what: str
+    bound: str
+    found: str
+    met: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What an experiment prints.
+
+    Attributes:
+        title: one sentence.
+        head: of the table.
+        rows: of the table.
+        bounds: what was to be reached.
+        figures: plain numbers by name.
+        notes: sentences below.
+    """
+
+    title: str
+    head: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+    bounds: list[Bound]
+    figures: dict[str, Any]
+    notes: list[str] = field(default_factory=list)
+
+    def markdown(self) -> str:
+        """Title, table and bounds."""
+        met = {True: "yes", False: "**no**"}
+        bounds = [(one.what, one.bound, one.found, met[one.met]) for one in self.bounds]
+        parts = [self.title, _table(self.head, self.rows)]
+        parts += [_table(("bound", "", "reached", "met"), bounds)] if bounds else []
+        return "\n\n".join([*parts, *self.notes])
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, tuple("---" for _ in head), *rows))

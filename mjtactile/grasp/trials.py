@@ -1,0 +1,145 @@
+"""Trials by the hundred: from seeds, by any number of processes, continued where they were interrupted.
+
+What a trial gives depends on seed, condition and number alone. Results are kept a line each, as they come, and are put
+in order at the end; a process that dies costs the trials it was at.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mjtactile import __version__
+from mjtactile.errors import MjTactileError
+from mjtactile.progress import progress_bar
+
+Result = dict[str, Any]
+
+
+class TrialsError(MjTactileError, ValueError):
+    """Trials that make no sense, or a file of results of other ones."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What every trial of a run shares."""
+
+    seed: int = 0  #: of everything
+    trials: int = 200  #: of each condition
+    noise: float = 0.01  #: standard deviation over a pad's largest reading [-]
+    fidelity: str = "fast"  #: preset of the readings
+    weights: str | None = None  #: folder of weights of one's own
+    options: tuple[tuple[str, float], ...] = ()  #: of the experiment, by name
+
+    def option(self, name: str) -> float:
+        """An option of the experiment."""
+        return dict(self.options)[name]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """Trials under several conditions.
+
+    Attributes:
+        name: such as "lift".
+        conditions: by name; the same trial number is the same task under all of them.
+        trial: settings, condition and number to plain numbers; a function of a module, for other processes to find.
+        report: results by condition, in order of their numbers, to what is printed.
+    """
+
+    name: str
+    conditions: tuple[str, ...]
+    trial: Callable[[Settings, str, int], Result]
+    report: Callable[[dict[str, list[Result]]], Any]
+
+
+def run_trials(
+    experiment: Experiment,
+    settings: Settings,
+    *,
+    workers: int = 1,
+    out: Path | None = None,
+    progress: bool = True,
+) -> dict[str, list[Result]]:
+    """Run all trials that `out` does not hold yet.
+
+    Args:
+        experiment: what is tried.
+        settings: of all trials.
+        workers: processes, one core each; the results do not depend on how many.
+        out: file of results to write and, where there is one of the same settings, to continue.
+        progress: show a bar on a terminal.
+
+    Returns:
+        Results by condition, in order of their numbers.
+
+    Raises:
+        TrialsError: `out` holds results of other trials.
+        OSError: `out` cannot be written.
+    """
+    jobs = [(condition, k) for k in range(settings.trials) for condition in experiment.conditions]
+    about = {"experiment": experiment.name, "version": __version__, **asdict(settings)}
+    about.pop("trials")
+    about = json.loads(json.dumps(about))
+    done = {} if out is None else _read(out, about)
+    left = [job for job in jobs if job not in done]
+    with progress_bar(experiment.name, len(jobs), wanted=progress) as advance:
+        advance(len(jobs) - len(left))
+        if out is not None and not out.exists():
+            out.write_text(json.dumps(about) + "\n")
+        for job, result in _run(experiment, settings, left, workers):
+            done[job] = json.loads(json.dumps(result))
+            if out is not None:
+                with out.open("a") as file:
+                    file.write(json.dumps({"condition": job[0], "trial": job[1], "result": result}) + "\n")
+            advance(1)
+    return {condition: [done[condition, k] for k in range(settings.trials)] for condition in experiment.conditions}
+
+
+def _run(
+    experiment: Experiment, settings: Settings, jobs: list[tuple[str, int]], workers: int
+) -> Iterator[tuple[tuple[str, int], Result]]:
+    """Jobs and their results, as they are done."""
+    if workers <= 1:
+        for job in jobs:
+            yield job, experiment.trial(settings, *job)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_one_thread) as pool:
+        waiting = {pool.submit(experiment.trial, settings, *job): job for job in jobs}
+        try:
+            for future in as_completed(waiting):
+                yield waiting[future], future.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _one_thread() -> None:
+    from threadpoolctl import threadpool_limits
+
+    threadpool_limits(limits=1)
+
+
+def _read(path: Path, about: dict[str, Any]) -> dict[tuple[str, int], Result]:
+    """Results in a file by condition and number; a last line that was cut off is mended away."""
+    if not path.exists():
+        return {}
+    lines = path.read_text().split("\n")
+    try:
+        head = json.loads(lines[0])
+    except ValueError:
+        raise TrialsError(f"{path} is not a file of trials. Choose another name.") from None
+    if head != about:
+        other = [key for key in about if head.get(key) != about[key]] if isinstance(head, dict) else list(about)
+        raise TrialsError(f"{path} holds trials of other settings ({', '.join(other)}). Choose another name.")
+    whole = [line for line in lines[1:-1] if line]
+    if lines[-1]:  # cut off while it was written
+        path.write_text("\n".join([lines[0], *whole]) + "\n")
+    entries = [json.loads(line) for line in whole]
+    return {(entry["condition"], entry["trial"]): entry["result"] for entry in entries}

@@ -1,0 +1,92 @@
+"""What pads feel of faces that cover them, for the grasp recogniser: any force, twist and centre of pressure.
+
+    PYTHONPATH=. python training/grasp_presses.py --out build/grasps.npz
+
+Presses are made by the contact law alone, without MuJoCo. Under a flat face readings grow with the force, so every
+press has a pressing force of 1 N: the recogniser takes magnitudes out.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import shapely
+from arguments import parsed
+
+from mjtactile.basis import WrenchBasis
+from mjtactile.cache import influence_matrices
+from mjtactile.errors import ContactWarning
+from mjtactile.footprint import Footprint
+from mjtactile.pad import Array, Pad
+from mjtactile.progress import progress_bar
+from mjtactile.report import write_atomically
+
+#: Presses of one job.
+_PER_JOB = 500
+#: Largest tangential over pressing force [-], distance of the centre of pressure from the middle [m], and twist over
+#: pressing force [m].
+RATIO, CENTRE, TWIST = 1.35, 6.5e-3, 6e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """Arguments."""
+
+    out: Path  #: file that is written
+    presses: int = 30000  #: how many
+    seed: int = 7  #: of everything
+    workers: int = 1  #: processes
+    fidelity: str = "fast"  #: preset of the readings
+
+
+def main(config: Config) -> None:
+    """Press, write readings and wrenches."""
+    jobs = [(config.seed, k, config.fidelity) for k in range(math.ceil(config.presses / _PER_JOB))]
+    made = []
+    with (
+        progress_bar("pressing", len(jobs)) as advance,
+        ProcessPoolExecutor(config.workers, mp_context=get_context("spawn")) as pool,
+    ):
+        for one in pool.map(pressed, jobs):
+            made.append(one)
+            advance(1)
+    readings, wrenches = (np.concatenate(parts) for parts in zip(*made, strict=True))
+    config.out.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(config.out, lambda file: np.savez(file, readings=readings, wrenches=wrenches))
+    print(f"{len(readings)} presses: {config.out}")
+
+
+def pressed(job: tuple[int, int, str]) -> tuple[np.ndarray, Array]:
+    """Readings (n, layers, rows, columns) [Pa] and wrenches (n, 6) [N, N m]."""
+    seed, number, fidelity = job
+    drawn = np.random.default_rng([seed, number])
+    pad = Pad()
+    influence = influence_matrices(pad, preset=fidelity, progress=False)
+    sheet = shapely.box(-pad.size[0] / 2, -pad.size[1] / 2, pad.size[0] / 2, pad.size[1] / 2)
+    basis = WrenchBasis(influence, Footprint.from_outline(sheet, influence))
+    wrenches = np.array([random_wrench(drawn) for _ in range(_PER_JOB)])
+    with warnings.catch_warnings():
+        # Near the edges the pressure leaves the range of small strains; the readings stay those of the linear model.
+        warnings.simplefilter("ignore", ContactWarning)
+        readings = np.array([basis.readings(wrench[:3], wrench[3:]) for wrench in wrenches], dtype=np.float32)
+    return readings, wrenches
+
+
+def random_wrench(drawn: np.random.Generator) -> Array:
+    """With a pressing force of 1 N; small pulls, shifts and twists come more often than large ones, shape (6,)."""
+    ratio, shift = RATIO * drawn.random(), CENTRE * drawn.random() ** 1.5
+    around, towards = drawn.uniform(0.0, 2.0 * np.pi, 2)
+    force = np.array([ratio * np.cos(around), ratio * np.sin(around), -1.0])
+    centre = np.array([shift * np.cos(towards), shift * np.sin(towards), 0.0])
+    twist = TWIST * drawn.random() ** 2 * drawn.choice((-1.0, 1.0))
+    return np.concatenate([force, np.cross(centre, force) + np.array([0.0, 0.0, twist])])
+
+
+if __name__ == "__main__":
+    main(parsed(Config, __doc__))

@@ -1,0 +1,157 @@
+"""Train the grasp recogniser: force and twist with which a grasped body bears on a pad, and their standard deviations.
+
+    python training/train_grasp.py --data build/grasps.npz --weights build/weights/grasp
+
+The view comes from the same readings. Noise is added before readings are mirrored into an octant, so that a press whose
+middle is the pad's is learnt in all octants that noise may put it into.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import torch
+from arguments import parsed
+
+from mjtactile.pad import Pad
+from mjtactile.progress import progress_bar
+from mjtactile.recognition.fitting import perceptron, perceptron_arrays
+from mjtactile.recognition.grasp import GRASP_OUTPUTS, GraspRecogniser, grasp_targets
+from mjtactile.recognition.network import Network
+from mjtactile.recognition.octant import into_octant
+from mjtactile.recognition.registry import register
+from mjtactile.recognition.store import write_weights
+from mjtactile.recognition.view import SCALE_FLOOR, View
+
+#: Typical errors, by which outputs are scaled: tangential over pressing force, centre [m], twist over pressing force
+#: [m], logarithm of the pressing force.
+_SCALE = np.array([0.1, 0.1, 5e-4, 5e-4, 5e-4, 0.1], dtype=np.float32)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """Arguments."""
+
+    data: Path  #: file of grasp_presses.py
+    weights: Path  #: folder to write to
+    parts: int = 128  #: principal parts that are looked at
+    width: int = 192  #: of the hidden layers
+    depth: int = 3  #: hidden layers
+    steps: int = 3500  #: batches
+    batch: int = 256  #: readings in each
+    rate: float = 1.5e-3  #: largest learning rate
+    noise: float = 0.015  #: largest noise, over the largest reading
+    seed: int = 1  #: of weights, batches and noise
+
+
+def main(config: Config) -> None:
+    """Fit, test on presses held out, write."""
+    torch.manual_seed(config.seed)
+    drawn = np.random.default_rng(config.seed)
+    stored = np.load(config.data)
+    readings, wrenches = stored["readings"], stored["wrenches"]
+    held_out = np.arange(len(readings)) % 20 == 0
+    view = fitted_view(readings[~held_out], config.parts)
+    train, scale = np.flatnonzero(~held_out), torch.tensor(_SCALE)
+    mean = target_mean(view, readings[train], wrenches[train])
+    network = perceptron([config.parts + 1, *[config.width] * config.depth, 2 * GRASP_OUTPUTS])
+    optimiser = torch.optim.AdamW(network.parameters(), lr=config.rate, weight_decay=1e-4)
+    start = perf_counter()
+    with progress_bar("grasp", config.steps) as advance:
+        for step in range(config.steps):
+            rate = min(1.0, (step + 1) / 300) * 0.5 * (1.0 + np.cos(np.pi * step / config.steps))
+            for group in optimiser.param_groups:
+                group["lr"] = config.rate * rate + 1e-7
+            index = drawn.choice(train, config.batch)
+            features, wanted = looked_at(view, readings[index], wrenches[index], config.noise, drawn)
+            outputs = network(features)
+            deviation = outputs[:, GRASP_OUTPUTS:].clamp(-8.0, 4.0)
+            off = outputs[:, :GRASP_OUTPUTS] - (wanted - torch.tensor(mean)) / scale
+            loss = (0.5 * (off * (-deviation).exp()) ** 2 + deviation).mean()
+            optimiser.zero_grad(set_to_none=True)
+            loss.backward()
+            optimiser.step()
+            advance(1)
+    arrays = {**perceptron_arrays(network, "grasp"), "target mean": mean, "target scale": _SCALE}
+    write(config, view, arrays, perf_counter() - start)
+    report(GraspRecogniser(view, Network.from_arrays(arrays, "grasp"), mean, _SCALE), readings, wrenches, held_out)
+
+
+def fitted_view(readings: np.ndarray, parts: int) -> View:
+    """Principal parts of readings over their length, in the octant."""
+    flat = into_octant(readings)[0].reshape(len(readings), -1)
+    unit = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+    gram = np.zeros((unit.shape[1],) * 2)
+    for chunk in np.array_split(unit, 50):
+        gram += chunk.astype(np.float64).T @ chunk
+    basis = np.linalg.eigh(gram)[1][:, ::-1][:, :parts].astype(np.float32)
+    along = unit @ basis
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    scale = (1.0 / np.sqrt(along.std(axis=0) ** 2 + SCALE_FLOOR**2)).astype(np.float32)
+    shape = Pad().reading_shape
+    return View(basis.astype(np.float16).astype(np.float32), along.mean(axis=0), scale, tuple(range(shape[0])), shape)
+
+
+def looked_at(
+    view: View, readings: np.ndarray, wrenches: np.ndarray, noise: float, drawn: np.random.Generator
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Features (n, parts + 1) of readings with noise, and what is to be said of them (n, outputs)."""
+    level = noise * drawn.random(len(readings)) * (drawn.random(len(readings)) > 0.2)
+    sigma = (level * readings.reshape(len(readings), -1).max(axis=1)).astype(np.float32)
+    noisy = readings + sigma[:, None, None, None] * drawn.standard_normal(readings.shape, dtype=np.float32)
+    octant, mirrors = into_octant(noisy)
+    flat = octant.reshape(len(octant), -1)
+    seen = view.seen(flat @ view.parts, np.einsum("ij,ij->i", flat, flat), mirrors)
+    wanted = grasp_targets(wrenches)
+    wanted[:, :2], wanted[:, 2:4] = mirrors.vectors(wanted[:, :2]), mirrors.vectors(wanted[:, 2:4])
+    wanted[mirrors.x ^ mirrors.y ^ mirrors.swapped, 4] *= -1.0
+    wanted[:, 5] -= np.log(seen.size)
+    return torch.tensor(seen.features), torch.tensor(wanted.astype(np.float32))
+
+
+def target_mean(view: View, readings: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
+    """Mean of what is to be said, (outputs,); of vectors zero."""
+    size = np.linalg.norm(readings.reshape(len(readings), -1) @ view.parts, axis=1)
+    mean = np.zeros(GRASP_OUTPUTS, dtype=np.float32)
+    mean[5] = (grasp_targets(wrenches)[:, 5] - np.log(size)).mean()
+    return mean
+
+
+def write(config: Config, view: View, arrays: dict[str, np.ndarray], seconds: float) -> None:
+    """The view and the recogniser, entered in their folder's registry."""
+    about = {
+        "layers": view.layers,
+        "config": {name: str(value) for name, value in vars(config).items()},
+        "seconds": round(seconds, 1),
+    }
+    parts = {"parts": view.parts.astype(np.float16), "mean": view.mean, "scale": view.scale}
+    for kind, contents in (("view", parts), ("grasp", arrays)):
+        write_weights(config.weights / f"{kind}.safetensors", contents, {"kind": kind, **about}, Pad())
+        register(config.weights, f"{kind}.safetensors")
+
+
+def report(recogniser: GraspRecogniser, readings: np.ndarray, wrenches: np.ndarray, held_out: np.ndarray) -> None:
+    """Errors on presses held out, without noise and with 1 %."""
+    drawn = np.random.default_rng(0)
+    test, true = readings[held_out], wrenches[held_out]
+    pressing = -true[:, 2]
+    targets = grasp_targets(true)
+    for noise in (0.0, 0.01):
+        peak = test.reshape(len(test), -1).max(axis=1)[:, None, None, None]
+        found = recogniser(test + noise * peak * drawn.standard_normal(test.shape, dtype=np.float32))
+        off = np.linalg.norm(found.force[:, :2] - true[:, :2], axis=1) / pressing
+        rows = {
+            "pressing, relative": np.abs(found.pressing / pressing - 1.0),
+            "tangential over pressing": off,
+            "centre [mm]": 1e3 * np.linalg.norm(found.centre - targets[:, 2:4], axis=1),
+            "twist over pressing [mm]": 1e3 * np.abs(found.twist / pressing - targets[:, 4]),
+        }
+        for name, errors in rows.items():
+            print(f"noise {noise:g}: {name}: median {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}")
+
+
+if __name__ == "__main__":
+    main(parsed(Config, __doc__))
