@@ -41,7 +41,8 @@ _PAD_CONTACT = {
     "solref": "0.003 1",
     "solimp": "0.98 0.99 0.001 0.5 2",
 }
-_OPTION = {
+#: Simulation options of every world here.
+OPTION = {
     "timestep": "0.001",
     "integrator": "implicitfast",
     "cone": "elliptic",
@@ -59,17 +60,17 @@ _DENSITY = "965"  # PDMS [kg/m3]
 
 def pad_mjcf(pad: Pad | None = None) -> str:
     """A model that holds just the pad, for `MjSpec.attach` and `<attach>`: body, geom `pad`, site `pad_surface`."""
-    root = _document("pad")
+    root = document("pad")
     ET.SubElement(root, "worldbody").append(_pad_body(pad or Pad()))
-    return _text(root)
+    return text_of(root)
 
 
 def indenter_mjcf(indenter: Indenter) -> str:
     """A model that holds just the indenter: one body named after it, its lowest point at the body's origin."""
-    root = _document(indenter.name)
+    root = document(indenter.name)
     _add_mesh(root, indenter)
     ET.SubElement(root, "worldbody").append(_indenter_body(indenter, None))
-    return _text(root)
+    return text_of(root)
 
 
 def press_mjcf(
@@ -94,8 +95,8 @@ def press_mjcf(
         feet: where a flat indenter's feet stand in its own frame, shape (n, 2) [m]; spread over its face if None.
         tilt_free: whether a ball joint at the indenter's origin lets it tilt and turn.
     """
-    root = _document("press_free" if tilt_free else "press")
-    ET.SubElement(root, "option", _OPTION)
+    root = document("press_free" if tilt_free else "press")
+    ET.SubElement(root, "option", OPTION)
     ET.SubElement(root, "statistic", center="0 0 0", extent="0.02")
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "headlight", ambient="0.3 0.3 0.3", diffuse="0.6 0.6 0.6")
@@ -104,14 +105,14 @@ def press_mjcf(
     ET.SubElement(world, "light", pos="0 -0.05 0.1", dir="0 0.45 -0.9", diffuse="0.5 0.5 0.5")
     ET.SubElement(world, "camera", name="oblique", pos="0 -0.035 0.025", xyaxes="1 0 0 0 0.58 0.81", fovy="30")
     world.append(_pad_body(pad or Pad()))
-    carrier = ET.SubElement(world, "body", name="press", pos=_numbers((*shift, START_GAP)))
+    carrier = ET.SubElement(world, "body", name="press", pos=numbers((*shift, START_GAP)))
     for axis, direction in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")):
         ET.SubElement(carrier, "joint", name=f"press_{axis}", type="slide", axis=direction)
     if tilt_free:
         ET.SubElement(carrier, "joint", _GIMBAL, name="press_tilt", type="ball")
     body = _indenter_body(indenter, feet)
     half = math.radians(rotate_deg) / 2
-    body.set("quat", _numbers((math.cos(half), 0.0, 0.0, math.sin(half))))
+    body.set("quat", numbers((math.cos(half), 0.0, 0.0, math.sin(half))))
     carrier.append(body)
     actuators = ET.SubElement(root, "actuator")
     for axis in "xyz":
@@ -124,12 +125,13 @@ def press_mjcf(
             dynprm=_FORCE_RISE,
             ctrlrange=_FORCE_RANGE,
         )
-    return _text(root)
+    return text_of(root)
 
 
-def _document(model: str) -> ET.Element:
+def document(model: str, *, module: str = "mjcf.py") -> ET.Element:
+    """A model's root, with a line that says where it comes from."""
     root = ET.Element("mujoco", model=model)
-    root.append(ET.Comment(" Made by mjtactile/mjcf.py. Metres, kilograms, newtons. "))
+    root.append(ET.Comment(f" Made by mjtactile/{module}. Metres, kilograms, newtons. "))
     return root
 
 
@@ -142,8 +144,8 @@ def _pad_body(pad: Pad) -> ET.Element:
         _PAD_CONTACT,
         name="pad",
         type="box",
-        size=_numbers((pad.size[0] / 2, pad.size[1] / 2, half)),
-        pos=_numbers((0.0, 0.0, -half)),
+        size=numbers((pad.size[0] / 2, pad.size[1] / 2, half)),
+        pos=numbers((0.0, 0.0, -half)),
         density=_DENSITY,
         rgba="0.75 0.8 0.85 1",
     )
@@ -159,7 +161,7 @@ def _add_mesh(root: ET.Element, indenter: Indenter) -> None:
         "mesh",
         name=f"{indenter.name}_solid",
         inertia="exact",
-        vertex=_numbers(indenter.solid.vertices.ravel()),
+        vertex=numbers(indenter.solid.vertices.ravel()),
         face=" ".join(map(str, indenter.solid.faces.ravel())),
     )
 
@@ -175,8 +177,8 @@ def _indenter_body(indenter: Indenter, feet: Array | None) -> ET.Element:
                 "geom",
                 name=f"{indenter.name}_foot_{i}",
                 type="sphere",
-                size=_numbers((FOOT_RADIUS,)),
-                pos=_numbers((x, y, FOOT_RADIUS)),
+                size=numbers((FOOT_RADIUS,)),
+                pos=numbers((x, y, FOOT_RADIUS)),
                 group="3",
                 mass="0",
             )
@@ -185,24 +187,25 @@ def _indenter_body(indenter: Indenter, feet: Array | None) -> ET.Element:
 
 def _solid_geom(indenter: Indenter) -> ET.Element:
     name = f"{indenter.name}_solid"
-    geom = ET.Element("geom", name=name, group="2", mass=_numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
+    geom = ET.Element("geom", name=name, group="2", mass=numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
     if indenter.outline is not None:
         geom.attrib |= {"contype": "0", "conaffinity": "0"}
     if indenter.primitive is None:
         geom.attrib |= {"type": "mesh", "mesh": name}
         return geom
     kind, size, height, axis = indenter.primitive
-    geom.attrib |= {"type": kind, "size": _numbers(size), "pos": _numbers((0.0, 0.0, height))}
+    geom.attrib |= {"type": kind, "size": numbers(size), "pos": numbers((0.0, 0.0, height))}
     if axis != (0.0, 0.0, 1.0):
-        geom.set("zaxis", _numbers(axis))
+        geom.set("zaxis", numbers(axis))
     return geom
 
 
-def _numbers(values: Array | tuple[float, ...]) -> str:
+def numbers(values: Array | tuple[float, ...]) -> str:
     """Rounded to a picometre, nine digits: what differs between platforms' sines is left out."""
     return " ".join(f"{round(float(value), 12) + 0.0:.9g}" for value in values)
 
 
-def _text(root: ET.Element) -> str:
+def text_of(root: ET.Element) -> str:
+    """The document, indented."""
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from mjtactile.grasp.scene import GraspObject, grasp_mjcf
+from mjtactile.gripper import gripper_mjcf
 from mjtactile.indenter import INDENTER_NAMES, box, cylinder, punch, sphere
 from mjtactile.mjcf import indenter_mjcf, pad_mjcf, press_mjcf
 
@@ -19,6 +21,8 @@ def files() -> dict[str, str]:
     return {
         "models/xml/pad.xml": pad_mjcf(),
         **{f"models/xml/{indenter.name}.xml": indenter_mjcf(indenter) for indenter in indenters},
+        "models/xml/gripper.xml": gripper_mjcf(),
+        "scenes/grasp.xml": grasp_mjcf(GraspObject(), wrist="xyz"),
         "scenes/press.xml": press_mjcf(punch("star")),
         "scenes/press_free.xml": press_mjcf(punch("star"), tilt_free=True),
     }
