@@ -36,7 +36,7 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]], ABC):
 
     A task is a subclass: its constants, its model, and what happens at a reset and after a step. It sees its simulation
     through `self.simulation` and draws from `self.np_random`, nothing else, so that a seed decides everything, and one
-    environment of many (make_vec.py) goes through the same states as one alone.
+    environment of many (many.py) goes through the same states as one alone.
 
     Args:
         observation, fidelity, transducer, noise, randomise, pad: see `TouchOptions`.

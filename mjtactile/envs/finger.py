@@ -1,85 +1,71 @@
 """A finger with one pad facing down, on slides and a hinge: driven sideways by position, pressed down by force.
 
-The pad's middle hangs at the finger's origin; at rest it hovers, held up by a weak spring.
+The middle of the pad's surface is the finger's origin; at rest it hovers, held up by a weak spring.
 """
 
 from __future__ import annotations
 
 import mujoco
-import numpy as np
 
 from mjtactile.envs.options import TouchOptions
-from mjtactile.envs.touch import add_pad
+from mjtactile.envs.touch import feel_force, observe_pad
+from mjtactile.pad import Pad
 
-#: Mass of the finger [kg].
-MASS = 0.05
-#: Position servos of x and y [N/m, N s/m], and of the turn [N m/rad, N m s/rad]: critically damped.
-STIFFNESS, DAMPING = 2000.0, 2.0 * np.sqrt(2000.0 * MASS)
-TURN_STIFFNESS, TURN_DAMPING = 0.5, 0.01
-#: Inertia about the vertical [kg m^2], drive included.
-TURN_INERTIA = 5e-5
-#: The spring that lifts the finger [N/m], the damping of its way up and down [N s/m], and how high it hovers [m].
-LIFT, LIFT_DAMPING, HOVER = 20.0, 4.0, 2e-3
-#: Time constant of the pressing force [s].
-FORCE_RISE = 0.01
-#: Quaternion that turns a pad's face down.
-DOWN = (0.0, 1.0, 0.0, 0.0)
-#: Joints, in the order of qpos, and actuators, in that of ctrl: targets [m, m, rad] and the pressing force [N].
-JOINTS = ("finger_x", "finger_y", "finger_turn", "finger_z")
-#: Names of the finger's pad, and of the sensor of all forces on it (world frame).
+#: How high the finger hovers [m].
+HOVER = 2e-3
+#: Name of the finger's pad, and of the sensor of all forces on it (world frame, for the examiner).
 PAD, PAD_FORCE = "finger", "finger_force"
 
+#: Servos of x and y (2000 N/m) and of the turn (0.5 N m/rad) are critically damped for 50 g and 5e-5 kg m2; the spring
+#: that lifts has 20 N/m and damping for a way down of a tenth of a second; the pressing force rises in 10 ms.
+_WORLD = """
+<mujoco model="finger">
+  <option timestep="{timestep}" integrator="implicitfast" cone="elliptic" impratio="10" jacobian="dense"/>
+  <statistic center="0 0 0" extent="0.1"/>
+  <visual><headlight ambient="0.35 0.35 0.35" diffuse="0.55 0.55 0.55"/></visual>
+  <worldbody>
+    <light pos="0 -0.1 0.3" dir="0 0.3 -1" diffuse="0.4 0.4 0.4"/>
+    <body name="finger" gravcomp="1">
+      <inertial pos="0 0 0" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>
+      <joint name="finger_x" type="slide" axis="1 0 0"/>
+      <joint name="finger_y" type="slide" axis="0 1 0"/>
+      <joint name="finger_turn" type="hinge" axis="0 0 1" armature="4e-5"/>
+      <joint name="finger_z" type="slide" axis="0 0 1" stiffness="20" springref="{hover}" damping="4"/>
+      <geom name="finger_pad" type="box" size="{x} {y} {half}" pos="0 0 {half}" quat="0 1 0 0" condim="4"
+        friction="{friction} 0.0005 0.0001" solref="0.005 1" solimp="0.98 0.99 0.001 0.5 2" priority="10"
+        rgba="0.75 0.8 0.85 1" mass="0"/>
+      <geom name="finger_rod" type="cylinder" size="0.003 0.015" pos="0 0 0.02" contype="0" conaffinity="0" mass="0"
+        rgba="0.5 0.5 0.55 1"/>
+      <camera name="task" pos="0.03 -0.08 0.05" xyaxes="0.94 0.34 0 -0.17 0.48 0.86" fovy="45"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <position joint="finger_x" kp="2000" kv="20"/>
+    <position joint="finger_y" kp="2000" kv="20"/>
+    <position joint="finger_turn" kp="0.5" kv="0.01"/>
+    <general joint="finger_z" gainprm="-1" dyntype="filterexact" dynprm="0.01"/>
+  </actuator>
+</mujoco>
+"""
 
-def world(timestep: float) -> mujoco.MjSpec:
-    """An empty world with light, and the settings that pads want."""
-    spec = mujoco.MjSpec()
-    spec.option.timestep = timestep
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 10.0
-    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
-    spec.visual.headlight.diffuse = [0.55, 0.55, 0.55]
-    spec.worldbody.add_light(pos=[0.0, -0.1, 0.3], dir=[0.0, 0.3, -1.0], diffuse=[0.4, 0.4, 0.4])
+
+def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> mujoco.MjSpec:
+    """An empty world with the finger at its origin and a camera `task` that follows it.
+
+    Joints and controls in this order: x, y [m], turn about the vertical [rad], each with its target, and z, whose
+    control is the force that presses down [N].
+
+    Args:
+        options: what is seen of the pad.
+        timestep: of MuJoCo [s].
+        friction: of the pad, sliding [-].
+    """
+    pad = options.pad or Pad()
+    x, y = pad.size
+    half = pad.thickness / 2
+    spec = mujoco.MjSpec.from_string(
+        _WORLD.format(timestep=timestep, hover=HOVER, x=x / 2, y=y / 2, half=half, friction=friction)
+    )
+    observe_pad(spec, PAD, options)
+    feel_force(spec, PAD_FORCE, f"{PAD}_pad")
     return spec
-
-
-def add_finger(spec: mujoco.MjSpec, options: TouchOptions) -> mujoco.MjsBody:
-    """The finger, at the world's origin, with its actuators, its pad and a camera `task` that follows it."""
-    finger = spec.worldbody.add_body(name="finger", gravcomp=1.0)
-    finger.mass, finger.inertia, finger.explicitinertial = MASS, [1e-5] * 3, True
-    slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
-    for name, kind, axis in zip(JOINTS[:3], (slide, slide, hinge), ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True):
-        finger.add_joint(name=name, type=kind, axis=axis)
-    finger.joints[2].armature = TURN_INERTIA
-    finger.add_joint(
-        name=JOINTS[3],
-        type=slide,
-        axis=(0, 0, 1),
-        stiffness=[LIFT, 0.0, 0.0] if _polynomial(finger) else LIFT,
-        springref=HOVER,
-        damping=[LIFT_DAMPING, 0.0, 0.0] if _polynomial(finger) else LIFT_DAMPING,
-    )
-    for name, gain, damping in (
-        (JOINTS[0], STIFFNESS, DAMPING),
-        (JOINTS[1], STIFFNESS, DAMPING),
-        (JOINTS[2], TURN_STIFFNESS, TURN_DAMPING),
-    ):
-        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=gain, kv=damping)
-    press = spec.add_actuator(name=JOINTS[3], target=JOINTS[3], trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    press.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
-    press.dynprm[0] = FORCE_RISE
-    press.gainprm[0] = -1.0
-    add_pad(spec, options, body="finger", name=PAD, quat=DOWN)
-    finger.add_geom(
-        name="finger_rod",
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=[3e-3, 15e-3, 0.0],
-        pos=[0.0, 0.0, 20e-3],
-        contype=0,
-        conaffinity=0,
-        rgba=[0.5, 0.5, 0.55, 1.0],
-    )
-    finger.add_camera(name="task", pos=[0.03, -0.08, 0.05], xyaxes=[0.94, 0.34, 0, -0.17, 0.48, 0.86], fovy=45.0)
-    return finger

@@ -39,6 +39,11 @@ class Simulation(Protocol):
         ...
 
     @property
+    def act(self) -> Array:
+        """Activations of actuators, to read and write, shape (na,)."""
+        ...
+
+    @property
     def ctrl(self) -> Array:
         """Controls, to write, shape (nu,)."""
         ...
@@ -86,6 +91,11 @@ class SingleSimulation:
     def qvel(self) -> Array:
         """See `Simulation`."""
         return self.data.qvel
+
+    @property
+    def act(self) -> Array:
+        """See `Simulation`."""
+        return self.data.act
 
     @property
     def ctrl(self) -> Array:

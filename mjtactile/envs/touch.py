@@ -6,17 +6,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import gymnasium
+import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.attach import attach_pad
+from mjtactile.attach import add_pad_sensor, pad_table
 from mjtactile.envs.options import TouchOptions
 from mjtactile.pad import Array, Pad
 from mjtactile.transducer import TYPICAL, CapacitiveCell, PiezoresistiveElement, Transducer
 
 if TYPE_CHECKING:
-    import mujoco
-
     from mjtactile.recognition import ForceRecogniser
 
 #: Largest reading shown [Pa], force [N] and moment [N m]; what is beyond is cut off.
@@ -31,30 +30,43 @@ GAIN_SPREAD = 0.1
 RECOGNISED = 6
 _WRENCH_LIMITS = np.array([LARGEST_FORCE] * 3 + [LARGEST_MOMENT] * 3)
 _RECOGNISED_LIMITS = np.array([LARGEST_FORCE] * 3 + [0.02, 0.02, 1.0])
+#: MuJoCo's contact sensor, reduce="netforce".
+_NET_FORCE = 3
 _OUTPUTS = {"readings": "von_mises", "recognised": "von_mises", "wrench": "wrench"}
 
 
-def add_pad(
-    spec: mujoco.MjSpec,
-    options: TouchOptions,
-    *,
-    body: str,
-    name: str,
-    pos: Sequence[float] = (0.0, 0.0, 0.0),
-    quat: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
-) -> mujoco.MjsGeom:
-    """A pad on a body as `attach_pad` adds it; without its sensor where nothing of it is observed.
+def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
+    """Give the pad on geom `<name>_pad` the sensor that the options ask for, in place of one it may have.
 
     The physics is the same either way: what a blind agent touches behaves as what a feeling one does.
     """
-    output = _OUTPUTS.get(options.observation, "wrench")
-    geom = attach_pad(
-        spec, body=body, name=name, pos=pos, quat=quat, pad=options.pad, fidelity=options.fidelity, output=output
+    for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
+        spec.delete(sensor)
+    if options.touches:
+        table, _ = pad_table(options.pad)
+        add_pad_sensor(
+            spec, name, {"pad": table, "fidelity": options.fidelity, "output": _OUTPUTS[options.observation]}
+        )
+
+
+def feel_force(spec: mujoco.MjSpec, name: str, geom: str) -> None:
+    """A sensor of MuJoCo's own: total contact force of a geom, world frame [N], for the examiner alone."""
+    spec.add_sensor(
+        name=name,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_GEOM,
+        objname=geom,
+        # Which data (bits), which reduction, how many contacts: one net force.
+        intprm=[1 << mujoco.mjtConDataField.mjCONDATA_FORCE.value, _NET_FORCE, 1],
+        needstage=mujoco.mjtStage.mjSTAGE_ACC,
+        datatype=mujoco.mjtDataType.mjDATATYPE_REAL,
     )
-    if not options.touches:
-        spec.delete(next(sensor for sensor in spec.sensors if sensor.name == name))
-        spec.delete(next(plugin for plugin in spec.plugins if plugin.name == f"{name}_plugin"))
-    return geom
+
+
+def sensor_slice(model: mujoco.MjModel, name: str) -> slice:
+    """Where a sensor's values stand in `sensordata`."""
+    sensor = model.sensor(name)
+    return slice(int(sensor.adr[0]), int(sensor.adr[0] + sensor.dim[0]))
 
 
 class Touch:
@@ -69,7 +81,7 @@ class Touch:
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions) -> None:
         self.options = options
         self.shape = (len(names), *(options.pad or Pad()).reading_shape)
-        self._sensors = [_slice(model, name) for name in names] if options.touches else []
+        self._sensors = [sensor_slice(model, name) for name in names] if options.touches else []
         self._gains = np.ones(len(names))
         self._transducers: list[Transducer] = []
         self._recognise = self._recogniser() if options.observation == "recognised" else None
@@ -126,11 +138,6 @@ class Touch:
         from mjtactile import recognition
 
         return recognition.load("force", pad=self.options.pad or Pad())
-
-
-def _slice(model: mujoco.MjModel, name: str) -> slice:
-    sensor = model.sensor(name)
-    return slice(int(sensor.adr[0]), int(sensor.adr[0] + sensor.dim[0]))
 
 
 def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
