@@ -22,20 +22,21 @@ MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
 #: The grip starts here, stays within this [N], and changes by up to this factor in a step.
 FIRST_GRIP, GRIPS, GRIP_FACTOR = 0.1, (0.1, 25.0), 1.35
 #: Lifting speed at full action [m/s], and how high the hand may go [m].
-LIFT_SPEED, REACH = 0.04, 0.03
+LIFT_SPEED, REACH = 0.02, 0.02
 #: The object is lifted when it has risen so far [m]; it has slipped away when it hangs this much lower in the hand [m].
-LIFTED, SLIPPED = 0.015, 0.004
+LIFTED, SLIPPED = 0.01, 0.003
 #: It breaks under this many times the grip that holds it, under 20 N whatever it is; below 0.5 N nothing breaks.
 FRAGILITY, CRUSHING, HARMLESS = 2.5, 20.0, 0.5
-#: Rewards: for the whole way up, for success, for dropping or crushing.
-WAY, SUCCESS, FAILURE = 1.0, 1.0, -1.0
+#: Rewards: for the grip on its (logarithmic) way to what holds, for the object on its way up, each paid as it gets further
+#: than before; for success.
+GRIP_WAY, WAY, SUCCESS = 0.5, 1.0, 1.0
 #: Of the wrist's encoder [m].
 RESOLUTION = 1e-4
 #: How far off its place the object may stand along y and z [m].
 OFFSET = 5e-4
 _GRAVITY = 9.81
 #: Height of the pads over the table, and what hangs below the handle: half extents [m].
-_HEIGHT, _BASE = 0.055, (0.012, 0.02, 0.0185)
+_HEIGHT, _BASE = 0.055, (0.0055, 0.03, 0.0185)
 _GAP = 1e-4
 
 
@@ -52,7 +53,7 @@ def crushing_grip(mass: float, friction: float) -> float:
 class GraspLift(TactileEnv):
     """The gripper stands around a handle. The object is fragile for its weight, so that no one grip does for all.
 
-    Success: at the episode's end it has risen by 15 mm, and was neither dropped nor crushed.
+    Success: at the episode's end it has risen by 10 mm, and was neither dropped nor crushed.
 
     Args:
         split: "all" masses and frictions, or those to "train" with, or those to "test" with: bands that alternate.
@@ -62,12 +63,12 @@ class GraspLift(TactileEnv):
     """
 
     SUMMARY = (
-        "Lift an object of unknown mass (20 to 500 g) and friction (0.2 to 1.2) by 15 mm and hold it, with less than "
+        "Lift an object of unknown mass (20 to 500 g) and friction (0.2 to 1.2) by 10 mm and hold it, with less than "
         f"{FRAGILITY:g} times the grip that just holds it (and less than {CRUSHING:g} N; below {HARMLESS:g} N nothing "
         "breaks)."
     )
     PADS = GRIPPER_PADS
-    TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 50
+    TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 40
     ACTIONS = (
         Channel("grip", "-", -1, 1, f"change of the commanded grip: 1 multiplies it by {GRIP_FACTOR:g}, -1 divides"),
         Channel("lift", "-", -1, 1, f"speed of the hand upwards, up to {LIFT_SPEED * 1e3:g} mm/s"),
@@ -109,7 +110,7 @@ class GraspLift(TactileEnv):
             name="base", type=box, size=_BASE, pos=[0, 0, low], mass=0.1, rgba=[0.55, 0.4, 0.3, 1], **contact
         )
         # It collides too: a body's footprint is that of its geoms which do not, where it has some.
-        neck = [0.006, 0.003, (-low - _BASE[2]) / 2]
+        neck = [0.004, 0.003, (-low - _BASE[2]) / 2]
         body.add_geom(
             name="neck", type=box, size=neck, pos=[0, 0, -neck[2]], mass=0.0, rgba=handle.rgba, **contact
         )
@@ -126,7 +127,8 @@ class GraspLift(TactileEnv):
                 "and friction [-], positive numbers."
             )
         self._off = drawn.uniform(-OFFSET, OFFSET, 2)
-        self._target, self._speed, self._grip, self._most, self._risen = 0.0, 0.0, FIRST_GRIP, 0.0, 0.0
+        self._target, self._speed, self._grip = 0.0, 0.0, FIRST_GRIP
+        self._most = self._risen = self._firm = 0.0
         simulation = self.simulation
         simulation.field("body_mass")[self._object] = self._mass
         simulation.field("body_inertia")[self._object] = self._shape * self._mass
@@ -174,11 +176,15 @@ class GraspLift(TactileEnv):
         dropped = slipped > SLIPPED
         last = self.steps >= self.EPISODE_STEPS
         success = last and risen >= LIFTED and not crushed and not dropped
-        up, before = (min(max(height, 0.0), LIFTED) for height in (risen, self._risen))
-        self._risen = risen
-        reward = WAY * (up - before) / LIFTED + (SUCCESS if success else 0.0)
+        over = crushed or dropped or last
+        higher = min(max(risen, self._risen), LIFTED)
+        needed = math.log(least_grip(self._mass, self._friction) / FIRST_GRIP)
+        firmer = min(math.log(max(self._most, FIRST_GRIP) / FIRST_GRIP), needed) / needed if needed > 0.0 else 1.0
+        reward = WAY * (higher - self._risen) / LIFTED + GRIP_WAY * (firmer - self._firm)
+        reward += SUCCESS if success else 0.0
+        self._risen, self._firm = higher, firmer
         info = {**self._info(), "success": success, "crushed": crushed, "dropped": dropped, "slip": slipped}
-        return reward + (FAILURE if crushed or dropped else 0.0), crushed or dropped or last, info
+        return reward, over, info
 
     def _info(self) -> dict[str, Any]:
         return {"mass": float(self._mass), "friction": float(self._friction), "peak_grip": float(self._most)}

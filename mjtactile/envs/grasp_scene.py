@@ -19,7 +19,7 @@ PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)
 #: Of the wrist's drives [m/s].
 _TOP_SPEED = 0.5
 #: Extent of the handle [m]: held along x, by faces of y times z.
-HANDLE = (0.03, 0.009, 0.006)
+HANDLE = (0.012, 0.009, 0.008)
 
 
 def gripper_spec(
@@ -40,6 +40,7 @@ def gripper_spec(
         grasped, wrist=wrist, grasp_height=grasp_height, pad=pad, pad_name=table, fidelity=options.fidelity
     )
     spec.option.timestep = timestep
+    spec.option.impratio = 10.0
     spec.body("object").pos = [0.0, 0.0, grasp_height]
     for name, force in zip(GRIPPER_PADS, PAD_FORCES, strict=True):
         observe_pad(spec, name, options)
