@@ -18,6 +18,7 @@ from rich.table import Table
 
 from mjtactile.cli_bench import AsJson, bench_app
 from mjtactile.cli_dataset import dataset
+from mjtactile.cli_envs import envs
 from mjtactile.cli_evaluate import evaluate
 from mjtactile.cli_loop import loop
 from mjtactile.cli_reproduce import reproduce
@@ -32,6 +33,7 @@ app = typer.Typer(
 )
 app.add_typer(bench_app, name="bench")
 app.command()(dataset)
+app.command()(envs)
 app.command()(evaluate)
 app.command()(loop)
 app.command()(reproduce)

@@ -37,7 +37,9 @@ def draw_curves(results: list[dict[str, Any]]) -> Figure:
 
     figure = Figure(figsize=(7.5, 4.2), layout="constrained")
     axes = figure.subplots()
-    for arm, colour in zip(dict.fromkeys(result["arm"] for result in results), ("tab:blue", "tab:orange"), strict=False):
+    for arm, colour in zip(
+        dict.fromkeys(result["arm"] for result in results), ("tab:blue", "tab:orange"), strict=False
+    ):
         runs = [result for result in results if result["arm"] == arm]
         last = min(run["curve"][-1]["steps"] for run in runs)
         grid = np.linspace(0.0, last, 200)

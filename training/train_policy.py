@@ -34,7 +34,7 @@ class Config:
 
     out: Path  #: folder for runs, figure and table
     seeds: int = 5  #: of each arm
-    steps: int = 150_000  #: of the environment in a run
+    steps: int = 200_000  #: of the environment in a run
     environments: int = 32  #: at once
     workers: int = 2  #: runs at a time, on a core each
     test_episodes: int = 400  #: of the final test
@@ -108,21 +108,21 @@ def main(config: Config) -> None:
         for done in as_completed(waiting):
             arm, seed = waiting[done]
             result = done.result()
-            write_atomically(_path(config, arm, seed), lambda file, text=json.dumps(result): file.write(text.encode()))
+            _write(_path(config, arm, seed), json.dumps(result))
             print(
-                f"{arm}, seed {seed}: {result['test']['success']:.1%} of unseen objects lifted, "
-                f"{result['processor_s_with_test']:.0f} s of processor time, {time.perf_counter() - start:.0f} s passed",
+                f"{time.perf_counter() - start:.0f} s: {arm}, seed {seed}: {result['test']['success']:.1%} of unseen "
+                f"objects lifted, {result['processor_s_with_test']:.0f} s of processor time",
                 flush=True,
             )
-    results = [
-        json.loads(_path(config, arm, seed).read_text()) for arm in ARMS for seed in range(config.seeds)
-    ]
+    results = [json.loads(_path(config, arm, seed).read_text()) for arm in ARMS for seed in range(config.seeds)]
     table = success_table(results)
-    write_atomically(config.out / "table.md", lambda file: file.write((table + "\n").encode()))
-    write_atomically(
-        config.out / "curves.png", lambda file: draw_curves(results).savefig(file, format="png", dpi=130)
-    )
+    _write(config.out / "table.md", table + "\n")
+    write_atomically(config.out / "curves.png", lambda file: draw_curves(results).savefig(file, format="png", dpi=130))
     print(table)
+
+
+def _write(path: Path, text: str) -> None:
+    write_atomically(path, lambda file: file.write(text.encode()))
 
 
 def _path(config: Config, arm: str, seed: int) -> Path:

@@ -96,15 +96,16 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]], ABC):
         self.render_mode = render_mode
         self.simulation = SingleSimulation(self.model(self.options)) if simulation is None else simulation
         self.touch = Touch(self.simulation.model, self.PADS, self.options)
-        self.action_space = box(self.ACTIONS)
+        self.action_space: gymnasium.Space[Any] = box(self.ACTIONS)
         spaces: dict[str, gymnasium.Space[Any]] = {"proprioception": box(self.PROPRIOCEPTION)}
         if self.touch.space is not None:
             spaces["tactile"] = self.touch.space
-        self.observation_space = gymnasium.spaces.Dict(spaces)
+        self.observation_space: gymnasium.Space[Any] = gymnasium.spaces.Dict(spaces)
         self.steps = 0
         self._drawing = Drawing(self.CAMERA, width, height)
         self._nominal = {
-            name: np.array(self.simulation.field(name)) for name in ("actuator_gainprm", "actuator_biasprm", "dof_damping")
+            name: np.array(self.simulation.field(name))
+            for name in ("actuator_gainprm", "actuator_biasprm", "dof_damping")
         }
         self._low, self._high = (getattr(spaces["proprioception"], end) for end in ("low", "high"))
 
@@ -156,9 +157,7 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]], ABC):
         self._drawn()
         return self._observation(), self._info()
 
-    def step(
-        self, action: npt.NDArray[np.float32]
-    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Act for one control period."""
         self.begin_step(action)
         self.simulation.step(self.SUBSTEPS)

@@ -129,7 +129,9 @@ class BatchVectorEnv(SyncVectorEnv[Observation, npt.NDArray[np.float32]]):
         self, actions: npt.NDArray[np.float32]
     ) -> tuple[Observation, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]:
         """Act in every environment, advance all simulations, and say what came of it."""
-        waiting = self._autoreset_envs if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
+        waiting = (
+            self._autoreset_envs if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
+        )
         for env, action, over in zip(self._tactile, actions, waiting, strict=True):
             if not over:
                 env.begin_step(action)

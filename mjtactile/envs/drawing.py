@@ -19,10 +19,7 @@ class Drawing:
 
     def __init__(self, camera: str, width: int, height: int) -> None:
         self._camera, self._width, self._height = camera, width, height
-        self._context: Any = None
-        self._buffers: Any = None
-        self._scene: Any = None
-        self._window: Any = None
+        self._forget()
 
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData) -> npt.NDArray[np.uint8]:
         """RGB, shape (height, width, 3), top row first.
@@ -30,7 +27,7 @@ class Drawing:
         Raises:
             RenderError: there is no working OpenGL.
         """
-        if self._context is None:
+        if self._scene is None:
             self._open(model)
         self._context.make_current()
         view = mujoco.MjvCamera()
@@ -62,7 +59,13 @@ class Drawing:
             self._context.free()
         if self._window is not None:
             self._window.close()
-        self._context = self._buffers = self._scene = self._window = None
+        self._forget()
+
+    def _forget(self) -> None:
+        self._context: Any = None
+        self._buffers: Any = None
+        self._scene: Any = None
+        self._window: Any = None
 
     def _open(self, model: mujoco.MjModel) -> None:
         from mjtactile.render import context_class, working_backend

@@ -8,8 +8,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjtactile.envs.base import TactileEnv
 from mjtactile.envs.bands import Bands
+from mjtactile.envs.base import TactileEnv
 from mjtactile.envs.channel import Channel
 from mjtactile.envs.grasp_scene import HANDLE, PAD_FORCES, gripper_spec
 from mjtactile.envs.options import EnvError, TouchOptions
@@ -27,8 +27,8 @@ LIFT_SPEED, REACH = 0.02, 0.02
 LIFTED, SLIPPED = 0.01, 0.003
 #: It breaks under this many times the grip that holds it, under 20 N whatever it is; below 0.5 N nothing breaks.
 FRAGILITY, CRUSHING, HARMLESS = 2.5, 20.0, 0.5
-#: Rewards: for the grip on its (logarithmic) way to what holds, for the object on its way up, each paid as it gets further
-#: than before; for success.
+#: Rewards: for the grip on its (logarithmic) way to what holds and the object on its way up, each paid as it gets
+#: further than before; for success.
 GRIP_WAY, WAY, SUCCESS = 0.5, 1.0, 1.0
 #: Of the wrist's encoder [m].
 RESOLUTION = 1e-4
@@ -106,14 +106,10 @@ class GraspLift(TactileEnv):
         box = mujoco.mjtGeom.mjGEOM_BOX
         low = _BASE[2] - _HEIGHT
         contact = {name: getattr(handle, name) for name in ("condim", "solref", "solimp", "friction", "priority")}
-        body.add_geom(
-            name="base", type=box, size=_BASE, pos=[0, 0, low], mass=0.1, rgba=[0.55, 0.4, 0.3, 1], **contact
-        )
+        body.add_geom(name="base", type=box, size=_BASE, pos=[0, 0, low], mass=0.1, rgba=[0.55, 0.4, 0.3, 1], **contact)
         # It collides too: a body's footprint is that of its geoms which do not, where it has some.
         neck = [0.004, 0.003, (-low - _BASE[2]) / 2]
-        body.add_geom(
-            name="neck", type=box, size=neck, pos=[0, 0, -neck[2]], mass=0.0, rgba=handle.rgba, **contact
-        )
+        body.add_geom(name="neck", type=box, size=neck, pos=[0, 0, -neck[2]], mass=0.0, rgba=handle.rgba, **contact)
         return spec.compile()
 
     def _draw_episode(self, options: dict[str, Any]) -> None:
@@ -123,8 +119,8 @@ class GraspLift(TactileEnv):
         numbers = all(isinstance(value, int | float) and value > 0.0 for value in (self._mass, self._friction))
         if options or not numbers:
             raise EnvError(
-                f"reset options mass={self._mass!r}, friction={self._friction!r}, {options}; expected none but mass [kg] "
-                "and friction [-], positive numbers."
+                f"reset options mass={self._mass!r}, friction={self._friction!r}, {options}; expected none but mass "
+                "[kg] and friction [-], positive numbers."
             )
         self._off = drawn.uniform(-OFFSET, OFFSET, 2)
         self._target, self._speed, self._grip = 0.0, 0.0, FIRST_GRIP
@@ -169,9 +165,9 @@ class GraspLift(TactileEnv):
 
     def _judge(self) -> tuple[float, bool, dict[str, Any]]:
         qpos, sensed = self.simulation.qpos, self.simulation.sensordata
-        self._most = max(self._most, *(abs(sensed[at]) for at in self._forces))
+        self._most = max(self._most, *(abs(float(sensed[at])) for at in self._forces))
         risen = float(qpos[self._height]) - _HEIGHT
-        slipped = float(qpos[self._wrist]) - self._off[1] - risen
+        slipped = float(qpos[self._wrist] - self._off[1]) - risen
         crushed = self._most > crushing_grip(self._mass, self._friction)
         dropped = slipped > SLIPPED
         last = self.steps >= self.EPISODE_STEPS

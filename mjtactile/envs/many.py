@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from typing import Any
 
 import gymnasium
@@ -44,16 +45,14 @@ def make_vec(
         raise EnvError(f"count = {count}; expected at least one environment.")
     mode = AutoresetMode(autoreset_mode)
     kind: Any = load_env_creator(ENTRY_POINTS[name])
+    if batched is None:
+        batched = find_spec("mujoco.batch") is not None
+    if not batched:
+        return SyncVectorEnv([lambda: kind(**options)] * count, copy=copy, autoreset_mode=mode)
     try:
         from mjtactile.envs.batch import BatchVectorEnv
     except ImportError as error:
-        if batched:
-            raise EnvError(
-                f"this MuJoCo has no mujoco.batch ({error}): update it, or leave out batched=True."
-            ) from error
-        batched = False
-    if batched is False:
-        return SyncVectorEnv([lambda: kind(**options)] * count, copy=copy, autoreset_mode=mode)
+        raise EnvError(f"this MuJoCo has no mujoco.batch ({error}): update it, or leave out batched=True.") from error
     many = BatchVectorEnv(kind, count, threads=threads, autoreset_mode=mode, copy=copy, **options)
     many.spec = gymnasium.spec(name) if name in gymnasium.registry else None
     return many

@@ -39,9 +39,7 @@ class TouchOptions:
     def __post_init__(self) -> None:
         """Refuse what does not exist."""
         if self.observation not in OBSERVATIONS:
-            raise EnvError(
-                f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}."
-            )
+            raise EnvError(f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}.")
         if self.fidelity not in PRESETS:
             raise EnvError(f"fidelity = {self.fidelity!r} does not exist. Available: {', '.join(PRESETS)}.")
         if self.transducer is not None and self.transducer not in TRANSDUCERS:

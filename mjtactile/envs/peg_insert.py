@@ -133,11 +133,11 @@ class PegInsert(TactileEnv):
 
     def _judge(self) -> tuple[float, bool, dict[str, Any]]:
         qpos = self.simulation.qpos
-        place, (w, x, y, _) = qpos[self._peg : self._peg + 3], qpos[self._peg + 3 : self._peg + 7]
+        place, turn = qpos[self._peg : self._peg + 3], qpos[self._peg + 3 : self._peg + 7]
         start = np.array([0.0, 0.0, _TOP + ABOVE + LENGTH])
         slip = float(np.linalg.norm(place - start - qpos[self._wrist]))
-        # The angle between the peg's axis and the vertical, of its quaternion.
-        tilt = 2.0 * math.asin(min(1.0, math.hypot(x, y) / math.sqrt(float(qpos[self._peg + 3 :][:4] @ qpos[self._peg + 3 :][:4]))))
+        # The angle between the peg's axis and the vertical.
+        tilt = 2.0 * math.asin(min(1.0, math.hypot(turn[1], turn[2])))
         depth = _TOP + LENGTH - float(place[2])
         lost = slip > LOST or tilt > TILTED
         deeper = min(max(depth, self._deepest), INSERTED)

@@ -18,9 +18,10 @@ from mjtactile.outlines import INDENTER_NAMES
 from mjtactile.pad import Array
 
 #: Speeds at full action [m/s, rad/s], how far the finger may go from where it starts [m, rad], and the most force [N].
-SPEED, TURN_SPEED, REACH, TURN_REACH, FORCE = 0.02, 3.0, 1.2e-3, math.pi / 2, 1.5
-#: How far off the shape's middle the finger starts at most, along x and y [m].
-OFFSET = 1.2e-3
+SPEED, TURN_SPEED, REACH, TURN_REACH, FORCE = 0.02, 3.0, 1e-3, math.pi / 2, 1.0
+#: Size of the punches over the paper's 10 mm, and how far off their middle the finger starts at most, along x and y [m]:
+#: wherever the finger goes, the whole face lies on the pad. Feet beside it would carry nothing (mjcf.py).
+SIZE, OFFSET = 0.75, 1e-3
 #: Rewards: each step, a right answer, a wrong one.
 STEP_COST, RIGHT, WRONG = 0.01, 1.0, -1.0
 #: Shapes stand this far from each other [m]; only one is touched in an episode.
@@ -63,13 +64,15 @@ class PressIdentify(TactileEnv):
         spec = finger_spec(options, timestep=cls.TIMESTEP, friction=1.0)
         for k, name in enumerate(INDENTER_NAMES):
             station = spec.worldbody.add_frame(pos=[k * _SPACING, 0.0, 0.0], quat=[0.0, 1.0, 0.0, 0.0])
-            spec.attach(mujoco.MjSpec.from_string(indenter_mjcf(punch(name))), prefix="on_table_", frame=station)
+            spec.attach(
+                mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE))), prefix="on_table_", frame=station
+            )
         return spec.compile()
 
     def _draw_episode(self, options: dict[str, Any]) -> None:
         drawn = self.np_random
         name = options.pop("shape", None)
-        if name is not None and name not in INDENTER_NAMES or options:
+        if (name is not None and name not in INDENTER_NAMES) or options:
             raise EnvError(
                 f"reset options shape={name!r}, {options}; expected none but shape, one of {', '.join(INDENTER_NAMES)}."
             )

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
 import gymnasium
+
+if TYPE_CHECKING:
+    from gymnasium.vector import VectorEnv
 
 #: Where each environment is.
 ENTRY_POINTS = {
@@ -17,13 +24,12 @@ def register_environments() -> None:
     """Make the ids known; once is enough, twice is harmless."""
     for name, entry in ENTRY_POINTS.items():
         if name not in gymnasium.registry:
-            gymnasium.register(id=name, entry_point=entry, vector_entry_point=_many(name))
+            many: Callable[..., Any] = partial(_many, name)
+            gymnasium.register(id=name, entry_point=entry, vector_entry_point=many)
 
 
-def _many(name: str):  # noqa: ANN202
-    def make(num_envs: int = 1, **options):  # noqa: ANN003, ANN202
-        from mjtactile.envs.many import make_vec
+def _many(name: str, num_envs: int = 1, **options: Any) -> VectorEnv[Any, Any, Any]:
+    """What `gymnasium.make_vec` calls."""
+    from mjtactile.envs.many import make_vec
 
-        return make_vec(name, num_envs, **options)
-
-    return make
+    return make_vec(name, num_envs, **options)
