@@ -94,8 +94,8 @@ def envs_table(result: dict[str, Any]) -> str:
     """The benchmark's result as a Markdown table."""
     count = result["count"]
     lines = [
-        f"| environment | pads | one: steps/s | {count}: steps/s | MuJoCo's steps in one step | one: MuJoCo's steps/s | "
-        f"{count}: MuJoCo's steps/s | plain `mj_step`, steps/s |",
+        f"| environment | pads | one: steps/s | {count}: steps/s | MuJoCo's steps in one step | one: MuJoCo's "
+        f"steps/s | {count}: MuJoCo's steps/s | plain `mj_step`, steps/s |",
         f"|{' --- |' * 8}",
     ]
     for row in result["rows"]:

@@ -1,4 +1,4 @@
-"""GraspLift as stable-baselines3 takes it: many at once, flat and scaled observations, the latest few of them."""
+"""GraspLift as stable-baselines3 takes it: many at once, observations flat and scaled, with their latest changes."""
 
 from __future__ import annotations
 
@@ -18,22 +18,24 @@ Array = npt.NDArray[np.float32]
 
 #: Scaled observations stay within this.
 _LIMIT = 5.0
+#: Numbers that hardly vary are not blown up beyond this.
+_LEAST_VARIANCE = 1e-8
 
 
 class StackedLifts(VecEnv):
     """Environments of GraspLift on `make_vec`.
 
-    An observation is the latest frames of proprioception and, with touch, of the readings' moments, the mean of both
-    pads; each number less its mean over its standard deviation, as seen so far while training.
+    An observation is proprioception and, with touch, the readings' moments, the mean of both pads; how these changed in
+    the last step, and in the one before; each number less its mean over its standard deviation, as seen so far while
+    training.
 
     Args:
         count: environments at once.
         observation: "readings" or "none".
         split: bands of masses and frictions, "train" or "test".
-        frames: observations that are shown at once.
     """
 
-    def __init__(self, count: int, observation: str, split: str, *, frames: int) -> None:
+    def __init__(self, count: int, observation: str, split: str) -> None:
         self._envs = make_vec(
             "mjtactile/GraspLift-v0",
             count,
@@ -43,19 +45,19 @@ class StackedLifts(VecEnv):
             observation=observation,
             split=split,
         )
-        self._frames = frames
         space = self._envs.single_observation_space
         assert isinstance(space, gymnasium.spaces.Dict)
         zeros = {name: np.zeros((1, *one.shape), np.float32) for name, one in space.items() if one.shape is not None}
-        self._width = self._flat(zeros).shape[1]
-        self.scale, self._learning = RunningMeanStd(shape=(self._width,)), True
-        self._stack = np.zeros((count, frames, self._width), np.float32)
+        width = self._flat(zeros).shape[1]
+        self.scale, self._learning = RunningMeanStd(shape=(3 * width,)), True
+        #: Of each environment: what is seen, its change in the last step, and in the one before.
+        self._seen = np.zeros((count, 3, width), np.float32)
         self._seed: int | None = None
         self._actions: Array = np.zeros(0, np.float32)
         self._steps = 0
         #: Every episode that ended: steps of all environments until then, and whether it succeeded, dropped, crushed.
         self.ended: list[dict[str, Any]] = []
-        flat = gymnasium.spaces.Box(-_LIMIT, _LIMIT, (frames * self._width,), np.float32)
+        flat = gymnasium.spaces.Box(-_LIMIT, _LIMIT, (3 * width,), np.float32)
         super().__init__(count, flat, self._envs.single_action_space)
 
     def scale_as(self, other: StackedLifts) -> None:
@@ -71,8 +73,9 @@ class StackedLifts(VecEnv):
         """Begin everywhere."""
         seen, _ = self._envs.reset(seed=self._seed)
         self._seed = None
-        self._stack[:] = self._scaled(self._flat(seen))[:, None]
-        return self._shown(self._stack)
+        self._seen[:] = 0.0
+        self._seen[:, 0] = self._flat(seen)
+        return self._shown(self._seen)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take actions."""
@@ -83,23 +86,25 @@ class StackedLifts(VecEnv):
         seen, rewards, terminated, truncated, info = self._envs.step(self._actions)
         self._steps += self.num_envs
         done = terminated | truncated
-        now = self._scaled(self._flat(seen))
-        self._stack = np.roll(self._stack, -1, axis=1)
+        now = self._flat(seen)
+        after = self._after(self._seen, now)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for k in np.flatnonzero(done):
             last = {name: values[None] for name, values in info["final_obs"][k].items()}
-            self._stack[k, -1] = self._scaled(self._flat(last))[0]
             infos[k] = {
-                "terminal_observation": self._shown(self._stack[k : k + 1])[0],
+                "terminal_observation": self._shown(self._after(self._seen[k : k + 1], self._flat(last)))[0],
                 "TimeLimit.truncated": bool(truncated[k] and not terminated[k]),
             }
             told = info["final_info"]
             self.ended.append(
                 {"steps": self._steps, **{name: bool(told[name][k]) for name in ("success", "dropped", "crushed")}}
             )
-            self._stack[k, :] = now[k]
-        self._stack[~done, -1] = now[~done]
-        return self._shown(self._stack), rewards.astype(np.float32), done, infos
+        after[done] = 0.0
+        after[done, 0] = now[done]
+        self._seen = after
+        if self._learning:
+            self.scale.update(after.reshape(len(after), -1))
+        return self._shown(after), rewards.astype(np.float32), done, infos
 
     def close(self) -> None:
         """Free everything."""
@@ -130,11 +135,12 @@ class StackedLifts(VecEnv):
         felt = moments(seen["tactile"]).mean(axis=1)
         return np.concatenate([own, felt.reshape(len(own), -1)], axis=1)
 
-    def _scaled(self, flat: Array) -> Array:
-        if self._learning:
-            self.scale.update(flat)
-        scaled = (flat - self.scale.mean) / np.sqrt(self.scale.var + 1e-8)
-        return np.clip(scaled, -_LIMIT, _LIMIT).astype(np.float32)
+    def _after(self, before: Array, now: Array) -> Array:
+        """What is known one step on."""
+        change = now - before[:, 0]
+        return np.stack([now, change, before[:, 1]], axis=1)
 
-    def _shown(self, stack: Array) -> Array:
-        return stack.reshape(len(stack), -1).copy()
+    def _shown(self, seen: Array) -> Array:
+        flat = seen.reshape(len(seen), -1)
+        scaled = (flat - self.scale.mean) / np.sqrt(self.scale.var + _LEAST_VARIANCE)
+        return np.clip(scaled, -_LIMIT, _LIMIT).astype(np.float32)

@@ -38,7 +38,6 @@ class Config:
     environments: int = 32  #: at once
     workers: int = 2  #: runs at a time, on a core each
     test_episodes: int = 400  #: of the final test
-    frames: int = 3  #: observations that the policy sees, the latest ones
     rollout: int = 16  #: steps of each environment between updates
     epochs: int = 8  #: passes over what a rollout gave
     batch: int = 256  #: steps in a gradient
@@ -55,7 +54,7 @@ def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
 
     torch.set_num_threads(1)
     start = time.process_time()
-    training = StackedLifts(config.environments, ARMS[arm], "train", frames=config.frames)
+    training = StackedLifts(config.environments, ARMS[arm], "train")
     training.seed(1000 * seed)
     policy = PPO(
         "MlpPolicy",
@@ -86,7 +85,7 @@ def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
 
 def test(policy: Any, trained_in: StackedLifts, config: Config, arm: str) -> dict[str, Any]:
     """What the policy, without its exploration, does with masses and frictions it was never trained on."""
-    lifts = StackedLifts(config.environments, ARMS[arm], "test", frames=config.frames)
+    lifts = StackedLifts(config.environments, ARMS[arm], "test")
     lifts.scale_as(trained_in)
     # The same objects for every policy.
     lifts.seed(987_654_321)

@@ -12,7 +12,7 @@ from shapely import Polygon, affinity
 
 from mjtactile.envs.base import TactileEnv
 from mjtactile.envs.channel import Channel
-from mjtactile.envs.finger import HOVER, PAD, finger_spec
+from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.pad import Array
 
@@ -111,7 +111,7 @@ class EdgeFollow(TactileEnv):
         self._target[:2] += period * SPEED * (action[0] * forward + action[1] * left)
         self._target[2] += period * TURN_SPEED * action[2]
         self._force = FORCE * max(0.0, float(action[3]))
-        self.simulation.ctrl[:] = [*self._target, self._force]
+        self.simulation.ctrl[:] = [*self._target, press_control(self._force)]
 
     def _proprioception(self) -> Array:
         x, y, turn, height = self.simulation.qpos

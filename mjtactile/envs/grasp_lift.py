@@ -30,7 +30,7 @@ FRAGILITY, CRUSHING, HARMLESS = 2.5, 20.0, 0.5
 #: Rewards: for the grip on its (logarithmic) way to what holds and the object on its way up, each paid as it gets
 #: further than before; for success.
 GRIP_WAY, WAY, SUCCESS = 0.5, 1.0, 1.0
-#: Of the wrist's encoder [m].
+#: Of the encoders of hand and wrist [m], as good ones have. Exact ones would weigh: a servo gives way by micrometres.
 RESOLUTION = 1e-4
 #: How far off its place the object may stand along y and z [m].
 OFFSET = 5e-4
@@ -74,8 +74,8 @@ class GraspLift(TactileEnv):
         Channel("lift", "-", -1, 1, f"speed of the hand upwards, up to {LIFT_SPEED * 1e3:g} mm/s"),
     )
     PROPRIOCEPTION = (
-        Channel("opening", "m", -0.001, 0.1, "distance of the pads from each other"),
-        Channel("closing", "m/s", -0.5, 0.5, "speed of the opening"),
+        Channel("opening", "m", -0.001, 0.1, f"distance of the pads from each other, in steps of {RESOLUTION:g} m"),
+        Channel("closing", "m/s", -0.5, 0.5, "its change in the last step over the step's time"),
         Channel("height", "m", -0.01, 2 * REACH, f"of the hand, from where it started, in steps of {RESOLUTION:g} m"),
         Channel("target", "m", 0.0, REACH, "commanded height"),
         Channel("grip", "-", -3.0, 4.0, "natural logarithm of the commanded grip of each finger over 1 N"),
@@ -90,7 +90,7 @@ class GraspLift(TactileEnv):
         self._object = model.body("object").id
         self._geoms = [model.geom(name).id for name in ("object", "base")]
         self._forces = [sensor_slice(model, name).start for name in PAD_FORCES]
-        self._places = {name: sensor_slice(model, name).start for name in ("opening", "opening_rate", "wrist_z")}
+        self._places = {name: sensor_slice(model, name).start for name in ("opening", "wrist_z")}
         self._height = int(model.joint("object").qposadr[0]) + 2
         self._wrist = int(model.joint("wrist_z").qposadr[0])
         self._fingers = [int(model.joint(f"{name}_finger").qposadr[0]) for name in GRIPPER_PADS]
@@ -125,6 +125,7 @@ class GraspLift(TactileEnv):
         self._off = drawn.uniform(-OFFSET, OFFSET, 2)
         self._target, self._speed, self._grip = 0.0, 0.0, FIRST_GRIP
         self._most = self._risen = self._firm = 0.0
+        self._opening = RESOLUTION * round((HANDLE[0] - CLOSED_GAP + 2 * _GAP) / RESOLUTION)
         simulation = self.simulation
         simulation.field("body_mass")[self._object] = self._mass
         simulation.field("body_inertia")[self._object] = self._shape * self._mass
@@ -151,11 +152,13 @@ class GraspLift(TactileEnv):
 
     def _proprioception(self) -> Array:
         sensed = self.simulation.sensordata
-        height = round((sensed[self._places["wrist_z"]] - self._off[1]) / RESOLUTION) * RESOLUTION
+        height = RESOLUTION * round((sensed[self._places["wrist_z"]] - self._off[1]) / RESOLUTION)
+        opening = RESOLUTION * round(sensed[self._places["opening"]] / RESOLUTION)
+        closing, self._opening = (opening - self._opening) / (self.TIMESTEP * self.SUBSTEPS), opening
         return np.array(
             [
-                sensed[self._places["opening"]],
-                sensed[self._places["opening_rate"]],
+                opening,
+                closing,
                 height,
                 self._target,
                 math.log(self._grip),

@@ -16,8 +16,9 @@ from mjtactile.pad import Array
 
 #: Names of the sensors of all contact forces on each pad, world frame, for the examiner.
 PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)
-#: Of the wrist's drives [m/s].
-_TOP_SPEED = 0.5
+#: Of the wrist's drives [m/s], their stiffness [N/m] and damping [N s/m], critical for 1 kg: half a kilogram moves it by
+#: 12 micrometres.
+_TOP_SPEED, _STIFFNESS, _DAMPING = 0.5, 4e5, 1.3e3
 #: Extent of the handle [m]: held along x, by faces of y times z.
 HANDLE = (0.012, 0.009, 0.008)
 
@@ -55,6 +56,7 @@ def gripper_spec(
 
 def _drive_by_speed(actuator: Any, reach: Array) -> None:
     """Make a position servo follow a target that moves with the speed commanded [m/s]: targets that jump would jerk."""
+    actuator.gainprm[0], actuator.biasprm[1:3] = _STIFFNESS, [-_STIFFNESS, -_DAMPING]
     actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
     actuator.actlimited, actuator.actrange = True, reach
     actuator.ctrlrange = [-_TOP_SPEED, _TOP_SPEED]

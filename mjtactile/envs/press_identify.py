@@ -10,7 +10,7 @@ import numpy as np
 
 from mjtactile.envs.base import TactileEnv
 from mjtactile.envs.channel import Channel
-from mjtactile.envs.finger import HOVER, PAD, finger_spec
+from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.indenter import punch
 from mjtactile.mjcf import indenter_mjcf
@@ -19,8 +19,8 @@ from mjtactile.pad import Array
 
 #: Speeds at full action [m/s, rad/s], how far the finger may go from where it starts [m, rad], and the most force [N].
 SPEED, TURN_SPEED, REACH, TURN_REACH, FORCE = 0.02, 3.0, 1e-3, math.pi / 2, 1.0
-#: Size of the punches over the paper's 10 mm, and how far off their middle the finger starts at most, along x and y [m]:
-#: wherever the finger goes, the whole face lies on the pad. Feet beside it would carry nothing (mjcf.py).
+#: Size of the punches over the paper's 10 mm, and how far off their middle the finger starts at most, along x and y
+#: [m]: wherever it goes, the whole face lies on the pad. Feet beside it would carry nothing (mjcf.py).
 SIZE, OFFSET = 0.75, 1e-3
 #: Rewards: each step, a right answer, a wrong one.
 STEP_COST, RIGHT, WRONG = 0.01, 1.0, -1.0
@@ -64,9 +64,8 @@ class PressIdentify(TactileEnv):
         spec = finger_spec(options, timestep=cls.TIMESTEP, friction=1.0)
         for k, name in enumerate(INDENTER_NAMES):
             station = spec.worldbody.add_frame(pos=[k * _SPACING, 0.0, 0.0], quat=[0.0, 1.0, 0.0, 0.0])
-            spec.attach(
-                mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE))), prefix="on_table_", frame=station
-            )
+            face_up = mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE)))
+            spec.attach(face_up, prefix="on_table_", frame=station)
         return spec.compile()
 
     def _draw_episode(self, options: dict[str, Any]) -> None:
@@ -94,7 +93,7 @@ class PressIdentify(TactileEnv):
         moved = self._target + period * np.array([SPEED, SPEED, TURN_SPEED]) * action[:3]
         self._target = np.clip(moved, -reach, reach)
         self._force = FORCE * max(0.0, float(action[3]))
-        self.simulation.ctrl[:] = [*(self._start + self._target), self._force]
+        self.simulation.ctrl[:] = [*(self._start + self._target), press_control(self._force)]
         self._answer = int(action[5:].argmax()) if action[4] > 0.0 else None
 
     def _proprioception(self) -> Array:
