@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +36,7 @@ class Config:
 
     out: Path  #: folder for runs, figure and table
     seeds: int = 5  #: of each arm
-    steps: int = 200_000  #: of the environment in a run
+    steps: int = 150_000  #: of the environment in a run
     environments: int = 32  #: at once
     workers: int = 2  #: runs at a time, on a core each
     test_episodes: int = 400  #: of the final test
@@ -102,22 +104,30 @@ def main(config: Config) -> None:
     config.out.mkdir(parents=True, exist_ok=True)
     missing = [(arm, seed) for seed in range(config.seeds) for arm in ARMS if not _path(config, arm, seed).exists()]
     start = time.perf_counter()
-    with ProcessPoolExecutor(config.workers) as workers:
-        waiting = {workers.submit(run, config, arm, seed): (arm, seed) for arm, seed in missing}
-        for done in as_completed(waiting):
-            arm, seed = waiting[done]
-            result = done.result()
-            _write(_path(config, arm, seed), json.dumps(result))
-            print(
-                f"{time.perf_counter() - start:.0f} s: {arm}, seed {seed}: {result['test']['success']:.1%} of unseen "
-                f"objects lifted, {result['processor_s_with_test']:.0f} s of processor time",
-                flush=True,
-            )
+    for result in _results(config, missing):
+        arm, seed = result["arm"], result["seed"]
+        _write(_path(config, arm, seed), json.dumps(result))
+        print(
+            f"{time.perf_counter() - start:.0f} s: {arm}, seed {seed}: {result['test']['success']:.1%} of unseen "
+            f"objects lifted, {result['processor_s_with_test']:.0f} s of processor time",
+            flush=True,
+        )
     results = [json.loads(_path(config, arm, seed).read_text()) for arm in ARMS for seed in range(config.seeds)]
     table = success_table(results)
     _write(config.out / "table.md", table + "\n")
     write_atomically(config.out / "curves.png", lambda file: draw_curves(results).savefig(file, format="png", dpi=130))
     print(table)
+
+
+def _results(config: Config, missing: list[tuple[str, int]]) -> Iterator[dict[str, Any]]:
+    """Of each run as it ends; in this process for one worker, in others for several."""
+    if config.workers == 1:
+        yield from (run(config, arm, seed) for arm, seed in missing)
+        return
+    # Spawned, not forked: torch has threads by now.
+    with ProcessPoolExecutor(config.workers, mp_context=get_context("spawn")) as workers:
+        for done in as_completed([workers.submit(run, config, arm, seed) for arm, seed in missing]):
+            yield done.result()
 
 
 def _write(path: Path, text: str) -> None:

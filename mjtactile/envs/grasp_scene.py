@@ -16,8 +16,8 @@ from mjtactile.pad import Array
 
 #: Names of the sensors of all contact forces on each pad, world frame, for the examiner.
 PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)
-#: Of the wrist's drives [m/s], their stiffness [N/m] and damping [N s/m], critical for 1 kg: half a kilogram moves it by
-#: 12 micrometres.
+#: Of the wrist's drives [m/s], their stiffness [N/m] and damping [N s/m], critical for 1 kg: half a kilogram moves it
+#: by 12 micrometres.
 _TOP_SPEED, _STIFFNESS, _DAMPING = 0.5, 4e5, 1.3e3
 #: Extent of the handle [m]: held along x, by faces of y times z.
 HANDLE = (0.012, 0.009, 0.008)
