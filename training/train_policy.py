@@ -24,6 +24,7 @@ from arguments import parsed
 from policy_environment import StackedLifts
 from policy_report import draw_curves, success_table
 
+from mjtactile.bench_tables import rewrite_table
 from mjtactile.report import write_atomically
 
 #: What is compared: with touch, and without.
@@ -46,6 +47,8 @@ class Config:
     rate: float = 1e-3  #: learning rate at first; it falls to nothing
     width: int = 64  #: of the two hidden layers of policy and value
     discount: float = 0.98  #: per step
+    page: Path | None = None  #: Markdown file whose table, between its markers, is written anew
+    figure: Path | None = None  #: where the learning curves are drawn; by default in the folder
 
 
 def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
@@ -115,7 +118,10 @@ def main(config: Config) -> None:
     results = [json.loads(_path(config, arm, seed).read_text()) for arm in ARMS for seed in range(config.seeds)]
     table = success_table(results)
     _write(config.out / "table.md", table + "\n")
-    write_atomically(config.out / "curves.png", lambda file: draw_curves(results).savefig(file, format="png", dpi=130))
+    figure = config.out / "curves.png" if config.figure is None else config.figure
+    write_atomically(figure, lambda file: draw_curves(results).savefig(file, format="png", dpi=130))
+    if config.page is not None:
+        rewrite_table(config.page, "policy", table)
     print(table)
 
 
