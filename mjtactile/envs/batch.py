@@ -92,7 +92,7 @@ class _Stepped(gymnasium.Wrapper[Observation, npt.NDArray[np.float32], Observati
         return env.end_step()
 
 
-class BatchVectorEnv(SyncVectorEnv[Observation, npt.NDArray[np.float32]]):
+class BatchVectorEnv(SyncVectorEnv):
     """Environments on a batch; a `gymnasium.vector.SyncVectorEnv` in every other respect.
 
     Args:
