@@ -152,8 +152,8 @@ class GraspLift(TactileEnv):
 
     def _proprioception(self) -> Array:
         sensed = self.simulation.sensordata
-        height = RESOLUTION * round((sensed[self._places["wrist_z"]] - self._off[1]) / RESOLUTION)
-        opening = RESOLUTION * round(sensed[self._places["opening"]] / RESOLUTION)
+        height = RESOLUTION * round(float(sensed[self._places["wrist_z"]] - self._off[1]) / RESOLUTION)
+        opening = RESOLUTION * round(float(sensed[self._places["opening"]]) / RESOLUTION)
         closing, self._opening = (opening - self._opening) / (self.TIMESTEP * self.SUBSTEPS), opening
         return np.array(
             [

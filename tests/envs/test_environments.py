@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -34,6 +35,11 @@ def run(name, steps=6, seed=3, **options):
             break
     env.close()
     return log
+
+
+def touch_space(name, **options) -> Any:
+    space: Any = gymnasium.make(name, **options).observation_space
+    return space["tactile"]
 
 
 def same(one, other):
@@ -67,17 +73,16 @@ def test_what_is_seen_of_the_pads_does_not_change_what_happens(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_pads_feel_something(name):
     for what in ("readings", "wrench", "recognised"):
-        env = gymnasium.make(name, observation=what)
-        assert run(name, observation=what)[-1]["tactile"].shape == env.observation_space["tactile"].shape
+        assert run(name, observation=what)[-1]["tactile"].shape == touch_space(name, observation=what).shape
         assert any(np.abs(seen["tactile"]).max() > 0.01 for seen in run(name, observation=what))
 
 
 def test_readings_are_of_every_pad_layer_row_and_column():
-    space = gymnasium.make("mjtactile/GraspLift-v0").observation_space["tactile"]
+    space = touch_space("mjtactile/GraspLift-v0")
     assert space.shape == (2, 4, 13, 13)
     assert space.dtype == np.float32
     pad = Pad(depths=(1e-3,))
-    assert gymnasium.make("mjtactile/PressIdentify-v0", pad=pad).observation_space["tactile"].shape == (1, 1, 13, 13)
+    assert touch_space("mjtactile/PressIdentify-v0", pad=pad).shape == (1, 1, 13, 13)
 
 
 def test_randomisation_changes_the_body():

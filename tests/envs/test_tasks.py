@@ -1,6 +1,7 @@
 """What each task rewards, and what ends it: policies that know the truth, and ones that do the wrong thing."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,16 @@ from mjtactile.envs.grasp_lift import FRICTIONS, GRIP_FACTOR, MASSES, GraspLift,
 from mjtactile.envs.peg_insert import PegInsert
 from mjtactile.envs.press_identify import PressIdentify
 from mjtactile.outlines import INDENTER_NAMES
+
+
+def repeated(env, action, most=1000) -> Any:
+    """What the last of so many equal steps gives, or the one that ends the episode."""
+    told: Any = None
+    for _ in range(most):
+        told = env.step(action)
+        if told[2] or told[3]:
+            break
+    return told
 
 
 def lift(env, grip):
@@ -47,7 +58,7 @@ def test_a_grip_a_little_over_the_least_lifts_less_drops_more_crushes(mass, fric
 
 def test_no_one_grip_does_for_all():
     drawn = np.random.default_rng(0)
-    masses = np.exp(drawn.uniform(*np.log(MASSES), 2000))
+    masses = np.exp(drawn.uniform(math.log(MASSES[0]), math.log(MASSES[1]), 2000))
     frictions = drawn.uniform(*FRICTIONS, 2000)
     least = np.array([least_grip(m, f) for m, f in zip(masses, frictions, strict=True)])
     most = np.array([crushing_grip(m, f) for m, f in zip(masses, frictions, strict=True)])
@@ -114,8 +125,7 @@ def test_wherever_the_finger_goes_the_whole_punch_presses():
         env.reset(seed=5, options={"shape": "square"})
         for _ in range(4):
             env.step(np.array([*corner, 1.0, -1.0, -1.0, *[0.0] * 7]))
-        for _ in range(8):
-            seen = env.step(np.array([0.0, 0.0, 0.0, 0.8, -1.0, *[0.0] * 7]))[0]
+        seen = repeated(env, np.array([0.0, 0.0, 0.0, 0.8, -1.0, *[0.0] * 7]), 8)[0]
         assert recognise(seen["tactile"][0], among=INDENTER_NAMES).shape == "square"
 
 
@@ -131,7 +141,7 @@ def follow(env, ahead=1.5e-3, turn=0.0):
 def test_a_lap_around_the_rim_is_success(plate):
     env = EdgeFollow(observation="none")
     env.reset(seed=1, options={"plate": plate})
-    total, over = 0.0, False
+    total, over, info = 0.0, False, {}
     while not over:
         _, reward, over, truncated, info = env.step(follow(env))
         total += reward
@@ -147,10 +157,7 @@ def test_backwards_earns_nothing_and_losing_the_edge_ends_it():
     rewards = [env.step(follow(env, ahead=-1.5e-3))[1] for _ in range(20)]
     assert max(rewards[2:]) <= 0.0
     env.reset(seed=1)
-    for _ in range(12):
-        _, reward, over, _, info = env.step(np.array([0.0, 1.0, 0.0, -1.0]))
-        if over:
-            break
+    _, reward, over, _, info = repeated(env, np.array([0.0, 1.0, 0.0, -1.0]), 12)
     assert over
     assert info["lost"]
     assert reward < -0.9
@@ -161,9 +168,7 @@ def test_a_peg_over_its_hole_goes_in_and_one_beside_it_does_not():
     for hole in ((0.0, 0.0), (1.5e-3, 0.0)):
         env = PegInsert(observation="none")
         env.reset(seed=1, options={"hole": hole})
-        over = truncated = False
-        while not (over or truncated):
-            _, reward, over, truncated, info = env.step(np.array([0.0, 0.0, -0.4, 0.0]))
+        _, reward, _, _, info = repeated(env, np.array([0.0, 0.0, -0.4, 0.0]))
         told[hole] = info, reward
     assert told[0.0, 0.0][0]["success"]
     assert told[0.0, 0.0][1] > 1.0

@@ -13,9 +13,7 @@ def pressed(**options):
     """What is seen of a star pressed with the most force, at rest."""
     env = PressIdentify(**options)
     env.reset(seed=2, options={"shape": "star"})
-    for _ in range(10):
-        seen = env.step(PRESS)[0]
-    return seen["tactile"][0]
+    return [env.step(PRESS)[0] for _ in range(10)][-1]["tactile"][0]
 
 
 @pytest.fixture(scope="module")
