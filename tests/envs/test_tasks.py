@@ -89,17 +89,18 @@ def test_splits_reach_the_environment():
 def test_slip_moves_the_pattern_on_the_pads():
     env = GraspLift(noise=0.0)
     env.reset(seed=2, options={"mass": 0.3, "friction": 0.4})
-    rows = np.arange(13)
     middles = []
     env.step(np.array([1.0, 0.0]))
-    for _ in range(6):
-        seen, _, _, _, info = env.step(np.array([0.3, 0.5]))
+    for _ in range(14):
+        seen, _, _, _, info = env.step(np.array([0.3, 0.25]))
         top = seen["tactile"][:, 0].mean(axis=(0, 2))
-        middles.append((info["slip"], float(top @ rows / top.sum())))
+        # Contacts of what slides let go again and again.
+        if top.sum() > 0.0:
+            middles.append((info["slip"], float(top @ np.arange(13) / top.sum())))
     slips, where = np.array(middles).T
     assert slips[-1] - slips[0] > 1e-3
-    # Rows are 1.25 mm apart; the object stays behind, so the pattern moves down.
-    assert (where[0] - where[-1]) * 1.25e-3 == pytest.approx(slips[-1] - slips[0], rel=0.3)
+    # Rows are 1.25 mm apart; the object stays behind, so the pattern moves down, less its tails beyond the rim.
+    assert (where[0] - where[-1]) * 1.25e-3 == pytest.approx(slips[-1] - slips[0], rel=0.5)
 
 
 @pytest.mark.parametrize("shape", ["star", "circle"])
