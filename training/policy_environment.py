@@ -55,7 +55,9 @@ class StackedLifts(VecEnv):
         self._seed: int | None = None
         self._actions: Array = np.zeros(0, np.float32)
         self._steps = 0
-        #: Every episode that ended: steps of all environments until then, and whether it succeeded, dropped, crushed.
+        self._counts = np.zeros(count, int)
+        #: Every episode that ended: steps of all environments until then, how many its environment had ended before,
+        #: and whether it succeeded, dropped, crushed.
         self.ended: list[dict[str, Any]] = []
         flat = gymnasium.spaces.Box(-_LIMIT, _LIMIT, (3 * width,), np.float32)
         super().__init__(count, flat, self._envs.single_action_space)
@@ -96,9 +98,9 @@ class StackedLifts(VecEnv):
                 "TimeLimit.truncated": bool(truncated[k] and not terminated[k]),
             }
             told = info["final_info"]
-            self.ended.append(
-                {"steps": self._steps, **{name: bool(told[name][k]) for name in ("success", "dropped", "crushed")}}
-            )
+            how = {name: bool(told[name][k]) for name in ("success", "dropped", "crushed")}
+            self.ended.append({"steps": self._steps, "count": int(self._counts[k]), **how})
+            self._counts[k] += 1
         after[done] = 0.0
         after[done, 0] = now[done]
         self._seen = after

@@ -11,6 +11,7 @@ the bands between. A run that is there already is not made again. Needs `pip ins
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -40,7 +41,7 @@ class Config:
     steps: int = 150_000  #: of the environment in a run
     environments: int = 32  #: at once
     workers: int = 2  #: runs at a time, on a core each
-    test_episodes: int = 400  #: of the final test
+    test_episodes: int = 416  #: of the final test, as many from each environment
     rollout: int = 16  #: steps of each environment between updates
     epochs: int = 8  #: passes over what a rollout gave
     batch: int = 256  #: steps in a gradient
@@ -95,10 +96,14 @@ def test(policy: Any, trained_in: StackedLifts, config: Config, arm: str) -> dic
     # The same objects for every policy.
     lifts.seed(987_654_321)
     observation = lifts.reset()
-    while len(lifts.ended) < config.test_episodes:
+    each = math.ceil(config.test_episodes / config.environments)
+    counts = np.zeros(config.environments, int)
+    # As many from each environment: the first to end anywhere would be the short ones, which fail.
+    while counts.min() < each:
         actions, _ = policy.predict(observation, deterministic=True)
-        observation, _, _, _ = lifts.step(actions)
-    ended = lifts.ended[: config.test_episodes]
+        observation, _, done, _ = lifts.step(actions)
+        counts += done
+    ended = [one for one in lifts.ended if one["count"] < each]
     return {name: float(np.mean([one[name] for one in ended])) for name in ("success", "dropped", "crushed")}
 
 

@@ -150,10 +150,12 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]], ABC):
         self.steps = 0
         self._randomise()
         self._draw_episode(dict(options or {}))
+        # A stream of its own: what is drawn for later episodes must not depend on how much was observed in this one.
+        self._noise = np.random.default_rng(self.np_random.integers(2**63))
         self.simulation.reset()
         self._place()
         self.simulation.forward()
-        self.touch.begin(self.np_random)
+        self.touch.begin(self._noise)
         self._drawn()
         return self._observation(), self._info()
 
@@ -211,7 +213,7 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]], ABC):
             return {"proprioception": own}
         return {
             "proprioception": own,
-            "tactile": self.touch.observe(self.simulation.sensordata, self.np_random),
+            "tactile": self.touch.observe(self.simulation.sensordata, self._noise),
         }
 
     def _randomise(self) -> None:
