@@ -51,6 +51,8 @@ models: $(VENV)/installed
 tables: $(VENV)/installed
 	$(BIN)/mjtactile bench mesh --readme README.md
 	$(BIN)/mjtactile bench plugin --readme README.md
+	$(BIN)/mjtactile bench envs --readme docs/environments.md
+	$(BIN)/mjtactile envs --readme docs/environments.md
 	$(BIN)/mjtactile bench trade --readme README.md --out benchmarks/trade.json --figure docs/images/trade.png
 
 # Every shipped recogniser anew, from presses to weights; two at a time. `make weights SHIP=1` puts them in the package.
