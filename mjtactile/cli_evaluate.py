@@ -15,6 +15,9 @@ def evaluate(
     preset: Annotated[
         str, typer.Option(help="Fidelity of the sensor: fast, balanced, precise or accurate.")
     ] = "precise",
+    law: Annotated[
+        str | None, typer.Option(help="Contact law: uniform, foundation or elastic.  [default: the preset's own]")
+    ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
@@ -23,7 +26,7 @@ def evaluate(
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
     from mjtactile.evaluation import evaluate as measure
 
-    result = measure(seed, presses=presses, preset=preset, workers=workers, folder=weights)
+    result = measure(seed, presses=presses, preset=preset, law=law, workers=workers, folder=weights)
     text = tables(result)
     typer.echo(json.dumps(result, indent=2) if as_json else text)
     if readme is not None:
@@ -35,7 +38,8 @@ def evaluate(
 def tables(result: dict[str, Any]) -> str:
     """All tables with their titles, Markdown."""
     parts = (
-        f"Seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo.",
+        f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
+        f"{result['presses']} presses in MuJoCo.",
         summary_table(result),
         "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
         shape_table(result),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from mjtactile.dataset_spec import parse_spec
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.outlines import INDENTER_NAMES
 from mjtactile.pad import Array
+from mjtactile.preset import fidelity
 from mjtactile.press_physics import physics_readings
 from mjtactile.press_sampling import OutlinePresses, Pose
 from mjtactile.press_transducer import transducer_of
@@ -61,6 +62,7 @@ def evaluate(
     *,
     presses: int = 2000,
     preset: str = "precise",
+    law: str | None = None,
     workers: int = 2,
     folder: Path | None = None,
     progress: bool = True,
@@ -70,7 +72,8 @@ def evaluate(
     Args:
         seed: of presses and noise.
         presses: how many in MuJoCo.
-        preset: fidelity of the sensor, with its own contact law.
+        preset: fidelity of the sensor.
+        law: its contact law; by default the preset's own.
         workers: processes that make presses.
         folder: weights of one's own, one folder each for "all" and "top" in it; by default those shipped.
         progress: show a progress bar on a terminal.
@@ -81,16 +84,18 @@ def evaluate(
     """
     from mjtactile.cache import influence_matrices
 
-    influence = influence_matrices(preset=preset, progress=progress)
+    known = fidelity(preset)
+    influence = influence_matrices(preset=replace(known, law=law or known.law), progress=progress)
     recognisers = {layers: _load(layers, folder) for layers in _LAYERS}
     with tempfile.TemporaryDirectory() as scratch:
-        spec = parse_spec(press_spec(seed, presses, preset))
+        spec = parse_spec(press_spec(seed, presses, preset, influence.fidelity.law))
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
         data = read_dataset(Path(scratch))
     return {
         "seed": seed,
         "presses": len(data.readings),
         "preset": preset,
+        "law": influence.fidelity.law,
         "protocol": {layers: protocol(influence, *pair) for layers, pair in recognisers.items()},
         "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in recognisers.items()},
         "noise": [
@@ -106,13 +111,14 @@ def evaluate(
     }
 
 
-def press_spec(seed: int, presses: int, preset: str) -> dict[str, Any]:
+def press_spec(seed: int, presses: int, preset: str, law: str) -> dict[str, Any]:
     """The presses of an evaluation as a dataset's TOML values: ranges of the issue, no more than two forces a pose."""
     return {
         "seed": seed,
         "presses": presses,
         "backend": "mujoco",
         "preset": preset,
+        "law": law,
         "free": 0.25,
         "poses": 2,
         "forces": 2,

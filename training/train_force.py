@@ -9,46 +9,31 @@ readings say little, it says so, and hard presses do not drown easy ones.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import torch
 from arguments import parsed
+from lesson import Lesson, LessonConfig
 
-from mjtactile.dataset_spec import pad_from
-from mjtactile.recognition.fitting import (
-    Looker,
-    Presses,
-    Schedule,
-    fit,
-    perceptron,
-    perceptron_arrays,
-    provenance,
-    see_presses,
-)
+from mjtactile.recognition.fitting import fit, perceptron, perceptron_arrays
 from mjtactile.recognition.force import ForceRecogniser
 from mjtactile.recognition.network import Network
-from mjtactile.recognition.registry import register
-from mjtactile.recognition.store import read_weights, write_weights
-from mjtactile.recognition.view import View
+from mjtactile.recognition.presses import Presses
 
 #: Typical errors, by which outputs are scaled: tangential over pressing force, position [m], logarithm of the force.
 _SCALE = np.array([0.1, 0.1, 2e-4, 2e-4, 0.1], dtype=np.float32)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Config:
+class Config(LessonConfig):
     """Arguments."""
 
-    data: Path  #: folder of the dataset
-    weights: Path  #: folder with the view; where the recogniser is written
     width: int = 512  #: of the hidden layers
     depth: int = 3  #: hidden layers
-    steps: int = 16000  #: batches
-    batch: int = 512  #: presses in each
+    steps: int = 24000  #: batches
     rate: float = 1.5e-3  #: largest learning rate
-    noise: float = 0.015  #: largest noise, over the largest reading
-    quiet: float = 0.35  #: share of presses without noise
+    noise: float = 0.05  #: largest noise, over the largest reading; its root is drawn uniformly
+    quiet: float = 0.4  #: share of presses without noise
     seed: int = 1  #: of weights, batches and noise
 
 
@@ -61,16 +46,12 @@ def targets(presses: Presses) -> np.ndarray:
 
 def main(config: Config) -> None:
     """Fit, test on presses held out, write."""
-    torch.manual_seed(config.seed)
-    view = View.from_stored(read_weights(config.weights / "view.safetensors"))
-    presses = see_presses(config.data, view)
-    wanted = targets(presses)
-    train = np.flatnonzero(~presses.held_out)
-    clean_size = np.linalg.norm(presses.projected, axis=1)
+    lesson = Lesson.begin(config)
+    wanted, train = targets(lesson.presses), lesson.train()
+    clean_size = np.linalg.norm(lesson.presses.projected, axis=1)
     mean = wanted[train].mean(axis=0)
     mean[4] = (wanted[train, 4] - np.log(clean_size[train])).mean()
-    looker = Looker(presses, view, torch.Generator().manual_seed(config.seed))
-    network = perceptron([view.parts.shape[1] + 1, *[config.width] * config.depth, 10])
+    network = perceptron([lesson.inputs, *[config.width] * config.depth, 10])
     all_targets, scale = torch.tensor(wanted - mean), torch.tensor(_SCALE)
 
     def loss_of(outputs: torch.Tensor, index: torch.Tensor, size: torch.Tensor) -> torch.Tensor:
@@ -79,20 +60,10 @@ def main(config: Config) -> None:
         deviation = outputs[:, 5:].clamp(-8.0, 4.0)
         return (0.5 * ((outputs[:, :5] - target / scale) * (-deviation).exp()) ** 2 + deviation).mean()
 
-    schedule = Schedule(
-        steps=config.steps, batch=config.batch, rate=config.rate, noise=config.noise, quiet=config.quiet
-    )
-    seconds = fit(network, looker, train, loss_of, schedule, label="force")
+    seconds = fit(network, lesson.looker, train, loss_of, lesson.schedule, label="force")
     arrays = {**perceptron_arrays(network, "force"), "target mean": mean, "target scale": _SCALE}
-    about = {
-        "kind": "force",
-        "layers": view.layers,
-        **provenance(config, presses.dataset.metadata, seconds),
-    }
-    write_weights(config.weights / "force.safetensors", arrays, about, pad_from(presses.dataset.metadata["pad"]))
-    register(config.weights, "force.safetensors")
-    recogniser = ForceRecogniser(view, Network.from_arrays(arrays, "force"), mean, _SCALE)
-    report(recogniser, presses)
+    lesson.write("force.safetensors", "force", arrays, seconds)
+    report(ForceRecogniser(lesson.view, Network.from_arrays(arrays, "force"), mean, _SCALE), lesson.presses)
 
 
 def report(recogniser: ForceRecogniser, presses: Presses) -> None:
