@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -106,33 +107,35 @@ def shape_table(result: dict[str, Any]) -> str:
     return _markdown(head, cells)
 
 
+#: Columns of tables with a row for each noise or array: title and text of a row's figures.
+_COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "direction, median deg": lambda r: f"{r['direction_median_deg']:.3f}",
+    "magnitude, gf": lambda r: f"{r['magnitude_mean_gf']:.2f}",
+    "position, mm": lambda r: f"{r['position_mean_mm']:.3f}",
+    "shape right, %": lambda r: f"{100 * r['shape_rate']:.2f}",
+}
+_FIRM_COLUMN = {"from 50 gf on, %": lambda r: f"{100 * r['shape_rate_firm']:.2f}"}
+
+
 def noise_table(result: dict[str, Any]) -> str:
     """Four layers and one under noises, Markdown."""
-    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]])
+    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]], _COLUMNS)
 
 
 def transducer_table(result: dict[str, Any]) -> str:
     """Four layers and one with transducers, Markdown."""
-    return _rows_table("transducers", [(row["transducer"], row) for row in result["transducers"]])
+    rows = [(row["transducer"], row) for row in result["transducers"]]
+    return _rows_table("transducers", rows, _COLUMNS | _FIRM_COLUMN)
 
 
-def _rows_table(kind: str, rows: list[tuple[str, dict[str, Any]]]) -> str:
+def _rows_table(
+    kind: str, rows: list[tuple[str, dict[str, Any]]], columns: dict[str, Callable[[dict[str, Any]], str]]
+) -> str:
     cells = [
-        (
-            title,
-            *(
-                " / ".join(text(row[layers]) for layers in ("all", "top"))
-                for text in (
-                    lambda r: f"{r['direction_median_deg']:.3f}",
-                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
-                    lambda r: f"{r['position_mean_mm']:.3f}",
-                    lambda r: f"{100 * r['shape_rate']:.2f}",
-                )
-            ),
-        )
+        (title, *(" / ".join(text(row[layers]) for layers in ("all", "top")) for text in columns.values()))
         for title, row in rows
     ]
-    return _markdown((kind, "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
+    return _markdown((kind, *columns), cells)
 
 
 def _three(figures: dict[str, Any]) -> str:
