@@ -14,10 +14,15 @@ def evaluate(
     seed: Annotated[int, typer.Option(min=0, help="Of the presses and the noise.")] = 1,
     presses: Annotated[int, typer.Option(min=20, help="How many in MuJoCo.")] = 2000,
     preset: Annotated[
-        str, typer.Option(help="Fidelity of the sensor: fast, balanced, precise or accurate.")
-    ] = "precise",
+        list[str] | None,
+        typer.Option(
+            help="Fidelity of the sensor: fast, balanced, precise or accurate; several, side by side.  "
+            "[default: precise]"
+        ),
+    ] = None,
     law: Annotated[
-        str | None, typer.Option(help="Contact law: uniform, foundation or elastic.  [default: the preset's own]")
+        list[str] | None,
+        typer.Option(help="Contact law: uniform, foundation or elastic; several.  [default: the preset's own]"),
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
@@ -27,21 +32,31 @@ def evaluate(
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
     from mjtactile.evaluation import evaluate as measure
 
-    result = measure(seed, presses=presses, preset=preset, law=law, workers=workers, folder=weights)
-    text = tables(result)
-    typer.echo(json.dumps(result, indent=2) if as_json else text)
+    sensors = [(name, of) for name in preset or ["precise"] for of in law or [None]]
+    results = [
+        measure(seed, presses=presses, preset=name, law=of, workers=workers, folder=weights) for name, of in sensors
+    ]
+    alone = len(results) == 1
+    text = tables(results[0]) if alone else side_by_side(results)
+    typer.echo(json.dumps(results[0] if alone else results, indent=2) if as_json else text)
     if readme is not None:
         from mjtactile.bench_tables import rewrite_table
 
-        rewrite_table(readme, "evaluate", text)
+        rewrite_table(readme, "evaluate" if alone else "evaluate sensors", text)
 
 
 def tables(result: dict[str, Any]) -> str:
-    """All tables with their titles, Markdown."""
+    """All tables of one sensor with their titles, Markdown."""
     parts = (
         f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
         f"{result['presses']} presses in MuJoCo.",
-        summary_table(result),
+        _markdown(
+            ("figure", "unit", "bound", "four layers", "one layer"),
+            [
+                (*names, *(text(result[part][layers]) for layers in ("all", "top")))
+                for names, part, text in _summary_rows()
+            ],
+        ),
         "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
         shape_table(result),
         "With what noise the layers differ, MuJoCo, four layers / the top one:",
@@ -52,36 +67,45 @@ def tables(result: dict[str, Any]) -> str:
     return "\n\n".join(parts)
 
 
-def summary_table(result: dict[str, Any]) -> str:
-    """Every figure with its bound, Markdown."""
+def side_by_side(results: list[dict[str, Any]]) -> str:
+    """Every figure with its bound for several sensors, Markdown."""
+    head = ("figure", "unit", "bound", *(f"{result['preset']}, {result['law']}" for result in results))
     rows = [
-        ("direction, protocol, mean", "deg", "<= 0.05", "protocol", lambda r: f"{r['direction_deg']:.3f}"),
-        ("magnitude, protocol, mean", "gf", "<= 0.05", "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
+        (*names, *(" / ".join(text(result[part][layers]) for layers in ("all", "top")) for result in results))
+        for names, part, text in _summary_rows(three="; ")
+    ]
+    title = (
+        f"Seed {results[0]['seed']}, {results[0]['presses']} presses in MuJoCo for each preset and contact law, four "
+        "layers / the top one:"
+    )
+    return f"{title}\n\n{_markdown(head, rows)}"
+
+
+def _summary_rows(three: str = " / ") -> list[tuple[tuple[str, str, str], str, Callable[[dict[str, Any]], str]]]:
+    """Every figure: its name, unit and bound; which part of a result it is in; its text."""
+
+    def of_three(figures: dict[str, Any]) -> str:
+        return three.join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
+
+    return [
+        (("direction, protocol, mean", "deg", "<= 0.05"), "protocol", lambda r: f"{r['direction_deg']:.3f}"),
+        (("magnitude, protocol, mean", "gf", "<= 0.05"), "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
         (
-            "seven shapes, protocol",
-            "right",
-            "56 of 56",
+            ("seven shapes, protocol", "right", "56 of 56"),
             "protocol",
             lambda r: f"{r['shapes_right']} of {r['shapes_asked']}",
         ),
-        ("circle / triangle / square, protocol", "%", "100 / 100 / 100", "protocol", _three),
-        ("direction, MuJoCo, median", "deg", "<= 0.5", "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
+        (("circle / triangle / square, protocol", "%", "100 / 100 / 100"), "protocol", of_three),
+        (("direction, MuJoCo, median", "deg", "<= 0.5"), "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
         (
-            "magnitude, MuJoCo, mean",
-            "% of 200 gf",
-            "<= 0.5",
+            ("magnitude, MuJoCo, mean", "% of 200 gf", "<= 0.5"),
             "mujoco",
-            lambda r: f"{100 * r['magnitude_of_200gf']:.3f}",
+            lambda r: f"{r['magnitude_of_200gf']:.3%}".rstrip("%"),
         ),
-        ("position, MuJoCo, mean", "mm", "<= 0.1", "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
-        ("seven shapes, MuJoCo", "%", ">= 99.6", "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
-        ("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100", "mujoco", _three),
+        (("position, MuJoCo, mean", "mm", "<= 0.1"), "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
+        (("seven shapes, MuJoCo", "%", ">= 99.6"), "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
+        (("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100"), "mujoco", of_three),
     ]
-    cells = [
-        (name, unit, bound, *(text(result[part][layers]) for layers in ("all", "top")))
-        for name, unit, bound, part, text in rows
-    ]
-    return _markdown(("figure", "unit", "bound", "four layers", "one layer"), cells)
 
 
 def shape_table(result: dict[str, Any]) -> str:
@@ -136,10 +160,6 @@ def _rows_table(
         for title, row in rows
     ]
     return _markdown((kind, *columns), cells)
-
-
-def _three(figures: dict[str, Any]) -> str:
-    return " / ".join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
 
 
 def _markdown(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

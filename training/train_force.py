@@ -1,24 +1,29 @@
 """Train the force recogniser: direction, magnitude and where the force acts, each with its standard deviation.
 
     python training/train_force.py --data build/presses --weights build/weights/all
+    python training/train_force.py --data build/presses --weights build/weights/all \
+        --start build/weights/all/force.safetensors --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5
 
 Maximum likelihood of normal distributions whose widths the network names too (Nix and Weigend, 1994): where the
 readings say little, it says so, and hard presses do not drown easy ones.
+The second call goes on from the first with most presses quiet: what noise hides is learnt last.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import torch
 from arguments import parsed
 from lesson import Lesson, LessonConfig
 
-from mjtactile.recognition.fitting import fit, perceptron, perceptron_arrays
+from mjtactile.recognition.fitting import fit, perceptron, perceptron_arrays, set_weights
 from mjtactile.recognition.force import ForceRecogniser
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.presses import Presses
+from mjtactile.recognition.store import read_weights
 
 #: Typical errors, by which outputs are scaled: tangential over pressing force, position [m], logarithm of the force.
 _SCALE = np.array([0.1, 0.1, 2e-4, 2e-4, 0.1], dtype=np.float32)
@@ -30,10 +35,9 @@ class Config(LessonConfig):
 
     width: int = 512  #: of the hidden layers
     depth: int = 3  #: hidden layers
-    steps: int = 24000  #: batches
+    steps: int = 16000  #: batches
     rate: float = 1.5e-3  #: largest learning rate
-    noise: float = 0.05  #: largest noise, over the largest reading; its root is drawn uniformly
-    quiet: float = 0.4  #: share of presses without noise
+    start: Path | None = None  #: a force recogniser's file to begin with; otherwise at random
     seed: int = 1  #: of weights, batches and noise
 
 
@@ -52,6 +56,10 @@ def main(config: Config) -> None:
     mean = wanted[train].mean(axis=0)
     mean[4] = (wanted[train, 4] - np.log(clean_size[train])).mean()
     network = perceptron([lesson.inputs, *[config.width] * config.depth, 10])
+    before = None
+    if config.start is not None:
+        before = read_weights(config.start)
+        set_weights(network, Network.from_arrays(before.arrays, "force"))
     all_targets, scale = torch.tensor(wanted - mean), torch.tensor(_SCALE)
 
     def loss_of(outputs: torch.Tensor, index: torch.Tensor, size: torch.Tensor) -> torch.Tensor:
@@ -62,7 +70,7 @@ def main(config: Config) -> None:
 
     seconds = fit(network, lesson.looker, train, loss_of, lesson.schedule, label="force")
     arrays = {**perceptron_arrays(network, "force"), "target mean": mean, "target scale": _SCALE}
-    lesson.write("force.safetensors", "force", arrays, seconds)
+    lesson.write("force.safetensors", "force", arrays, seconds, before=before and before.metadata["config"])
     report(ForceRecogniser(lesson.view, Network.from_arrays(arrays, "force"), mean, _SCALE), lesson.presses)
 
 

@@ -15,6 +15,8 @@ import torch
 
 from mjtactile.progress import progress_bar
 from mjtactile.recognition.looker import Looker
+from mjtactile.recognition.network import Network
+from mjtactile.recognition.store import RecognitionError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +48,24 @@ def perceptron_arrays(network: torch.nn.Module, name: str) -> dict[str, np.ndarr
         arrays[f"{name} weights {k}"] = layer.weight.detach().numpy().T.astype(np.float16)
         arrays[f"{name} biases {k}"] = layer.bias.detach().numpy().astype(np.float32)
     return arrays
+
+
+def set_weights(network: torch.nn.Sequential, stored: Network) -> None:
+    """Let a perceptron begin as a stored one of the same sizes.
+
+    Raises:
+        RecognitionError: the sizes differ.
+    """
+    linear = [layer for layer in network if isinstance(layer, torch.nn.Linear)]
+    sizes = [(layer.in_features, layer.out_features) for layer in linear]
+    if sizes != [weights.shape for weights in stored.weights]:
+        raise RecognitionError(
+            f"the network to begin with has layers {[weights.shape for weights in stored.weights]}, but the one to fit "
+            f"{sizes}. Ask for the same width and depth, and the same view."
+        )
+    for layer, weights, biases in zip(linear, stored.weights, stored.biases, strict=True):
+        layer.weight.data = torch.tensor(weights.T.copy())
+        layer.bias.data = torch.tensor(biases)
 
 
 def learning_rate(schedule: Schedule, step: int) -> float:
