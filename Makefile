@@ -76,6 +76,7 @@ view-top:
 force-all:
 	$(TRAIN)/train_force.py $(FIT)/all
 	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE)
+	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE) --favour disc
 force-top:
 	$(TRAIN)/train_force.py $(FIT)/top --steps 5000
 	$(TRAIN)/train_force.py $(FIT)/top --start $(WEIGHTS)/top/force.safetensors $(SETTLE) --steps 2000

@@ -2,7 +2,7 @@
 
     python training/train_force.py --data build/presses --weights build/weights/all
     python training/train_force.py --data build/presses --weights build/weights/all \
-        --start build/weights/all/force.safetensors --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5
+        --start build/weights/all/force.safetensors --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5 [--favour disc]
 
 Maximum likelihood of normal distributions whose widths the network names too (Nix and Weigend, 1994): where the
 readings say little, it says so, and hard presses do not drown easy ones.
@@ -37,6 +37,7 @@ class Config(LessonConfig):
     depth: int = 3  #: hidden layers
     steps: int = 16000  #: batches
     rate: float = 1.5e-3  #: largest learning rate
+    favour: str | None = None  #: a shape that half of the presses learnt from are of
     start: Path | None = None  #: a force recogniser's file to begin with; otherwise at random
     seed: int = 1  #: of weights, batches and noise
 
@@ -52,6 +53,7 @@ def main(config: Config) -> None:
     """Fit, test on presses held out, write."""
     lesson = Lesson.begin(config)
     wanted, train = targets(lesson.presses), lesson.train()
+    favoured = train[lesson.presses.shapes[train] == config.favour]
     clean_size = np.linalg.norm(lesson.presses.projected, axis=1)
     mean = wanted[train].mean(axis=0)
     mean[4] = (wanted[train, 4] - np.log(clean_size[train])).mean()
@@ -68,7 +70,8 @@ def main(config: Config) -> None:
         deviation = outputs[:, 5:].clamp(-8.0, 4.0)
         return (0.5 * ((outputs[:, :5] - target / scale) * (-deviation).exp()) ** 2 + deviation).mean()
 
-    seconds = fit(network, lesson.looker, train, loss_of, lesson.schedule, label="force")
+    pool = train if config.favour is None else np.concatenate([train, np.resize(favoured, len(train))])
+    seconds = fit(network, lesson.looker, pool, loss_of, lesson.schedule, label="force")
     arrays = {**perceptron_arrays(network, "force"), "target mean": mean, "target scale": _SCALE}
     lesson.write("force.safetensors", "force", arrays, seconds, before=before and before.metadata["config"])
     report(ForceRecogniser(lesson.view, Network.from_arrays(arrays, "force"), mean, _SCALE), lesson.presses)
