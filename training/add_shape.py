@@ -27,10 +27,10 @@ from mjtactile.recognition.addition import NewModule, fit_module, look_at, most_
 from mjtactile.recognition.examples import Examples, read_examples
 from mjtactile.recognition.fitting import Schedule, rate
 from mjtactile.recognition.looker import Looker
-from mjtactile.recognition.modules import PoseNetworks
 from mjtactile.recognition.presses import see_presses
 from mjtactile.recognition.registry import read_registry, stored_module
 from mjtactile.recognition.shape import ShapeModule
+from mjtactile.recognition.shape_networks import PoseNetworks
 from mjtactile.recognition.store import RecognitionError, read_weights
 from mjtactile.recognition.view import View
 

@@ -17,7 +17,7 @@ from lesson import Lesson, LessonConfig
 
 from mjtactile.recognition.examples import EXAMPLES, Examples, choose
 from mjtactile.recognition.fitting import fit, rate
-from mjtactile.recognition.modules import PoseNetworks, ShapeNetworks
+from mjtactile.recognition.shape_networks import PoseNetworks, ShapeNetworks
 
 
 @dataclass(frozen=True, kw_only=True)

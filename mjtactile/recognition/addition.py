@@ -18,8 +18,8 @@ import torch
 from mjtactile.progress import progress_bar
 from mjtactile.recognition.fitting import Schedule, learning_rate
 from mjtactile.recognition.looker import Looker
-from mjtactile.recognition.modules import FixedNetwork, PoseNetworks
 from mjtactile.recognition.shape import ShapeModule
+from mjtactile.recognition.shape_networks import FixedNetwork, PoseNetworks
 
 #: Presses looked at in one go.
 _CHUNK = 4096
