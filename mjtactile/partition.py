@@ -111,7 +111,7 @@ class Lattice:
         return np.asarray(shapely.polygons(np.stack(around, axis=2).reshape(-1, 4, 2)))
 
 
-def cells_on_sheet(lattice: Lattice, chosen: npt.NDArray[np.bool_], sheet: Polygon) -> Cells:
+def cells_on_sheet(lattice: Lattice, chosen: npt.NDArray[np.bool_], sheet: Area) -> Cells:
     """The chosen cells of a lattice, (cells,), as far as they lie on a sheet; next to nothing of a cell is dropped."""
     boxes = lattice.boxes()
     whole = np.asarray(shapely.covers(sheet, boxes))
