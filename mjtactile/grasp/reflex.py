@@ -24,7 +24,8 @@ class ReflexSettings:
     squeeze: float = 25.0  #: by which the grip grows while suspicious, over itself [1/s]
     squeeze_time: float = 0.008  #: for how long at least; four times that at most [s]
     squeezed: float = 0.07  #: growth of the grip over which a pull is judged, at least [-]
-    follows: float = 0.5  #: share of that growth that a sliding object's pull follows at least [-]
+    left: float = 0.75  #: share of the friction found then that is counted on: it may still be going [-]
+    follows: float = 0.4  #: share of that growth that a sliding object's pull follows at least [-]
     jump: float = 1.6  #: grip over the one before, when alarmed [-]
 
 
@@ -81,7 +82,7 @@ class SlipReflex:
         lowest = int(loads.argmin())
         gained, squeezed = (series[-1] / max(series[lowest], 1e-3) - 1.0 for series in (loads, grips))
         if squeezed > self._settings.squeezed and gained > self._settings.follows * squeezed:
-            self.law = replace(self.law, friction=float(np.median(loads[lowest:] / grips[lowest:])))
+            self.law = replace(self.law, friction=self._settings.left * float((loads / grips).min()))
             self._alarm()
         elif len(self._suspected) * self._period > 4.0 * self._settings.squeeze_time:
             # What rests pulls less now: that is usual from here on.
