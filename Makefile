@@ -51,37 +51,49 @@ models: $(VENV)/installed
 tables: $(VENV)/installed
 	$(BIN)/mjtactile bench mesh --readme README.md
 	$(BIN)/mjtactile bench plugin --readme README.md
+	$(BIN)/mjtactile bench envs --readme docs/environments.md
+	$(BIN)/mjtactile envs --readme docs/environments.md
 	$(BIN)/mjtactile bench trade --readme README.md --out benchmarks/trade.json --figure docs/images/trade.png
 
 # Every shipped recogniser anew, from presses to weights; two at a time. `make weights SHIP=1` puts them in the package.
 WEIGHTS := build/weights
 DATA := build/presses
 TRAIN := OMP_NUM_THREADS=1 PYTHONPATH=. $(BIN)/python training
+FIT := --data $(DATA) --weights $(WEIGHTS)# What noise hides is learnt last: most presses quiet, at a low rate.
+SETTLE := --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5
 weights: $(VENV)/installed
 	mkdir -p $(WEIGHTS)/all $(WEIGHTS)/top
 	$(BIN)/mjtactile dataset --spec training/presses.toml --out $(DATA) --workers 2
-	$(TRAIN)/train_view.py --data $(DATA) --weights $(WEIGHTS)/all
-	$(TRAIN)/train_view.py --data $(DATA) --weights $(WEIGHTS)/top --layers 0 --parts 120
-	$(MAKE) -j2 force-all force-top
-	$(MAKE) -j2 shapes-all shapes-top
-	$(TRAIN)/add_shape.py --shape hexagon --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
-	$(TRAIN)/add_shape.py --shape cross --steps 3000 --data $(DATA) --weights $(WEIGHTS)/all
+	$(MAKE) -j2 view-all view-top
+	$(MAKE) -j2 force-all shapes-all shapes-top force-top
+	$(TRAIN)/add_shape.py --shape hexagon --weights $(WEIGHTS)/all
+	$(TRAIN)/add_shape.py --shape cross --weights $(WEIGHTS)/all
 	$(TRAIN)/grasp_presses.py --out build/grasps.npz --workers 2
 	$(TRAIN)/train_grasp.py --data build/grasps.npz --weights $(WEIGHTS)/grasp
 	$(if $(SHIP),mkdir -p mjtactile/recognition/weights/grasp && cp $(WEIGHTS)/grasp/* mjtactile/recognition/weights/grasp/)
 	$(if $(SHIP),cp $(WEIGHTS)/all/* mjtactile/recognition/weights/all/ && cp $(WEIGHTS)/top/* mjtactile/recognition/weights/top/)
 
-.PHONY: force-all force-top shapes-all shapes-top
+.PHONY: view-all view-top force-all force-top shapes-all shapes-top
+view-all:
+	$(TRAIN)/train_view.py $(FIT)/all
+view-top:
+	$(TRAIN)/train_view.py $(FIT)/top --layers 0 --parts 120
 force-all:
-	$(TRAIN)/train_force.py --data $(DATA) --weights $(WEIGHTS)/all
+	$(TRAIN)/train_force.py $(FIT)/all
+	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE)
+	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE) --favour disc
 force-top:
-	$(TRAIN)/train_force.py --data $(DATA) --weights $(WEIGHTS)/top --steps 5000
+	$(TRAIN)/train_force.py $(FIT)/top --steps 5000
+	$(TRAIN)/train_force.py $(FIT)/top --start $(WEIGHTS)/top/force.safetensors $(SETTLE) --steps 2000
 
+# Shapes that come late are for all layers: only there are examples kept.
+shapes-all: EXAMPLES := 24000
+shapes-top: EXAMPLES := 0
 shapes-all shapes-top: shapes-%:
-	$(TRAIN)/train_pose.py --module position --data $(DATA) --weights $(WEIGHTS)/$*
-	$(TRAIN)/train_pose.py --module size --data $(DATA) --weights $(WEIGHTS)/$*
-	$(TRAIN)/train_pose.py --module orientation --data $(DATA) --weights $(WEIGHTS)/$*
-	$(TRAIN)/train_shapes.py --data $(DATA) --weights $(WEIGHTS)/$*
+	$(TRAIN)/train_pose.py --module position $(FIT)/$*
+	$(TRAIN)/train_pose.py --module size $(FIT)/$*
+	$(TRAIN)/train_pose.py --module orientation $(FIT)/$*
+	$(TRAIN)/train_shapes.py $(FIT)/$* --examples $(EXAMPLES)
 
 clean:
 	rm -rf $(VENV) .mujoco-* build dist demo.npz demo.png

@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mjtactile import envs as envs
     from mjtactile import recognition
     from mjtactile.attach import attach_pad
     from mjtactile.basis import WrenchBasis
@@ -166,7 +167,7 @@ __all__ = [
 
 
 #: Packages inside this one that are reached as attributes as well.
-_PACKAGES = ("recognition",)
+_PACKAGES = ("envs", "recognition", "torch")
 
 _plugin_hook.install()
 

@@ -82,17 +82,21 @@ def attach_pad(
     position, orientation = np.asarray(pos, dtype=float), np.asarray(quat, dtype=float)
     if position.shape != (3,) or orientation.shape != (4,) or not np.linalg.norm(orientation) > 0.0:
         raise SceneError(f"pos = {pos}, quat = {quat}; expected three lengths [m] and a quaternion (w, x, y, z).")
-    table, made = _registered(pad)
+    table, made = pad_table(pad)
     geom = _add_geom(parent, name, made, position, orientation / np.linalg.norm(orientation))
     config = {"pad": table, "fidelity": fidelity, "output": output, "visual": "on" if visual else "off"}
     config |= {} if law is None else {"law": law}
     config |= {} if friction is None else {"friction": f"{friction:.17g}"}
-    _add_sensor(spec, name, config)
+    add_pad_sensor(spec, name, config)
     return geom
 
 
-def _registered(pad: Pad | str | None) -> tuple[str, Pad]:
-    """Text by which a model names a pad, and the pad."""
+def pad_table(pad: Pad | str | None) -> tuple[str, Pad]:
+    """Text by which a model names a pad, and the pad; a pad of one's own is registered.
+
+    Raises:
+        SceneError: there is no pad or file of that name.
+    """
     if pad is None:
         return "default", Pad()
     if isinstance(pad, str):
@@ -125,7 +129,14 @@ def _add_geom(
     return geom
 
 
-def _add_sensor(spec: mujoco.MjSpec, name: str, config: dict[str, str]) -> None:
+def add_pad_sensor(spec: mujoco.MjSpec, name: str, config: dict[str, str]) -> None:
+    """A sensor of the plugin on geom `<name>_pad`, which is there already.
+
+    Args:
+        spec: of the model.
+        name: of the sensor.
+        config: attributes of the plugin, see docs/plugin.md.
+    """
     spec.activate_plugin(PLUGIN)
     instance = spec.add_plugin(name=f"{name}_plugin", plugin_name=PLUGIN, active=True)
     instance.config = config

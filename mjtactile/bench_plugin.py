@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from mjtactile.bench_plugin_scenes import STEPS_EACH_WAY, PluginScene
+from mjtactile.bench_plugin_scenes import BODIES, STEPS_EACH_WAY, PluginScene
 from mjtactile.cache import influence_matrices
 from mjtactile.errors import MjTactileError
 from mjtactile.native import instruction_set
@@ -74,6 +75,10 @@ def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginSc
                 common: dict[str, Any] = {"shape": shape, "moving": moving}
                 name = f"{'moving' if moving else 'unchanged'} {shape}, {preset}"
                 yield name, PluginScene(sensor="ours", fidelity=preset, **common), PluginScene(**common)
+    for shape in BODIES:
+        for preset in presets[:2]:
+            bare = PluginScene(shape=shape, moving=True)
+            yield f"moving {shape}, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
     if table:
         bare = PluginScene(moving=True)
         name = f"moving box, balanced with {_CELLS} cells"
@@ -174,7 +179,8 @@ def plugin_table(result: dict[str, Any]) -> str:
     ]
     for name, added in rows.items():
         same = yardsticks["star" if "star" in name else "box"]
-        lines.append(f"| {name} | {added * 1e6:.1f} us | {added / yardsticks['box']:.2f} x | {added / same:.2f} x |")
+        beside = "-" if any(body in name for body in BODIES) else f"{added / same:.2f} x"
+        lines.append(f"| {name} | {added * 1e6:.1f} us | {added / yardsticks['box']:.2f} x | {beside} |")
     batch = result["batch"]
     if batch["available"]:
         bits = "the same bits as" if batch["same_bits"] else "OTHER BITS THAN"

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from trimesh.creation import icosphere
 
 from mjtactile.indenter import convex_pieces, indenter_outline
 
@@ -50,12 +51,28 @@ _THEIRS = '<tactile name="touch{n}" geom="pad{n}" mesh="plate"/>'
 _PITCH = 0.03
 
 
+def _ball_mesh() -> str:
+    vertices = " ".join(f"{value:.9g}" for value in icosphere(subdivisions=2, radius=5e-3).vertices.ravel())
+    return f'<mesh name="ball" vertex="{vertices}"/>'
+
+
+#: Bodies that touch with a small part of themselves, by name: assets, and geoms whose lowest point is at z = 0.
+BODIES = {
+    "ball": ("", '<geom type="sphere" size="0.005" pos="0 0 0.005" mass="0.015"/>'),
+    "ball of 320 triangles": (_ball_mesh(), '<geom type="mesh" mesh="ball" pos="0 0 0.005" mass="0.015"/>'),
+    "box leaning 2 degrees": (
+        "",
+        '<geom type="box" size="0.004 0.004 0.0025" pos="0 0 0.00264" euler="0 2 0" mass="0.015"/>',
+    ),
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class PluginScene:
     """One scene.
 
     Attributes:
-        shape: of the punch, "box" or one of the seven.
+        shape: of the punch, "box", one of the seven, or one of `BODIES`.
         sensor: "ours", "theirs" or None.
         fidelity: of our sensor; empty for a table's own.
         table: pad or file of our sensor.
@@ -113,6 +130,8 @@ class PluginScene:
 
 def _punch(shape: str) -> tuple[str, str]:
     """Assets and geoms of a punch whose face is at z = 0."""
+    if shape in BODIES:
+        return BODIES[shape]
     if shape == "box":
         return "", f'<geom type="box" size="0.005 0.005 {_HEIGHT / 2}" pos="0 0 {_HEIGHT / 2}" mass="0.015"/>'
     pieces = convex_pieces(shape) if shape in ("star", "doughnut") else [indenter_outline(shape)]

@@ -113,7 +113,7 @@ class CellContact:
         return bool((across[length > 0.0] > margin * length[length > 0.0]).all() and (length > 0.0).sum() >= 3)
 
     def _within_reach(self, through: Array) -> Array:
-        """The point, or the nearest to it that forces on the cells can pass through, a margin inside their hull."""
+        """The point (x, y) [m], or the nearest to it that forces can pass through, a margin inside the cells' hull."""
         margin = _HULL_MARGIN * self.length
         if self._surely_within(through, margin):
             return through

@@ -11,7 +11,7 @@ import scipy.sparse as sparse
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile.half_space import HalfSpaceIntegrals, PlacedIntegrals, distinct_edges, half_space_integrals
+from mjtactile.half_space import HalfSpaceIntegrals, PlacedIntegrals, distinct_edges
 from mjtactile.pad import Array
 from mjtactile.planar import areal
 from mjtactile.surface import SurfaceGrid, oriented_edges
@@ -21,6 +21,8 @@ Indices = npt.NDArray[np.int64]
 
 #: Grid on which cells are joined into an outline, over the size of the largest.
 _GRID = 1e-7
+#: Moments of inertia off the axes, over those on them, that count as none.
+_ROUND = 1e-9
 #: Edges shorter than this fraction of the extent are none.
 _NO_EDGE = 1e-12
 _NO_PARTS: npt.NDArray[np.object_] = np.array([], dtype=object)
@@ -37,6 +39,7 @@ class Cells:
         part_owner: the cell each part belongs to.
         shape: the same cells elsewhere, whose half-space integrals are shared; None: these ones.
         placement: (scale, angle [rad]) that turn `shape` into these cells, apart from a shift.
+        known_integrals: over pairs of these cells, where there is a better way to them than the edges.
     """
 
     edges: Array
@@ -45,6 +48,7 @@ class Cells:
     part_owner: Indices
     shape: Cells | None = None
     placement: tuple[float, float] = (1.0, 0.0)
+    known_integrals: HalfSpaceIntegrals | None = None
 
     @cached_property
     def count(self) -> int:
@@ -60,11 +64,8 @@ class Cells:
         return np.stack([np.bincount(self.owner, term, self.count) for term in terms]).astype(np.float64)
 
     @cached_property
-    def quadrature(self) -> Array:
-        """Four points per cell whose mean integrates quadratic functions over it, (cells, 4, 2) [m].
-
-        They lie on the cell's principal axes of inertia.
-        """
+    def inertia(self) -> Array:
+        """Second moments of area about each centroid, over the area, (cells, 2, 2) [m^2]."""
         own = self.edges - self.centroids[self.owner][:, None, :]
         (x0, y0), (x1, y1) = own.transpose(1, 2, 0)
         cross = x0 * y1 - x1 * y0
@@ -74,9 +75,27 @@ class Cells:
             (y0**2 + y0 * y1 + y1**2) * cross / 12,
         )
         xx, xy, yy = (np.bincount(self.owner, term, self.count) / self.areas for term in terms)
-        spread, axes = np.linalg.eigh(np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2))
+        return np.stack([np.stack([xx, xy], -1), np.stack([xy, yy], -1)], -2)
+
+    @cached_property
+    def quadrature(self) -> Array:
+        """Four points per cell whose mean integrates quadratic functions over it, (cells, 4, 2) [m].
+
+        They lie on the cell's principal axes of inertia, of cells that were placed on those they had before.
+        """
+        if self.shape is not None:
+            turn = self._turn
+            return self.shape.quadrature @ turn + (self.edges[0, 0] - self.shape.edges[0, 0] @ turn)
+        # Squares have no principal axes but those that rounding makes.
+        round_off = np.abs(self.inertia) < _ROUND * np.trace(self.inertia, axis1=1, axis2=2)[:, None, None]
+        spread, axes = np.linalg.eigh(np.where(round_off, 0.0, self.inertia))
         arms = np.swapaxes(np.sqrt(2 * np.maximum(spread, 0.0))[:, None, :] * axes, 1, 2)
         return self.centroids[:, None, :] + np.concatenate([arms, -arms], axis=1)
+
+    @property
+    def _turn(self) -> Array:
+        scale, angle = self.placement
+        return scale * np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
     @property
     def _anchor(self) -> Array:
@@ -99,7 +118,7 @@ class Cells:
 
     @cached_property
     def _own_integrals(self) -> HalfSpaceIntegrals:
-        return half_space_integrals(self.edges - self._anchor, self.owner)
+        return self.known_integrals or HalfSpaceIntegrals(self.edges - self._anchor, self.owner)
 
     @cached_property
     def steps(self) -> tuple[Indices, sparse.csr_array]:
@@ -131,8 +150,7 @@ class Cells:
         parts = origin.parts[chosen[origin.part_owner]]
         if not len(parts):
             return Polygon()
-        scale, angle = self.placement
-        turn = scale * np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        turn = self._turn
         shift = self.edges[0, 0] - origin.edges[0, 0] @ turn
         placed = shapely.transform(parts, lambda points: points @ turn + shift)
         # Neighbours share whole edges up to rounding.

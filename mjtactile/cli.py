@@ -18,6 +18,7 @@ from rich.table import Table
 
 from mjtactile.cli_bench import AsJson, bench_app
 from mjtactile.cli_dataset import dataset
+from mjtactile.cli_envs import envs
 from mjtactile.cli_evaluate import evaluate
 from mjtactile.cli_grasp import grasp_app
 from mjtactile.cli_loop import loop
@@ -34,6 +35,7 @@ app = typer.Typer(
 app.add_typer(bench_app, name="bench")
 app.add_typer(grasp_app, name="grasp")
 app.command()(dataset)
+app.command()(envs)
 app.command()(evaluate)
 app.command()(loop)
 app.command()(reproduce)

@@ -1,4 +1,4 @@
-"""The command line: `mjtactile bench mesh`, `bench plugin`, `bench trade` and `bench extremes`."""
+"""The command line: `mjtactile bench mesh`, `bench plugin`, `bench trade`, `bench envs` and `bench extremes`."""
 
 from __future__ import annotations
 
@@ -74,6 +74,22 @@ def bench_trade(
         rewrite_table(readme, "trade", trade_table(result))
     if figure is not None:
         _draw_trade(result, figure)
+
+
+@bench_app.command("envs")
+def bench_envs(
+    as_json: AsJson = False,
+    quick: Annotated[bool, typer.Option("--quick", help="One environment and few runs only.")] = False,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+) -> None:
+    """Steps per second of one environment and of many, with and without pads, beside a plain step of MuJoCo."""
+    from mjtactile.bench_envs import envs_benchmark, envs_table
+    from mjtactile.bench_tables import rewrite_table
+
+    result = envs_benchmark(quick=quick)
+    typer.echo(json.dumps(result, indent=2) if as_json else envs_table(result))
+    if readme is not None:
+        rewrite_table(readme, "envs", envs_table(result))
 
 
 @bench_app.command("extremes")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,8 +14,16 @@ def evaluate(
     seed: Annotated[int, typer.Option(min=0, help="Of the presses and the noise.")] = 1,
     presses: Annotated[int, typer.Option(min=20, help="How many in MuJoCo.")] = 2000,
     preset: Annotated[
-        str, typer.Option(help="Fidelity of the sensor: fast, balanced, precise or accurate.")
-    ] = "precise",
+        list[str] | None,
+        typer.Option(
+            help="Fidelity of the sensor: fast, balanced, precise or accurate; several, side by side.  "
+            "[default: precise]"
+        ),
+    ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(help="Contact law: uniform, foundation or elastic; several.  [default: the preset's own]"),
+    ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
@@ -23,20 +32,31 @@ def evaluate(
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
     from mjtactile.evaluation import evaluate as measure
 
-    result = measure(seed, presses=presses, preset=preset, workers=workers, folder=weights)
-    text = tables(result)
-    typer.echo(json.dumps(result, indent=2) if as_json else text)
+    sensors = [(name, of) for name in preset or ["precise"] for of in law or [None]]
+    results = [
+        measure(seed, presses=presses, preset=name, law=of, workers=workers, folder=weights) for name, of in sensors
+    ]
+    alone = len(results) == 1
+    text = tables(results[0]) if alone else side_by_side(results)
+    typer.echo(json.dumps(results[0] if alone else results, indent=2) if as_json else text)
     if readme is not None:
         from mjtactile.bench_tables import rewrite_table
 
-        rewrite_table(readme, "evaluate", text)
+        rewrite_table(readme, "evaluate" if alone else "evaluate sensors", text)
 
 
 def tables(result: dict[str, Any]) -> str:
-    """All tables with their titles, Markdown."""
+    """All tables of one sensor with their titles, Markdown."""
     parts = (
-        f"Seed {result['seed']}, preset {result['preset']}, {result['presses']} presses in MuJoCo.",
-        summary_table(result),
+        f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
+        f"{result['presses']} presses in MuJoCo.",
+        _markdown(
+            ("figure", "unit", "bound", "four layers", "one layer"),
+            [
+                (*names, *(text(result[part][layers]) for layers in ("all", "top")))
+                for names, part, text in _summary_rows()
+            ],
+        ),
         "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
         shape_table(result),
         "With what noise the layers differ, MuJoCo, four layers / the top one:",
@@ -47,36 +67,45 @@ def tables(result: dict[str, Any]) -> str:
     return "\n\n".join(parts)
 
 
-def summary_table(result: dict[str, Any]) -> str:
-    """Every figure with its bound, Markdown."""
+def side_by_side(results: list[dict[str, Any]]) -> str:
+    """Every figure with its bound for several sensors, Markdown."""
+    head = ("figure", "unit", "bound", *(f"{result['preset']}, {result['law']}" for result in results))
     rows = [
-        ("direction, protocol, mean", "deg", "<= 0.05", "protocol", lambda r: f"{r['direction_deg']:.3f}"),
-        ("magnitude, protocol, mean", "gf", "<= 0.05", "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
+        (*names, *(" / ".join(text(result[part][layers]) for layers in ("all", "top")) for result in results))
+        for names, part, text in _summary_rows(three="; ")
+    ]
+    title = (
+        f"Seed {results[0]['seed']}, {results[0]['presses']} presses in MuJoCo for each preset and contact law, four "
+        "layers / the top one:"
+    )
+    return f"{title}\n\n{_markdown(head, rows)}"
+
+
+def _summary_rows(three: str = " / ") -> list[tuple[tuple[str, str, str], str, Callable[[dict[str, Any]], str]]]:
+    """Every figure: its name, unit and bound; which part of a result it is in; its text."""
+
+    def of_three(figures: dict[str, Any]) -> str:
+        return three.join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
+
+    return [
+        (("direction, protocol, mean", "deg", "<= 0.05"), "protocol", lambda r: f"{r['direction_deg']:.3f}"),
+        (("magnitude, protocol, mean", "gf", "<= 0.05"), "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
         (
-            "seven shapes, protocol",
-            "right",
-            "56 of 56",
+            ("seven shapes, protocol", "right", "56 of 56"),
             "protocol",
             lambda r: f"{r['shapes_right']} of {r['shapes_asked']}",
         ),
-        ("circle / triangle / square, protocol", "%", "100 / 100 / 100", "protocol", _three),
-        ("direction, MuJoCo, median", "deg", "<= 0.5", "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
+        (("circle / triangle / square, protocol", "%", "100 / 100 / 100"), "protocol", of_three),
+        (("direction, MuJoCo, median", "deg", "<= 0.5"), "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
         (
-            "magnitude, MuJoCo, mean",
-            "% of 200 gf",
-            "<= 0.5",
+            ("magnitude, MuJoCo, mean", "% of 200 gf", "<= 0.5"),
             "mujoco",
-            lambda r: f"{100 * r['magnitude_of_200gf']:.3f}",
+            lambda r: f"{r['magnitude_of_200gf']:.3%}".rstrip("%"),
         ),
-        ("position, MuJoCo, mean", "mm", "<= 0.1", "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
-        ("seven shapes, MuJoCo", "%", ">= 99.6", "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
-        ("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100", "mujoco", _three),
+        (("position, MuJoCo, mean", "mm", "<= 0.1"), "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
+        (("seven shapes, MuJoCo", "%", ">= 99.6"), "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
+        (("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100"), "mujoco", of_three),
     ]
-    cells = [
-        (name, unit, bound, *(text(result[part][layers]) for layers in ("all", "top")))
-        for name, unit, bound, part, text in rows
-    ]
-    return _markdown(("figure", "unit", "bound", "four layers", "one layer"), cells)
 
 
 def shape_table(result: dict[str, Any]) -> str:
@@ -102,37 +131,35 @@ def shape_table(result: dict[str, Any]) -> str:
     return _markdown(head, cells)
 
 
+#: Columns of tables with a row for each noise or array: title and text of a row's figures.
+_COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "direction, median deg": lambda r: f"{r['direction_median_deg']:.3f}",
+    "magnitude, gf": lambda r: f"{r['magnitude_mean_gf']:.2f}",
+    "position, mm": lambda r: f"{r['position_mean_mm']:.3f}",
+    "shape right, %": lambda r: f"{100 * r['shape_rate']:.2f}",
+}
+_FIRM_COLUMN = {"from 50 gf on, %": lambda r: f"{100 * r['shape_rate_firm']:.2f}"}
+
+
 def noise_table(result: dict[str, Any]) -> str:
     """Four layers and one under noises, Markdown."""
-    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]])
+    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]], _COLUMNS)
 
 
 def transducer_table(result: dict[str, Any]) -> str:
     """Four layers and one with transducers, Markdown."""
-    return _rows_table("transducers", [(row["transducer"], row) for row in result["transducers"]])
+    rows = [(row["transducer"], row) for row in result["transducers"]]
+    return _rows_table("transducers", rows, _COLUMNS | _FIRM_COLUMN)
 
 
-def _rows_table(kind: str, rows: list[tuple[str, dict[str, Any]]]) -> str:
+def _rows_table(
+    kind: str, rows: list[tuple[str, dict[str, Any]]], columns: dict[str, Callable[[dict[str, Any]], str]]
+) -> str:
     cells = [
-        (
-            title,
-            *(
-                " / ".join(text(row[layers]) for layers in ("all", "top"))
-                for text in (
-                    lambda r: f"{r['direction_median_deg']:.3f}",
-                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
-                    lambda r: f"{r['position_mean_mm']:.3f}",
-                    lambda r: f"{100 * r['shape_rate']:.2f}",
-                )
-            ),
-        )
+        (title, *(" / ".join(text(row[layers]) for layers in ("all", "top")) for text in columns.values()))
         for title, row in rows
     ]
-    return _markdown((kind, "direction, median deg", "magnitude, gf", "position, mm", "shape right, %"), cells)
-
-
-def _three(figures: dict[str, Any]) -> str:
-    return " / ".join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
+    return _markdown((kind, *columns), cells)
 
 
 def _markdown(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

@@ -9,11 +9,9 @@ metadata holds the pad, its fingerprint and the specification, as JSON under "mj
 
 from __future__ import annotations
 
+import io
 import json
 import math
-import multiprocessing
-from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -22,11 +20,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjtactile.dataset_spec import DatasetError, DatasetSpec
+from mjtactile.distribute import Workers, make_files
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.pad import Array, Pad
 from mjtactile.press_sampling import NOISE, OutlinePresses, outline_presses, stream
 from mjtactile.progress import progress_bar
-from mjtactile.report import write_atomically
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -74,13 +72,13 @@ class Dataset:
         return np.stack([self.labels[name] for name in names], axis=-1)
 
 
-def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int = 1, progress: bool = True) -> int:
+def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1, progress: bool = True) -> int:
     """Make the parts of a dataset that are not there yet.
 
     Args:
         spec: what to make.
         folder: where to; made if needed. Parts of the same specification are kept.
-        workers: processes, one core each. The presses do not depend on how many.
+        workers: processes, one core each, or where to find others (distribute.py). The files do not depend on them.
         progress: show a progress bar on a terminal.
 
     Returns:
@@ -88,20 +86,25 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int = 1, progress:
 
     Raises:
         DatasetError: the folder holds another dataset.
+        DistributeError: there are no workers, or they die again and again.
         OSError: the folder cannot be written.
     """
     from mjtactile.cache import influence_matrices
 
     folder.mkdir(parents=True, exist_ok=True)
-    parts = [part for part in _parts(spec) if not _is_there(spec, folder, part)]
+    parts = {_path(folder, part): part for part in _parts(spec) if not _is_there(spec, folder, part)}
     if not parts:
         return 0
     for preset in spec.presets:  # built once, before workers ask for them together
         influence_matrices(spec.pad, preset=preset, progress=progress)
     made = 0
-    total = sum(end - first for first, end in parts)
+    total = sum(end - first for first, end in parts.values())
+    tasks = {path: _PartOf(spec, part) for path, part in parts.items()}
+    chosen = Workers(count=max(workers, 1)) if isinstance(workers, int) else workers
     with progress_bar(f"pressing, {spec.backend}", total, wanted=progress) as advance:
-        for count in _run(spec, folder, parts, workers):
+        for path in make_files(_part_file, tasks, chosen):
+            first, end = parts[path]
+            count = end - first
             made += count
             advance(count)
     return made
@@ -226,40 +229,27 @@ def _is_there(spec: DatasetSpec, folder: Path, part: tuple[int, int]) -> bool:
     return metadata["part"] == list(part)
 
 
-def _run(spec: DatasetSpec, folder: Path, parts: list[tuple[int, int]], workers: int) -> Iterator[int]:
-    """Make parts; yields how many presses each holds, as they are done."""
-    if workers <= 1:
-        for part in parts:
-            yield _make_part(spec, folder, part)
-        return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_one_thread) as pool:
-        jobs: list[Future[int]] = [pool.submit(_make_part, spec, folder, part) for part in parts]
-        try:
-            for job in as_completed(jobs):
-                yield job.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+@dataclass(frozen=True)
+class _PartOf:
+    """What a worker is asked for."""
+
+    spec: DatasetSpec
+    part: tuple[int, int]  #: first press and end
 
 
-def _one_thread() -> None:
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(limits=1)
-
-
-def _make_part(spec: DatasetSpec, folder: Path, part: tuple[int, int]) -> int:
+def _part_file(task: _PartOf) -> bytes:
+    """The file of one part."""
     import pyarrow.parquet as pq
 
-    first, end = part
+    spec, (first, end) = task.spec, task.part
     outlines = range(first // spec.presses_per_outline, math.ceil(end / spec.presses_per_outline))
     made = [press_columns(spec, outline_presses(spec, outline)) for outline in outlines]
     columns = {name: np.concatenate([columns[name] for columns in made]) for name in made[0]}
     wanted = columns["press"] < end
-    table = _table(spec, part, {name: column[wanted] for name, column in columns.items()})
-    write_atomically(_path(folder, part), lambda file: pq.write_table(table, file, compression="zstd"))
-    return end - first
+    table = _table(spec, task.part, {name: column[wanted] for name, column in columns.items()})
+    file = io.BytesIO()
+    pq.write_table(table, file, compression="zstd")
+    return file.getvalue()
 
 
 def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:

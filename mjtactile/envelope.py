@@ -7,6 +7,7 @@ cells reach a little further than they must, so that a small change of tilt only
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -34,6 +35,8 @@ _SAME_OUTLINE = 1e-3
 _SEAM = 1e-9
 #: Triangles steeper than this (the cosine of their normal with the pad's) show only their edge.
 _STEEP = 1e-9
+#: Normals and offsets, over the mesh's radius, that agree to this belong to one plane.
+_SAME_PLANE = 1e-5
 #: Cells along each side of the grid: finer ones take longer to fill, coarser ones hold more triangles to try.
 _LEAST_CELLS_PER_SIDE, _MOST_CELLS_PER_SIDE = 16, 256
 
@@ -79,12 +82,12 @@ class TriangleSurface:
     """
 
     def __init__(self, vertices: Array, faces: Indices, *, closed: bool) -> None:
+        self.vertices, self.faces, self.closed = vertices, faces, closed
         self._middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
         self._triangles = np.ascontiguousarray(vertices[faces] - self._middle)
         edges = self._triangles[:, 1:] - self._triangles[:, :1]
         normals = np.cross(edges[:, 0], edges[:, 1])
         self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-        self._closed = closed
         self._radius = float(np.linalg.norm(vertices - self._middle, axis=1).max())
         self._view: View | None = None
         self._grid: _Grid | None = None
@@ -142,6 +145,25 @@ class TriangleSurface:
         found = np.concatenate([vertices[known, 2], crossings[crossings[:, 2] >= floor, 2], at_corners])
         return float(found.min(initial=np.inf))
 
+    def flat_sides(self, most: int, least_share: float) -> Iterator[tuple[Array, Array]]:
+        """Outward normals of its largest flat parts, and a point of each, in its own frame [m].
+
+        Args:
+            most: normals looked at, those of the largest area first.
+            least_share: of the whole surface that a flat part has at least.
+        """
+        edges = self._triangles[:, 1:] - self._triangles[:, :1]
+        areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
+        offsets = (self._normals * self._triangles[:, 0]).sum(axis=1) / max(self._radius, np.finfo(float).tiny)
+        planes = np.round(np.column_stack([self._normals, offsets]) / _SAME_PLANE)
+        _, first, group = np.unique(planes, axis=0, return_index=True, return_inverse=True)
+        total = np.bincount(group.ravel(), areas)
+        for number in np.argsort(-total, kind="stable")[:most]:
+            if total[number] < least_share * areas.sum():
+                return
+            triangle = first[number]
+            yield self._normals[triangle], self._triangles[triangle, 0] + self._middle
+
     def facing(self, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> tuple[Indices, Array]:
         """Triangles that face down near a rectangle and reach between two heights.
 
@@ -185,7 +207,7 @@ class TriangleSurface:
         axes = np.stack([u, np.cross(direction, u), direction])
         corners = self._triangles @ axes.T
         facing = self._normals @ direction
-        faces_down = facing < -_STEEP if self._closed else np.abs(facing) > _STEEP
+        faces_down = facing < -_STEEP if self.closed else np.abs(facing) > _STEEP
         edges = corners[:, 1:, :2] - corners[:, :1, :2]
         determinant = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
         faces_down &= determinant != 0.0
@@ -202,7 +224,7 @@ class TriangleSurface:
     def _gridded(self, view: View) -> _Grid:
         """Sort the triangles that face down, or would within the margin, into the cells their boxes meet."""
         facing = self._normals @ view.axes[2]
-        used = np.flatnonzero(facing < 2 * TILT_MARGIN) if self._closed else np.arange(len(facing))
+        used = np.flatnonzero(facing < 2 * TILT_MARGIN) if self.closed else np.arange(len(facing))
         shadow = view.corners[used, :, :2]
         margin = 2 * TILT_MARGIN * self._radius
         a, b, c = shadow[:, 0], shadow[:, 1], shadow[:, 2]

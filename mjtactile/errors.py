@@ -49,6 +49,10 @@ class NativeError(MjTactileError, RuntimeError):
     """The compiled core is missing, of another version, or cannot do what was asked."""
 
 
+class DistributeError(MjTactileError, RuntimeError):
+    """Workers that cannot be had, or that die over a task again and again."""
+
+
 class RenderError(MjTactileError, RuntimeError):
     """No working OpenGL without a screen, or a picture of no size."""
 

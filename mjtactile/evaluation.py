@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +19,15 @@ import numpy as np
 from mjtactile import recognition
 from mjtactile.dataset import Dataset, make_dataset, read_dataset
 from mjtactile.dataset_spec import parse_spec
+from mjtactile.evaluation_arrays import ARRAYS, TransducerArray
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.outlines import INDENTER_NAMES
 from mjtactile.pad import Array
+from mjtactile.preset import fidelity
 from mjtactile.press_physics import physics_readings
 from mjtactile.press_sampling import OutlinePresses, Pose
-from mjtactile.press_transducer import transducer_of
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.scene import force_vector
-from mjtactile.transducer import TYPICAL, Transducer
 from mjtactile.units import GRAM_FORCE
 
 #: The paper's unknown angles [deg] and forces [gf], and the shift of its unknown shapes [m].
@@ -40,20 +40,10 @@ THREE = ("circle", "triangle", "square")
 NOISES = (0.0, 0.003, 0.01, 0.02, 0.05)
 #: Directions are compared above this tilt [rad].
 LEAST_TILT = math.radians(3.0)
+#: Presses are firm from here on [N]: their readings stand out of transducers' noise.
+FIRM = 50.0 * GRAM_FORCE
 _LAYERS = ("all", "top")
-#: Arrays of transducers: element and imperfections, as in a dataset's [transducer].
-TRANSDUCERS: dict[str, dict[str, Any]] = {
-    "capacitive, 12 bits": {"name": "capacitive", "imperfections": {"adc_bits": 12}},
-    "piezoresistive, 12 bits": {"name": "piezoresistive", "imperfections": {"adc_bits": 12}},
-    "gains off by 1 %": {"name": "piezoresistive", "imperfections": {"gain_spread": 0.01}},
-    "crosstalk of 1 %": {"name": "piezoresistive", "imperfections": {"crosstalk": 0.01}},
-    "0.3 % of taxels dead": {"name": "piezoresistive", "imperfections": {"dead": 0.003}},
-    "capacitive, typical": {"name": "capacitive", "imperfections": asdict(TYPICAL)},
-    "piezoresistive, typical": {"name": "piezoresistive", "imperfections": asdict(TYPICAL)},
-}
-#: Arrays drawn of each.
-_ARRAYS = 20
-_TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate")
+_TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate", "shape_rate_firm")
 
 
 def evaluate(
@@ -61,6 +51,7 @@ def evaluate(
     *,
     presses: int = 2000,
     preset: str = "precise",
+    law: str | None = None,
     workers: int = 2,
     folder: Path | None = None,
     progress: bool = True,
@@ -70,7 +61,8 @@ def evaluate(
     Args:
         seed: of presses and noise.
         presses: how many in MuJoCo.
-        preset: fidelity of the sensor, with its own contact law.
+        preset: fidelity of the sensor.
+        law: its contact law; by default the preset's own.
         workers: processes that make presses.
         folder: weights of one's own, one folder each for "all" and "top" in it; by default those shipped.
         progress: show a progress bar on a terminal.
@@ -81,16 +73,18 @@ def evaluate(
     """
     from mjtactile.cache import influence_matrices
 
-    influence = influence_matrices(preset=preset, progress=progress)
+    known = fidelity(preset)
+    influence = influence_matrices(preset=replace(known, law=law or known.law), progress=progress)
     recognisers = {layers: _load(layers, folder) for layers in _LAYERS}
     with tempfile.TemporaryDirectory() as scratch:
-        spec = parse_spec(press_spec(seed, presses, preset))
+        spec = parse_spec(press_spec(seed, presses, preset, influence.fidelity.law))
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
         data = read_dataset(Path(scratch))
     return {
         "seed": seed,
         "presses": len(data.readings),
         "preset": preset,
+        "law": influence.fidelity.law,
         "protocol": {layers: protocol(influence, *pair) for layers, pair in recognisers.items()},
         "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in recognisers.items()},
         "noise": [
@@ -100,19 +94,20 @@ def evaluate(
         ],
         "transducers": [
             {"transducer": name}
-            | {layers: _reported(data, *pair, name=name, seed=seed) for layers, pair in recognisers.items()}
-            for name in TRANSDUCERS
+            | {layers: _reported(data, *pair, array=array, seed=seed) for layers, pair in recognisers.items()}
+            for name, array in ARRAYS.items()
         ],
     }
 
 
-def press_spec(seed: int, presses: int, preset: str) -> dict[str, Any]:
+def press_spec(seed: int, presses: int, preset: str, law: str) -> dict[str, Any]:
     """The presses of an evaluation as a dataset's TOML values: ranges of the issue, no more than two forces a pose."""
     return {
         "seed": seed,
         "presses": presses,
         "backend": "mujoco",
         "preset": preset,
+        "law": law,
         "free": 0.25,
         "poses": 2,
         "forces": 2,
@@ -156,12 +151,12 @@ def random_presses(
     *,
     noise: float,
     seed: int,
-    transducer: dict[str, Any] | None = None,
+    array: TransducerArray | None = None,
 ) -> dict[str, Any]:
     """Random presses with noise, read by transducers if asked for: totals, and each kind of contact by itself."""
     readings = noisy(data.readings, noise, seed)
-    if transducer is not None:
-        readings = reported(readings, transducer, seed)
+    if array is not None:
+        readings = array.reported(readings, seed)
     names = data.labels["shape"]
     truth = data.forces
     found = force(readings)
@@ -183,6 +178,7 @@ def random_presses(
         "magnitude_of_200gf": _mean(strength) / 200.0,
         "position_mean_mm": _mean(where),
         "shape_rate": _mean(right[punches]),
+        "shape_rate_firm": _mean(right[punches & (magnitude >= FIRM)]),
         "shapes_asked": int(punches.sum()),
         "three_rate": {name: _mean(right_of_three[names == name]) for name in THREE},
         "by_shape": {
@@ -196,19 +192,6 @@ def random_presses(
             for name in sorted(set(names.tolist()))
         },
     }
-
-
-def reported(readings: Array, values: dict[str, Any], seed: int) -> Array:
-    """Readings (presses, ...) as arrays of one kind of transducers report them, each array its share of the presses."""
-    imperfections, element = transducer_of(values)
-    shares = np.array_split(readings, _ARRAYS)
-    return np.concatenate(
-        [
-            Transducer(element, imperfections, shape=readings.shape[1:], seed=seed + k)(share)
-            for k, share in enumerate(shares)
-            if len(share)
-        ]
-    )
 
 
 def noisy(readings: Array, noise: float, seed: int) -> Array:
@@ -231,9 +214,9 @@ def _totals(
 
 
 def _reported(
-    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, name: str, seed: int
+    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, array: TransducerArray, seed: int
 ) -> dict[str, float]:
-    figures = random_presses(data, force, shape, noise=0.01, seed=seed, transducer=TRANSDUCERS[name])
+    figures = random_presses(data, force, shape, noise=0.01, seed=seed, array=array)
     return {figure: figures[figure] for figure in _TOTALS}
 
 

@@ -1,27 +1,23 @@
-"""Flat faces of rigid bodies as the compiled core presses them: cells cut once, in the face's own frame.
+"""Flat faces of rigid bodies, each in a frame of its own, wherever the body stands.
 
-The frame depends on the body's geometry alone: which pose a face was first seen in leaves no trace in its cells.
+They depend on the body's geometry alone: which pose a face was first seen in leaves no trace in it.
 """
 
 from __future__ import annotations
 
-import ctypes
-import weakref
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon, affinity
 
-from mjtactile.cells import Cells
+from mjtactile.envelope import TriangleSurface
 from mjtactile.errors import FootprintError
-from mjtactile.facing import FlatPart, lower_surface
-from mjtactile.gap import Box, HalfSpace, Pose, Shape
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.native import contiguous, library, native_pad, pointer
+from mjtactile.facing import FLATNESS, FlatPart, lower_surface
+from mjtactile.gap import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
+from mjtactile.outlines import ellipse
 from mjtactile.pad import Array
-from mjtactile.partition import outline_cells
 from mjtactile.planar import areal
 from mjtactile.search import Rectangle
 
@@ -29,12 +25,15 @@ from mjtactile.search import Rectangle
 _FARTHEST = 1.0
 #: Directions of faces in their body's frame are rounded to this [-]: rounding must not make another face of it.
 _DIRECTION = 1e-7
-_EVERYWHERE = Rectangle(-_FARTHEST, -_FARTHEST, _FARTHEST, _FARTHEST)
-#: Cosine of the angle up to which a face is looked for that leans when it is first seen: 8 degrees.
-_NEARLY = 0.99
-#: Share of what is clear above a face by which it may lean over its own width before it is looked at anew, and how much
-#: is tried, over the facing gap.
-_LEAN, _CLEARANCES = 0.5, (5.0, 25.0, 100.0)
+#: Share of the facing gap by which a face may always lean over its own width.
+_LEAN = 0.5
+#: A body that tilts under its load brings a face onto the pad that leans up to this [-], about 12 degrees, but no more
+#: than this share of the slope at which the next part of the body comes down.
+_MOST_LEAN, _LEAN_SHARE = 0.21, 0.5
+#: Slope of a face of a body that keeps its orientation, over its width [m].
+_LEVEL = 1e-7
+#: Faces of a mesh that are looked at: the largest ones, with at least this share of its surface.
+_MOST_FACES, _LEAST_SHARE = 64, 2e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,129 +54,117 @@ class BodyFace:
 
     def over(self, sheet: Polygon, place: tuple[float, float, float]) -> BodyFace | None:
         """The part over a sheet, in the pad frame, of the face at (x, y) [m], turned by an angle [rad], if any."""
-        x, y, angle = place
-        turned = affinity.rotate(self.outline, angle, origin=(0, 0), use_radians=True)
-        part = areal(affinity.translate(turned, x, y).intersection(sheet))
+        part = areal(self._at(*place).intersection(sheet))
         return None if part.is_empty else BodyFace(self.rotation, self.height, part, self.most_slope)
 
+    def placed(self, pose: Pose) -> Polygon | MultiPolygon | None:
+        """Outline in the pad frame [m] of the face of a body at a pose; None where the body leans too much for it."""
+        turn = pose.rotation @ self.rotation.T
+        if turn[2, 2] <= 0.0 or np.hypot(*turn[2, :2]) > self.most_slope * turn[2, 2]:
+            return None
+        angle = float(np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1]))
+        x, y = pose.position[:2] + turn[:2, 2] * self.height
+        return self._at(float(x), float(y), angle)
 
-class NativeFace:
-    """A face's cells as the core holds them.
+    def heights(self, pose: Pose, points: Array) -> Array:
+        """Of the face of a body at a pose over points (n, 2) in the pad frame [m], shape (n,)."""
+        normal = pose.rotation @ self.rotation[2]
+        offset = points - (pose.position + normal * self.height)[:2]
+        return (pose.position + normal * self.height)[2] - offset @ normal[:2] / normal[2]
 
-    Attributes:
-        handle: what the core's functions take.
-    """
-
-    def __init__(self, face: BodyFace, count: int, *, cut: bool = False) -> None:
-        cells = outline_cells(face.outline, count)
-        ends, sides = _cell_edges(cells)
-        corners = contiguous(shapely.get_coordinates(face.outline.convex_hull)[:-1])
-        arrays = [contiguous(one) for one in (cells.centroids, cells.areas, cells.half_space.inverse_distance)]
-        rotation, core = contiguous(face.rotation), library()
-        self.handle = ctypes.c_void_p(
-            core.mjt_face_new(
-                pointer(rotation),
-                ctypes.c_double(face.height),
-                ctypes.c_double(face.most_slope),
-                ctypes.c_size_t(cells.count),
-                *(pointer(one) for one in arrays),
-                ctypes.c_size_t(len(ends)),
-                pointer(ends),
-                pointer(sides),
-                ctypes.c_size_t(len(corners)),
-                pointer(corners),
-                ctypes.c_int(cut),
-            )
-        )
-        self._finalizer = weakref.finalize(self, core.mjt_face_free, self.handle)
-
-    def nodal_forces(
-        self, influence: InfluenceMatrices, pose: Pose, wrench: Array, *, tilting: bool, friction: float | None
-    ) -> Array | None:
-        """Nodal forces (nodes y, nodes x, 3) [N] of the face at a pose in the pad frame under a wrench (6,) [N, N m].
-
-        None where the NumPy reference has to take over.
-        """
-        forces = np.empty((*influence.surface.node_shape, 3))
-        numbers, wanted = contiguous([*pose.position, *pose.rotation.ravel()]), contiguous(wrench)
-        found = library().mjt_face_press(
-            native_pad(influence).handle,
-            self.handle,
-            pointer(numbers),
-            pointer(wanted),
-            ctypes.c_int(tilting),
-            ctypes.c_double(-1.0 if friction is None else friction),
-            pointer(forces),
-        )
-        return forces if found else None
+    def _at(self, x: float, y: float, angle: float) -> Polygon | MultiPolygon:
+        turned = affinity.rotate(self.outline, angle, origin=(0, 0), use_radians=True)
+        return affinity.translate(turned, x, y)
 
 
-def body_face(
-    shapes: Mapping[int, Shape], local: Mapping[int, Pose], pose: Pose, *, facing_gap: float, level: bool
-) -> BodyFace | None:
-    """The flat face that a body turns to a pad, with nothing else of the body as low; None where it has none.
+class BodyFaces:
+    """The flat faces of one body.
 
     Args:
         shapes: of the body's geoms.
         local: their poses in the body's frame.
-        pose: of the body in the pad frame.
         facing_gap: what is no higher than this above the first touch faces the pad [m].
-        level: whether the face must be parallel to the pad, because the body cannot tilt.
+        level: whether a face must be parallel to the pad, because the body cannot tilt.
+        leaning: whether the body tilts onto faces that lean far, as under laws that solve for its motion.
+
+    Attributes:
+        facing: what points up from the pad when the body lies on one of its faces, as far as geometry tells without
+            looking at the faces closely, unit vectors in the body's frame, (faces, 3).
     """
-    if any(isinstance(shape, HalfSpace) for shape in shapes.values()):
-        return None
-    first = _flat_part(shapes, local, pose, facing_gap, level=False)
-    if first is not None:
-        rotation = _face_axes(_normal(first, pose))
-        height = float(((first.corners - pose.position) @ pose.rotation @ rotation.T)[:, 2].mean())
-    else:
-        # A face that leans when it is first seen is the face that it is once it lies on the pad.
-        upward = _leaning_normal(shapes, local, pose)
-        if upward is None:
-            return None
+
+    def __init__(
+        self,
+        shapes: Mapping[int, Shape],
+        local: Mapping[int, Pose],
+        *,
+        facing_gap: float,
+        level: bool = False,
+        leaning: bool = True,
+    ) -> None:
+        self._shapes, self._local = dict(shapes), dict(local)
+        self._facing_gap, self._level, self._leaning = facing_gap, level, leaning
+        self._points = np.concatenate([_outermost(shape, local[geom]) for geom, shape in shapes.items()])
+        self.facing = self._supporting()
+        self._made: dict[int, BodyFace | None] = {}
+
+    def face(self, number: int) -> BodyFace | None:
+        """One of the faces; None where it is none that could press by itself. Made when it is first asked for."""
+        if number not in self._made:
+            self._made[number] = self._face(self.facing[number])
+        return self._made[number]
+
+    def towards(self, pose: Pose) -> Iterator[tuple[BodyFace, Polygon | MultiPolygon]]:
+        """The faces that a body at a pose turns to the pad, and their outlines in the pad frame [m]."""
+        for number in np.flatnonzero(self.facing @ pose.rotation[2] > 1.0 - _MOST_LEAN):
+            face = self.face(int(number))
+            outline = None if face is None else face.placed(pose)
+            if face is not None and outline is not None:
+                yield face, outline
+
+    def _supporting(self) -> Array:
+        """Directions of faces that nothing of the body reaches below."""
+        found: dict[bytes, Array] = {}
+        for geom, shape in self._shapes.items():
+            for normal, point in _flat_sides(shape):
+                upward = _rounded(-(self._local[geom].rotation @ normal))
+                height = self._local[geom].points(point[None])[0] @ upward
+                if height <= (self._points @ upward).min(initial=np.inf) + self._facing_gap:
+                    found.setdefault(upward.tobytes(), upward)
+        return np.array(list(found.values())).reshape(-1, 3)
+
+    def _face(self, upward: Array) -> BodyFace | None:
         rotation = _face_axes(upward)
-        turned = Pose(np.zeros(3), rotation)
-        height = min(
-            shape.lowest(composed(turned, local[geom]), _EVERYWHERE, -_FARTHEST) for geom, shape in shapes.items()
-        )
-    lying = Pose(np.array([0.0, 0.0, -height]), rotation)
-    part = _flat_part(shapes, local, lying, facing_gap, level=False)
-    if part is None:
-        return None
-    width = float(np.ptp(shapely.get_coordinates(part.outline), axis=0).max())
-    lean = 1e-7 if level else _LEAN * _clearance(shapes, local, lying, facing_gap, part)
-    return BodyFace(rotation, height, part.outline, lean / width)
+        height = float((self._points @ upward).min(initial=0.0))
+        part = self._flat_part(Pose(np.array([0.0, 0.0, -height]), rotation))
+        if part is None:
+            return None
+        width = float(np.ptp(shapely.get_coordinates(part.outline), axis=0).max())
+        if self._level:
+            return BodyFace(rotation, height, part.outline, _LEVEL / width)
+        lean = _LEAN * self._facing_gap / width
+        if self._leaning:
+            lean = max(lean, min(_MOST_LEAN, _LEAN_SHARE * self._steepness(rotation, height, part)))
+        return BodyFace(rotation, height, part.outline, lean)
 
+    def _flat_part(self, pose: Pose) -> FlatPart | None:
+        """The flat face of the whole body at a pose, over the sheet or beside it."""
+        x, y = pose.position[:2]
+        everywhere = Rectangle(x - _FARTHEST, y - _FARTHEST, x + _FARTHEST, y + _FARTHEST)
+        placed = [(shape, composed(pose, self._local[geom])) for geom, shape in self._shapes.items()]
+        try:
+            surface = lower_surface(placed, everywhere, depth=_FARTHEST, facing_gap=self._facing_gap)
+        except FootprintError:
+            return None
+        return surface.flat_part(self._facing_gap)
 
-def _clearance(
-    shapes: Mapping[int, Shape], local: Mapping[int, Pose], lying: Pose, facing_gap: float, part: FlatPart
-) -> float:
-    """How far above its face, at least, all else of a body begins [m].
-
-    A body that may tilt lies on the pad as its wrench has it: that contacts in MuJoCo, which give way, lean it a little
-    matters only once something else of it might touch.
-    """
-    clear = facing_gap
-    for gap in (facing_gap * factor for factor in _CLEARANCES):
-        wider = _flat_part(shapes, local, lying, gap, level=False)
-        if wider is None or wider.outline.symmetric_difference(part.outline).area > 1e-6 * part.outline.area:
-            break
-        clear = gap
-    return clear
-
-
-def _flat_part(
-    shapes: Mapping[int, Shape], local: Mapping[int, Pose], pose: Pose, facing_gap: float, *, level: bool
-) -> FlatPart | None:
-    """The flat face of the whole body, over the sheet or beside it."""
-    x, y = pose.position[:2]
-    everywhere = Rectangle(x - _FARTHEST, y - _FARTHEST, x + _FARTHEST, y + _FARTHEST)
-    placed = [(shape, composed(pose, local[geom])) for geom, shape in shapes.items()]
-    try:
-        surface = lower_surface(placed, everywhere, depth=_FARTHEST, facing_gap=facing_gap)
-    except FootprintError:
-        return None
-    return surface.flat_part(facing_gap, level=level)
+    def _steepness(self, rotation: Array, height: float, part: FlatPart) -> float:
+        """The least slope from the face's rim to any other point of the body."""
+        points = self._points @ rotation.T
+        rise = points[:, 2] - height
+        above = rise > FLATNESS
+        away = np.asarray(shapely.distance(shapely.points(points[above, :2]), part.outline.convex_hull))
+        slopes = rise[above][away > 0.0] / away[away > 0.0]
+        return float(slopes.min(initial=np.inf))
 
 
 def composed(body: Pose, local: Pose) -> Pose:
@@ -185,25 +172,50 @@ def composed(body: Pose, local: Pose) -> Pose:
     return Pose(body.position + body.rotation @ local.position, body.rotation @ local.rotation)
 
 
-def _leaning_normal(shapes: Mapping[int, Shape], local: Mapping[int, Pose], pose: Pose) -> Array | None:
-    """Upward normal in the body's frame of the face of a box that is nearest to lying on the pad; None for none."""
-    towards = -pose.rotation[2]
-    axes = [
-        sign * local[geom].rotation.T for geom, shape in shapes.items() if isinstance(shape, Box) for sign in (1, -1)
-    ]
-    if not axes:
-        return None
-    normals = np.concatenate(axes)
-    nearest = normals[int((normals @ towards).argmax())]
-    return None if nearest @ towards < _NEARLY else -nearest
+def _flat_sides(shape: Shape) -> Iterator[tuple[Array, Array]]:
+    """Outward normals of a shape's flat sides, and a point of each, in its own frame."""
+    if isinstance(shape, Box):
+        for axis in range(3):
+            for sign in (-1.0, 1.0):
+                normal = np.zeros(3)
+                normal[axis] = sign
+                yield normal, normal * shape.half_sizes[axis]
+    elif isinstance(shape, Cylinder):
+        for sign in (-1.0, 1.0):
+            yield np.array([0.0, 0.0, sign]), np.array([0.0, 0.0, sign * shape.half_length])
+    elif isinstance(shape, HalfSpace):
+        yield np.array([0.0, 0.0, 1.0]), np.zeros(3)
+    elif isinstance(shape, TriangleSurface):
+        yield from shape.flat_sides(_MOST_FACES, _LEAST_SHARE)
 
 
-def _normal(part: FlatPart, pose: Pose) -> Array:
-    """The face's upward normal in the body's frame."""
-    offset = part.corners - part.corners.mean(axis=0)
-    slope, *_ = np.linalg.lstsq(offset[:, :2], offset[:, 2], rcond=None)
-    upward = pose.rotation.T @ np.array([-slope[0], -slope[1], 1.0])
-    rounded = np.round(upward / np.linalg.norm(upward) / _DIRECTION) * _DIRECTION + 0.0
+def _outermost(shape: Shape, local: Pose) -> Array:
+    """Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame [m], shape (n, 3)."""
+    if isinstance(shape, Box):
+        signs = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+        return local.points(signs * shape.half_sizes)
+    if isinstance(shape, Cylinder | Capsule):
+        rim = np.array(ellipse(shape.radius, shape.radius).exterior.coords)[:-1]
+        ends = [np.column_stack([rim, np.full(len(rim), end)]) for end in (-shape.half_length, shape.half_length)]
+        if isinstance(shape, Capsule):
+            ends += [shape.radius * _sphere() + (0.0, 0.0, end) for end in (-shape.half_length, shape.half_length)]
+        return local.points(np.concatenate(ends))
+    if isinstance(shape, Ellipsoid):
+        return local.points(_sphere() * shape.semi_axes)
+    if isinstance(shape, TriangleSurface):
+        return local.points(shape.vertices)
+    return local.points(np.zeros((1, 3)))
+
+
+def _sphere() -> Array:
+    """Points all over the unit sphere, its poles included, shape (n, 3)."""
+    polar, azimuth = np.meshgrid(np.linspace(0.0, np.pi, 17), np.linspace(0.0, 2 * np.pi, 32, endpoint=False))
+    points = [np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)]
+    return np.stack(points, axis=-1).reshape(-1, 3)
+
+
+def _rounded(direction: Array) -> Array:
+    rounded = np.round(direction / np.linalg.norm(direction) / _DIRECTION) * _DIRECTION + 0.0
     return rounded / np.linalg.norm(rounded)
 
 
@@ -214,14 +226,3 @@ def _face_axes(normal: Array) -> Array:
     x = along - normal * (along @ normal)
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(normal, x), normal])
-
-
-def _cell_edges(cells: Cells) -> tuple[Array, np.ndarray]:
-    """Distinct edges (count, 2 ends, 2) [m], and the cells to their left and right, -1 for none."""
-    first, steps = cells.steps
-    sides = np.full((len(first), 2), -1, dtype=np.int32)
-    coordinates = steps.tocoo()
-    for side, sign in enumerate((1.0, -1.0)):
-        there = coordinates.data == sign
-        sides[coordinates.row[there], side] = coordinates.col[there]
-    return contiguous(cells.edges[first]), np.ascontiguousarray(sides)

@@ -108,12 +108,17 @@ class Footprint:
         return cls(area, influence.surface, checked, lowest, reach)
 
     def heights(self, points: Array) -> Array:
-        """Height of the body above the surface at first touch at points (..., 2) [m]; infinite out of reach."""
+        """Height of the body above the surface at first touch at points (..., 2) [m].
+
+        Infinite out of reach and, of a curved body, off the sheet.
+        """
         if self.gap is None:
             return np.zeros(points.shape[:-1])
         flat = points.reshape(-1, 2)
+        west, south, east, north = self.surface.sheet.bounds
         heights = np.asarray(self.gap(flat[:, 0], flat[:, 1])) - self.lowest
-        return np.where(heights <= self.reach, heights, np.inf).reshape(points.shape[:-1])
+        within = (flat >= (west, south)).all(axis=1) & (flat <= (east, north)).all(axis=1)
+        return np.where((heights <= self.reach) & within, heights, np.inf).reshape(points.shape[:-1])
 
     @cached_property
     def facing(self) -> Footprint:

@@ -33,13 +33,19 @@ _calibrations: weakref.WeakKeyDictionary[SurfaceCompliance, tuple[Array, Array]]
 
 def foundation_stiffness(compliance: SurfaceCompliance, area: float) -> float:
     """Pressure per indentation of the springs under a contact of an area [m^2], in Pa/m."""
-    if compliance not in _calibrations:
-        _calibrations[compliance] = _calibrate(compliance)
-    areas, stiffnesses = _calibrations[compliance]
-    logarithm = np.interp(np.log(area), np.log(areas), np.log(stiffnesses))
+    areas, stiffnesses = foundation_springs(compliance)
+    logarithm = np.interp(np.log(area), areas, stiffnesses)
     # Small contacts feel a half space, on which stiffness per area falls with the radius.
-    below = 0.5 * max(0.0, float(np.log(areas[0] / area)))
+    below = 0.5 * max(0.0, float(areas[0] - np.log(area)))
     return float(np.exp(logarithm + below))
+
+
+def foundation_springs(compliance: SurfaceCompliance) -> tuple[Array, Array]:
+    """Logarithms of contact areas [m^2], ascending, and of the stiffness per area under each [Pa/m]; made once."""
+    if compliance not in _calibrations:
+        areas, stiffnesses = _calibrate(compliance)
+        _calibrations[compliance] = np.log(areas), np.log(stiffnesses)
+    return _calibrations[compliance]
 
 
 def foundation_contact(

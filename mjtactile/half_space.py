@@ -35,14 +35,17 @@ class HalfSpaceIntegrals:
     """Integrals over pairs of cells, r and (x, y) from a point of the second cell to one of the first.
 
     Attributes:
-        edges: of all cells.
-        owner: the cell each edge belongs to.
-        hessian: integrals of the second derivatives of r, xx, xy and yy, each (cells, cells) [m^3].
+        edges: of all cells, cell on the left, shape (edges, 2 ends, 2) [m].
+        owner: the cell each edge belongs to, shape (edges,).
     """
 
     edges: Array
     owner: Indices
-    hessian: tuple[Array, Array, Array]
+
+    @cached_property
+    def hessian(self) -> tuple[Array, Array, Array]:
+        """Integrals of the second derivatives of r, xx, xy and yy, each (cells, cells) [m^3]."""
+        return _hessian_integrals(self.edges, self.owner)
 
     @property
     def xx(self) -> Array:
@@ -114,21 +117,14 @@ class PlacedIntegrals:
         return c * along - s * across, s * along + c * across
 
 
-def half_space_integrals(edges: Array, owner: Indices) -> HalfSpaceIntegrals:
-    """Integrals over all pairs of cells.
-
-    Args:
-        edges: of all cells, cell on the left, shape (edges, 2 ends, 2) [m].
-        owner: the cell each edge belongs to, shape (edges,).
-    """
+def _hessian_integrals(edges: Array, owner: Indices) -> tuple[Array, Array, Array]:
     first, place = distinct_edges(edges)
     distinct = edges[first]
     distances = _edge_integrals_of_distance(distinct)
     normal_x, normal_y = _boundary_operators(edges, owner, place, len(distinct))
     along_x, along_y = normal_x @ distances, normal_y @ distances
     xx, xy, yy = -(normal_x @ along_x.T), -(normal_y @ along_x.T), -(normal_y @ along_y.T)
-    xx, xy, yy = ((one + one.T) / 2 for one in (xx, xy, yy))
-    return HalfSpaceIntegrals(edges, owner, (xx, xy, yy))
+    return (xx + xx.T) / 2, (xy + xy.T) / 2, (yy + yy.T) / 2
 
 
 def distinct_edges(edges: Array) -> tuple[Indices, Indices]:

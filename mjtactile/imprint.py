@@ -15,9 +15,11 @@ import mujoco
 import numpy as np
 import shapely
 import trimesh
+from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from mjtactile.errors import FootprintError
+from mjtactile.faces import BodyFaces
 from mjtactile.facing import LowerSurface, lower_surface
 from mjtactile.footprint import Footprint
 from mjtactile.gap import Array, Pose, Shape
@@ -32,6 +34,10 @@ Geometry = TypeVar("Geometry")
 #: A footprint is kept while no coordinate of its pose relative to the pad has moved by more than this since it was
 #: made [m or rad]. Readings then are off by less than a thousandth, see docs/contact.md.
 POSE_TOLERANCE = 1e-6
+
+
+#: A face touches first where its lowest corner is within this of the lowest point of its body [m].
+_SAME_TOUCH = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,6 +188,7 @@ class GapImprints(Imprints[Shape]):
         self.level = level
         self._sheet = Rectangle(*influence.surface.sheet.bounds)
         self._depth = influence.pad.thickness
+        self._faces: dict[tuple[int, ...], BodyFaces] = {}
 
     def surface(self, placed: dict[int, Pose]) -> LowerSurface:
         """Lower surface of some geoms of one body in their poses in the pad frame.
@@ -190,10 +197,13 @@ class GapImprints(Imprints[Shape]):
             FootprintError: when nothing of it is over the sensing surface, or only far above.
         """
         near = {geom: pose for geom, pose in placed.items() if self._may_touch(geom, pose)}
-        for geom in near.keys() - self._shapes.keys():
-            self._shapes[geom] = geom_shape(self.model, geom)
-        shapes = [(self._shapes[geom], pose) for geom, pose in near.items()]
+        shapes = [(self._shape(geom), pose) for geom, pose in near.items()]
         return lower_surface(shapes, self._sheet, depth=self._depth, facing_gap=self.facing_gap)
+
+    def forget(self) -> None:
+        """See Imprints."""
+        super().forget()
+        self._faces.clear()
 
     def _choices(self, body: int, touching: Indices) -> list[Indices]:
         """Beside what touches now, all of the body that may touch as it presses deeper."""
@@ -203,6 +213,8 @@ class GapImprints(Imprints[Shape]):
     def _made(self, placed: dict[int, Pose]) -> Footprint:
         surface = self.surface(placed)
         face = surface.flat_face(self.facing_gap, level=self.level)
+        if face is None and not self.level:
+            face = self._leaning_face(placed, surface.touch)
         if face is not None:
             return Footprint.from_outline(face, self.influence)
         outline = surface.flat_face(self.facing_gap) if self.level else None
@@ -210,6 +222,29 @@ class GapImprints(Imprints[Shape]):
             return Footprint.from_gap(surface.gap, self.influence, outline=outline, lowest=0.0)
         except FootprintError:  # too small to find on the whole sheet
             return Footprint.from_gap(surface.gap, self.influence, outline=self._shadow(placed), lowest=0.0)
+
+    def _leaning_face(self, placed: dict[int, Pose], touch: float) -> Polygon | MultiPolygon | None:
+        """The flat face of a body that leans and tilts onto it under its load; it must be what touches first."""
+        geoms = tuple(placed)
+        first = geoms[0]
+        if geoms not in self._faces:
+            origin = placed[first]
+            local = {
+                geom: Pose(origin.rotation.T @ (pose.position - origin.position), origin.rotation.T @ pose.rotation)
+                for geom, pose in placed.items()
+            }
+            shapes = {geom: self._shape(geom) for geom in geoms}
+            self._faces[geoms] = BodyFaces(shapes, local, facing_gap=self.facing_gap)
+        for face, outline in self._faces[geoms].towards(placed[first]):
+            over = shapely.get_coordinates(outline.intersection(self.influence.surface.sheet))
+            if len(over) and abs(face.heights(placed[first], over).min() - touch) <= _SAME_TOUCH:
+                return outline
+        return None
+
+    def _shape(self, geom: int) -> Shape:
+        if geom not in self._shapes:
+            self._shapes[geom] = geom_shape(self.model, geom)
+        return self._shapes[geom]
 
     def _shadow(self, placed: dict[int, Pose]) -> BaseGeometry:
         """Squares about the balls about geoms [m]."""

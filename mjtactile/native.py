@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from mjtactile.influence import InfluenceMatrices
 
 #: Version of the functions in native/core/api.h that this module calls.
-API_VERSION = 2
+API_VERSION = 4
 #: Components of a force or a traction.
 COMPONENTS = 3
 _NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platform, "libmjtactile.so")
@@ -90,7 +90,7 @@ def library() -> ctypes.CDLL:
             "again with `pip install .`, so that both come from one source."
         )
     loaded.mjt_kernels.restype = ctypes.c_char_p
-    for name in ("mjt_pad_new", "mjt_face_new"):
+    for name in ("mjt_pad_new", "mjt_face_new", "mjt_body_new"):
         getattr(loaded, name).restype = ctypes.c_void_p
     loaded.mjt_pad_bytes.restype = ctypes.c_size_t
     loaded.mjt_basis_bytes.restype = ctypes.c_size_t
@@ -156,6 +156,7 @@ class NativePad:
     def __init__(self, handle: int, taxels: tuple[int, ...]) -> None:
         self.handle = ctypes.c_void_p(handle)
         self._taxels = taxels
+        self._has_foundation = False
         self._finalizer = weakref.finalize(self, library().mjt_pad_free, self.handle)
 
     @property
@@ -169,6 +170,14 @@ class NativePad:
         forces = contiguous(forces)
         library().mjt_readings(self.handle, pointer(forces), pointer(readings))
         return readings
+
+    def set_foundation(self, areas: Array, stiffnesses: Array) -> None:
+        """Springs of law "foundation", see `foundation_springs`; what is set stays, other threads may be reading it."""
+        if self._has_foundation:
+            return
+        self._has_foundation = True
+        areas, stiffnesses = contiguous(areas), contiguous(stiffnesses)
+        library().mjt_pad_set_foundation(self.handle, ctypes.c_size_t(len(areas)), pointer(areas), pointer(stiffnesses))
 
     def normal_compliance(self, centroids: Array, areas: Array, inverse_distance: Array, scale: float) -> Array:
         """Normal compliance between cells [m/N]; `inverse_distance`: of their shape, `scale` times as large here."""

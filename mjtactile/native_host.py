@@ -13,13 +13,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from mjtactile.gap import Pose
+    from mjtactile.native_bodies import NativeBody, NativeFace
     from mjtactile.press_host import PressHost
 
 #: Numbers of a pose and of a wrench, as the core has them.
 POSE, WRENCH = 12, 6
 
-_Face = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_int64, ctypes.c_int, ctypes.POINTER(ctypes.c_double))
+_Body = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_int64, ctypes.c_int)
+_Face = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_int64, ctypes.c_int, ctypes.c_int)
+_CutFace = ctypes.CFUNCTYPE(
+    ctypes.c_void_p, ctypes.c_int64, ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_double)
+)
+_NotCarried = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int, ctypes.POINTER(ctypes.c_double))
 _Beyond = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int, ctypes.c_double, ctypes.c_double)
 _Forces = ctypes.CFUNCTYPE(
     ctypes.c_int,
@@ -34,7 +42,14 @@ _Forces = ctypes.CFUNCTYPE(
 class HostFunctions(ctypes.Structure):
     """`mjt_host` of native/core/api.h."""
 
-    _fields_ = [("face", _Face), ("cut_face", _Face), ("nodal_forces", _Forces), ("beyond_range", _Beyond)]
+    _fields_ = [
+        ("body", _Body),
+        ("face", _Face),
+        ("cut_face", _CutFace),
+        ("nodal_forces", _Forces),
+        ("beyond_range", _Beyond),
+        ("not_carried", _NotCarried),
+    ]
 
 
 #: Hosts by the number that the core knows them by; they live as long as what reads through them.
@@ -54,22 +69,26 @@ def release(number: int) -> None:
     _hosts.pop(number, None)
 
 
+@_Body
+def _body(context: int, body: int) -> int | None:
+    return _handle(lambda: _hosts[context].body(body))
+
+
 @_Face
-def _face(context: int, body: int, pose: Any) -> int | None:
+def _face(context: int, body: int, number: int) -> int | None:
+    return _handle(lambda: _hosts[context].face(body, number))
+
+
+@_CutFace
+def _cut_face(context: int, body: int, number: int, place: Any) -> int | None:
+    return _handle(lambda: _hosts[context].cut_face(body, number, (float(place[0]), float(place[1]), float(place[2]))))
+
+
+def _handle(ask: Callable[[], NativeBody | NativeFace | None]) -> int | None:
     try:
-        face = _hosts[context].face(body, _pose(pose))
-        return None if face is None else face.handle.value
+        found = ask()
+        return None if found is None else found.handle.value
     except Exception:  # nothing can be raised through the core
-        traceback.print_exc()
-        return None
-
-
-@_Face
-def _cut_face(context: int, body: int, place: Any) -> int | None:
-    try:
-        face = _hosts[context].cut_face(body, (float(place[0]), float(place[1]), float(place[2])))
-        return None if face is None else face.handle.value
-    except Exception:
         traceback.print_exc()
         return None
 
@@ -95,8 +114,16 @@ def _beyond_range(context: int, body: int, pressure: float, approach: float) -> 
         traceback.print_exc()
 
 
+@_NotCarried
+def _not_carried(context: int, body: int, wrench: Any) -> None:
+    try:
+        _hosts[context].warn_not_carried(body, np.ctypeslib.as_array(wrench, (WRENCH,)).copy())
+    except Exception:
+        traceback.print_exc()
+
+
 #: What the core calls; kept alive here.
-HOST = HostFunctions(_face, _cut_face, _nodal_forces, _beyond_range)
+HOST = HostFunctions(_body, _face, _cut_face, _nodal_forces, _beyond_range, _not_carried)
 
 
 def _pose(numbers: Any) -> Pose:

@@ -7,6 +7,7 @@ the outline take that up; inside it, square cells of one size suffice. Every cel
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ import shapely
 from shapely import Polygon
 
 from mjtactile.cells import Area, Cells, Indices, cells_of
+from mjtactile.lattice import CutLatticeIntegrals, LatticeIntegrals
 from mjtactile.pad import Array
 from mjtactile.planar import areal
 
@@ -23,11 +25,15 @@ _TWO_RINGS_FROM = 400
 _RING_WIDTHS = {1: (0.1,), 2: (0.05, 0.2)}
 #: Pieces smaller than this fraction of a whole cell of their ring join a neighbour.
 _SLIVER = 0.35
+#: Pieces smaller than this fraction of a square are rounding.
+_NO_AREA = 1e-14
 #: Outlines that agree to this fraction of their size after a rotation and a shift share one set of cells. What lies
 #: over the sheet's edge for it carries nothing, so it also bounds what a resultant may be off.
 _SAME_SHAPE = 2e-12
 #: Sets of cells kept with their half-space integrals, which take longer to make than everything else.
 _KEPT_SHAPES = 24
+#: Cells of a lattice of which a sheet leaves less than this share are dropped.
+_LEAST_SHARE = 1e-2
 #: Outlines of more corners lose those that move them by less than this fraction of a cell.
 _MOST_CORNERS, _UNSEEN = 400, 1e-3
 
@@ -63,14 +69,71 @@ def stretched_cells(outline: Area, count: int, angle: float, stretch: float) -> 
     return cells_of(parts, cut.part_owner)
 
 
-def lattice_cells(
-    centre: npt.ArrayLike, angle: float, size: float, columns: int, rows: int, stretch: float = 1.0
-) -> Cells:
+@dataclass(frozen=True)
+class Lattice:
     """Rectangular cells in rows and columns about a centre [m], turned by an angle [rad].
 
     They are `size` [m] long, along the rows, and `size / stretch` wide.
     """
-    return _unit_lattice(columns, rows, stretch).placed(size, angle, centre)
+
+    centre: tuple[float, float]
+    angle: float
+    size: float
+    columns: int
+    rows: int
+    stretch: float = 1.0
+
+    @functools.cached_property
+    def cells(self) -> Cells:
+        """All of them, row by row."""
+        return _unit_lattice(self.columns, self.rows, self.stretch).placed(self.size, self.angle, self.centre)
+
+    def corners(self) -> Array:
+        """Of the cells, shape (rows + 1, columns + 1, 2) [m]."""
+        along = (np.arange(self.columns + 1) - self.columns / 2) * self.size
+        across = (np.arange(self.rows + 1) - self.rows / 2) * self.size / self.stretch
+        x, y = np.meshgrid(along, across)
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1) + self.centre
+
+    def cell_at(self, points: Array) -> Indices:
+        """Numbers of the cells that points (n, 2) lie in, which they must [m]."""
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        x, y = ((points - self.centre) @ np.array([[cosine, -sine], [sine, cosine]])).T
+        column = np.floor(x / self.size + self.columns / 2).astype(np.int64)
+        row = np.floor(y * self.stretch / self.size + self.rows / 2).astype(np.int64)
+        return row * self.columns + column
+
+    def boxes(self) -> npt.NDArray[np.object_]:
+        """The cells as polygons [m], shape (cells,)."""
+        corners = self.corners()
+        around = [corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]]
+        return np.asarray(shapely.polygons(np.stack(around, axis=2).reshape(-1, 4, 2)))
+
+
+def cells_on_sheet(lattice: Lattice, chosen: npt.NDArray[np.bool_], sheet: Polygon) -> Cells:
+    """The chosen cells of a lattice, (cells,), as far as they lie on a sheet; next to nothing of a cell is dropped."""
+    boxes = lattice.boxes()
+    whole = np.asarray(shapely.covers(sheet, boxes))
+    if whole.all() and chosen.all():
+        return lattice.cells
+    parts = np.where(whole, boxes, shapely.intersection(boxes, sheet))
+    kept = np.flatnonzero(chosen & (shapely.area(parts) > _LEAST_SHARE * lattice.size**2 / lattice.stretch))
+    cells = cells_of(parts[kept], np.arange(len(kept)))
+    axes = np.array([[np.cos(lattice.angle), np.sin(lattice.angle)], [-np.sin(lattice.angle), np.cos(lattice.angle)]])
+    along, across = np.einsum("ij,cjk,ik->ic", axes, cells.inertia, axes)
+    length = np.sqrt(cells.areas * np.sqrt(along / across))
+    integrals = CutLatticeIntegrals(
+        cells.edges,
+        cells.owner,
+        lattice.angle,
+        (lattice.size, lattice.size / lattice.stretch),
+        np.column_stack([kept % lattice.columns, kept // lattice.columns]),
+        ~whole[kept],
+        cells.centroids,
+        np.column_stack([length, cells.areas / length]),
+    )
+    return replace(cells, known_integrals=integrals)
 
 
 @functools.lru_cache(maxsize=_KEPT_SHAPES)
@@ -85,7 +148,8 @@ def _shape_cells(outline: bytes, count: int) -> Cells:
 def _unit_lattice(columns: int, rows: int, stretch: float) -> Cells:
     x, y = np.meshgrid(np.arange(columns) - columns / 2, (np.arange(rows) - rows / 2) / stretch)
     boxes = shapely.box(x.ravel(), y.ravel(), x.ravel() + 1, y.ravel() + 1 / stretch)
-    return cells_of(boxes, np.arange(len(boxes)))
+    cells = cells_of(boxes, np.arange(len(boxes)))
+    return replace(cells, known_integrals=LatticeIntegrals(cells.edges, cells.owner, columns, rows, 1.0, 1 / stretch))
 
 
 def _partition(outline: Area, count: int) -> Cells:
@@ -127,7 +191,8 @@ def _cut_into_squares(region: Area, bounds: tuple[float, float, float, float], s
     crossed = shapely.intersects(region, boxes) & ~whole
     cut = [shapely.clip_by_rect(region, *box.bounds) for box in boxes[crossed]]
     parts = shapely.get_parts(shapely.get_parts(np.array(cut, dtype=object)))
-    parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & (shapely.area(parts) > 0.0)]
+    parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON)]
+    parts = parts[shapely.area(parts) > _NO_AREA * size**2]
     return np.concatenate([boxes[whole], parts])
 
 

@@ -6,6 +6,7 @@ attributes mean is looked up when a model first uses them (plugin_attributes.py)
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import threading
 from functools import lru_cache
@@ -38,6 +39,8 @@ class Instance(ctypes.Structure):
         ("columns", ctypes.c_int),
         ("pitch", ctypes.c_double * 2),
         ("centre", ctypes.c_double * 2),
+        ("law", ctypes.c_int),
+        ("cells", ctypes.c_int),
         ("tilting", ctypes.c_int),
         ("native", ctypes.c_int),
         ("visual", ctypes.c_int),
@@ -92,6 +95,8 @@ def ensure_registered() -> None:
                 f"MuJoCo {mujoco.__version__} refused the plugin {PLUGIN}: another library has registered one of that "
                 "name, or the compiled core does not belong to this mjtactile. Install mjtactile again."
             )
+        # Simulations may outlive the interpreter, whose functions are gone when the last of them are destroyed.
+        atexit.register(core.mjt_plugin_leave)
         _registered = True
 
 

@@ -13,11 +13,14 @@ import mujoco
 import numpy as np
 
 from mjtactile.cache import influence_matrices
+from mjtactile.compliance import surface_compliance
 from mjtactile.errors import SceneError
+from mjtactile.foundation import foundation_springs
 from mjtactile.geom import check_pad_box
 from mjtactile.influence import InfluenceMatrices, load_influence
 from mjtactile.model_copy import ModelCopy
 from mjtactile.native import native_pad
+from mjtactile.native_bodies import LAWS
 from mjtactile.native_host import register
 from mjtactile.options import TANGENTIALS, TILTS, contact_options
 from mjtactile.pad import Pad
@@ -191,10 +194,14 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
     copy = ModelCopy(model, running_layout())
     check_pad_box(copy, geom, pad)
     host = PressHost(copy, geom, influence, options)
-    to.pad = native_pad(influence, stress="stress" in attributes.outputs).handle.value
+    pad_tables = native_pad(influence, stress="stress" in attributes.outputs)
+    if options.law == "foundation":
+        pad_tables.set_foundation(*foundation_springs(surface_compliance(influence)))
+    to.pad = pad_tables.handle.value
+    to.law, to.cells = LAWS.index(options.law), options.cells
     to.friction = -1.0 if options.friction is None else options.friction
     to.tolerance = host.pose_tolerance
     to.pitch[:], to.centre[:] = pad.taxels.pitch, pad.taxels.centre
     to.tilting, to.visual = options.tilting, attributes.visual
-    to.native = options.law == "elastic" and options.tangential == "proportional"
+    to.native = options.tangential == "proportional"
     to.context = register(host)

@@ -18,12 +18,13 @@ import numpy as np
 from mjtactile.cell_laws import CellLoad
 from mjtactile.contact import beyond_linear_range, reported, solved_load
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
-from mjtactile.faces import BodyFace, NativeFace, body_face, composed
-from mjtactile.footprint import FACING_GAP, Footprint
+from mjtactile.faces import BodyFaces, composed
+from mjtactile.footprint import FACING_GAP, REACH, Footprint
 from mjtactile.gap import Pose
 from mjtactile.geom import geom_shape
 from mjtactile.imprint import POSE_TOLERANCE, GapImprints, SectionImprints
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.native_bodies import NativeBody, NativeFace
 from mjtactile.options import ContactOptions, Wrench
 from mjtactile.pad import Array
 from mjtactile.wrench import Indices
@@ -86,25 +87,35 @@ class PressHost:
             else GapImprints(model, pad_geom, influence, **kept, level=level)
         )
         self._standing: OrderedDict[tuple[int, bytes], _Standing] = OrderedDict()
-        self._body_faces: dict[int, BodyFace | None] = {}
-        self._faces: dict[int, NativeFace | None] = {}
-        self._cut_faces: OrderedDict[tuple[int, bytes], NativeFace | None] = OrderedDict()
+        self._bodies: dict[int, tuple[BodyFaces, NativeBody] | None] = {}
+        self._faces: dict[tuple[int, int], NativeFace | None] = {}
+        self._cut_faces: OrderedDict[tuple[int, int, bytes], NativeFace | None] = OrderedDict()
 
-    def face(self, body: int, pose: Pose) -> NativeFace | None:
-        """The flat face a body turns to the pad; None where it has none, or one that only the NumPy code presses."""
-        if body not in self._faces:
-            face = self._body_faces[body] = self._made_face(body, pose)
-            self._faces[body] = None if face is None else NativeFace(face, self.options.cells)
-        return self._faces[body]
+    def body(self, body: int) -> NativeBody | None:
+        """A body's geometry; None where only the NumPy code presses it."""
+        if body not in self._bodies:
+            self._bodies[body] = self._made_body(body)
+        known = self._bodies[body]
+        return None if known is None else known[1]
 
-    def cut_face(self, body: int, place: tuple[float, float, float]) -> NativeFace | None:
+    def face(self, body: int, number: int) -> NativeFace | None:
+        """One of a body's flat faces; None where it is none that could press by itself."""
+        key = (body, number)
+        if key not in self._faces:
+            known = self._bodies[body]
+            face = None if known is None else known[0].face(number)
+            self._faces[key] = None if face is None else NativeFace(face, self.options.cells)
+        return self._faces[key]
+
+    def cut_face(self, body: int, number: int, place: tuple[float, float, float]) -> NativeFace | None:
         """The part over the sheet of a body's face at (x, y) [m], turned by an angle [rad]; None for none."""
-        face = self._body_faces.get(body)
+        known = self._bodies[body]
+        face = None if known is None else known[0].face(number)
         part = None if face is None else face.over(self.influence.surface.sheet, place)
         if part is None:
             return None
         # Most places of a face larger than the sheet leave the same part, all of it.
-        key = (body, part.outline.normalize().wkb)
+        key = (body, number, part.outline.normalize().wkb)
         if key not in self._cut_faces:
             self._cut_faces[key] = NativeFace(part, self.options.cells, cut=True)
             if len(self._cut_faces) > _KEPT_FOOTPRINTS:
@@ -138,6 +149,16 @@ class PressHost:
         reason = beyond_linear_range(self.influence.pad, pressure, approach)
         warnings.warn(f"body number {body}: {reason}", ContactWarning, stacklevel=2)
 
+    def warn_not_carried(self, body: int, wrench: Array) -> None:
+        """Warn that a body's force (6,) [N, N m] passes beside what it presses through."""
+        x, y = wrench[4] / -wrench[2] * 1e3, -wrench[3] / -wrench[2] * 1e3
+        warnings.warn(
+            f"body number {body}: its force passes through ({x:.4g}, {y:.4g}) mm, outside the area it presses on. The "
+            "nearest load that the contact can carry is read.",
+            ContactWarning,
+            stacklevel=2,
+        )
+
     def _at(self, body: int, pose: Pose) -> _Standing:
         """The body at its pose rounded to the tolerance."""
         whole = [np.round(part / self.pose_tolerance) + 0.0 for part in pose]
@@ -166,12 +187,16 @@ class PressHost:
             standing.chosen[step] = solved_load(self.influence, standing.footprint, pressing, self.options)[1]
         return standing.chosen[step]
 
-    def _made_face(self, body: int, pose: Pose) -> BodyFace | None:
-        if self.options.law != "elastic" or self.options.tangential != "proportional":
+    def _made_body(self, body: int) -> tuple[BodyFaces, NativeBody] | None:
+        if self.options.tangential != "proportional":
             return None
         local = self._local_poses(self.imprints.choices(body)[0])
         shapes = {geom: geom_shape(self.model, geom) for geom in local}
-        return body_face(shapes, local, pose, facing_gap=self.facing_gap, level=not self.options.tilting)
+        uniform = self.options.law == "uniform"
+        level = not self.options.tilting and not uniform
+        faces = BodyFaces(shapes, local, facing_gap=self.facing_gap, level=level, leaning=not uniform)
+        depth = self.influence.pad.thickness
+        return faces, NativeBody(shapes, local, faces.facing, (depth, REACH * depth, self.facing_gap))
 
     def _local_poses(self, geoms: Indices) -> dict[int, Pose]:
         """Poses of geoms in their body's frame."""

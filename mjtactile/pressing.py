@@ -18,16 +18,24 @@ from mjtactile.cells import Cells
 from mjtactile.errors import ContactError
 from mjtactile.footprint import Footprint
 from mjtactile.pad import Array
-from mjtactile.partition import outline_cells, stretched_cells
+from mjtactile.partition import Lattice, cells_on_sheet, outline_cells, stretched_cells
 from mjtactile.planar import areal, polygons_of
 from mjtactile.region import Region
 from mjtactile.rigid import Mask
 
-#: Cells of the lattices that look for the contact.
-_SEARCH_CELLS = 100
+#: Cells of the lattices that look for the contact, and of the last ones that do.
+_COARSE_CELLS, _SEARCH_CELLS = 36, 100
+#: Lines along each side of the sheet of the grid that finds where the search begins.
+_LINES = 33
 _SEARCHES = 30
 #: A search ends when the contact's surroundings fill this part of the lattice.
 _FILLED = 0.7
+#: Where fewer of a flat face's cells press than this, and than this share of them, cells are chosen that lie there.
+_FEW_CELLS, _FEW_SHARE = 16, 0.5
+#: Nearest the force's line may pass to a flat face's rim there, over the root of its area.
+_RIM = 1e-2
+#: Middles of cells on a flat face's rim, where symmetry often puts them, count as outside: over the root of its area.
+_BARELY = 1e-9
 #: Least area a search closes in on, over what the body covers.
 _SMALLEST = 1e-9
 
@@ -58,35 +66,75 @@ def press(
     Raises:
         ContactError: when no contact was found.
     """
+    flat = footprint.gap is None
     if known is not None:
         with contextlib.suppress(ContactError):  # cells chosen for another force may be far too coarse
             again = _solved(known.at, normal, through, solver, known.contact.pressed)
-            if footprint.gap is None or again.fits:
+            if again.fits if known.at.chosen_for > 0.0 else not _is_small(again):
                 return again
     centre = np.array(footprint.centroid)
-    if footprint.gap is None:
+    if flat:
         cells = outline_cells(footprint.outline, count)
         at = CellContact(cells, np.zeros(cells.count), centre, tilting and cells.count >= 3)
-        return _solved(at, normal, through, solver, None)
+        whole = _solved(at, normal, through, solver, None)
+        inner = footprint.outline.convex_hull.buffer(-_RIM * np.sqrt(footprint.area))
+        if inner.is_empty or not _is_small(whole):
+            return whole
+        # What passes beside the face, or along its very rim, would close in on nothing.
+        through = shapely.get_coordinates(shapely.shortest_line(inner, shapely.Point(through)))[0]
     shapely.prepare(footprint.outline)
-    region, found = Region.around(footprint.outline), None
+    start = Region.around(footprint.outline) if flat else _covered_region(footprint)
+    region, found = _closest(footprint, start, normal, through, centre, tilting, solver, softness)
+    lattice, pressed = region.lattice(count), None
+    if flat:
+        cells = cells_on_sheet(lattice, np.ones(lattice.columns * lattice.rows, dtype=bool), footprint.outline)
+        at = CellContact(cells, np.zeros(cells.count), centre, tilting and cells.count >= 3)
+        pressed = _solved(at, normal, through, solver, None)
+        return Pressed(replace(at, chosen_for=pressed.area), pressed.contact)
+    covered = _covered(footprint, lattice)
+    if covered.any():
+        at = _reachable_on_sheet(footprint, lattice, covered, centre, tilting)
+        with contextlib.suppress(ContactError):
+            pressed = _solved(at, normal, through, solver, _overlapping(at, found))
+    if pressed is None or _ends_at_rim(lattice, covered, pressed):
+        at = _within_outline(footprint, region, count, centre, tilting)
+        pressed = _solved(at, normal, through, solver, _overlapping(at, found))
+    return Pressed(replace(pressed.at, chosen_for=pressed.area), pressed.contact)
+
+
+def _closest(
+    footprint: Footprint,
+    region: Region,
+    normal: float,
+    through: Array,
+    centre: Array,
+    tilting: bool,
+    solver: Solver,
+    softness: float,
+) -> tuple[Region, Pressed]:
+    """Close in from a region on the contact: the region at last, and the contact on the lattice before."""
+    smallest, found, count = _SMALLEST * region.area, None, _COARSE_CELLS
     for _ in range(_SEARCHES):
-        at = _on_lattice(footprint, region, centre, tilting)
+        at = _on_lattice(footprint, region, count, centre, tilting)
         force = max(normal, at.spreading_force / softness)
         found = _solved(at, force, through, solver, None)
         closer = region.around_pressed(found)
-        if closer.area < _SMALLEST * footprint.outline.area:
+        if closer.area < smallest:
             break  # coordinates have no digits for less
         # A strip narrower than the cells would seem to fill them: look again with longer ones.
         filled = closer.area > _FILLED * region.area and closer.stretch <= region.stretch
-        finished = filled and force == normal
         region = closer
-        if finished:
-            break
+        if filled and force == normal:
+            if count == _SEARCH_CELLS:
+                break
+            count = _SEARCH_CELLS
     assert found is not None
-    at = _final_cells(footprint, region, count, centre, tilting)
-    pressed = _solved(at, normal, through, solver, _overlapping(at, found))
-    return Pressed(replace(at, chosen_for=pressed.area), pressed.contact)
+    return region, found
+
+
+def _is_small(pressed: Pressed) -> bool:
+    """Whether so few of a flat face's cells press that they are too coarse."""
+    return int(pressed.contact.pressed.sum()) < min(_FEW_CELLS, _FEW_SHARE * pressed.at.cells.count)
 
 
 def _solved(at: CellContact, normal: float, through: Array, solver: Solver, start: Mask | None) -> Pressed:
@@ -101,11 +149,29 @@ def _overlapping(at: CellContact, found: Pressed) -> Mask | None:
     return start if start.sum() >= 6 else None
 
 
-def _on_lattice(footprint: Footprint, region: Region, centre: Array, tilting: bool) -> CellContact:
-    """A coarse lattice, on the cells whose middles the body covers."""
-    lattice = region.lattice(_SEARCH_CELLS)
+def _covered_region(footprint: Footprint) -> Region:
+    """Bounds of what the body covers, on a grid over the sheet; of its outline where that slips between the points."""
+    west, south, east, north = footprint.surface.sheet.bounds
+    x, y = np.meshgrid(np.linspace(west, east, _LINES), np.linspace(south, north, _LINES))
+    points = np.stack([x, y], axis=-1)
+    covered = np.isfinite(footprint.heights(points)) & shapely.intersects_xy(footprint.outline, x, y)
+    if not covered.any():
+        return Region.around(footprint.outline)
+    # The boundary is somewhere between the last point that is covered and the next.
+    step = np.array([east - west, north - south]) / (_LINES - 1)
+    low = np.maximum(points[covered].min(axis=0) - step, (west, south))
+    high = np.minimum(points[covered].max(axis=0) + step, (east, north))
+    return Region.around(shapely.box(*low, *high))
+
+
+def _on_lattice(footprint: Footprint, region: Region, count: int, centre: Array, tilting: bool) -> CellContact:
+    """A lattice over a region, on the cells whose middles the body covers."""
+    lattice = region.lattice(count).cells
     heights = _mean_heights(footprint, lattice)
-    heights[~shapely.intersects_xy(footprint.outline, lattice.centroids)] = np.inf
+    within = (
+        footprint.outline.buffer(-_BARELY * np.sqrt(footprint.area)) if footprint.gap is None else footprint.outline
+    )
+    heights[~shapely.intersects_xy(within, lattice.centroids)] = np.inf
     here = region.polygon()
     for part in polygons_of(footprint.outline):
         middle = part.centroid
@@ -117,14 +183,37 @@ def _on_lattice(footprint: Footprint, region: Region, centre: Array, tilting: bo
     return _reachable(lattice, heights, centre, tilting)
 
 
-def _final_cells(footprint: Footprint, region: Region, count: int, centre: Array, tilting: bool) -> CellContact:
-    """Square cells where the contact ends by itself; cells fitted to the outline where that may end it."""
-    cells = region.lattice(count)
-    if not shapely.contains_xy(footprint.outline, *cells.edges[:, 0].T).all():
-        within = areal(footprint.outline.intersection(region.polygon()))
-        if within.area == 0.0:
-            raise ContactError("the body touches in an area too narrow to find. Pass its outline=... to from_gap.")
-        cells = stretched_cells(within, count, region.angle, region.stretch)
+def _covered(footprint: Footprint, lattice: Lattice) -> Mask:
+    """Cells of a lattice that the body covers as far as they lie on the sheet."""
+    west, south, east, north = footprint.surface.sheet.bounds
+    corners = np.clip(lattice.corners(), (west, south), (east, north))
+    over = np.isfinite(footprint.heights(corners)) & shapely.intersects_xy(
+        footprint.outline, corners[..., 0], corners[..., 1]
+    )
+    return (over[:-1, :-1] & over[:-1, 1:] & over[1:, 1:] & over[1:, :-1]).ravel()
+
+
+def _reachable_on_sheet(
+    footprint: Footprint, lattice: Lattice, covered: Mask, centre: Array, tilting: bool
+) -> CellContact:
+    cells = cells_on_sheet(lattice, covered, footprint.surface.sheet)
+    return _reachable(cells, _mean_heights(footprint, cells), centre, tilting)
+
+
+def _ends_at_rim(lattice: Lattice, covered: Mask, pressed: Pressed) -> bool:
+    """Whether a cell under pressure has a neighbour that the body does not cover: its rim may end the contact."""
+    beside = np.pad(~covered.reshape(lattice.rows, lattice.columns), 1)
+    beside = beside[:-2, 1:-1] | beside[2:, 1:-1] | beside[1:-1, :-2] | beside[1:-1, 2:]
+    under = lattice.cell_at(pressed.at.cells.centroids[pressed.contact.pressed])
+    return bool(beside.ravel()[under].any())
+
+
+def _within_outline(footprint: Footprint, region: Region, count: int, centre: Array, tilting: bool) -> CellContact:
+    """Cells fitted to the outline where that may end the contact."""
+    within = areal(footprint.outline.intersection(region.polygon()))
+    if within.area == 0.0:
+        raise ContactError("the body touches in an area too narrow to find. Pass its outline=... to from_gap.")
+    cells = stretched_cells(within, count, region.angle, region.stretch)
     return _reachable(cells, _mean_heights(footprint, cells), centre, tilting)
 
 

@@ -8,12 +8,13 @@ import numpy as np
 from shapely import MultiPolygon, Polygon
 
 from mjtactile.cell_contact import Pressed
-from mjtactile.cells import Cells
 from mjtactile.pad import Array
-from mjtactile.partition import lattice_cells
+from mjtactile.partition import Lattice
 
 #: Contacts longer than this many times their width get a lattice turned along them.
 _ELONGATED = 1.5
+#: Lengths of cells are powers of two, and so may be the proportions of regions, but for rounding.
+_ROUNDING = 1e-9
 #: Longest cells of such lattices: 2 to this power times as long as wide.
 _LONGEST = 5
 
@@ -41,15 +42,15 @@ class Region:
     @property
     def stretch(self) -> float:
         """Length of cells over their width, a power of two: long contacts take long cells."""
-        return float(2 ** np.clip(np.floor(np.log2(self.width / self.height)), 0, _LONGEST))
+        return float(2 ** np.clip(np.floor(np.log2(self.width / self.height) + _ROUNDING), 0, _LONGEST))
 
-    def lattice(self, count: int) -> Cells:
+    def lattice(self, count: int) -> Lattice:
         """About `count` equal cells that cover the rectangle."""
         stretched = self.height * self.stretch
         size = np.sqrt(self.width * stretched / count)
         columns, rows = (max(2, int(np.ceil(extent / size - 1e-9))) for extent in (self.width, stretched))
         size = max(self.width / columns, stretched / rows)
-        return lattice_cells(self.centre, self.angle, size, columns, rows, self.stretch)
+        return Lattice(self.centre, self.angle, float(size), columns, rows, self.stretch)
 
     def polygon(self) -> Polygon:
         """The rectangle itself."""

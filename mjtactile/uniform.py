@@ -109,6 +109,17 @@ class UniformBasis:
         turn = (wrench.moment[2] - (centre_x * fy - centre_y * fx)) / polar
         return np.array([*pressure, fx / area, fy / area, turn])
 
+    @property
+    def shares(self) -> Array:
+        """The same map as a matrix: share of each part per unit of force x, y, z and moment x, y, z, (6, 6)."""
+        area, centre_x, centre_y, polar = self.shear
+        shares = np.zeros((6, 6))
+        # First moments (p, x p, y p) of the pressure are -force z, moment y and -moment x.
+        shares[:3, [2, 4, 3]] = self.to_pressure * [-1.0, 1.0, -1.0]
+        shares[3, 0] = shares[4, 1] = 1.0 / area
+        shares[5, [0, 1, 5]] = np.array([centre_y, -centre_x, 1.0]) / polar
+        return shares
+
 
 def _pressure_grip(load: SurfaceLoad) -> ShearGrip | None:
     """What carries shear under a load's pressure, as its nodal forces; None without pressure."""

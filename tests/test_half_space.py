@@ -10,7 +10,7 @@ import pytest
 from shapely import Polygon, affinity, box
 
 from mjtactile.cells import cells_of
-from mjtactile.half_space import HalfSpaceIntegrals, distinct_edges, half_space_integrals
+from mjtactile.half_space import HalfSpaceIntegrals, distinct_edges
 from mjtactile.partition import outline_cells
 from mjtactile.surface import oriented_edges
 
@@ -22,7 +22,7 @@ SQUARE = box(0.0, 0.0, 1.0, 1.0)
 def integrals_of(*shapes: Polygon) -> HalfSpaceIntegrals:
     edges = [oriented_edges(shape) for shape in shapes]
     owner = np.repeat(np.arange(len(shapes)), [len(one) for one in edges])
-    return half_space_integrals(np.concatenate(edges), owner)
+    return HalfSpaceIntegrals(np.concatenate(edges), owner)
 
 
 def quadrature(shape: Polygon, order: int = 6, pieces: int = 3) -> tuple[np.ndarray, np.ndarray]:

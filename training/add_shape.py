@@ -1,10 +1,11 @@
 """Teach the shape recogniser one more shape: trains that shape's module alone, against all others as they are.
 
-    python training/add_shape.py --shape hexagon --weights build/weights/all --data build/presses
+    python training/add_shape.py --shape hexagon --weights build/weights/all
     python training/add_shape.py --shape my_tool.stl --weights my_weights
 
-The shape is a name of mjtactile.shapes or a mesh file whose lowest face is flat. Presses of it
-are made the way the other modules' were. Then: mjtactile.recognition.load("shape", folder=..., also=["hexagon"]).
+The shape is a name of mjtactile.shapes or a mesh file whose lowest face is flat. Presses of it are made the way the
+other modules' were; of the shapes known there are examples beside the weights. Then:
+mjtactile.recognition.load("shape", folder=..., also=["hexagon"]).
 """
 
 from __future__ import annotations
@@ -13,18 +14,24 @@ import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from arguments import parsed
+from lesson import write_module
 
 from mjtactile.dataset import make_dataset
-from mjtactile.dataset_spec import DatasetSpec, pad_from, spec_from
-from mjtactile.recognition.fitting import Looker, Presses, Schedule, fit, joined, provenance, rate, see_presses
-from mjtactile.recognition.modules import PoseNetworks, ShapeNetworks
-from mjtactile.recognition.registry import read_registry, register, stored_module
+from mjtactile.dataset_spec import DatasetSpec, spec_from
+from mjtactile.recognition.addition import NewModule, fit_module, look_at, most_alike
+from mjtactile.recognition.examples import Examples, read_examples
+from mjtactile.recognition.fitting import Schedule, rate
+from mjtactile.recognition.looker import Looker
+from mjtactile.recognition.presses import see_presses
+from mjtactile.recognition.registry import read_registry, stored_module
 from mjtactile.recognition.shape import ShapeModule
-from mjtactile.recognition.store import read_weights, write_weights
+from mjtactile.recognition.shape_networks import PoseNetworks
+from mjtactile.recognition.store import RecognitionError, read_weights
 from mjtactile.recognition.view import View
 
 
@@ -34,88 +41,105 @@ class Config:
 
     shape: str  #: name of a shape, or a mesh file in metres
     weights: Path  #: folder of the weights to add to
-    data: Path | None = None  #: folder of the dataset the others were trained on; without it the known are pressed anew
-    presses: int = 3000  #: of the new shape
-    known: int = 24000  #: of the shapes known, from the dataset; a quarter as many where they are pressed anew
+    presses: int = 9000  #: of the new shape
     workers: int = 2  #: processes that make presses
-    width: int = 96  #: of the module's hidden layers
-    steps: int = 1600  #: batches
-    batch: int = 512  #: presses in each
+    like: int = 2  #: modules known that it begins as
+    draws: int = 3  #: looks at every press, each under noise of its own
+    steps: int = 4000  #: batches
+    batch: int = 512  #: looks in each
     rate: float = 2e-3  #: largest learning rate
-    noise: float = 0.015  #: largest noise, over the largest reading
-    seed: int = 4  #: of presses, weights, batches and noise
+    noise: float = 0.06  #: largest noise, over the largest reading; its root is drawn uniformly
+    quiet: float = 0.1  #: share of looks without noise
+    seed: int = 4  #: of presses, batches and noise
+
+    @property
+    def name(self) -> str:
+        """Of the shape."""
+        return Path(self.shape).stem if Path(self.shape).suffix else self.shape
 
 
 def of_shape(spec: DatasetSpec, config: Config) -> DatasetSpec:
     """Presses of the new shape, made as those of the punches known were."""
     contact = replace(spec.contacts[0], shapes=(config.shape,))
-    return replace(spec, contacts=(contact,), presses=config.presses, seed=config.seed, poses=8, forces=2)
+    return replace(spec, contacts=(contact,), presses=config.presses, seed=config.seed)
 
 
-def pressed(spec: DatasetSpec, view: View, config: Config) -> Presses:
-    """Presses made for this run only."""
+def pressed(spec: DatasetSpec, view: View, config: Config) -> tuple[Examples, dict[str, Any]]:
+    """Presses made for this run only, and the metadata of their dataset."""
     with tempfile.TemporaryDirectory() as scratch:
         make_dataset(spec, Path(scratch), workers=config.workers)
-        return see_presses(Path(scratch), view)
+        presses = see_presses(Path(scratch), view)
+    return Examples.of(presses, np.arange(len(presses.source))), presses.dataset.metadata
+
+
+def fitted(
+    config: Config, examples: Examples, looker: Looker, poses: PoseNetworks, known: list[ShapeModule]
+) -> NewModule:
+    """The new shape's module, fitted to examples that are not held out."""
+    generator = looker.generator
+    train = torch.tensor(np.flatnonzero(~examples.held_out)).repeat(config.draws)
+    index = train[torch.randperm(len(train), generator=generator)]
+    drawn = torch.rand((2, len(index)), generator=generator)
+    noise = torch.where(drawn[0] < config.quiet, 0.0, drawn[1] ** 2 * config.noise)
+    own = torch.tensor(examples.shapes == config.name)
+    looks = look_at(looker, index, own, noise, poses, known, imperfect=Schedule.imperfect)
+    network = NewModule(most_alike(looks, known, config.like))
+    schedule = Schedule(steps=config.steps, batch=config.batch, rate=config.rate, decay=1e-2)
+    fit_module(network, looks, schedule, generator, config.name)
+    return network
+
+
+def report(
+    config: Config,
+    examples: Examples,
+    looker: Looker,
+    poses: PoseNetworks,
+    known: list[ShapeModule],
+    network: NewModule,
+) -> None:
+    """How many presses held out are named right with 1 % noise, of the new shape and of the others."""
+    index = torch.tensor(np.flatnonzero(examples.held_out))
+    own = torch.tensor(examples.shapes == config.name)
+    looks = look_at(looker, index, own, torch.full((len(index),), 0.01), poses, known)
+    names = np.array([*(module.shape for module in known), config.name])
+    with torch.no_grad():
+        scores = torch.cat([looks.scores, network(looks.inputs)[:, None]], 1)
+    truth = np.where(examples.shapes == "disc", "circle", examples.shapes)[examples.held_out]
+    right, before = names[scores.argmax(1)] == truth, names[looks.scores.argmax(1)] == truth
+    new = looks.own.numpy()
+    print(
+        f"{config.name}: right with 1 % noise on presses held out: {rate(right[new])}, others: {rate(right[~new])}, "
+        f"without the new module {before[~new].mean():.2%}"
+    )
 
 
 def main(config: Config) -> None:
-    """Press, fit, test on presses held out, write and register one module."""
+    """Press, fit, write and register one module, and test it on presses held out."""
     start = time.perf_counter()
-    torch.manual_seed(config.seed)
     stored = read_weights(config.weights / "view.safetensors")
     view = View.from_stored(stored)
-    shape = config.shape if not Path(config.shape).suffix else Path(config.shape).stem
-    entries = [
-        entry
+    examples = read_examples(config.weights, view)
+    if examples is None:
+        raise RecognitionError(
+            f"{config.weights} holds no examples of the shapes known. Make them first: training/train_shapes.py"
+        )
+    known = [
+        ShapeModule.from_stored(stored_module(config.weights, entry))
         for entry in read_registry(config.weights).values()
-        if entry.kind == "shape" and entry.name != f"shape {shape}"
+        if entry.kind == "shape" and entry.name != f"shape {config.name}"
     ]
-    known = [ShapeModule.from_stored(stored_module(config.weights, entry)) for entry in entries]
-    spec = spec_from(stored.metadata["dataset"]["spec"])
-    if config.data is not None:
-        others = see_presses(config.data, view, most=config.known)
-    else:
-        others = pressed(replace(spec, presses=config.known // 4, seed=config.seed), view, config)
-    presses = joined(others, pressed(of_shape(spec, config), view, config))
-    seconds_pressing = time.perf_counter() - start
-    names = [module.shape for module in known] + [shape]
-    named = np.where(
-        presses.shapes == "disc", "circle", np.where(presses.shapes == config.shape, shape, presses.shapes)
-    )
-    truth = torch.tensor([names.index(name) for name in named])
     poses = PoseNetworks.from_folder(config.weights)
-    network = ShapeNetworks(poses, 1, config.width, view.parts.shape[1] + 1 + poses.outputs, known)
-    looker = Looker(presses, view, torch.Generator().manual_seed(config.seed))
-
-    def loss_of(scores: torch.Tensor, index: torch.Tensor, size: torch.Tensor) -> torch.Tensor:
-        return torch.nn.functional.cross_entropy(scores, truth[index])
-
-    schedule = Schedule(steps=config.steps, batch=config.batch, rate=config.rate, noise=config.noise, decay=1e-2)
-    # As many of the new shape as of all others.
-    old, new = (np.flatnonzero(~presses.held_out & (of_new == (named == shape))) for of_new in (False, True))
-    seconds = fit(network, looker, np.concatenate([old, np.resize(new, len(old))]), loss_of, schedule, label=shape)
-    # Half of a batch was the new shape; in use it is one among all, as likely as any.
-    network.last_bias.data -= float(np.log(len(known)))
-    test = np.flatnonzero(presses.held_out)
-    with torch.no_grad():
-        features, _ = looker.features(torch.tensor(test), torch.full((len(test),), 0.01))
-        right = (network(features).argmax(1) == truth[torch.tensor(test)]).numpy()
-    own = named[test] == shape
-    file = f"shape-{shape}.safetensors"
-    about = {
-        "kind": "shape",
-        "shape": shape,
-        "layers": view.layers,
-        "against": names[:-1],
-        **provenance(config, presses.dataset.metadata, seconds),
-    }
-    write_weights(config.weights / file, network.arrays(0), about, pad_from(presses.dataset.metadata["pad"]))
-    register(config.weights, file, optional=True)
-    print(
-        f"{shape}: right with 1 % noise on presses held out: {rate(right[own])}, others: {rate(right[~own])}; "
-        f"{time.perf_counter() - start:.0f} s, {seconds_pressing:.0f} s of it for presses"
-    )
+    made, metadata = pressed(of_shape(spec_from(stored.metadata["dataset"]["spec"]), config), view, config)
+    pressing = time.perf_counter() - start
+    examples = examples.joined(replace(made, shapes=np.full(len(made.shapes), config.name)))
+    looker = Looker(examples, view, torch.Generator().manual_seed(config.seed))
+    network = fitted(config, examples, looker, poses, known)
+    seconds = time.perf_counter() - start - pressing
+    about = {"shape": config.name, "against": [module.shape for module in known]}
+    file = f"shape-{config.name}.safetensors"
+    write_module(config, file, "shape", view.layers, network.arrays(), metadata, seconds, optional=True, **about)
+    report(config, examples, looker, poses, known, network)
+    print(f"{time.perf_counter() - start:.0f} s in all, {pressing:.0f} s of it for presses")
 
 
 if __name__ == "__main__":

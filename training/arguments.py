@@ -24,7 +24,9 @@ def parsed(config: type[Config], about: str | None, arguments: list[str] | None 
         arguments: by default those of the process.
     """
     parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
-    comments = dict(re.findall(r"^\s+(\w+):.*?#:\s*(.*)$", inspect.getsource(config), flags=re.MULTILINE))
+    comments: dict[str, str] = {}
+    for each in reversed(config.__mro__[:-1]):
+        comments.update(re.findall(r"^\s+(\w+):.*?#:\s*(.*)$", inspect.getsource(each), flags=re.MULTILINE))
     kinds = typing.get_type_hints(config)
     for field in fields(config):  # type: ignore[arg-type]
         option: dict[str, Any] = {"help": comments.get(field.name, "").replace("%", "%%"), "dest": field.name}

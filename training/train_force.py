@@ -1,9 +1,12 @@
 """Train the force recogniser: direction, magnitude and where the force acts, each with its standard deviation.
 
     python training/train_force.py --data build/presses --weights build/weights/all
+    python training/train_force.py --data build/presses --weights build/weights/all \
+        --start build/weights/all/force.safetensors --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5 [--favour disc]
 
 Maximum likelihood of normal distributions whose widths the network names too (Nix and Weigend, 1994): where the
 readings say little, it says so, and hard presses do not drown easy ones.
+The second call goes on from the first with most presses quiet: what noise hides is learnt last.
 """
 
 from __future__ import annotations
@@ -14,41 +17,28 @@ from pathlib import Path
 import numpy as np
 import torch
 from arguments import parsed
+from lesson import Lesson, LessonConfig
 
-from mjtactile.dataset_spec import pad_from
-from mjtactile.recognition.fitting import (
-    Looker,
-    Presses,
-    Schedule,
-    fit,
-    perceptron,
-    perceptron_arrays,
-    provenance,
-    see_presses,
-)
+from mjtactile.recognition.fitting import fit, perceptron, perceptron_arrays, set_weights
 from mjtactile.recognition.force import ForceRecogniser
 from mjtactile.recognition.network import Network
-from mjtactile.recognition.registry import register
-from mjtactile.recognition.store import read_weights, write_weights
-from mjtactile.recognition.view import View
+from mjtactile.recognition.presses import Presses
+from mjtactile.recognition.store import read_weights
 
 #: Typical errors, by which outputs are scaled: tangential over pressing force, position [m], logarithm of the force.
 _SCALE = np.array([0.1, 0.1, 2e-4, 2e-4, 0.1], dtype=np.float32)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Config:
+class Config(LessonConfig):
     """Arguments."""
 
-    data: Path  #: folder of the dataset
-    weights: Path  #: folder with the view; where the recogniser is written
     width: int = 512  #: of the hidden layers
     depth: int = 3  #: hidden layers
     steps: int = 16000  #: batches
-    batch: int = 512  #: presses in each
     rate: float = 1.5e-3  #: largest learning rate
-    noise: float = 0.015  #: largest noise, over the largest reading
-    quiet: float = 0.35  #: share of presses without noise
+    favour: str | None = None  #: a shape that half of the presses learnt from are of
+    start: Path | None = None  #: a force recogniser's file to begin with; otherwise at random
     seed: int = 1  #: of weights, batches and noise
 
 
@@ -61,16 +51,17 @@ def targets(presses: Presses) -> np.ndarray:
 
 def main(config: Config) -> None:
     """Fit, test on presses held out, write."""
-    torch.manual_seed(config.seed)
-    view = View.from_stored(read_weights(config.weights / "view.safetensors"))
-    presses = see_presses(config.data, view)
-    wanted = targets(presses)
-    train = np.flatnonzero(~presses.held_out)
-    clean_size = np.linalg.norm(presses.projected, axis=1)
+    lesson = Lesson.begin(config)
+    wanted, train = targets(lesson.presses), lesson.train()
+    favoured = train[lesson.presses.shapes[train] == config.favour]
+    clean_size = np.linalg.norm(lesson.presses.projected, axis=1)
     mean = wanted[train].mean(axis=0)
     mean[4] = (wanted[train, 4] - np.log(clean_size[train])).mean()
-    looker = Looker(presses, view, torch.Generator().manual_seed(config.seed))
-    network = perceptron([view.parts.shape[1] + 1, *[config.width] * config.depth, 10])
+    network = perceptron([lesson.inputs, *[config.width] * config.depth, 10])
+    before = None
+    if config.start is not None:
+        before = read_weights(config.start)
+        set_weights(network, Network.from_arrays(before.arrays, "force"))
     all_targets, scale = torch.tensor(wanted - mean), torch.tensor(_SCALE)
 
     def loss_of(outputs: torch.Tensor, index: torch.Tensor, size: torch.Tensor) -> torch.Tensor:
@@ -79,20 +70,11 @@ def main(config: Config) -> None:
         deviation = outputs[:, 5:].clamp(-8.0, 4.0)
         return (0.5 * ((outputs[:, :5] - target / scale) * (-deviation).exp()) ** 2 + deviation).mean()
 
-    schedule = Schedule(
-        steps=config.steps, batch=config.batch, rate=config.rate, noise=config.noise, quiet=config.quiet
-    )
-    seconds = fit(network, looker, train, loss_of, schedule, label="force")
+    pool = train if config.favour is None else np.concatenate([train, np.resize(favoured, len(train))])
+    seconds = fit(network, lesson.looker, pool, loss_of, lesson.schedule, label="force")
     arrays = {**perceptron_arrays(network, "force"), "target mean": mean, "target scale": _SCALE}
-    about = {
-        "kind": "force",
-        "layers": view.layers,
-        **provenance(config, presses.dataset.metadata, seconds),
-    }
-    write_weights(config.weights / "force.safetensors", arrays, about, pad_from(presses.dataset.metadata["pad"]))
-    register(config.weights, "force.safetensors")
-    recogniser = ForceRecogniser(view, Network.from_arrays(arrays, "force"), mean, _SCALE)
-    report(recogniser, presses)
+    lesson.write("force.safetensors", "force", arrays, seconds, before=before and before.metadata["config"])
+    report(ForceRecogniser(lesson.view, Network.from_arrays(arrays, "force"), mean, _SCALE), lesson.presses)
 
 
 def report(recogniser: ForceRecogniser, presses: Presses) -> None:

@@ -10,11 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arguments import parsed
+from lesson import write_module
 
-from mjtactile.dataset_spec import pad_from
-from mjtactile.recognition.fitting import fit_view, provenance
-from mjtactile.recognition.registry import register
-from mjtactile.recognition.store import write_weights
+from mjtactile.recognition.presses import fit_view
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,10 +30,9 @@ def main(config: Config) -> None:
     start = time.perf_counter()
     view, dataset = fit_view(config.data, config.layers, config.parts)
     arrays = {"parts": view.parts, "mean": view.mean, "scale": view.scale}
-    about = {"kind": "view", "layers": config.layers, **provenance(config, dataset, time.perf_counter() - start)}
-    write_weights(config.weights / "view.safetensors", arrays, about, pad_from(dataset["pad"]))
-    register(config.weights, "view.safetensors")
-    print(f"view of layers {config.layers}: {config.parts} parts, {time.perf_counter() - start:.0f} s")
+    seconds = time.perf_counter() - start
+    write_module(config, "view.safetensors", "view", config.layers, arrays, dataset, seconds)
+    print(f"view of layers {config.layers}: {config.parts} parts, {seconds:.0f} s")
 
 
 if __name__ == "__main__":

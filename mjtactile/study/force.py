@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -65,45 +66,33 @@ def force_study(
     """
     training = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
     unknown = oblique_readings(influence, law, UNKNOWN_ANGLES)[:, :layers]
+    design = NetworkDesign(
+        hidden=DIRECTION_HIDDEN[layers], initial=initial, first_step=first_step, smallest_step=smallest_step
+    )
     directions = train(
-        NetworkDesign(
-            hidden=DIRECTION_HIDDEN[layers], initial=initial, first_step=first_step, smallest_step=smallest_step
-        ),
+        design,
         over_maximum(training),
         unit_vectors(TRAINING_ANGLES),
         seeds=seeds,
         iterations=min(DIRECTION_ITERATIONS, iterations),
         progress=lambda share: progress(_DIRECTION_SHARE * share),
     )
-    recognised = directions(over_maximum(unknown))
     peaks = _peaks(training, TRAINING_FORCES)
     scale = peaks.max(axis=0) if scaling == "each layer" else np.full(layers, peaks.max())
-    known = np.repeat(unit_vectors(TRAINING_ANGLES), len(TRAINING_FORCES), axis=0)
     magnitudes = train(
-        NetworkDesign(
-            hidden=MAGNITUDE_HIDDEN[layers], initial=initial, first_step=first_step, smallest_step=smallest_step
-        ),
-        np.hstack([known, peaks / scale]),
+        replace(design, hidden=MAGNITUDE_HIDDEN[layers]),
+        _magnitude_inputs(unit_vectors(TRAINING_ANGLES), TRAINING_FORCES, peaks / scale),
         np.tile(TRAINING_FORCES, len(TRAINING_ANGLES))[:, None] / FULL_FORCE,
         seeds=seeds,
         iterations=iterations,
         progress=lambda share: progress(_DIRECTION_SHARE + (1.0 - _DIRECTION_SHARE) * share),
     )
-    shown = _peaks(unknown, UNKNOWN_FORCES) / scale
-    vectors = recognised[int(directions.error.argmin())]
-    vectors = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    recognised = directions(over_maximum(unknown))
     return {
         "direction": _direction_result(directions, directions(over_maximum(training)), recognised),
-        "magnitude": {
-            **_magnitude_result(magnitudes, np.hstack([np.repeat(vectors, len(UNKNOWN_FORCES), axis=0), shown])),
-            "training_gf": (magnitudes.error * FULL_FORCE).tolist(),
-            "with_true_direction_gf": _errors(
-                magnitudes, np.hstack([np.repeat(unit_vectors(UNKNOWN_ANGLES), len(UNKNOWN_FORCES), axis=0), shown])
-            )
-            .mean(axis=1)
-            .tolist(),
-            "iterations": magnitudes.iterations,
-        },
+        "magnitude": _magnitude_result(
+            magnitudes, recognised[int(directions.error.argmin())], _peaks(unknown, UNKNOWN_FORCES) / scale
+        ),
     }
 
 
@@ -136,17 +125,26 @@ def _direction_result(directions: Networks, trained: Array, recognised: Array) -
     }
 
 
-def _errors(magnitudes: Networks, inputs: Array) -> Array:
+def _magnitude_inputs(vectors: Array, forces_gf: Sequence[float], peaks: Array) -> Array:
+    """Inputs of the magnitude network (angles x forces, 3 + layers): a unit vector for each angle, scaled peaks."""
+    return np.hstack([np.repeat(vectors, len(forces_gf), axis=0), peaks])
+
+
+def _errors(magnitudes: Networks, vectors: Array, peaks: Array) -> Array:
     """Absolute errors (seeds, samples) [gf] over the unknown samples."""
     wanted = np.tile(UNKNOWN_FORCES, len(UNKNOWN_ANGLES))
-    return np.abs(magnitudes(inputs)[..., 0] * FULL_FORCE - wanted)
+    return np.abs(magnitudes(_magnitude_inputs(vectors, UNKNOWN_FORCES, peaks))[..., 0] * FULL_FORCE - wanted)
 
 
-def _magnitude_result(magnitudes: Networks, inputs: Array) -> dict[str, Any]:
-    errors = _errors(magnitudes, inputs)
+def _magnitude_result(magnitudes: Networks, recognised: Array, peaks: Array) -> dict[str, Any]:
+    """By seed: errors over the unknown samples with recognised directions (angles, 3), and with the true ones."""
+    errors = _errors(magnitudes, recognised / np.linalg.norm(recognised, axis=1, keepdims=True), peaks)
     return {
         "unknown_gf": errors.mean(axis=1).tolist(),
         "deviation_gf": errors.std(axis=1).tolist(),
         "worst_gf": errors.max(axis=1).tolist(),
         "best": int(magnitudes.error.argmin()),
+        "training_gf": (magnitudes.error * FULL_FORCE).tolist(),
+        "with_true_direction_gf": _errors(magnitudes, unit_vectors(UNKNOWN_ANGLES), peaks).mean(axis=1).tolist(),
+        "iterations": magnitudes.iterations,
     }

@@ -10,7 +10,7 @@ import numpy as np
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.outlines import INDENTER_NAMES
 from mjtactile.pad import Array
-from mjtactile.study.networks import NetworkDesign, Networks, train
+from mjtactile.study.networks import NetworkDesign, train
 from mjtactile.study.presses import punch_reading, punch_readings
 from mjtactile.study.protocol import DIRECTIONS, PRESENTATIONS, PRESENTED, SHAPE_HIDDEN, SHIFT, shift_towards
 
@@ -58,14 +58,11 @@ def shape_study(
     """
     centred = punch_readings(influence, law)[:, :layers]
     scaled = _scaler(centred, scaling)
+    design = NetworkDesign(
+        hidden=SHAPE_HIDDEN[layers], output="sigmoid", activation=activation, initial=initial, first_step=first_step
+    )
     networks = train(
-        NetworkDesign(
-            hidden=SHAPE_HIDDEN[layers],
-            output="sigmoid",
-            activation=activation,
-            initial=initial,
-            first_step=first_step,
-        ),
+        design,
         scaled(centred),
         np.eye(len(INDENTER_NAMES)),
         seeds=seeds,
@@ -73,19 +70,18 @@ def shape_study(
         tolerance=tolerance,
         progress=progress,
     )
-    right, outputs = {}, {}
-    for direction in DIRECTIONS:
-        shifted = punch_readings(influence, law, shift_towards(direction))[:, :layers]
-        answers = networks(scaled(shifted))
-        right[direction] = _count_right(answers).tolist()
-        outputs[direction] = answers.mean(axis=0).tolist()
+
+    def see(readings: Array) -> Array:
+        return networks(scaled(readings[:, :layers]))
+
+    answers = {name: see(punch_readings(influence, law, shift_towards(name))) for name in DIRECTIONS}
     return {
-        "right": right,
-        "outputs": outputs,
+        "right": {name: _count_right(each).tolist() for name, each in answers.items()},
+        "outputs": {name: each.mean(axis=0).tolist() for name, each in answers.items()},
         "trained": _count_right(networks(scaled(centred))).tolist(),
         "training_rms": networks.error.tolist(),
         "iterations": networks.iterations,
-        "presented": _presented(influence, law, layers, networks, scaled),
+        "presented": _presented(influence, law, see),
     }
 
 
@@ -94,9 +90,7 @@ def _count_right(answers: Array) -> Array:
     return (answers.argmax(axis=2) == np.arange(answers.shape[1])).sum(axis=1)
 
 
-def _presented(
-    influence: InfluenceMatrices, law: str, layers: int, networks: Networks, scaled: Callable[[Array], Array]
-) -> dict[str, Any]:
+def _presented(influence: InfluenceMatrices, law: str, see: Callable[[Array], Array]) -> dict[str, Any]:
     """Circle, triangle and square in random order, ten times each, put down somewhere within the shift.
 
     The paper does not say how its network was presented with them. Here the middle lies anywhere on the disc of 1.25 mm
@@ -115,7 +109,7 @@ def _presented(
             for k, (x, y) in zip(order, places, strict=True)
         ]
     )
-    answers = networks(scaled(readings[:, :layers]))
+    answers = see(readings)
     result = {}
     for k, name in enumerate(PRESENTED):
         true = INDENTER_NAMES.index(name)

@@ -12,6 +12,9 @@ using namespace mjtactile;
 
 namespace {
 
+// Area of a face's convex hull, over its own, up to which it counts as convex.
+constexpr double kConvex = 1.0 + 1e-6;
+
 // Every thread keeps its memory between calls.
 struct Scratch {
   SurfaceGrid::Workspace grid;
@@ -23,8 +26,11 @@ struct Scratch {
   std::vector<TractionEdge> edges;
   Matrix matrix;
   RigidContact contact;
-  ElasticContact elastic;
-  ElasticContact::Workspace law;
+  FlatPress flat;
+  ClosingPress curved;
+  LinearTraction traction;
+  GapMap gap;
+  CellContact::Workspace law;
   std::vector<double> weights;
 };
 
@@ -51,7 +57,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 2; }
+int mjt_version(void) { return 4; }
 
 const char* mjt_kernels(void) { return kernels().name; }
 
@@ -87,6 +93,10 @@ void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const i
   std::vector<MatrixFactors> factors;
   for (size_t k = 0; k < pad->pad->layers(); ++k) factors.push_back({ranks[k], left[k], right[k]});
   pad->pad->set_class(static_cast<size_t>(symmetry_class), columns, column_of, signs, factors.data(), mean != 0);
+}
+
+void mjt_pad_set_foundation(mjt_pad* pad, size_t count, const double* areas, const double* stiffnesses) {
+  pad->pad->compliance().set_foundation({areas, areas + count}, {stiffnesses, stiffnesses + count});
 }
 
 void mjt_pad_free(mjt_pad* pad) { delete pad; }
@@ -130,7 +140,7 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
   Scratch& kept = scratch();
   kept.matrix.resize(cells, cells);
   copy(compliance, kept.matrix);
-  if (!kept.contact.solve(kept.matrix, modes, motions, heights, resultants, start)) return 0;
+  if (!kept.contact.exchange(kept.matrix, modes, motions, heights, resultants, start)) return 0;
   std::copy(kept.contact.pressed().begin(), kept.contact.pressed().end(), pressed);
   copy(kept.contact.map_forces(), map_forces);
   copy(kept.contact.map_motion(), map_motion);
@@ -162,21 +172,84 @@ mjt_face* mjt_face_new(const double* rotation, double height, double most_slope,
   for (size_t i = 0; i < corners; ++i) points.push_back({outline[2 * i], outline[2 * i + 1]});
   face->corners = convex_hull(std::move(points));
   face->hull = convex_hull(face->centroids);
+  double hull_area = 0.0;
+  for (size_t i = 0; i < face->corners.size(); ++i) {
+    const Point &a = face->corners[i], &b = face->corners[(i + 1) % face->corners.size()];
+    hull_area += (a.x * b.y - b.x * a.y) / 2;
+  }
+  face->convex = hull_area <= kConvex * area;
   return new mjt_face{std::move(face)};
 }
 
 void mjt_face_free(mjt_face* face) { delete face; }
 
-int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int tilting,
-                   double friction, double* nodal_forces) {
+int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int law,
+                   int tilting, double friction, size_t cells, double* nodal_forces) {
   Scratch& kept = scratch();
-  const LawOptions options = {tilting != 0, friction};
+  const LawOptions options = {static_cast<Law>(law), tilting != 0, friction, cells};
   Placement placement;
   const Face& flat = *face->face;
   if (!place(flat, pose_of(pose), placement)) return 0;
-  if (!kept.elastic.solve(flat, placement, pad->pad->compliance(), options, wrench, kept.law)) return 0;
-  if (!kept.elastic.weights(flat, options, wrench, kept.weights, kept.law)) return 0;
-  kept.elastic.nodal_forces(flat, pad->pad->surface(), kept.weights, kept.law, nodal_forces);
+  if (options.law == Law::uniform) {
+    double coefficients[9];
+    kept.traction.cover(flat, placement);
+    if (friction >= 0.0 || !kept.traction.carry(wrench, coefficients)) return 0;
+    kept.traction.nodal_forces(pad->pad->surface(), coefficients, nodal_forces);
+    return 1;
+  }
+  FlatPress& flat_press = kept.flat;
+  if (!flat_press.solve(flat, placement, pad->pad->compliance(), options, wrench, kept.law)) return 0;
+  if (!flat_press.contact().weights(flat_press.face(), options, flat_press.carried(), kept.weights, kept.law)) return 0;
+  flat_press.contact().nodal_forces(flat_press.face(), pad->pad->surface(), kept.weights, kept.law, nodal_forces);
+  return 1;
+}
+
+mjt_body* mjt_body_new(const double* limits, size_t faces, const double* facing) {
+  auto geometry = std::make_shared<BodyGeometry>();
+  geometry->limits = {limits[0], limits[1], limits[2]};
+  geometry->facing.assign(facing, facing + 3 * faces);
+  return new mjt_body{std::move(geometry)};
+}
+
+void mjt_body_add_shape(mjt_body* body, int kind, const double* size, const double* pose) {
+  body->geometry->curved.shapes.push_back(
+      {static_cast<ShapeKind>(kind), {size[0], size[1], size[2]}, pose_of(pose), nullptr});
+}
+
+void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const double* points, size_t triangles,
+                       const int32_t* corners, int closed) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  mesh->vertices.assign(points, points + 3 * vertices);
+  mesh->faces.assign(corners, corners + 3 * triangles);
+  mesh->closed = closed != 0;
+  body->geometry->curved.shapes.push_back({ShapeKind::triangles, {0.0, 0.0, 0.0}, pose_of(pose), std::move(mesh)});
+}
+
+void mjt_body_free(mjt_body* body) { delete body; }
+
+int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, size_t count, const double* points,
+                     double* heights) {
+  GapMap& gap = scratch().gap;
+  const BodyGeometry& geometry = *body->geometry;
+  if (!gap.place(geometry.curved, pose_of(pose), {sheet[0], sheet[1], sheet[2], sheet[3]}, geometry.limits)) return 0;
+  for (size_t i = 0; i < count; ++i) heights[i] = gap.height(points[2 * i], points[2 * i + 1]);
+  return 1;
+}
+
+int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, int law,
+                   int tilting, double friction, size_t cells, const double* region, double* nodal_forces) {
+  Scratch& kept = scratch();
+  const BodyGeometry& geometry = *body->geometry;
+  const SurfaceGrid& grid = pad->pad->surface();
+  const Rectangle sheet = {grid.low_x(), grid.low_y(), grid.high_x(), grid.high_y()};
+  if (!kept.gap.place(geometry.curved, pose_of(pose), sheet, geometry.limits)) return 0;
+  const Region start = region == nullptr ? kept.gap.covered()
+                                         : Region{{region[0], region[1]}, region[2], region[3], region[4]};
+  const LawOptions options = {static_cast<Law>(law), tilting != 0, friction, cells};
+  if (!kept.curved.solve(kept.gap, start, pad->pad->compliance(), options, wrench, kept.law)) return 0;
+  const CellContact& contact = kept.curved.contact();
+  if (!contact.weights(kept.curved.face(), options, wrench, kept.weights, kept.law)) return 0;
+  contact.nodal_forces(kept.curved.face(), grid, kept.weights, kept.law, nodal_forces);
   return 1;
 }
 

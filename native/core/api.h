@@ -13,17 +13,22 @@
 
 struct mjt_pad;
 struct mjt_face;
+struct mjt_body;
 
 /* The slower ways, in Python. Pose: position (3) and rotation (9, row-major) of the body in the pad frame. */
 typedef struct mjt_host {
-  /* The flat face a body turns to the pad, or null. */
-  mjt_face* (*face)(int64_t context, int body, const double* pose);
-  /* The part of that face over the sheet, when the face stands at place = (x, y, angle), or null. */
-  mjt_face* (*cut_face)(int64_t context, int body, const double* place);
+  /* A body's geometry, or null where only Python presses it. */
+  mjt_body* (*body)(int64_t context, int body);
+  /* One of its faces, by number, or null. */
+  mjt_face* (*face)(int64_t context, int body, int number);
+  /* The part of it over the sheet, when it stands at place = (x, y, angle), or null. */
+  mjt_face* (*cut_face)(int64_t context, int body, int number, const double* place);
   /* Nodal forces of one body's contact; 0 where there is none. */
   int (*nodal_forces)(int64_t context, int body, const double* pose, const double* wrench, double* forces);
   /* Called once per sensor when a contact leaves the range of small strains. */
   void (*beyond_range)(int64_t context, int body, double pressure, double approach);
+  /* Called once per sensor when a force passes beside what it presses through. */
+  void (*not_carried)(int64_t context, int body, const double* wrench);
 } mjt_host;
 
 /* Raised with every change of this file; Python refuses a library of another. */
@@ -43,6 +48,8 @@ MJT_API void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const
 MJT_API void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,
                                const double* signs, const size_t* ranks, const double* const* left,
                                const double* const* right, int mean);
+/* Springs of law "foundation": logarithms of areas [m^2] and of stiffnesses per area [Pa/m]. */
+MJT_API void mjt_pad_set_foundation(mjt_pad* pad, size_t count, const double* areas, const double* stiffnesses);
 MJT_API void mjt_pad_free(mjt_pad* pad);
 MJT_API size_t mjt_pad_bytes(const mjt_pad* pad);
 
@@ -67,9 +74,27 @@ MJT_API mjt_face* mjt_face_new(const double* rotation, double height, double mos
                                size_t edges, const double* ends, const int32_t* sides, size_t corners,
                                const double* outline, int cut);
 MJT_API void mjt_face_free(mjt_face* face);
-/* Nodal forces of one face pressed at a pose; 0 where the reference has to take over. */
-MJT_API int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench,
-                           int tilting, double friction, double* nodal_forces);
+/* Nodal forces of one face pressed at a pose; 0 where the reference has to take over. law: 0 elastic, 1 foundation,
+   2 uniform. */
+MJT_API int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int law,
+                           int tilting, double friction, size_t cells, double* nodal_forces);
+
+/* A body's geometry: limits = (depth, reach, facing gap); facing (faces, 3), see BodyGeometry. */
+MJT_API mjt_body* mjt_body_new(const double* limits, size_t faces, const double* facing);
+/* Add a shape: kind 0 ellipsoid, 1 capsule, 2 cylinder, 3 box, 4 half space; size (3), pose in the body's frame (12). */
+MJT_API void mjt_body_add_shape(mjt_body* body, int kind, const double* size, const double* pose);
+/* Add a triangle mesh: vertices (count, 3), triangles (count, 3). */
+MJT_API void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const double* points,
+                               size_t triangles, const int32_t* corners, int closed);
+MJT_API void mjt_body_free(mjt_body* body);
+/* Heights of a body's lower surface over points (count, 2) of a sheet (west, south, east, north), over its lowest;
+   infinite out of reach. 0 where nothing of it is over the sheet. */
+MJT_API int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, size_t count,
+                             const double* points, double* heights);
+/* Nodal forces of a curved body pressed at a pose, looked for within region = (x, y, angle, width, height), or where it
+   is null within what the body covers; 0 where the reference has to take over. */
+MJT_API int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, int law,
+                           int tilting, double friction, size_t cells, const double* region, double* nodal_forces);
 
 /* Memory that wrench bases take in this process [bytes]. */
 MJT_API size_t mjt_basis_bytes(void);

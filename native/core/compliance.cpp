@@ -1,6 +1,7 @@
 #include "compliance.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "kernels.hpp"
@@ -22,6 +23,21 @@ void AveragingSpline::weights(double at, double* weights) const {
 
 SurfaceCompliance::SurfaceCompliance(double factor, AveragingSpline x, AveragingSpline y, Matrix remainder)
     : factor_(factor), x_(std::move(x)), y_(std::move(y)), remainder_(std::move(remainder)) {}
+
+void SurfaceCompliance::set_foundation(std::vector<double> areas, std::vector<double> stiffnesses) {
+  areas_ = std::move(areas);
+  stiffnesses_ = std::move(stiffnesses);
+}
+
+double SurfaceCompliance::foundation_stiffness(double area) const {
+  const double at = std::log(area);
+  // Small contacts feel a half space, on which stiffness per area falls with the radius.
+  if (at <= areas_.front()) return std::exp(stiffnesses_.front() + 0.5 * (areas_.front() - at));
+  if (at >= areas_.back()) return std::exp(stiffnesses_.back());
+  const auto i = static_cast<std::size_t>(std::upper_bound(areas_.begin(), areas_.end(), at) - areas_.begin());
+  const double part = (at - areas_[i - 1]) / (areas_[i] - areas_[i - 1]);
+  return std::exp(stiffnesses_[i - 1] + part * (stiffnesses_[i] - stiffnesses_[i - 1]));
+}
 
 void SurfaceCompliance::normal(const double* centroids, const double* areas, std::size_t cells,
                                const double* inverse_distance, double scale, Workspace& workspace,

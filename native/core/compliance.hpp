@@ -28,6 +28,14 @@ class SurfaceCompliance {
   // `factor`: of the half space [1/Pa]; `remainder`: sheet minus half space between patches, patches by row [m/N].
   SurfaceCompliance(double factor, AveragingSpline x, AveragingSpline y, Matrix remainder);
 
+  // Springs that stand for the surface under law "foundation": logarithms of contact areas [m^2], ascending, and of the
+  // stiffness per area under each [Pa/m].
+  void set_foundation(std::vector<double> areas, std::vector<double> stiffnesses);
+  double foundation_stiffness(double area) const;
+  bool has_foundation() const { return !areas_.empty(); }
+
+  double factor() const { return factor_; }
+
   struct Workspace {
     Matrix weights, transposed, through;
     std::vector<double> x, y;
@@ -43,6 +51,7 @@ class SurfaceCompliance {
   double factor_;
   AveragingSpline x_, y_;
   Matrix remainder_;
+  std::vector<double> areas_, stiffnesses_;  // logarithms
 };
 
 }  // namespace mjtactile

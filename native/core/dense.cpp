@@ -92,4 +92,45 @@ bool solve_small(const Matrix& matrix, Matrix& right, double least) {
   return true;
 }
 
+// Jacobi's rotations, one pair of axes after the other.
+void eigen_small(const Matrix& matrix, double* values, double vectors[3][3]) {
+  constexpr int kSweeps = 20;
+  const std::size_t size = matrix.rows();
+  double a[3][3] = {};
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = 0; j < size; ++j) {
+      a[i][j] = matrix[i][j];
+      vectors[i][j] = i == j ? 1.0 : 0.0;
+    }
+  }
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    bool turned = false;
+    for (std::size_t p = 0; p < size; ++p) {
+      for (std::size_t q = p + 1; q < size; ++q) {
+        if (!(std::abs(a[p][q]) > 1e-17 * std::sqrt(std::abs(a[p][p] * a[q][q])))) continue;
+        turned = true;
+        const double angle = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
+        const double c = std::cos(angle), s = std::sin(angle);
+        for (std::size_t k = 0; k < size; ++k) {
+          const double first = a[k][p], second = a[k][q];
+          a[k][p] = c * first - s * second;
+          a[k][q] = s * first + c * second;
+        }
+        for (std::size_t k = 0; k < size; ++k) {
+          const double first = a[p][k], second = a[q][k];
+          a[p][k] = c * first - s * second;
+          a[q][k] = s * first + c * second;
+        }
+        for (std::size_t k = 0; k < size; ++k) {
+          const double first = vectors[k][p], second = vectors[k][q];
+          vectors[k][p] = c * first - s * second;
+          vectors[k][q] = s * first + c * second;
+        }
+      }
+    }
+    if (!turned) break;
+  }
+  for (std::size_t i = 0; i < size; ++i) values[i] = a[i][i];
+}
+
 }  // namespace mjtactile

@@ -44,4 +44,7 @@ void solve_factored(const Matrix& upper, Matrix& right);
 // False where a pivot is less than `least` of the largest diagonal entry.
 bool solve_small(const Matrix& matrix, Matrix& right, double least);
 
+// Eigenvalues (at most 3, in no order) and unit eigenvectors, as columns, of a symmetric matrix of at most 3 unknowns.
+void eigen_small(const Matrix& matrix, double* values, double vectors[3][3]);
+
 }  // namespace mjtactile

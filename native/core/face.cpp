@@ -29,14 +29,44 @@ std::vector<Point> convex_hull(std::vector<Point> points) {
   return hull;
 }
 
-bool surely_inside(const std::vector<Point>& polygon, const Point& point, double margin) {
+bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest) {
+  nearest = point;
   if (polygon.size() < 3) return false;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point& a = polygon[i];
-    const Point& b = polygon[(i + 1) % polygon.size()];
-    if (cross(a, b, point) <= margin * std::hypot(b.x - a.x, b.y - a.y)) return false;
+  const auto depth = [margin](const Point& a, const Point& b, const Point& at) {
+    return cross(a, b, at) - margin * std::hypot(b.x - a.x, b.y - a.y);
+  };
+  bool inside = true;
+  for (std::size_t i = 0; i < polygon.size() && inside; ++i) {
+    inside = depth(polygon[i], polygon[(i + 1) % polygon.size()], point) > 0.0;
   }
-  return true;
+  if (inside) return true;
+  // The polygon without what lies within the margin of its sides.
+  std::vector<Point> inner = polygon, before;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Point &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    before.swap(inner);
+    inner.clear();
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      const Point &from = before[k], &to = before[(k + 1) % before.size()];
+      const double here = depth(a, b, from), there = depth(a, b, to);
+      if (here >= 0.0) inner.push_back(from);
+      if ((here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0)) {
+        const double part = here / (here - there);
+        inner.push_back({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
+      }
+    }
+  }
+  double least = INFINITY;
+  for (std::size_t k = 0; k < inner.size(); ++k) {
+    const Point &a = inner[k], &b = inner[(k + 1) % inner.size()];
+    const double x = b.x - a.x, y = b.y - a.y, square = x * x + y * y;
+    const double along = square > 0.0 ? ((point.x - a.x) * x + (point.y - a.y) * y) / square : 0.0;
+    const double part = std::min(std::max(along, 0.0), 1.0);
+    const Point at = {a.x + part * x, a.y + part * y};
+    const double distance = std::hypot(point.x - at.x, point.y - at.y);
+    if (distance < least) least = distance, nearest = at;
+  }
+  return least < INFINITY;
 }
 
 bool place(const Face& face, const Pose& pose, Placement& placement) {
@@ -54,6 +84,16 @@ bool place(const Face& face, const Pose& pose, Placement& placement) {
   placement.sine = s / size;
   for (int i = 0; i < 2; ++i) placement.shift[i] = pose.position[i] + turn[3 * i + 2] * face.height;
   return true;
+}
+
+double plane_height(const Face& face, const Pose& pose, double x, double y) {
+  double normal[3], point[3];
+  for (int i = 0; i < 3; ++i) {
+    normal[i] = 0.0;
+    for (int k = 0; k < 3; ++k) normal[i] += pose.rotation[3 * i + k] * face.rotation[6 + k];
+    point[i] = pose.position[i] + normal[i] * face.height;
+  }
+  return point[2] - (normal[0] * (x - point[0]) + normal[1] * (y - point[1])) / normal[2];
 }
 
 }  // namespace mjtactile

@@ -37,6 +37,7 @@ struct Face {
   std::vector<CellEdge> edges;
   std::vector<Point> corners;            // convex hull of its outline, counter-clockwise
   std::vector<Point> hull;               // convex hull of the centroids, counter-clockwise
+  bool convex = false;                   // whether the hull of its outline is all of it
   double length;                         // root of its area, by which tilts compare with the approach [m]
   bool cut = false;                      // at the sheet's edge, for one place: its frame is the pad's
 
@@ -57,13 +58,19 @@ struct Placement {
   }
 };
 
+constexpr Placement kHere = {1.0, 0.0, {0.0, 0.0}};
+
 // The convex hull of points, counter-clockwise, collinear ones left out.
 std::vector<Point> convex_hull(std::vector<Point> points);
 
-// Whether a point lies inside a counter-clockwise convex polygon, at least `margin` [m] from its sides.
-bool surely_inside(const std::vector<Point>& polygon, const Point& point, double margin);
+// The point of a counter-clockwise convex polygon nearest to another, at least `margin` [m] from its sides: that one
+// itself where it is. False where the polygon is too narrow for the margin.
+bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest);
 
 // Where the face stands, if the body turns it to the pad; false where it leans more than it may.
 bool place(const Face& face, const Pose& pose, Placement& placement);
+
+// Height of the face's plane over (x, y) [m].
+double plane_height(const Face& face, const Pose& pose, double x, double y);
 
 }  // namespace mjtactile

@@ -17,6 +17,10 @@ struct mjt_face {
   std::shared_ptr<const mjtactile::Face> face;
 };
 
+struct mjt_body {
+  std::shared_ptr<mjtactile::BodyGeometry> geometry;
+};
+
 namespace mjtactile {
 
 inline Pose pose_of(const double* numbers) {
@@ -31,15 +35,19 @@ class CallbackHost : public Host {
  public:
   CallbackHost(mjt_host functions, std::int64_t context) : functions_(functions), context_(context) {}
 
-  std::shared_ptr<const Face> face(const Touch& touch) override {
-    double pose[12];
-    flat(touch.pose, pose);
-    const mjt_face* found = functions_.face == nullptr ? nullptr : functions_.face(context_, touch.body, pose);
+  std::shared_ptr<const BodyGeometry> body(int body) override {
+    const mjt_body* found = functions_.body == nullptr ? nullptr : functions_.body(context_, body);
+    return found == nullptr ? nullptr : found->geometry;
+  }
+
+  std::shared_ptr<const Face> face(int body, int number) override {
+    const mjt_face* found = functions_.face == nullptr ? nullptr : functions_.face(context_, body, number);
     return found == nullptr ? nullptr : found->face;
   }
 
-  std::shared_ptr<const Face> cut_face(const Touch& touch, const double* place) override {
-    const mjt_face* found = functions_.cut_face == nullptr ? nullptr : functions_.cut_face(context_, touch.body, place);
+  std::shared_ptr<const Face> cut_face(int body, int number, const double* place) override {
+    if (functions_.cut_face == nullptr) return nullptr;
+    const mjt_face* found = functions_.cut_face(context_, body, number, place);
     return found == nullptr ? nullptr : found->face;
   }
 
@@ -52,6 +60,10 @@ class CallbackHost : public Host {
 
   void beyond_range(const Touch& touch, double pressure, double approach) override {
     if (functions_.beyond_range != nullptr) functions_.beyond_range(context_, touch.body, pressure, approach);
+  }
+
+  void not_carried(const Touch& touch) override {
+    if (functions_.not_carried != nullptr) functions_.not_carried(context_, touch.body, touch.wrench);
   }
 
  private:

@@ -49,6 +49,7 @@ class Pad {
 
   const SurfaceGrid& surface() const { return surface_; }
   const SurfaceCompliance& compliance() const { return compliance_; }
+  SurfaceCompliance& compliance() { return compliance_; }
   const LinearRange& range() const { return range_; }
   std::size_t layers() const { return points_.size(); }
   std::size_t taxels() const { return twofold() ? double_maps_.deviatoric.taxels : float_maps_.deviatoric.taxels; }

@@ -13,7 +13,10 @@ constexpr double kSteady = 8.0;
 // hundredth of the depth of the first taxels.
 constexpr double kCutStep = 5e-6, kCutTurn = 5e-4;
 constexpr std::size_t kMostCutFaces = 64;
-constexpr Placement kHere = {1.0, 0.0, {0.0, 0.0}};
+// Faces that lean more than this never face the pad alone (their cosine).
+constexpr double kFacing = 0.9;
+// Height of what presses over the surface or below it, over the pad's depth.
+constexpr double kNear = 0.2;
 // Bases that many searches have not asked for belong to poses that are past.
 constexpr std::uint64_t kForgotten = 10000;
 constexpr std::size_t kMostBasisBytes = std::size_t{256} << 20;
@@ -50,13 +53,13 @@ template <typename Value>
 struct Basis {
   std::shared_ptr<const Face> face;
   std::shared_ptr<const Pad> pad;
-  ElasticContact contact;
+  CellContact contact;
   Columns<Value> responses;
 };
 
 bool BasisKey::operator==(const BasisKey& other) const {
   return pad == other.pad && face == other.face && pose == other.pose &&
-         options.tilting == other.options.tilting && options.friction == other.options.friction;
+         options == other.options;
 }
 
 std::uint64_t BasisKey::hash() const {
@@ -74,7 +77,7 @@ BasisCache<Value>& BasisCache<Value>::shared() {
 template <typename Value>
 std::shared_ptr<const Basis<Value>> BasisCache<Value>::find(const BasisKey& key, const Face& face,
                                                             const double* wrench, std::vector<double>& weights,
-                                                            ElasticContact::Workspace& workspace) {
+                                                            CellContact::Workspace& workspace) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++searches_;
   const auto range = places_.equal_range(key.hash());
@@ -152,38 +155,84 @@ Steadiness PadSensor<Value>::after(const Steadiness& before) const {
 template <typename Value>
 void PadSensor<Value>::press_one(const Touch& touch, bool steady, Host& host) {
   if (native_) {
-    const std::shared_ptr<const Face>& face = face_of(touch, host);
-    if (face != nullptr && press_face(touch, face, steady, host)) return;
+    KnownBody& body = known_body(touch.body, host);
+    if (body.geometry != nullptr) {
+      bool faced = false;
+      if (press_face(touch, body, steady, host, faced)) return;
+      if (!faced && press_curved(touch, *body.geometry, host)) return;
+    }
   }
   if (host.nodal_forces(touch, forces_.data())) add(forces_.data());
 }
 
+// With `faced`, whether the body turns a flat face to the pad at all.
 template <typename Value>
-bool PadSensor<Value>::press_face(const Touch& touch, const std::shared_ptr<const Face>& whole, bool steady,
-                                  Host& host) {
+bool PadSensor<Value>::press_face(const Touch& touch, KnownBody& body, bool steady, Host& host, bool& faced) {
   Placement placement;
-  if (!place(*whole, touch.pose, placement)) return false;
-  std::shared_ptr<const Face> face = whole;
-  if (!over_sheet(*whole, placement)) {
-    face = cut_face_of(touch, placement, host);
+  const int number = face_towards(touch, body, host, placement);
+  faced = number >= 0;
+  if (!faced) return false;
+  std::shared_ptr<const Face> face = body.faces[static_cast<std::size_t>(number)].second;
+  if (!over_sheet(*face, placement)) {
+    face = cut_face_of(touch, number, placement, host);
     if (face == nullptr) return false;
     placement = kHere;
   }
+  if (options_.law == Law::uniform) return press_uniform(touch, *face, placement, host);
   if (steady && press_steady(touch, face, host)) return true;
-  if (!contact_.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
-  if (!contact_.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
-  check_range(touch, contact_, host);
-  contact_.nodal_forces(*face, pad_->surface(), weights_, workspace_, forces_.data());
+  if (!flat_.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+  const CellContact& contact = flat_.contact();
+  if (!contact.weights(flat_.face(), options_, flat_.carried(), weights_, workspace_)) return false;
+  if (!flat_.carries(touch.wrench)) warn_not_carried(touch, host);
+  warn_beyond_range(touch, -touch.wrench[2] / contact.pressed_area(), contact.motion(flat_.face(), weights_).approach,
+                    host);
+  contact.nodal_forces(flat_.face(), pad_->surface(), weights_, workspace_, forces_.data());
   add(forces_.data());
   return true;
 }
 
 template <typename Value>
-void PadSensor<Value>::check_range(const Touch& touch, const ElasticContact& contact, Host& host) {
-  if (warned_) return;
-  const double pressure = -touch.wrench[2] / contact.pressed_area(), approach = contact.approach(weights_);
-  if (pressure <= pad_->range().pressure && approach <= pad_->range().approach) return;
-  warned_ = true;
+bool PadSensor<Value>::press_uniform(const Touch& touch, const Face& face, const Placement& placement, Host& host) {
+  if (options_.friction >= 0.0) return false;
+  double coefficients[9];
+  traction_.cover(face, placement);
+  if (!traction_.carry(touch.wrench, coefficients)) return false;
+  warn_beyond_range(touch, -touch.wrench[2] / traction_.integrals().area, 0.0, host);
+  traction_.nodal_forces(pad_->surface(), coefficients, forces_.data());
+  add(forces_.data());
+  return true;
+}
+
+template <typename Value>
+bool PadSensor<Value>::press_curved(const Touch& touch, const BodyGeometry& geometry, Host& host) {
+  if (geometry.curved.shapes.empty() || options_.law == Law::uniform) return false;
+  const SurfaceGrid& surface = pad_->surface();
+  const Rectangle sheet = {surface.low_x(), surface.low_y(), surface.high_x(), surface.high_y()};
+  if (!gap_.place(geometry.curved, touch.pose, sheet, geometry.limits)) return false;
+  if (!curved_.solve(gap_, gap_.covered(), pad_->compliance(), options_, touch.wrench, workspace_)) {
+    return false;
+  }
+  const CellContact& contact = curved_.contact();
+  if (!contact.weights(curved_.face(), options_, touch.wrench, weights_, workspace_)) return false;
+  if (!contact.carries(curved_.face(), touch.wrench)) warn_not_carried(touch, host);
+  warn_beyond_range(touch, -touch.wrench[2] / contact.pressed_area(), curved_.approach(weights_), host);
+  contact.nodal_forces(curved_.face(), surface, weights_, workspace_, forces_.data());
+  add(forces_.data());
+  return true;
+}
+
+// Warn once of forces that pass beside what they press through, and once of strains that are not small.
+template <typename Value>
+void PadSensor<Value>::warn_not_carried(const Touch& touch, Host& host) {
+  if (warned_carried_) return;
+  warned_carried_ = true;
+  host.not_carried(touch);
+}
+
+template <typename Value>
+void PadSensor<Value>::warn_beyond_range(const Touch& touch, double pressure, double approach, Host& host) {
+  if (warned_range_ || (pressure <= pad_->range().pressure && approach <= pad_->range().approach)) return;
+  warned_range_ = true;
   host.beyond_range(touch, pressure, approach);
 }
 
@@ -195,8 +244,9 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
   if (basis == nullptr) {
     Placement placement = kHere;
     if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return false;
-    ElasticContact contact;
+    CellContact contact;
     if (!contact.solve(*face, placement, pad_->compliance(), options_, touch.wrench, workspace_)) return false;
+    if (is_small(contact)) return false;  // its cells belong to this very load
     const auto& map = pad_->template deviatoric<Value>();
     // One scale for all layers: bytes would leave the deep ones too few digits.
     const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
@@ -217,7 +267,9 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     basis = std::make_shared<const Basis<Value>>(Basis<Value>{face, pad_, std::move(contact), std::move(responses)});
     cache.keep(key, basis, bytes);
   }
-  check_range(touch, basis->contact, host);
+  if (!basis->contact.carries(*face, touch.wrench)) warn_not_carried(touch, host);
+  warn_beyond_range(touch, -touch.wrench[2] / basis->contact.pressed_area(),
+                    basis->contact.motion(*face, weights_).approach, host);
   part_weights_.assign(weights_.begin(), weights_.end());
   for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
   basis->responses.add(every_.data(), part_weights_.data(), part_weights_.size(), response_.data());
@@ -262,28 +314,49 @@ void PadSensor<Value>::stress(double* stress) {
 }
 
 template <typename Value>
-const std::shared_ptr<const Face>& PadSensor<Value>::face_of(const Touch& touch, Host& host) {
-  for (const auto& known : faces_) {
-    if (known.first == touch.body) return known.second;
+typename PadSensor<Value>::KnownBody& PadSensor<Value>::known_body(int number, Host& host) {
+  for (KnownBody& known : bodies_) {
+    if (known.number == number) return known;
   }
-  faces_.emplace_back(touch.body, host.face(touch));
-  return faces_.back().second;
+  bodies_.push_back({number, host.body(number), {}});
+  KnownBody& made = bodies_.back();
+  if (made.geometry != nullptr) made.faces.resize(made.geometry->facing.size() / 3);
+  return made;
+}
+
+// Number of the face that a body turns to the pad, and where it stands; -1 for none.
+template <typename Value>
+int PadSensor<Value>::face_towards(const Touch& touch, KnownBody& body, Host& host, Placement& placement) const {
+  const double* up = touch.pose.rotation + 6;
+  // Where the force passes, what presses is near the surface; a face far below it is beside the pad, or under it.
+  const double near = kNear * body.geometry->limits.depth;
+  const double x = -touch.wrench[4] / touch.wrench[2], y = touch.wrench[3] / touch.wrench[2];
+  for (std::size_t i = 0; i < body.faces.size(); ++i) {
+    const double* facing = body.geometry->facing.data() + 3 * i;
+    if (up[0] * facing[0] + up[1] * facing[1] + up[2] * facing[2] < kFacing) continue;
+    auto& known = body.faces[i];
+    if (!known.first) known = {true, host.face(body.number, static_cast<int>(i))};
+    if (known.second == nullptr || !place(*known.second, touch.pose, placement)) continue;
+    if (std::abs(plane_height(*known.second, touch.pose, x, y)) <= near) return static_cast<int>(i);
+  }
+  return -1;
 }
 
 template <typename Value>
-std::shared_ptr<const Face> PadSensor<Value>::cut_face_of(const Touch& touch, const Placement& placement, Host& host) {
+std::shared_ptr<const Face> PadSensor<Value>::cut_face_of(const Touch& touch, int face, const Placement& placement,
+                                                          Host& host) {
   const std::array<std::int64_t, 3> place = {std::llround(placement.shift[0] / kCutStep),
                                              std::llround(placement.shift[1] / kCutStep),
                                              std::llround(placement.angle() / kCutTurn)};
   for (auto known = cut_faces_.begin(); known != cut_faces_.end(); ++known) {
-    if (known->body == touch.body && known->place == place) {
+    if (known->body == touch.body && known->number == face && known->place == place) {
       cut_faces_.splice(cut_faces_.begin(), cut_faces_, known);
       return known->face;
     }
   }
   const double there[3] = {static_cast<double>(place[0]) * kCutStep, static_cast<double>(place[1]) * kCutStep,
                            static_cast<double>(place[2]) * kCutTurn};
-  cut_faces_.push_front({touch.body, place, host.cut_face(touch, there)});
+  cut_faces_.push_front({touch.body, face, place, host.cut_face(touch.body, face, there)});
   if (cut_faces_.size() > kMostCutFaces) cut_faces_.pop_back();
   return cut_faces_.front().face;
 }

@@ -15,8 +15,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "elastic_law.hpp"
+#include "cell_contact.hpp"
+#include "closing_press.hpp"
 #include "face.hpp"
+#include "flat_press.hpp"
+#include "linear_traction.hpp"
 #include "pad.hpp"
 
 namespace mjtactile {
@@ -28,18 +31,29 @@ struct Touch {
   double wrench[6];   // on the pad, about its origin, pad frame [N, N m]
 };
 
+// What there is to know of a body's geometry, in its own frame. Immutable, shared.
+struct BodyGeometry {
+  RigidBody curved;             // its shapes, none where only the host knows them
+  GapLimits limits;
+  std::vector<double> facing;   // unit vectors that point up from the pad when it lies on one of its faces, (faces, 3)
+};
+
 // What reading needs besides: it may take milliseconds, and is asked only where nothing faster is known.
 class Host {
  public:
   virtual ~Host() = default;
-  // The flat face a body turns to the pad; null where it has none.
-  virtual std::shared_ptr<const Face> face(const Touch& touch) = 0;
-  // The part of that face over the sheet, when the face stands at (x, y) [m], turned by an angle [rad]; null for none.
-  virtual std::shared_ptr<const Face> cut_face(const Touch& touch, const double* place) = 0;
+  // A body's geometry; null where only the host presses it.
+  virtual std::shared_ptr<const BodyGeometry> body(int body) = 0;
+  // One of its faces, by number; null where it is no flat face that could press by itself.
+  virtual std::shared_ptr<const Face> face(int body, int number) = 0;
+  // The part of it over the sheet, when it stands at (x, y) [m], turned by an angle [rad]; null for none.
+  virtual std::shared_ptr<const Face> cut_face(int body, int number, const double* place) = 0;
   // Nodal forces (nodes y, nodes x, 3) [N] of one body's contact; false where it has none.
   virtual bool nodal_forces(const Touch& touch, double* forces) = 0;
   // A contact has left the range of small strains: mean pressure [Pa], indentation [m].
   virtual void beyond_range(const Touch& touch, double pressure, double approach) = 0;
+  // A force passes beside what it presses through; the nearest that the contact carries is read.
+  virtual void not_carried(const Touch& touch) = 0;
 };
 
 // Numbers kept with the simulation's state.
@@ -69,7 +83,7 @@ class BasisCache {
 
   // A basis that makes up a wrench, and its weights; null if none is known.
   std::shared_ptr<const Basis<Value>> find(const BasisKey& key, const Face& face, const double* wrench,
-                                           std::vector<double>& weights, ElasticContact::Workspace& workspace);
+                                           std::vector<double>& weights, CellContact::Workspace& workspace);
   void keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes);
   std::size_t bytes();
 
@@ -102,31 +116,43 @@ class PadSensor {
   Steadiness after(const Steadiness& before) const;
 
  private:
+  struct KnownBody {
+    int number;
+    std::shared_ptr<const BodyGeometry> geometry;
+    std::vector<std::pair<bool, std::shared_ptr<const Face>>> faces;  // whether asked for, and the answer
+  };
   void press_one(const Touch& touch, bool steady, Host& host);
-  bool press_face(const Touch& touch, const std::shared_ptr<const Face>& whole, bool steady, Host& host);
+  bool press_face(const Touch& touch, KnownBody& body, bool steady, Host& host, bool& faced);
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face, Host& host);
-  void check_range(const Touch& touch, const ElasticContact& contact, Host& host);
+  bool press_uniform(const Touch& touch, const Face& face, const Placement& placement, Host& host);
+  bool press_curved(const Touch& touch, const BodyGeometry& geometry, Host& host);
+  void warn_not_carried(const Touch& touch, Host& host);
+  void warn_beyond_range(const Touch& touch, double pressure, double approach, Host& host);
   void add(const double* forces);
-  const std::shared_ptr<const Face>& face_of(const Touch& touch, Host& host);
-  std::shared_ptr<const Face> cut_face_of(const Touch& touch, const Placement& placement, Host& host);
+  KnownBody& known_body(int number, Host& host);
+  int face_towards(const Touch& touch, KnownBody& body, Host& host, Placement& placement) const;
+  std::shared_ptr<const Face> cut_face_of(const Touch& touch, int face, const Placement& placement, Host& host);
   bool over_sheet(const Face& face, const Placement& placement) const;
 
   std::shared_ptr<const Pad> pad_;
   LawOptions options_;
   bool native_;
   double tolerance_, key_ = 0.0;
-  bool touched_ = false, warned_ = false;
+  bool touched_ = false, warned_range_ = false, warned_carried_ = false;
   struct CutFace {
-    int body;
+    int body, number;
     std::array<std::int64_t, 3> place;
     std::shared_ptr<const Face> face;
   };
-  std::vector<std::pair<int, std::shared_ptr<const Face>>> faces_;
+  std::vector<KnownBody> bodies_;
   std::list<CutFace> cut_faces_;  // latest used first
   std::vector<Value> response_, mean_response_;
   std::vector<double> forces_, weights_, means_;
-  ElasticContact contact_;
-  ElasticContact::Workspace workspace_;
+  FlatPress flat_;
+  GapMap gap_;
+  ClosingPress curved_;
+  LinearTraction traction_;
+  CellContact::Workspace workspace_;
   typename StressMap<Value>::Workspace map_workspace_;
   std::vector<std::uint32_t> every_;
   std::vector<Value> part_weights_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace mjtactile {
 namespace {
@@ -10,8 +11,11 @@ namespace {
 constexpr double kTolerance = 1e-11;
 constexpr double kBalanced = 1e-9;
 constexpr std::size_t kExchanges = 30;
-// A contact that resists one motion this much less than another is for the slower ways.
-constexpr double kOpen = 1e-10;
+// Springs that start the search, over the stiffness of single cells.
+constexpr double kSprings = 0.2;
+// Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
+// limit it is, and loaded by what is more than the third of the resultants (mjtactile/rigid.py).
+constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
 
 std::uint64_t fingerprint(const std::vector<std::uint8_t>& cells) {
   std::uint64_t hash = 1469598103934665603u;  // FNV-1a
@@ -29,6 +33,19 @@ double along(const double* map, const double* resultants, std::size_t motions) {
 
 bool RigidContact::solve(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
                          const double* resultants, const std::uint8_t* start) {
+  if ((start != nullptr || heights == nullptr) &&
+      exchange(compliance, modes, motions, heights, resultants, start)) {
+    return true;
+  }
+  stiffnesses_.resize(compliance.rows());
+  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) stiffnesses_[i] = kSprings / compliance[i][i];
+  if (!springs_.solve(stiffnesses_, modes, motions, heights, resultants)) return false;
+  if (exchange(compliance, modes, motions, heights, resultants, springs_.pressed().data())) return true;
+  return descend(compliance, modes, heights, resultants) && balances(modes, resultants);
+}
+
+bool RigidContact::exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
+                            const double* resultants, const std::uint8_t* start) {
   const std::size_t cells = compliance.rows();
   motions_ = motions;
   pressed_.assign(cells, 1);
@@ -38,19 +55,65 @@ bool RigidContact::solve(const Matrix& compliance, const double* modes, std::siz
     const std::uint64_t known = fingerprint(pressed_);
     if (std::find(seen_.begin(), seen_.end(), known) != seen_.end()) return false;
     seen_.push_back(known);
-    if (!on(compliance, modes, heights)) return false;
-    if (violated(resultants, exchange_) == 0) {
-      // What rounding leaves of the resultants must be rounding.
-      double left = 0.0, size = 0.0;
-      for (std::size_t m = 0; m < motions; ++m) {
-        double sum = -resultants[m];
-        for (std::size_t i = 0; i < cells; ++i) sum += modes[i * motions + m] * along(map_forces_[i], resultants, motions);
-        left = std::max(left, std::abs(sum));
-        size = std::max(size, std::abs(resultants[m]));
-      }
-      return left <= kBalanced * size;
-    }
+    if (!on(compliance, modes, heights, resultants)) return false;
+    if (violated(resultants, exchange_) == 0) return balances(modes, resultants);
     for (std::size_t i = 0; i < cells; ++i) pressed_[i] ^= exchange_[i];
+  }
+  return false;
+}
+
+// Whether what rounding leaves of the resultants is rounding.
+bool RigidContact::balances(const double* modes, const double* resultants) const {
+  double left = 0.0, size = 0.0;
+  for (std::size_t m = 0; m < motions_; ++m) {
+    double sum = -resultants[m];
+    for (std::size_t i = 0; i < cells(); ++i) {
+      sum += modes[i * motions_ + m] * along(map_forces_[i], resultants, motions_);
+    }
+    left = std::max(left, std::abs(sum));
+    size = std::max(size, std::abs(resultants[m]));
+  }
+  return left <= kBalanced * size;
+}
+
+// Primal active-set method from the springs' forces, which carry the resultants: the energy falls at every step, so
+// that it cannot cycle.
+bool RigidContact::descend(const Matrix& compliance, const double* modes, const double* heights,
+                           const double* resultants) {
+  forces_ = springs_.forces();
+  for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = forces_[i] > 0.0 ? 1 : 0;
+  for (std::size_t trial = 0; trial < cells(); ++trial) {
+    if (!on(compliance, modes, heights, resultants)) return false;
+    double largest = 0.0, length = 1.0;
+    for (std::size_t i = 0; i < cells(); ++i) {
+      largest = std::max(largest, std::abs(along(map_forces_[i], resultants, motions_)));
+    }
+    // As far towards the solution on these cells as none of them pulls.
+    for (std::size_t i = 0; i < cells(); ++i) {
+      const double wanted = along(map_forces_[i], resultants, motions_);
+      if (pressed_[i] && wanted < -kTolerance * largest) length = std::min(length, forces_[i] / (forces_[i] - wanted));
+    }
+    double most = 0.0;
+    for (std::size_t i = 0; i < cells(); ++i) {
+      const double wanted = along(map_forces_[i], resultants, motions_);
+      forces_[i] = std::max(forces_[i] + length * (wanted - forces_[i]), 0.0);
+      most = std::max(most, forces_[i]);
+    }
+    if (length < 1.0) {
+      for (std::size_t i = 0; i < cells(); ++i) {
+        if (pressed_[i] && forces_[i] <= kTolerance * most) pressed_[i] = 0, forces_[i] = 0.0;
+      }
+      continue;
+    }
+    if (violated(resultants, exchange_) == 0) return true;
+    std::size_t worst = cells();
+    double deepest = 0.0;
+    for (std::size_t i = 0; i < cells(); ++i) {
+      const double separation = pressed_[i] ? 0.0 : along(map_separation_[i], resultants, motions_);
+      if (exchange_[i] && separation < deepest) deepest = separation, worst = i;
+    }
+    if (worst == cells()) return false;
+    pressed_[worst] = 1;
   }
   return false;
 }
@@ -75,7 +138,8 @@ bool RigidContact::under(const double* resultants, double* forces) const {
 }
 
 // The solution if exactly the pressed cells were in contact; false where they cannot carry resultants.
-bool RigidContact::on(const Matrix& compliance, const double* modes, const double* heights) {
+bool RigidContact::on(const Matrix& compliance, const double* modes, const double* heights,
+                      const double* resultants) {
   const std::size_t cells = pressed_.size(), motions = motions_, entries = motions + 1;
   places_.clear();
   for (std::size_t i = 0; i < cells; ++i) {
@@ -110,11 +174,11 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
         stiffness_[m][n] = sum;
         map_motion_[m][n] = m == n ? 1.0 : 0.0;
       } else {
-        map_motion_[m][n] = sum;
+        map_motion_[m][n] = pressed_heights_[m] = sum;
       }
     }
   }
-  if (!solve_small(stiffness_, map_motion_, kOpen)) return false;
+  if (!solve_small(stiffness_, map_motion_, kOpen)) to_flexible_motion(resultants);
   map_forces_.resize(cells, entries);
   map_separation_.resize(cells, entries);
   std::fill(map_forces_.data(), map_forces_.data() + cells * map_forces_.stride(), 0.0);
@@ -141,6 +205,36 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
     if (heights != nullptr) separation[motions] += heights[i];
   }
   return true;
+}
+
+// The motion where pressed cells in one row leave a tilt open. It stays as it is, unless the resultants load it: then it
+// goes far, until other cells come into contact.
+void RigidContact::to_flexible_motion(const double* resultants) {
+  const std::size_t motions = motions_, entries = motions + 1;
+  double values[kMostMotions], vectors[3][3], flexibility[kMostMotions][kMostMotions] = {};
+  eigen_small(stiffness_, values, vectors);
+  const double largest = std::max(*std::max_element(values, values + motions), std::numeric_limits<double>::min());
+  double wanted[kMostMotions], size = 0.0;
+  for (std::size_t m = 0; m < motions; ++m) {
+    wanted[m] = resultants[m] + pressed_heights_[m];
+    size = std::max(size, std::abs(wanted[m]));
+  }
+  for (std::size_t k = 0; k < motions; ++k) {
+    double along_it = 0.0, inverse = 1.0 / std::max(values[k], kOpenMotion * largest);
+    for (std::size_t m = 0; m < motions; ++m) along_it += vectors[m][k] * wanted[m];
+    if (values[k] < kOpenMotion * largest) inverse = std::abs(along_it) > kLoaded * size ? 1.0 / (kOpenMotion * largest) : 0.0;
+    for (std::size_t m = 0; m < motions; ++m) {
+      for (std::size_t n = 0; n < motions; ++n) flexibility[m][n] += inverse * vectors[m][k] * vectors[n][k];
+    }
+  }
+  for (std::size_t m = 0; m < motions; ++m) {
+    double constant = 0.0;
+    for (std::size_t n = 0; n < motions; ++n) {
+      map_motion_[m][n] = flexibility[m][n];
+      constant += flexibility[m][n] * pressed_heights_[n];
+    }
+    map_motion_[m][entries - 1] = constant;
+  }
 }
 
 // Which cells pull although pressed, or overlap although not; how many.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dense.hpp"
+#include "springs.hpp"
 
 namespace mjtactile {
 
@@ -18,11 +19,15 @@ constexpr std::size_t kMostMotions = 3;
 
 class RigidContact {
  public:
-  // Find the cells that press. `compliance`: symmetric, upper triangle (cells, cells) [m/N]; `modes`: (cells, motions);
-  // `heights`: (cells) [m], null where they are all zero; `resultants`: (motions) [N]. `start`: cells likely pressed,
-  // (cells), null for all of them. False where exchanging cells finds no contact: slower, surer ways remain then.
+  // Find the cells that press. `compliance`: symmetric, upper triangle (cells, cells) [m/N]; `modes`: (cells, motions),
+  // of which the first moves every cell by 1; `heights`: (cells) [m], null where they are all zero; `resultants`:
+  // (motions) [N]. `start`: cells likely pressed, (cells), null where nothing is known. False where no contact is found:
+  // slower, surer ways remain then.
   bool solve(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
              const double* resultants, const std::uint8_t* start);
+  // The same, by exchanging cells that violate their conditions only; `start` null for all cells.
+  bool exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
+                const double* resultants, const std::uint8_t* start);
 
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
@@ -37,11 +42,17 @@ class RigidContact {
   bool under(const double* resultants, double* forces) const;
 
  private:
-  bool on(const Matrix& compliance, const double* modes, const double* heights);
+  bool on(const Matrix& compliance, const double* modes, const double* heights, const double* resultants);
+  void to_flexible_motion(const double* resultants);
+  bool descend(const Matrix& compliance, const double* modes, const double* heights, const double* resultants);
+  bool balances(const double* modes, const double* resultants) const;
   std::size_t violated(const double* resultants, std::vector<std::uint8_t>& violated) const;
 
   std::size_t motions_ = 0;
   std::vector<std::uint8_t> pressed_, exchange_;
+  SpringBed springs_;
+  std::vector<double> stiffnesses_, forces_;
+  double pressed_heights_[kMostMotions] = {};  // B^T A^-1 g of the pressed cells
   std::vector<std::uint64_t> seen_;
   std::vector<std::size_t> places_;
   Matrix factor_, right_, stiffness_, map_forces_, map_motion_, map_separation_;

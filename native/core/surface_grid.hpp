@@ -18,6 +18,8 @@ class SurfaceGrid {
   // Ends of the elements along x and along y, ascending [m].
   SurfaceGrid(std::vector<double> x, std::vector<double> y);
 
+  const std::vector<double>& x() const { return x_; }
+  const std::vector<double>& y() const { return y_; }
   std::size_t nodes_x() const { return 2 * x_.size() - 1; }
   std::size_t nodes_y() const { return 2 * y_.size() - 1; }
   double low_x() const { return x_.front(); }

@@ -29,7 +29,9 @@ mjt_plugin_host python;
 // Python's part of an instance, which copies of a simulation share.
 struct Context {
   explicit Context(std::int64_t id) : number(id) {}
-  ~Context() { python.release(number); }
+  ~Context() {
+    if (python.release != nullptr) python.release(number);
+  }
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
@@ -45,7 +47,10 @@ class Instance {
         addresses_(std::move(addresses)),
         context_(std::move(context)),
         host_(python.host, context_->number),
-        sensor_(resolved.pad->pad, {resolved.tilting != 0, resolved.friction}, resolved.native != 0,
+        sensor_(resolved.pad->pad,
+                {static_cast<Law>(resolved.law), resolved.tilting != 0, resolved.friction,
+                 static_cast<std::size_t>(resolved.cells)},
+                resolved.native != 0,
                 resolved.tolerance) {}
   // The same pad in another simulation, which keeps memory of its own.
   std::unique_ptr<Instance> another() const {
@@ -267,6 +272,8 @@ size_t mjt_plugin_attributes(const char* const** names) {
   *names = kAttributes;
   return kAttributeCount;
 }
+
+void mjt_plugin_leave(void) { python.release = nullptr; }
 
 int mjt_plugin_register(const int64_t* offsets, size_t layout_count, const void* const* pointers,
                         size_t function_count, const mjt_plugin_host* host) {

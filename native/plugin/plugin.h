@@ -16,7 +16,7 @@ typedef struct mjt_instance {
   double friction, tolerance;
   int taxels, layers, rows, columns;
   double pitch[2], centre[2]; /* of the taxels [m] */
-  int tilting, native, visual, output_count;
+  int law, cells, tilting, native, visual, output_count;
   int outputs[MJT_MOST_OUTPUTS];
   char error[1024];
 } mjt_instance;
@@ -33,3 +33,5 @@ MJT_API size_t mjt_plugin_attributes(const char* const** names);
 /* Register the plugin with the running MuJoCo; its slot, or -1. Once per process. */
 MJT_API int mjt_plugin_register(const int64_t* layout, size_t layout_count, const void* const* functions,
                                 size_t function_count, const mjt_plugin_host* host);
+/* Python is about to end: what is destroyed from now on is not released there. */
+MJT_API void mjt_plugin_leave(void);

@@ -58,8 +58,7 @@ def test_an_interrupted_dataset_goes_on_to_the_same_presses(tmp_path):
 
 
 @pytest.mark.slow
-def test_presses_do_not_depend_on_how_many_workers_there_are(tmp_path, monkeypatch):
-    monkeypatch.setattr(dataset_module, "_PRESSES_PER_PART", 960)  # as the workers see it
+def test_presses_do_not_depend_on_how_many_workers_there_are(tmp_path):
     make_dataset(SPEC, tmp_path / "one", workers=1, progress=False)
     make_dataset(SPEC, tmp_path / "two", workers=2, progress=False)
     same(read_dataset(tmp_path / "one"), read_dataset(tmp_path / "two"))

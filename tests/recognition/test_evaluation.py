@@ -2,14 +2,17 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from mjtactile.cli import app
-from mjtactile.cli_evaluate import tables
+from mjtactile.cli_evaluate import side_by_side, tables
 from mjtactile.evaluation import angles_between, evaluate, noisy
+from mjtactile.evaluation_arrays import TransducerArray
+from mjtactile.transducer import Imperfections
 
 
 def test_small_angles_are_exact():
@@ -23,6 +26,20 @@ def test_noise_is_relative_to_each_presss_largest_reading_and_seeded():
     relative = change.reshape(50, -1).std(axis=1) / readings.max(axis=(1, 2, 3))
     np.testing.assert_allclose(relative, 0.02, rtol=0.15)
     np.testing.assert_array_equal(noisy(readings, 0.02, seed=1), noisy(readings, 0.02, seed=1))
+
+
+def test_arrays_differ_by_seed_and_calibration_takes_their_spread_out():
+    readings = np.random.default_rng(6).uniform(0.0, 50e3, (3, 4, 13, 13))
+    spread = Imperfections(noise=2e-3, gain_spread=0.02, offset_spread=2e-3)
+    plain = TransducerArray(imperfections=spread)
+    np.testing.assert_array_equal(plain.reported(readings, 1), plain.reported(readings, 1))
+    assert (plain.reported(readings, 1) != plain.reported(readings, 2)).any()
+    several = replace(plain, readings=16)
+    off, mean_off, calibrated_off = (
+        np.abs(array.reported(readings, 1) - readings).mean()
+        for array in (plain, several, replace(several, calibrated=True))
+    )
+    assert off > mean_off > 3.0 * calibrated_off
 
 
 @pytest.mark.slow
@@ -56,3 +73,41 @@ def test_the_command_prints_json_and_rewrites_its_tables(tmp_path):
     assert "old" not in page.read_text()
     assert page.read_text().startswith("before\n")
     assert page.read_text().endswith("after\n")
+
+
+def test_sensors_side_by_side_have_a_column_each():
+    """From results made up, because measuring takes long."""
+    protocol = {
+        "direction_deg": 0.1,
+        "magnitude_gf": 0.2,
+        "shapes_right": 55,
+        "shapes_asked": 56,
+        "three_rate": dict.fromkeys(("circle", "triangle", "square"), 1.0),
+    }
+    mujoco = {
+        "direction_median_deg": 0.3,
+        "magnitude_of_200gf": 0.004,
+        "position_mean_mm": 0.05,
+        "shape_rate": 0.997,
+        "three_rate": protocol["three_rate"],
+    }
+    result = {"seed": 1, "presses": 20, "preset": "fast", "law": "uniform"}
+    result |= {"protocol": {"all": protocol, "top": protocol}, "mujoco": {"all": mujoco, "top": mujoco}}
+    text = side_by_side([result, {**result, "preset": "precise", "law": "elastic"}])
+    assert "| figure | unit | bound | fast, uniform | precise, elastic |" in text
+    assert "| magnitude, MuJoCo, mean | % of 200 gf | <= 0.5 | 0.400 / 0.400 | 0.400 / 0.400 |" in text
+    assert "55 of 56 / 55 of 56" in text
+
+
+@pytest.mark.slow
+def test_a_sensors_law_is_asked_for_and_several_are_put_side_by_side(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- bench evaluate sensors -->\n<!-- end -->\n")
+    asked = ["--presses", "20", "--workers", "1", "--preset", "fast", "--law", "uniform", "--law", "foundation"]
+    done = CliRunner().invoke(app, ["evaluate", *asked, "--json", "--readme", str(page)])
+    assert done.exit_code == 0, done.output
+    uniform, foundation = json.loads(done.stdout)
+    assert (uniform["law"], foundation["law"]) == ("uniform", "foundation")
+    # Spheres and free tilts are pressed otherwise.
+    assert uniform["mujoco"] != foundation["mujoco"]
+    assert "fast, foundation" in page.read_text()

@@ -8,7 +8,7 @@ import pytest
 
 from mjtactile import INDENTER_NAMES, Pad, force_vector, recognition
 from mjtactile.recognition import RecognitionError
-from mjtactile.recognition.registry import read_registry, register
+from mjtactile.recognition.registry import read_registry, register, stored_module
 from mjtactile.recognition.store import SHIPPED, read_weights
 from mjtactile.timing import median_time
 
@@ -74,6 +74,7 @@ def test_added_shapes_leave_the_others_modules_as_they_are():
     for layers in ("all", "top"):
         for entry in recognition.modules(layers=layers).values():
             assert entry.needs == () or "view" in entry.needs
+            assert stored_module(SHIPPED / layers, entry).layers == ((0, 1, 2, 3) if layers == "all" else (0,))
         metadata = json.loads((SHIPPED / layers / "registry.json").read_text())
         optional = {"shape hexagon", "shape cross"} if layers == "all" else set()
         assert {one["name"] for one in metadata["modules"] if one["optional"]} == optional

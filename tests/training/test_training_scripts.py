@@ -8,10 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from mjtactile import Pad, recognition
 from mjtactile.dataset import make_dataset
 from mjtactile.dataset_spec import load_spec, parse_spec
+from mjtactile.recognition.fitting import perceptron, set_weights
+from mjtactile.recognition.network import Network
 from mjtactile.recognition.registry import read_registry
 from mjtactile.recognition.store import read_weights
 
@@ -50,13 +53,18 @@ def test_scripts_train_what_can_be_loaded_and_a_new_shape_touches_no_other_modul
     run("train_force", data=presses, width=24, depth=1, steps=60)
     for module in ("position", "size", "orientation"):
         run("train_pose", module=module, data=presses, width=16, steps=20)
-    run("train_shapes", data=presses, width=16, steps=60)
+    run("train_force", data=presses, width=24, depth=1, steps=20, start=weights / "force.safetensors", seed=8)
+    with pytest.raises(recognition.RecognitionError, match="no examples"):
+        run("add_shape", shape="hexagon")
+    run("train_shapes", data=presses, width=16, steps=60, examples=90)
     before = read_registry(weights)
-    run("add_shape", shape="hexagon", data=presses, presses=48, workers=1, width=8, steps=20)
+    files = {path: path.read_bytes() for path in weights.glob("*.safetensors")}
+    run("add_shape", shape="hexagon", presses=48, workers=1, draws=1, steps=20)
 
     after = read_registry(weights)
     assert set(after) - set(before) == {"shape hexagon"}
     assert {name: after[name] for name in before} == before
+    assert {path: path.read_bytes() for path in files} == files
     recognise = recognition.load("shape", folder=weights, also=["hexagon"], pad=Pad())
     assert set(recognise.shapes) == {"circle", "hexagon", "square", "star"}
     assert set(recognition.load("shape", folder=weights).shapes) == {"circle", "square", "star"}
@@ -64,7 +72,7 @@ def test_scripts_train_what_can_be_loaded_and_a_new_shape_touches_no_other_modul
     assert np.isfinite(force(np.random.default_rng(0).random((2, 4, 13, 13))).force).all()
     about = read_weights(weights / "force.safetensors").metadata
     assert about["pad_fingerprint"] == Pad().fingerprint
-    assert about["config"]["seed"] == 1
+    assert (about["before"]["seed"], about["config"]["seed"]) == (1, 8)
     assert about["versions"]["torch"]
     assert about["dataset"]["spec"]["seed"] == 2
 
@@ -76,6 +84,18 @@ def test_arguments_come_from_the_dataclass(scripts):
     assert given == config(data=Path("a"), weights=Path("b"), layers=(0, 2))
     with pytest.raises(SystemExit):
         arguments.parsed(config, "about", ["--data", "a"])
+
+
+def test_a_network_begins_only_as_one_of_its_own_sizes():
+    network = perceptron([3, 4, 2])
+    weights = tuple(np.full(size, 0.5, dtype=np.float32) for size in ((3, 4), (4, 2)))
+    biases = tuple(np.zeros(size, dtype=np.float32) for size in (4, 2))
+    stored = Network(weights, biases)
+    set_weights(network, stored)
+    inputs = np.ones((1, 3), dtype=np.float32)
+    np.testing.assert_allclose(network(torch.tensor(inputs)).detach().numpy(), stored(inputs), rtol=1e-6)
+    with pytest.raises(recognition.RecognitionError, match=r"\(3, 4\).*same width"):
+        set_weights(perceptron([3, 5, 2]), stored)
 
 
 def test_a_new_shape_is_pressed_as_the_others_were(scripts):

@@ -10,7 +10,6 @@ import torch
 
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
-from mjtactile.recognition.shape import ShapeModule
 from mjtactile.recognition.store import read_weights
 
 
@@ -59,15 +58,11 @@ class ShapeNetworks(torch.nn.Module):
         count: shapes.
         width: of the hidden layers.
         inputs: of each network: features and pose values.
-        known: modules of other shapes, fixed; their scores come first.
     """
 
-    def __init__(
-        self, poses: PoseNetworks, count: int, width: int, inputs: int, known: Sequence[ShapeModule] = ()
-    ) -> None:
+    def __init__(self, poses: PoseNetworks, count: int, width: int, inputs: int) -> None:
         super().__init__()
         self.poses, self.count, self.width = poses, count, width
-        self.known = torch.nn.ModuleList([FixedNetwork(module.network) for module in known])
         self.first = torch.nn.Linear(inputs, count * width)
         self.second = torch.nn.Parameter(torch.randn(count, width, width) / width**0.5)
         self.second_bias = torch.nn.Parameter(torch.zeros(count, 1, width))
@@ -75,12 +70,11 @@ class ShapeNetworks(torch.nn.Module):
         self.last_bias = torch.nn.Parameter(torch.zeros(count, 1, 1))
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
-        """Scores (presses, known shapes + shapes)."""
+        """Scores (presses, shapes)."""
         inputs = torch.cat([features, self.poses(features)], 1)
         hidden = torch.nn.functional.silu(self.first(inputs)).view(-1, self.count, self.width).transpose(0, 1)
         hidden = torch.nn.functional.silu(torch.baddbmm(self.second_bias, hidden, self.second))
-        scores = torch.baddbmm(self.last_bias, hidden, self.last)[..., 0].T
-        return torch.cat([*(network(inputs) for network in self.known), scores], 1)
+        return torch.baddbmm(self.last_bias, hidden, self.last)[..., 0].T
 
     def arrays(self, k: int) -> dict[str, np.ndarray]:
         """Weights of the k-th network by the names `Network.from_arrays` expects, half precision."""

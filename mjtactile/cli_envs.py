@@ -1,0 +1,26 @@
+"""The command line: `mjtactile envs`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mjtactile.errors import MjTactileError
+
+
+def envs(
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
+) -> None:
+    """What goes into and comes out of each gymnasium environment, with units."""
+    from mjtactile.bench_tables import rewrite_table
+
+    try:
+        from mjtactile.envs.tables import environment_tables
+    except ImportError as error:
+        raise MjTactileError(f"environments need gymnasium: pip install 'mjtactile[envs]' ({error}).") from error
+    text = environment_tables()
+    typer.echo(text)
+    if readme is not None:
+        rewrite_table(readme, "environments", text)

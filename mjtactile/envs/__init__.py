@@ -1,0 +1,33 @@
+"""gymnasium environments whose agents feel: see docs/environments.md.
+
+    import gymnasium
+    import mjtactile  # its environments are registered by this
+
+    env = gymnasium.make("mjtactile/GraspLift-v0", observation="readings")
+
+Needs gymnasium: `pip install mjtactile[envs]`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from mjtactile.envs.registration import ENTRY_POINTS, register_environments
+
+if TYPE_CHECKING:
+    from mjtactile.envs.base import TactileEnv
+    from mjtactile.envs.many import make_vec
+    from mjtactile.envs.options import EnvError, TouchOptions
+
+__all__ = ["ENTRY_POINTS", "EnvError", "TactileEnv", "TouchOptions", "make_vec", "register_environments"]
+
+_MODULE_OF = {"TactileEnv": "base", "make_vec": "many", "EnvError": "options", "TouchOptions": "options"}
+
+register_environments()
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'mjtactile.envs' has no attribute {name!r}")
+    return getattr(import_module(f"mjtactile.envs.{_MODULE_OF[name]}"), name)

@@ -1,0 +1,76 @@
+"""A finger with one pad facing down, on slides and a hinge: driven sideways by position, pressed down by force.
+
+The middle of the pad's surface is the finger's origin; at rest it hovers, held up by a weak spring.
+"""
+
+from __future__ import annotations
+
+import mujoco
+
+from mjtactile.envs.options import TouchOptions
+from mjtactile.envs.touch import feel_force, observe_pad
+from mjtactile.pad import Pad
+
+#: How high the finger hovers [m], and the stiffness of the spring that lifts it there [N/m].
+HOVER, LIFT = 2e-3, 20.0
+#: Name of the finger's pad, and of the sensor of all forces on it (world frame, for the examiner).
+PAD, PAD_FORCE = "finger", "finger_force"
+
+#: Servos of x and y (2000 N/m) and of the turn (0.5 N m/rad) are critically damped for 50 g and 5e-5 kg m2; damping of
+#: the way up and down makes it a tenth of a second long; the pressing force rises in 10 ms.
+_WORLD = """
+<mujoco model="finger">
+  <option timestep="{timestep}" integrator="implicitfast" cone="elliptic" impratio="10" jacobian="dense"/>
+  <statistic center="0 0 0" extent="0.1"/>
+  <visual><headlight ambient="0.35 0.35 0.35" diffuse="0.55 0.55 0.55"/></visual>
+  <worldbody>
+    <light pos="0 -0.1 0.3" dir="0 0.3 -1" diffuse="0.4 0.4 0.4"/>
+    <body name="finger" gravcomp="1">
+      <inertial pos="0 0 0" mass="0.05" diaginertia="1e-5 1e-5 1e-5"/>
+      <joint name="finger_x" type="slide" axis="1 0 0"/>
+      <joint name="finger_y" type="slide" axis="0 1 0"/>
+      <joint name="finger_turn" type="hinge" axis="0 0 1" armature="4e-5"/>
+      <joint name="finger_z" type="slide" axis="0 0 1" stiffness="{lift}" springref="{hover}" damping="4"/>
+      <geom name="finger_pad" type="box" size="{x} {y} {half}" pos="0 0 {half}" quat="0 1 0 0" condim="4"
+        friction="{friction} 0.0005 0.0001" solref="0.005 1" solimp="0.98 0.99 0.001 0.5 2" priority="10"
+        rgba="0.75 0.8 0.85 1" mass="0"/>
+      <geom name="finger_rod" type="cylinder" size="0.003 0.015" pos="0 0 0.02" contype="0" conaffinity="0" mass="0"
+        rgba="0.5 0.5 0.55 1"/>
+      <camera name="task" pos="0.03 -0.08 0.05" xyaxes="0.94 0.34 0 -0.17 0.48 0.86" fovy="45"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <position joint="finger_x" kp="2000" kv="20"/>
+    <position joint="finger_y" kp="2000" kv="20"/>
+    <position joint="finger_turn" kp="0.5" kv="0.01"/>
+    <general joint="finger_z" gainprm="-1" dyntype="filterexact" dynprm="0.01"/>
+  </actuator>
+</mujoco>
+"""
+
+
+def press_control(force: float) -> float:
+    """The control [N] under which the finger presses a plane at height 0 with a force [N], against its spring."""
+    return force + LIFT * HOVER if force > 0.0 else 0.0
+
+
+def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> mujoco.MjSpec:
+    """An empty world with the finger at its origin and a camera `task` that follows it.
+
+    Joints and controls in this order: x, y [m], turn about the vertical [rad], each with its target, and z, whose
+    control is the force that presses down [N], see `press_control`.
+
+    Args:
+        options: what is seen of the pad.
+        timestep: of MuJoCo [s].
+        friction: of the pad, sliding [-].
+    """
+    pad = options.pad or Pad()
+    x, y = pad.size
+    half = pad.thickness / 2
+    spec = mujoco.MjSpec.from_string(
+        _WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT, x=x / 2, y=y / 2, half=half, friction=friction)
+    )
+    observe_pad(spec, PAD, options)
+    feel_force(spec, PAD_FORCE, f"{PAD}_pad")
+    return spec

@@ -1,0 +1,189 @@
+"""mjtactile/GraspLift-v0: lift an object of unknown mass and friction with little more grip than it needs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjtactile.envs.bands import Bands
+from mjtactile.envs.base import TactileEnv
+from mjtactile.envs.channel import Channel
+from mjtactile.envs.grasp_scene import HANDLE, PAD_FORCES, gripper_spec
+from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.touch import sensor_slice
+from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
+from mjtactile.pad import Array
+
+#: What is drawn: mass [kg], evenly in its logarithm, and friction [-], evenly.
+MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
+#: The grip starts here, stays within this [N], and changes by up to this factor in a step.
+FIRST_GRIP, GRIPS, GRIP_FACTOR = 0.1, (0.1, 25.0), 1.35
+#: Lifting speed at full action [m/s], and how high the hand may go [m].
+LIFT_SPEED, REACH = 0.02, 0.02
+#: The object is lifted when it has risen so far [m]; it has slipped away when it hangs this much lower in the hand [m].
+LIFTED, SLIPPED = 0.01, 0.003
+#: It breaks under this many times the grip that holds it, under 20 N whatever it is; below 0.5 N nothing breaks.
+FRAGILITY, CRUSHING, HARMLESS = 2.5, 20.0, 0.5
+#: Rewards: for the grip on its (logarithmic) way to what holds and the object on its way up, each paid as it gets
+#: further than before; for success.
+GRIP_WAY, WAY, SUCCESS = 0.5, 1.0, 1.0
+#: Of the encoders of hand and wrist [m], as good ones have. Exact ones would weigh: a servo gives way by micrometres.
+RESOLUTION = 1e-4
+#: How far off its place the object may stand along y and z [m].
+OFFSET = 5e-4
+_GRAVITY = 9.81
+#: Height of the pads over the table, and what hangs below the handle: half extents [m].
+_HEIGHT, _BASE = 0.055, (0.0055, 0.03, 0.0185)
+_GAP = 1e-4
+
+
+def least_grip(mass: float, friction: float) -> float:
+    """Force of each finger that just holds an object at rest [N]: friction of two pads carries its weight."""
+    return mass * _GRAVITY / (2.0 * friction)
+
+
+def crushing_grip(mass: float, friction: float) -> float:
+    """Force of a finger under which the object breaks [N]."""
+    return min(CRUSHING, max(HARMLESS, FRAGILITY * least_grip(mass, friction)))
+
+
+class GraspLift(TactileEnv):
+    """The gripper stands around a handle. The object is fragile for its weight, so that no one grip does for all.
+
+    Success: at the episode's end it has risen by 10 mm, and was neither dropped nor crushed.
+
+    Args:
+        split: "all" masses and frictions, or those to "train" with, or those to "test" with: bands that alternate.
+        others: see `TactileEnv`.
+
+    Options of `reset`: `mass` [kg] and `friction` [-] in place of drawn ones.
+    """
+
+    SUMMARY = (
+        "Lift an object of unknown mass (20 to 500 g) and friction (0.2 to 1.2) by 10 mm and hold it, with less than "
+        f"{FRAGILITY:g} times the grip that just holds it (and less than {CRUSHING:g} N; below {HARMLESS:g} N nothing "
+        "breaks)."
+    )
+    PADS = GRIPPER_PADS
+    TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 40
+    ACTIONS = (
+        Channel("grip", "-", -1, 1, f"change of the commanded grip: 1 multiplies it by {GRIP_FACTOR:g}, -1 divides"),
+        Channel("lift", "-", -1, 1, f"speed of the hand upwards, up to {LIFT_SPEED * 1e3:g} mm/s"),
+    )
+    PROPRIOCEPTION = (
+        Channel("opening", "m", -0.001, 0.1, f"distance of the pads from each other, in steps of {RESOLUTION:g} m"),
+        Channel("closing", "m/s", -0.5, 0.5, "its change in the last step over the step's time"),
+        Channel("height", "m", -0.01, 2 * REACH, f"of the hand, from where it started, in steps of {RESOLUTION:g} m"),
+        Channel("target", "m", 0.0, REACH, "commanded height"),
+        Channel("grip", "-", -3.0, 4.0, "natural logarithm of the commanded grip of each finger over 1 N"),
+        Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
+    )
+
+    def __init__(self, *, split: str = "all", **options: Any) -> None:
+        self._masses = Bands(*(math.log(end) for end in MASSES), split=split)
+        self._frictions = Bands(*FRICTIONS, split=split)
+        super().__init__(**options)
+        model = self.simulation.model
+        self._object = model.body("object").id
+        self._geoms = [model.geom(name).id for name in ("object", "base")]
+        self._forces = [sensor_slice(model, name).start for name in PAD_FORCES]
+        self._places = {name: sensor_slice(model, name).start for name in ("opening", "wrist_z")}
+        self._height = int(model.joint("object").qposadr[0]) + 2
+        self._wrist = int(model.joint("wrist_z").qposadr[0])
+        self._fingers = [int(model.joint(f"{name}_finger").qposadr[0]) for name in GRIPPER_PADS]
+        self._controls = [model.actuator(name).id for name in ("grip", "wrist_z")]
+        self._activation = int(model.actuator("wrist_z").actadr[0])
+        self._shape = np.array(model.body_inertia[self._object]) / model.body_mass[self._object]
+
+    @classmethod
+    def model(cls, options: TouchOptions) -> mujoco.MjModel:
+        """Gripper and object; its mass and friction are written at each reset."""
+        spec = gripper_spec(options, wrist="z", grasp_height=_HEIGHT, timestep=cls.TIMESTEP, friction=0.6)
+        body, handle = spec.body("object"), spec.geom("object")
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        low = _BASE[2] - _HEIGHT
+        contact = {name: getattr(handle, name) for name in ("condim", "solref", "solimp", "friction", "priority")}
+        body.add_geom(name="base", type=box, size=_BASE, pos=[0, 0, low], mass=0.1, rgba=[0.55, 0.4, 0.3, 1], **contact)
+        # It collides too: a body's footprint is that of its geoms which do not, where it has some.
+        neck = [0.004, 0.003, (-low - _BASE[2]) / 2]
+        body.add_geom(name="neck", type=box, size=neck, pos=[0, 0, -neck[2]], mass=0.0, rgba=handle.rgba, **contact)
+        return spec.compile()
+
+    def _draw_episode(self, options: dict[str, Any]) -> None:
+        drawn = self.np_random
+        mass, friction = math.exp(self._masses.draw(drawn)), self._frictions.draw(drawn)
+        self._mass, self._friction = options.pop("mass", mass), options.pop("friction", friction)
+        numbers = all(isinstance(value, int | float) and value > 0.0 for value in (self._mass, self._friction))
+        if options or not numbers:
+            raise EnvError(
+                f"reset options mass={self._mass!r}, friction={self._friction!r}, {options}; expected none but mass "
+                "[kg] and friction [-], positive numbers."
+            )
+        self._off = drawn.uniform(-OFFSET, OFFSET, 2)
+        self._target, self._speed, self._grip = 0.0, 0.0, FIRST_GRIP
+        self._most = self._risen = self._firm = 0.0
+        self._opening = RESOLUTION * round((HANDLE[0] - CLOSED_GAP + 2 * _GAP) / RESOLUTION)
+        simulation = self.simulation
+        simulation.field("body_mass")[self._object] = self._mass
+        simulation.field("body_inertia")[self._object] = self._shape * self._mass
+        simulation.field("geom_friction")[self._geoms, 0] = self._friction
+        simulation.field("geom_friction")[self._geoms, 1] = 5e-4 * self._friction
+
+    def _place(self) -> None:
+        qpos = self.simulation.qpos
+        # The object stands on the table; the hand is the one that is off in height.
+        qpos[self._height - 1] = self._off[0]
+        qpos[self._wrist] = self.simulation.act[self._activation] = self._off[1]
+        qpos[self._fingers] = (HANDLE[0] - CLOSED_GAP) / 2 + _GAP
+        self._command()
+
+    def _act(self, action: Array) -> None:
+        self._grip = float(np.clip(self._grip * GRIP_FACTOR ** action[0], *GRIPS))
+        period = self.TIMESTEP * self.SUBSTEPS
+        target = float(np.clip(self._target + period * LIFT_SPEED * action[1], 0.0, REACH))
+        self._speed, self._target = (target - self._target) / period, target
+        self._command()
+
+    def _command(self) -> None:
+        self.simulation.ctrl[self._controls] = [self._grip, self._speed]
+
+    def _proprioception(self) -> Array:
+        sensed = self.simulation.sensordata
+        height = RESOLUTION * round(float(sensed[self._places["wrist_z"]] - self._off[1]) / RESOLUTION)
+        opening = RESOLUTION * round(float(sensed[self._places["opening"]]) / RESOLUTION)
+        closing, self._opening = (opening - self._opening) / (self.TIMESTEP * self.SUBSTEPS), opening
+        return np.array(
+            [
+                opening,
+                closing,
+                height,
+                self._target,
+                math.log(self._grip),
+                1.0 - self.steps / self.EPISODE_STEPS,
+            ]
+        )
+
+    def _judge(self) -> tuple[float, bool, dict[str, Any]]:
+        qpos, sensed = self.simulation.qpos, self.simulation.sensordata
+        self._most = max(self._most, *(abs(float(sensed[at])) for at in self._forces))
+        risen = float(qpos[self._height]) - _HEIGHT
+        slipped = float(qpos[self._wrist] - self._off[1]) - risen
+        crushed = self._most > crushing_grip(self._mass, self._friction)
+        dropped = slipped > SLIPPED
+        last = self.steps >= self.EPISODE_STEPS
+        success = last and risen >= LIFTED and not crushed and not dropped
+        over = crushed or dropped or last
+        higher = min(max(risen, self._risen), LIFTED)
+        needed = math.log(least_grip(self._mass, self._friction) / FIRST_GRIP)
+        firmer = min(math.log(max(self._most, FIRST_GRIP) / FIRST_GRIP), needed) / needed if needed > 0.0 else 1.0
+        reward = WAY * (higher - self._risen) / LIFTED + GRIP_WAY * (firmer - self._firm)
+        reward += SUCCESS if success else 0.0
+        self._risen, self._firm = higher, firmer
+        info = {**self._info(), "success": success, "crushed": crushed, "dropped": dropped, "slip": slipped}
+        return reward, over, info
+
+    def _info(self) -> dict[str, Any]:
+        return {"mass": float(self._mass), "friction": float(self._friction), "peak_grip": float(self._most)}

@@ -1,0 +1,72 @@
+"""The gripper over an object that it holds by a handle, no larger than its pads, so that slip can be seen on them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjtactile.attach import pad_table
+from mjtactile.envs.options import TouchOptions
+from mjtactile.envs.touch import feel_force, observe_pad
+from mjtactile.grasp.scene import GraspObject, grasp_spec
+from mjtactile.gripper import GRIPPER_PADS
+from mjtactile.pad import Array
+
+#: Names of the sensors of all contact forces on each pad, world frame, for the examiner.
+PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)
+#: Of the wrist's drives [m/s], their stiffness [N/m] and damping [N s/m], critical for 1 kg: half a kilogram moves it
+#: by 12 micrometres.
+_TOP_SPEED, _STIFFNESS, _DAMPING = 0.5, 4e5, 1.3e3
+#: Extent of the handle [m]: held along x, by faces of y times z.
+HANDLE = (0.012, 0.009, 0.008)
+
+
+def gripper_spec(
+    options: TouchOptions, *, wrist: str, grasp_height: float, timestep: float, friction: float
+) -> mujoco.MjSpec:
+    """The gripper on its wrist, a camera `task`, and body `object`: a handle that floats at the pads' height.
+
+    Args:
+        options: what is seen of the pads.
+        wrist: driven axes.
+        grasp_height: of the pads' middles over the table [m].
+        timestep: of MuJoCo [s].
+        friction: of the object, sliding [-].
+    """
+    table, pad = pad_table(options.pad)
+    grasped = GraspObject(size=HANDLE, mass=0.02, friction=friction)
+    spec = grasp_spec(
+        grasped, wrist=wrist, grasp_height=grasp_height, pad=pad, pad_name=table, fidelity=options.fidelity
+    )
+    spec.option.timestep = timestep
+    spec.option.impratio = 10.0
+    spec.body("object").pos = [0.0, 0.0, grasp_height]
+    for name, force in zip(GRIPPER_PADS, PAD_FORCES, strict=True):
+        observe_pad(spec, name, options)
+        feel_force(spec, force, f"{name}_pad")
+    for axis in wrist:
+        _drive_by_speed(spec.actuator(f"wrist_{axis}"), spec.joint(f"wrist_{axis}").range)
+    camera = spec.camera("front")
+    camera.name, camera.pos, camera.fovy = "task", [0.0, -0.35, 0.12], 38.0
+    camera.quat = _looking(np.array([0.0, 0.0, 0.06]) - camera.pos)
+    return spec
+
+
+def _drive_by_speed(actuator: Any, reach: Array) -> None:
+    """Make a position servo follow a target that moves with the speed commanded [m/s]: targets that jump would jerk."""
+    actuator.gainprm[0], actuator.biasprm[1:3] = _STIFFNESS, [-_STIFFNESS, -_DAMPING]
+    actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+    actuator.actlimited, actuator.actrange = True, reach
+    actuator.ctrlrange = [-_TOP_SPEED, _TOP_SPEED]
+
+
+def _looking(along: Array) -> Array:
+    """Orientation (w, x, y, z) of a camera that looks along a direction, the world's z up in the picture."""
+    back = -along / np.linalg.norm(along)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.column_stack([right, np.cross(back, right), back]).ravel())
+    return quat

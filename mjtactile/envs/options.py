@@ -1,0 +1,64 @@
+"""What every environment can be asked for, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from mjtactile.errors import MjTactileError
+from mjtactile.pad import Pad
+from mjtactile.preset import PRESETS
+
+#: What is seen of the pads.
+OBSERVATIONS = ("readings", "wrench", "recognised", "none")
+#: What the readings go through.
+TRANSDUCERS = ("capacitive", "piezoresistive")
+
+
+class EnvError(MjTactileError, ValueError):
+    """An environment asked for something it does not have."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchOptions:
+    """What is seen of the pads, and how well.
+
+    Raises:
+        EnvError: for a value that makes no sense; the message says which do.
+    """
+
+    #: "readings": von Mises stress at every taxel; "wrench": contact force and moment on each pad; "recognised": force,
+    #: place and confidence, recognised from the readings; "none": nothing, and no pad is simulated.
+    observation: str = "readings"
+    fidelity: str = "fast"  #: of the readings, a preset by name
+    transducer: str | None = None  #: readings go through "capacitive" or "piezoresistive" cells, imperfect ones
+    noise: float = 0.01  #: standard deviation of white noise over a pad's largest reading [-]
+    randomise: float = 0.0  #: domain randomisation: 0 for none, 1 for the ranges in docs/environments.md
+    pad: Pad | None = None  #: of every finger; None for the default pad
+
+    def __post_init__(self) -> None:
+        """Refuse what does not exist."""
+        if self.observation not in OBSERVATIONS:
+            raise EnvError(f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}.")
+        if self.fidelity not in PRESETS:
+            raise EnvError(f"fidelity = {self.fidelity!r} does not exist. Available: {', '.join(PRESETS)}.")
+        if self.transducer is not None and self.transducer not in TRANSDUCERS:
+            raise EnvError(
+                f"transducer = {self.transducer!r} does not exist. Available: {', '.join(TRANSDUCERS)}, or None."
+            )
+        if self.transducer is not None and self.observation in ("wrench", "none"):
+            raise EnvError(
+                f"transducer = {self.transducer!r} is for readings, but observation = {self.observation!r} has none. "
+                "Leave it out, or observe 'readings' or 'recognised'."
+            )
+        for name in ("noise", "randomise"):
+            value = getattr(self, name)
+            if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
+                raise EnvError(f"{name} = {value!r}; expected a number of at least 0.")
+        if self.randomise > 1.0:
+            raise EnvError(f"randomise = {self.randomise}; expected 0 (none) to 1 (all).")
+
+    @property
+    def touches(self) -> bool:
+        """Whether pads are read at all."""
+        return self.observation != "none"

@@ -1,0 +1,149 @@
+"""mjtactile/PegInsert-v0: put a peg that is held between two pads into a hole whose place is half known."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjtactile.envs.base import TactileEnv
+from mjtactile.envs.channel import Channel
+from mjtactile.envs.grasp_scene import HANDLE, gripper_spec
+from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.touch import sensor_slice
+from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
+from mjtactile.pad import Array
+
+#: Half the peg's width, its length below the handle's middle, and how much wider the hole is than the peg [m].
+PEG, LENGTH, CLEARANCE = 4e-3, 0.03, 6e-4
+#: The hole's middle may be this far off along x and y, and the peg starts this high over it [m].
+OFFSET, ABOVE = 2e-3, 2e-3
+#: Speed at full action [m/s], and how far the hand may go sideways and down [m].
+SPEED, REACH, DEEP = 0.03, 5e-3, 0.02
+#: Grip at action -1 and 1 [N], its first value, and the speed of its change: the whole range in so many steps.
+GRIPS, FIRST_GRIP, GRIP_STEPS = (2.0, 20.0), 6.0, 10
+#: Inserted when the tip is so deep [m]; lost when the peg has moved or turned so far in the hand [m, rad].
+INSERTED, LOST, TILTED = 8e-3, 4e-3, 0.35
+#: Rewards: for the whole way down, paid as it gets deeper than before, each step, success, losing the peg.
+WAY, STEP_COST, SUCCESS, LOSING = 1.0, 0.005, 1.0, -0.5
+_FRICTION, _WALL, _TOP, _MASS = 0.8, 0.012, 0.03, 0.03
+_AXES = ("wrist_x", "wrist_y", "wrist_z")
+
+
+class PegInsert(TactileEnv):
+    """A gripper that holds a square peg over a block with a square hole, which may be 2 mm off along x and y.
+
+    Success: the peg's tip is 8 mm deep in the hole.
+
+    Options of `reset`: `hole`, its place (x, y) [m] in place of a drawn one.
+    """
+
+    SUMMARY = (
+        f"Put a square peg, {2e3 * PEG:g} mm wide and held by two pads, into a hole {CLEARANCE * 1e3:g} mm wider whose "
+        f"place is known to {OFFSET * 1e3:g} mm along each axis."
+    )
+    PADS = GRIPPER_PADS
+    TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 150
+    ACTIONS = (
+        Channel("x", "-", -1, 1, f"speed of the hand along x, up to {SPEED * 1e3:g} mm/s"),
+        Channel("y", "-", -1, 1, f"speed of the hand along y, up to {SPEED * 1e3:g} mm/s"),
+        Channel("z", "-", -1, 1, f"speed of the hand upwards, up to {SPEED * 1e3:g} mm/s"),
+        Channel("grip", "-", -1, 1, f"change of the grip, which stays from {GRIPS[0]:g} to {GRIPS[1]:g} N"),
+    )
+    PROPRIOCEPTION = (
+        Channel("x", "m", -2 * REACH, 2 * REACH, "of the hand, from where it started"),
+        Channel("y", "m", -2 * REACH, 2 * REACH, "of the hand, from where it started"),
+        Channel("z", "m", -2 * DEEP, DEEP, "of the hand, from where it started"),
+        Channel("opening", "m", -0.001, 0.1, "distance of the pads from each other"),
+        Channel("grip", "N", 0.0, GRIPS[1], "commanded, of each finger"),
+        Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
+    )
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        model = self.simulation.model
+        self._block = model.body("block").id
+        self._peg = int(model.joint("object").qposadr[0])
+        self._wrist = [int(model.joint(axis).qposadr[0]) for axis in _AXES]
+        self._fingers = [int(model.joint(f"{name}_finger").qposadr[0]) for name in GRIPPER_PADS]
+        self._drives = [model.actuator(axis).id for axis in _AXES]
+        self._grip_drive = model.actuator("grip").id
+        self._grip_force = int(model.actuator("grip").actadr[0])
+        self._opening = sensor_slice(model, "opening").start
+
+    @classmethod
+    def model(cls, options: TouchOptions) -> mujoco.MjModel:
+        """Gripper, peg and block; the block is moved at each reset."""
+        height = _TOP + ABOVE + LENGTH
+        spec = gripper_spec(options, wrist="xyz", grasp_height=height, timestep=cls.TIMESTEP, friction=_FRICTION)
+        body, handle = spec.body("object"), spec.geom("object")
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        contact = {name: getattr(handle, name) for name in ("condim", "solref", "solimp", "friction", "priority")}
+        middle = (LENGTH + HANDLE[2] / 2) / 2
+        body.add_geom(
+            name="peg",
+            type=box,
+            size=[PEG, PEG, (LENGTH - HANDLE[2] / 2) / 2],
+            pos=[0, 0, -middle],
+            mass=_MASS,
+            rgba=handle.rgba,
+            **contact,
+        )
+        block = spec.worldbody.add_body(name="block", pos=[0, 0, _TOP / 2])
+        inner = PEG + CLEARANCE / 2
+        for k, (x, y) in enumerate(((1, 0), (-1, 0), (0, 1), (0, -1))):
+            # Two walls as wide as the block, two between them.
+            size = [_WALL / 2, inner + _WALL, _TOP / 2] if x else [inner, _WALL / 2, _TOP / 2]
+            off = inner + _WALL / 2
+            block.add_geom(
+                name=f"wall_{k}", type=box, size=size, pos=[off * x, off * y, 0], rgba=[0.55, 0.6, 0.65, 1], condim=4
+            )
+        return spec.compile()
+
+    def _draw_episode(self, options: dict[str, Any]) -> None:
+        hole = self.np_random.uniform(-OFFSET, OFFSET, 2)
+        hole = np.asarray(options.pop("hole", hole), dtype=float)
+        if hole.shape != (2,) or not (np.abs(hole) <= REACH).all() or options:
+            raise EnvError(f"reset options hole={hole}, {options}; expected none but hole, (x, y) within {REACH} m.")
+        self.simulation.field("body_pos")[self._block, :2] = hole
+        self._target, self._grip, self._deepest = np.zeros(3), FIRST_GRIP, 0.0
+
+    def _place(self) -> None:
+        simulation = self.simulation
+        simulation.qpos[self._fingers] = (HANDLE[0] - CLOSED_GAP) / 2
+        simulation.act[self._grip_force] = FIRST_GRIP
+        simulation.ctrl[self._grip_drive] = FIRST_GRIP
+
+    def _act(self, action: Array) -> None:
+        period = self.TIMESTEP * self.SUBSTEPS
+        low, high = np.array([-REACH, -REACH, -DEEP]), np.array([REACH, REACH, DEEP / 2])
+        target = np.clip(self._target + period * SPEED * action[:3], low, high)
+        step = (GRIPS[1] - GRIPS[0]) / GRIP_STEPS
+        self._grip = float(np.clip(self._grip + step * action[3], *GRIPS))
+        self.simulation.ctrl[self._drives] = (target - self._target) / period
+        self.simulation.ctrl[self._grip_drive] = self._grip
+        self._target = target
+
+    def _proprioception(self) -> Array:
+        left = 1.0 - self.steps / self.EPISODE_STEPS
+        opening = self.simulation.sensordata[self._opening]
+        return np.array([*self.simulation.qpos[self._wrist], opening, self._grip, left])
+
+    def _judge(self) -> tuple[float, bool, dict[str, Any]]:
+        qpos = self.simulation.qpos
+        place, turn = qpos[self._peg : self._peg + 3], qpos[self._peg + 3 : self._peg + 7]
+        start = np.array([0.0, 0.0, _TOP + ABOVE + LENGTH])
+        slip = float(np.linalg.norm(place - start - qpos[self._wrist]))
+        # The angle between the peg's axis and the vertical.
+        tilt = 2.0 * math.asin(min(1.0, math.hypot(turn[1], turn[2])))
+        depth = _TOP + LENGTH - float(place[2])
+        lost = slip > LOST or tilt > TILTED
+        deeper = min(max(depth, self._deepest), INSERTED)
+        inserted = depth >= INSERTED and not lost
+        reward = WAY * (deeper - self._deepest) / INSERTED - STEP_COST
+        reward += (SUCCESS if inserted else 0.0) + (LOSING if lost else 0.0)
+        self._deepest = deeper
+        info = {"success": inserted, "lost": lost, "depth": depth, "slip": slip, "tilt": tilt}
+        return reward, inserted or lost, info

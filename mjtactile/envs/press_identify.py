@@ -1,0 +1,108 @@
+"""mjtactile/PressIdentify-v0: touch an unknown shape, here and there, until sure which it is; then say so."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjtactile.envs.base import TactileEnv
+from mjtactile.envs.channel import Channel
+from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
+from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.indenter import punch
+from mjtactile.mjcf import indenter_mjcf
+from mjtactile.outlines import INDENTER_NAMES
+from mjtactile.pad import Array
+
+#: Speeds at full action [m/s, rad/s], how far the finger may go from where it starts [m, rad], and the most force [N].
+SPEED, TURN_SPEED, REACH, TURN_REACH, FORCE = 0.02, 3.0, 1e-3, math.pi / 2, 1.0
+#: Size of the punches over the paper's 10 mm, and how far off their middle the finger starts at most, along x and y
+#: [m]: wherever it goes, the whole face lies on the pad. Feet beside it would carry nothing (mjcf.py).
+SIZE, OFFSET = 0.75, 1e-3
+#: Rewards: each step, a right answer, a wrong one.
+STEP_COST, RIGHT, WRONG = 0.01, 1.0, -1.0
+#: Shapes stand this far from each other [m]; only one is touched in an episode.
+_SPACING = 0.05
+
+
+class PressIdentify(TactileEnv):
+    """A finger over one of seven punches, which one, where and how turned unknown.
+
+    Options of `reset`: `shape`, the name of a punch, in place of a drawn one.
+    """
+
+    SUMMARY = "Touch an unknown punch, shifted and turned at random, until sure; then answer which of seven it is."
+    PADS = (PAD,)
+    TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 100
+    NOISE = 0.05
+    ACTIONS = (
+        Channel("move x", "-", -1, 1, f"speed of the finger along x, up to {SPEED * 1e3:g} mm/s"),
+        Channel("move y", "-", -1, 1, f"speed of the finger along y, up to {SPEED * 1e3:g} mm/s"),
+        Channel("turn", "-", -1, 1, f"speed of its turn about the vertical, up to {TURN_SPEED:g} rad/s"),
+        Channel("press", "-", -1, 1, f"pressing force: up to 0 none, the finger lifts; at 1, {FORCE:g} N"),
+        Channel("answer", "-", -1, 1, "above 0: answer now, which ends the episode"),
+        *(
+            Channel(f"score {name}", "-", -1, 1, f"how likely the punch is a {name}: the answer is the largest")
+            for name in INDENTER_NAMES
+        ),
+    )
+    PROPRIOCEPTION = (
+        Channel("x", "m", -2 * REACH, 2 * REACH, "of the finger, from where it started"),
+        Channel("y", "m", -2 * REACH, 2 * REACH, "of the finger, from where it started"),
+        Channel("turn", "rad", -2 * TURN_REACH, 2 * TURN_REACH, "of the finger, from where it started"),
+        Channel("height", "m", -1e-3, 5 * HOVER, "of the pad over the plane of the punches' faces"),
+        Channel("force", "N", 0.0, FORCE, "commanded"),
+        Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
+    )
+
+    @classmethod
+    def model(cls, options: TouchOptions) -> mujoco.MjModel:
+        """The finger, and seven punches in a row, their faces up."""
+        spec = finger_spec(options, timestep=cls.TIMESTEP, friction=1.0)
+        for k, name in enumerate(INDENTER_NAMES):
+            station = spec.worldbody.add_frame(pos=[k * _SPACING, 0.0, 0.0], quat=[0.0, 1.0, 0.0, 0.0])
+            face_up = mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE)))
+            spec.attach(face_up, prefix="on_table_", frame=station)
+        return spec.compile()
+
+    def _draw_episode(self, options: dict[str, Any]) -> None:
+        drawn = self.np_random
+        name = options.pop("shape", None)
+        if (name is not None and name not in INDENTER_NAMES) or options:
+            raise EnvError(
+                f"reset options shape={name!r}, {options}; expected none but shape, one of {', '.join(INDENTER_NAMES)}."
+            )
+        shape = int(drawn.integers(len(INDENTER_NAMES)))
+        self._shape = shape if name is None else INDENTER_NAMES.index(name)
+        self._start = np.array([*drawn.uniform(-OFFSET, OFFSET, 2), drawn.uniform(-np.pi, np.pi)])
+        self._start[0] += self._shape * _SPACING
+        self._target = np.zeros(3)
+        self._force = 0.0
+        self._answer: int | None = None
+
+    def _place(self) -> None:
+        self.simulation.qpos[:] = [*self._start, HOVER]
+        self.simulation.ctrl[:] = [*self._start, 0.0]
+
+    def _act(self, action: Array) -> None:
+        period = self.TIMESTEP * self.SUBSTEPS
+        reach = np.array([REACH, REACH, TURN_REACH])
+        moved = self._target + period * np.array([SPEED, SPEED, TURN_SPEED]) * action[:3]
+        self._target = np.clip(moved, -reach, reach)
+        self._force = FORCE * max(0.0, float(action[3]))
+        self.simulation.ctrl[:] = [*(self._start + self._target), press_control(self._force)]
+        self._answer = int(action[5:].argmax()) if action[4] > 0.0 else None
+
+    def _proprioception(self) -> Array:
+        x, y, turn, height = self.simulation.qpos
+        left = 1.0 - self.steps / self.EPISODE_STEPS
+        return np.array([*(np.array([x, y, turn]) - self._start), height, self._force, left])
+
+    def _judge(self) -> tuple[float, bool, dict[str, Any]]:
+        info = {"shape": self._shape, "success": self._answer == self._shape}
+        if self._answer is None:
+            return -STEP_COST, False, info
+        return (RIGHT if info["success"] else WRONG) - STEP_COST, True, info

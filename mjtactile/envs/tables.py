@@ -1,0 +1,82 @@
+"""What goes into and comes out of each environment, as Markdown: docs/environments.md holds what this says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+from gymnasium.envs.registration import load_env_creator
+
+from mjtactile.envs.base import TactileEnv
+from mjtactile.envs.channel import Channel
+from mjtactile.envs.options import OBSERVATIONS
+from mjtactile.envs.registration import ENTRY_POINTS
+
+#: What stands in the rows of `tactile`, by observation.
+_TACTILE = {
+    "readings": ("(pads, layers, rows, columns)", "Pa", "von Mises stress at every taxel, pad frame, top layer first"),
+    "wrench": ("(pads, 6)", "N, N m", "contact force (3) and moment (3) on each pad, pad frame"),
+    "recognised": ("(pads, 6)", "N, m, -", "force (3) and position (2) as recognised, confidence; 0 without contact"),
+}
+
+
+def environment_tables() -> str:
+    """Every environment: what it is about, its actions, its observations, its episodes."""
+    return "\n\n".join(_environment(name, load_env_creator(entry)) for name, entry in ENTRY_POINTS.items())
+
+
+def _environment(name: str, kind: Any) -> str:
+    assert issubclass(kind, TactileEnv)
+    period = kind.TIMESTEP * kind.SUBSTEPS
+    return "\n".join(
+        [
+            f"### {name}",
+            "",
+            kind.SUMMARY,
+            "",
+            f"Pads: {', '.join(kind.PADS)}. A step is {period * 1e3:g} ms ({kind.SUBSTEPS} of MuJoCo's), an episode at "
+            f"most {kind.EPISODE_STEPS} steps. Noise where none is asked for: {kind.NOISE:.0%}.",
+            "",
+            "| action | from | to | meaning |",
+            "| --- | --- | --- | --- |",
+            *(f"| {one.name} | {one.low:g} | {one.high:g} | {one.meaning} |" for one in kind.ACTIONS),
+            "",
+            "| `proprioception` | unit | from | to | meaning |",
+            "| --- | --- | --- | --- | --- |",
+            *(_row(one) for one in kind.PROPRIOCEPTION),
+            "",
+            "| `tactile` | shape | unit | from | to | meaning |",
+            "| --- | --- | --- | --- | --- | --- |",
+            *_tactile_rows(kind),
+        ]
+    )
+
+
+def _row(channel: Channel) -> str:
+    return f"| {channel.name} | {channel.unit} | {channel.low:g} | {channel.high:g} | {channel.meaning} |"
+
+
+def _tactile_rows(kind: type[TactileEnv]) -> list[str]:
+    lines = []
+    for observation in OBSERVATIONS:
+        if observation not in _TACTILE:
+            continue
+        env = kind(observation=observation)
+        assert isinstance(env.observation_space, gymnasium.spaces.Dict)
+        space = env.observation_space["tactile"]
+        assert isinstance(space, gymnasium.spaces.Box)
+        shape, unit, meaning = _TACTILE[observation]
+        sizes = ", ".join(map(str, space.shape))
+        lines.append(
+            f"| {observation} | {shape} = ({sizes}) | {unit} | {_ends(space.low)} | {_ends(space.high)} | {meaning} |"
+        )
+        env.close()
+    return lines
+
+
+def _ends(limits: Any) -> str:
+    """The limits of a space's channels, each run of equal ones once."""
+    row: Sequence[float] = limits.reshape(limits.shape[0], -1)[0].tolist()
+    runs = [value for k, value in enumerate(row) if k == 0 or value != row[k - 1]]
+    return ", ".join(f"{value:g}" for value in runs)

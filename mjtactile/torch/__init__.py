@@ -1,0 +1,5 @@
+"""The pad in PyTorch: influence matrices as a module, batched, differentiable, on any device."""
+
+from mjtactile.torch.model import PadModel
+
+__all__ = ["PadModel"]

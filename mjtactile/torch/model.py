@@ -1,0 +1,329 @@
+"""The influence matrices of a pad as a PyTorch module."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from mjtactile.cache import influence_matrices
+from mjtactile.errors import InfluenceError, PresetError, StaleInfluenceError
+from mjtactile.footprint import Footprint
+from mjtactile.forces import nodal_batch
+from mjtactile.influence import InfluenceMatrices, load_influence
+from mjtactile.load import SurfaceLoad
+from mjtactile.pad import Pad
+from mjtactile.preset import Fidelity, mesh_name
+from mjtactile.torch.folding import Folded, LayerStress, as_buffer
+from mjtactile.uniform import UniformBasis
+
+#: Fidelity of a pad when none is named, as in MuJoCo models.
+_FIDELITY = "balanced"
+#: Integrals of a quadratic element's three shape functions over its length.
+_SIMPSON = (1 / 6, 4 / 6, 1 / 6)
+
+
+class PadOutput(NamedTuple):
+    """What a pad feels under a batch of loads."""
+
+    readings: Tensor  #: von Mises stress (..., layers, rows, columns) [Pa]
+    stress: Tensor  #: mean stress tensor of every taxel, xx, yy, zz, xy, yz, zx: (..., 6, layers, rows, columns) [Pa]
+
+
+class PadModel(nn.Module):
+    """Surface loads to readings, as `InfluenceMatrices` does it, for many loads at once and with gradients.
+
+    There is nothing to learn in it. The matrices are buffers that follow the module to any device and floating-point
+    type; a state dictionary holds the pad's fingerprint in their place, and is refused by a model of another pad.
+
+    Args:
+        pad: a pad, the name of a registered one, a file of saved influence matrices, or the matrices themselves; by
+            default the paper's pad.
+        fidelity: preset by name, or a Fidelity; "balanced" by default. Matrices come with their own.
+        layers: sensing layers to read, counted from the top; by default all.
+        stress: whether stress tensors will be asked for; their matrices take a fifth more memory.
+        dtype: torch.float32 or torch.float64.
+        device: where to.
+
+    Attributes:
+        pad: the sheet and its taxels.
+        fidelity: the mesh, and how the matrices are stored.
+        surface: the grid on whose nodes forces act.
+        layers: sensing layers that are read.
+
+    Raises:
+        InfluenceError: for layers that do not exist.
+        PresetError: for a fidelity that does not exist, or one beside matrices.
+        SceneError: when no pad or file has that name.
+    """
+
+    def __init__(
+        self,
+        pad: Pad | str | Path | InfluenceMatrices | None = None,
+        *,
+        fidelity: str | Fidelity | None = None,
+        layers: Sequence[int] | None = None,
+        stress: bool = False,
+        dtype: torch.dtype = torch.float32,
+        device: torch.device | str | None = None,
+    ) -> None:
+        super().__init__()
+        influence = _influence(pad, fidelity)
+        self.pad, self.fidelity, self.surface = influence.pad, influence.fidelity, influence.surface
+        self.layers = _existing(self.pad, layers)
+        self._folded = Folded(influence)
+        self._deviatoric = nn.ModuleList(LayerStress(influence, k, "deviatoric") for k in self.layers)
+        self._mean = nn.ModuleList(LayerStress(influence, k, "mean") for k in self.layers) if stress else None
+        for place, k in enumerate(self.layers):
+            as_buffer(self, f"average_{place}", influence.averages[k].toarray())
+        for name, line in (("cells_y", self.surface.y), ("cells_x", self.surface.x)):
+            as_buffer(self, name, _element_integrals(line.sizes))
+        self.to(device=device, dtype=_floating(dtype))
+
+    @property
+    def reading_shape(self) -> tuple[int, int, int]:
+        """Layers that are read, rows, columns."""
+        return (len(self.layers), *self.pad.reading_shape[1:])
+
+    @property
+    def force_shape(self) -> tuple[int, int, int]:
+        """Of the nodal forces of one load: nodes along y, nodes along x, 3."""
+        return (*self.surface.node_shape, 3)
+
+    @property
+    def dtype(self) -> torch.dtype:
+        """Of the matrices, and so of loads and readings."""
+        return self.get_buffer("cells_x").dtype
+
+    @property
+    def device(self) -> torch.device:
+        """Where the matrices are, and so loads and readings."""
+        return self.get_buffer("cells_x").device
+
+    def forward(self, forces: Tensor) -> Tensor:
+        """Mean von Mises stress at every taxel.
+
+        Args:
+            forces: on the surface's nodes [N], pad frame, (..., nodes y, nodes x, 3): see `nodal_forces`,
+                `traction_forces` and `wrench_basis`.
+
+        Returns:
+            (..., layers, rows, columns) [Pa]. The gradient is zero where there is no stress at all.
+
+        Raises:
+            InfluenceError: for a tensor of another shape, type or device. NaN is not looked for and comes out as NaN.
+        """
+        return self.readings_of(self.point_response(forces))
+
+    def point_response(self, forces: Tensor) -> Tensor:
+        """Deviatoric stress at all sample points of the layers read, (..., points, 5) [Pa]: linear in the forces.
+
+        Responses add up. While a body stays where it is, keep the response of each part of its load (of
+        `wrench_basis`, say), combine them, and take `readings_of` the sum.
+        """
+        batch, flat = self._batch(forces)
+        with _full_precision(flat):
+            classes = self._folded(flat)
+            response = torch.cat([matrices(classes) for matrices in self._deviatoric], dim=1)
+        return response.unflatten(0, batch) if batch else response[0]
+
+    def readings_of(self, response: Tensor) -> Tensor:
+        """Readings (..., layers, rows, columns) [Pa] of a response, or of a sum of responses."""
+        averages = [self.get_buffer(f"average_{place}") for place in range(len(self.layers))]
+        points = [average.shape[1] for average in averages]
+        if response.shape[-2:] != (sum(points), 5):
+            raise InfluenceError(
+                f"the response has shape {tuple(response.shape)}, but this model makes (..., {sum(points)}, 5). Make "
+                "it with this model's point_response."
+            )
+        with _full_precision(response):
+            norms = torch.linalg.vector_norm(response, dim=-1).split(points, dim=-1)
+            layers = [of_layer @ average.T for of_layer, average in zip(norms, averages, strict=True)]
+        return torch.stack(layers, dim=-2).unflatten(-1, self.reading_shape[1:])
+
+    def stress(self, forces: Tensor) -> Tensor:
+        """Mean stress tensor over every taxel's ball, pad frame, tension positive.
+
+        Args:
+            forces: as for readings.
+
+        Returns:
+            (..., 6, layers, rows, columns) [Pa]: components xx, yy, zz, xy, yz, zx.
+
+        Raises:
+            InfluenceError: as for readings, or when the model was made without `stress=True`.
+        """
+        return self.readings_and_stress(forces).stress
+
+    def readings_and_stress(self, forces: Tensor) -> PadOutput:
+        """Both, for little more than one; see `stress`."""
+        if self._mean is None:
+            raise InfluenceError("this model was made for readings alone. For stress: PadModel(..., stress=True).")
+        batch, flat = self._batch(forces)
+        readings, tensors = [], []
+        with _full_precision(flat):
+            classes = self._folded(flat)
+            for place, (deviatoric, mean) in enumerate(zip(self._deviatoric, self._mean, strict=True)):
+                average, response = self.get_buffer(f"average_{place}"), deviatoric(classes)
+                readings.append(torch.linalg.vector_norm(response, dim=-1) @ average.T)
+                tensors.append(_stress_tensor(average @ response, average @ mean(classes)))
+        shape = self.reading_shape
+        readings, stress = torch.stack(readings, dim=1), torch.stack(tensors, dim=1).movedim(-1, 1)
+        output = PadOutput(readings.unflatten(-1, shape[1:]), stress.unflatten(-1, shape[1:]))
+        return PadOutput(*(one.unflatten(0, batch) if batch else one[0] for one in output))
+
+    def nodal_forces(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Tensor:
+        """What `contact_load` made, for this model: (nodes y, nodes x, 3) [N]; a sequence puts a batch axis in front.
+
+        Raises:
+            InfluenceError: when a load belongs to another surface or is not finite.
+        """
+        batch = nodal_batch([load] if isinstance(load, SurfaceLoad) else load, self.surface)
+        return self._tensor(batch[0] if isinstance(load, SurfaceLoad) else batch)
+
+    def traction_forces(self, tractions: Tensor) -> Tensor:
+        """Nodal forces (..., nodes y, nodes x, 3) [N] of tractions that are constant on each cell of the surface grid.
+
+        Args:
+            tractions: pad frame [Pa], (..., cells y, cells x, 3), between `surface.y.vertices` and
+                `surface.x.vertices`; pressing is -z.
+
+        Raises:
+            InfluenceError: for a tensor of another shape, type or device.
+        """
+        along_y, along_x = self.get_buffer("cells_y"), self.get_buffer("cells_x")
+        self._check(tractions, (along_y.shape[1], along_x.shape[1], 3), "tractions", "cells y, cells x, 3")
+        with _full_precision(tractions):
+            forces = along_y @ tractions.flatten(-2)
+            return along_x @ forces.unflatten(-1, (-1, 3))
+
+    def wrench_basis(self, footprint: Footprint) -> Tensor:
+        """Nodal forces per unit of a wrench on a covered area, by law "uniform" while no part of it would pull.
+
+        The load of wrenches (..., 6) is `torch.einsum("...w,wyxc->...yxc", wrenches, basis)`.
+
+        Args:
+            footprint: the area; of a curved body its lowest part.
+
+        Returns:
+            (6, nodes y, nodes x, 3) [N/N, N/(N m)]: force x, y, z and moment x, y, z about the pad's origin, pad frame.
+
+        Raises:
+            InfluenceError: when the footprint was made for another surface.
+        """
+        if footprint.surface.node_shape != self.surface.node_shape:
+            raise InfluenceError(
+                f"the footprint lies on a surface of {footprint.surface.node_shape} nodes, but this model's has "
+                f"{self.surface.node_shape}. Make it with influence matrices of the same pad and fidelity."
+            )
+        basis = UniformBasis.of(footprint.facing)
+        return self._tensor(np.einsum("pyxc,pw->wyxc", basis.forces, basis.shares))
+
+    def get_extra_state(self) -> dict[str, Any]:
+        """What stands for the matrices in a state dictionary."""
+        return {"pad_fingerprint": self.pad.fingerprint, "layers": list(self.layers)}
+
+    def set_extra_state(self, state: Any) -> None:
+        """Refuse the state of a model of another pad or other layers; another fidelity may take it.
+
+        Raises:
+            StaleInfluenceError: when it is one.
+        """
+        own = self.get_extra_state()
+        for name in own:
+            if state.get(name) != own[name]:
+                raise StaleInfluenceError(
+                    f"the state dictionary was saved with {name.replace('_', ' ')} {state.get(name)}, but this model "
+                    f"has {own[name]}, of a {self.pad.summary}. Make it with the pad and layers that were saved."
+                )
+
+    def extra_repr(self) -> str:
+        """What print(model) says."""
+        mesh = mesh_name(self.fidelity.density) or "custom"
+        return f"{self.pad.summary}, mesh {mesh!r}, layers={self.layers}, stress={self._mean is not None}"
+
+    def _tensor(self, values: np.ndarray) -> Tensor:
+        return torch.as_tensor(np.ascontiguousarray(values), dtype=self.dtype).to(self.device)
+
+    def _batch(self, forces: Tensor) -> tuple[tuple[int, ...], Tensor]:
+        """Leading axes of forces, and the forces with one."""
+        self._check(forces, self.force_shape, "forces", "nodes y, nodes x, 3")
+        batch = tuple(forces.shape[:-3])
+        return batch, forces.reshape(math.prod(batch), *self.force_shape)
+
+    def _check(self, given: Any, shape: tuple[int, ...], name: str, axes: str) -> None:
+        if not isinstance(given, Tensor):
+            raise InfluenceError(
+                f"{name} are a {type(given).__name__}; expected a tensor. nodal_forces(load) makes one of a load."
+            )
+        if given.shape[-3:] != shape:
+            raise InfluenceError(f"{name} have shape {tuple(given.shape)}; expected (..., {axes}) = (..., {shape}).")
+        if given.dtype != self.dtype:
+            raise InfluenceError(
+                f"{name} are {given.dtype}, but the model is {self.dtype}. Convert one: {name}.to(model.dtype), or "
+                f"model.to({given.dtype})."
+            )
+        if given.device != self.device:
+            raise InfluenceError(
+                f"{name} are on {given.device}, but the model is on {self.device}. Move one: {name}.to(model.device), "
+                f'or model.to("{given.device}").'
+            )
+
+
+def _influence(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
+    is_file = isinstance(pad, Path) or (isinstance(pad, str) and Path(pad).is_file())
+    if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
+        raise PresetError(
+            f"fidelity {fidelity!r} was given beside influence matrices, which have their own. Drop it, or give a pad."
+        )
+    if isinstance(pad, InfluenceMatrices):
+        return pad
+    if is_file:
+        return load_influence(str(pad))
+    if isinstance(pad, str):
+        from mjtactile.plugin_attributes import known_pad
+
+        pad = known_pad(pad)
+    assert not isinstance(pad, Path)
+    return influence_matrices(pad, preset=_FIDELITY if fidelity is None else fidelity)
+
+
+def _existing(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
+    count = len(pad.depths)
+    chosen = tuple(range(count)) if layers is None else tuple(layers)
+    if not chosen or len(set(chosen)) < len(chosen) or not all(0 <= k < count for k in chosen):
+        raise InfluenceError(
+            f"layers = {chosen}; expected some of {tuple(range(count))}, each once, counted from the top."
+        )
+    return chosen
+
+
+def _floating(dtype: torch.dtype) -> torch.dtype:
+    if dtype not in (torch.float32, torch.float64):
+        raise InfluenceError(f"dtype {dtype} does not do for stress; expected torch.float32 or torch.float64.")
+    return dtype
+
+
+def _element_integrals(sizes: np.ndarray) -> np.ndarray:
+    """Integrals of a line's shape functions over each of its elements [m], shape (nodes, elements)."""
+    integrals = np.zeros((2 * len(sizes) + 1, len(sizes)))
+    for element, size in enumerate(sizes):
+        integrals[2 * element : 2 * element + 3, element] = np.multiply(_SIMPSON, size)
+    return integrals
+
+
+def _full_precision(tensor: Tensor) -> torch.autocast:
+    """Keeps autocast from rounding products to eight bits, which the readings do not stand."""
+    return torch.autocast(tensor.device.type, enabled=False)
+
+
+def _stress_tensor(deviatoric: Tensor, mean: Tensor) -> Tensor:
+    """Components (..., 6) from deviatoric coordinates (..., 5) and mean stress (..., 1), as stress.stress_tensor."""
+    s_zz, difference = deviatoric[..., 0] / 1.5, deviatoric[..., 1] * (2 / math.sqrt(3))
+    normal = torch.stack([(difference - s_zz) / 2, (-difference - s_zz) / 2, s_zz], dim=-1) + mean
+    return torch.cat([normal, deviatoric[..., 2:] / math.sqrt(3)], dim=-1)

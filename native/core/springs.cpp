@@ -1,0 +1,99 @@
+#include "springs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+// As the readable reference has them: mjtactile/winkler.py.
+constexpr int kIterations = 200;
+constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-12;
+constexpr std::size_t kMost = 3;
+
+}  // namespace
+
+// The motion d minimises 1/2 sum k (B d - g)_+^2 - q.d: Newton's method with a line search.
+bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions,
+                      const double* heights, const double* resultants) {
+  stiffness_ = &stiffness;
+  modes_ = modes;
+  motions_ = motions;
+  heights_ = heights;
+  resultants_ = resultants;
+  const std::size_t cells = stiffness.size();
+  double motion[kMost] = {}, total = 0.0, highest = 0.0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    total += stiffness[i];
+    if (heights != nullptr) highest = std::max(highest, heights[i]);
+  }
+  motion[0] = highest + resultants[0] / total;
+  double least = energy(motion);
+  bool balanced = false;
+  for (int iteration = 0; iteration < kIterations && !balanced; ++iteration) {
+    curvature_.resize(motions, motions);
+    step_.resize(motions, 1);
+    double gradient[kMost] = {};
+    for (std::size_t m = 0; m < motions; ++m) {
+      gradient[m] = -resultants[m];
+      std::fill(curvature_[m], curvature_[m] + motions, 0.0);
+    }
+    for (std::size_t i = 0; i < cells; ++i) {
+      const double depth = overlap(i, motion);
+      if (!(depth > 0.0)) continue;
+      const double* own = modes + i * motions;
+      for (std::size_t m = 0; m < motions; ++m) {
+        gradient[m] += stiffness[i] * depth * own[m];
+        for (std::size_t n = 0; n < motions; ++n) curvature_[m][n] += stiffness[i] * own[m] * own[n];
+      }
+    }
+    double trace = 0.0, largest = 0.0;
+    for (std::size_t m = 0; m < motions; ++m) {
+      trace += curvature_[m][m];
+      largest = std::max(largest, std::abs(gradient[m]));
+    }
+    balanced = largest <= kTolerance * resultants[0];
+    if (balanced) break;
+    // Where the springs under pressure leave a tilt open, damping sends the body far along it, to the next springs.
+    double slope = 0.0;
+    for (std::size_t m = 0; m < motions; ++m) {
+      curvature_[m][m] += kDamping * (trace + total);
+      step_[m][0] = -gradient[m];
+    }
+    if (!solve_small(curvature_, step_, 0.0)) return false;
+    for (std::size_t m = 0; m < motions; ++m) slope += gradient[m] * step_[m][0];
+    double length = 1.0, trial[kMost];
+    for (;; length /= 2) {
+      for (std::size_t m = 0; m < motions; ++m) trial[m] = motion[m] + length * step_[m][0];
+      if (length < kShortest || energy(trial) <= least + kSufficientDecrease * length * slope) break;
+    }
+    std::copy(trial, trial + motions, motion);
+    least = energy(motion);
+  }
+  pressed_.resize(cells);
+  forces_.resize(cells);
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double depth = overlap(i, motion);
+    pressed_[i] = depth > 0.0 ? 1 : 0;
+    forces_[i] = depth > 0.0 ? stiffness[i] * depth : 0.0;
+  }
+  return std::any_of(pressed_.begin(), pressed_.end(), [](std::uint8_t one) { return one != 0; });
+}
+
+double SpringBed::overlap(std::size_t cell, const double* motion) const {
+  double depth = heights_ == nullptr ? 0.0 : -heights_[cell];
+  for (std::size_t m = 0; m < motions_; ++m) depth += modes_[cell * motions_ + m] * motion[m];
+  return depth;
+}
+
+double SpringBed::energy(const double* motion) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < stiffness_->size(); ++i) {
+    const double depth = overlap(i, motion);
+    if (depth > 0.0) sum += 0.5 * (*stiffness_)[i] * depth * depth;
+  }
+  for (std::size_t m = 0; m < motions_; ++m) sum -= resultants_[m] * motion[m];
+  return sum;
+}
+
+}  // namespace mjtactile

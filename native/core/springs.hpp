@@ -1,0 +1,34 @@
+// A rigid body in a bed of springs that do not pull: a quick guess at which cells of an elastic surface it presses.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "dense.hpp"
+
+namespace mjtactile {
+
+class SpringBed {
+ public:
+  // Press a body into springs of a stiffness each (cells) [N/m]; the rest as in RigidContact, the first mode moves every
+  // cell by 1. False where no motion carries the resultants.
+  bool solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions, const double* heights,
+             const double* resultants);
+
+  const std::vector<std::uint8_t>& pressed() const { return pressed_; }
+  const std::vector<double>& forces() const { return forces_; }  // (cells) [N]
+
+ private:
+  double energy(const double* motion) const;
+  double overlap(std::size_t cell, const double* motion) const;
+
+  const std::vector<double>* stiffness_ = nullptr;
+  const double *modes_ = nullptr, *heights_ = nullptr, *resultants_ = nullptr;
+  std::size_t motions_ = 0;
+  Matrix curvature_, step_;
+  std::vector<std::uint8_t> pressed_;
+  std::vector<double> forces_;
+};
+
+}  // namespace mjtactile

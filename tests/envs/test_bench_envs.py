@@ -1,0 +1,15 @@
+"""The benchmark of environments: figures that hang together, and a table of them."""
+
+from mjtactile.bench_envs import envs_benchmark, envs_table
+
+
+def test_pads_and_environments_cost_something_and_the_table_tells():
+    result = envs_benchmark(quick=True)
+    rows = result["rows"]
+    assert [row["observation"] for row in rows] == ["none", "wrench", "readings"]
+    for row in rows:
+        assert 0.0 < row["plain_s"] < row["one_s"] / row["substeps"]
+        assert 0.0 < row["many_s"] < 10.0 * row["one_s"]
+    table = envs_table(result)
+    assert "4: steps/s" in table
+    assert f"{1.0 / rows[2]['one_s']:,.0f}" in table.splitlines()[-1]

@@ -1,0 +1,166 @@
+"""Every environment: gymnasium's own checker, seeds, options, spaces, pictures."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import mjtactile  # noqa: F401  registers the environments
+from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv
+from mjtactile.errors import RenderError
+from mjtactile.pad import Pad
+from mjtactile.render import working_backend
+
+NAMES = tuple(ENTRY_POINTS)
+
+
+def run(name, steps=6, seed=3, **options):
+    """Observations and rewards under random actions, one list."""
+    env = gymnasium.make(name, disable_env_checker=True, **options)
+    seen, _ = env.reset(seed=seed)
+    drawn, log = np.random.default_rng(0), [seen]
+    for _ in range(steps):
+        action = drawn.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+        # Not an answer, which would end the episode at once; and press.
+        action[3:5] = (1.0, -1.0)[: len(action) - 3]
+        seen, reward, terminated, truncated, _ = env.step(action)
+        log.append({**seen, "reward": reward})
+        if terminated or truncated:
+            break
+    env.close()
+    return log
+
+
+def touch_space(name, **options) -> Any:
+    space: Any = gymnasium.make(name, **options).observation_space
+    return space["tactile"]
+
+
+def same(one, other):
+    return all(
+        (a[key] == b[key]).all() if key != "reward" else a[key] == b[key]
+        for a, b in zip(one, other, strict=True)
+        for key in a
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_gymnasium_finds_nothing_wrong(name):
+    check_env(gymnasium.make(name, observation="wrench").unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_seed_decides_everything(name):
+    first = run(name, randomise=1.0)
+    assert same(first, run(name, randomise=1.0))
+    assert not same(first, run(name, randomise=1.0, seed=4))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_seen_of_the_pads_does_not_change_what_happens(name):
+    own = [[seen["proprioception"] for seen in run(name, observation=what)] for what in ("readings", "wrench", "none")]
+    for other in own[1:]:
+        assert (np.array(own[0]) == np.array(other)).all()
+    assert all("tactile" not in seen for seen in run(name, observation="none"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pads_feel_something(name):
+    for what in ("readings", "wrench", "recognised"):
+        assert run(name, observation=what)[-1]["tactile"].shape == touch_space(name, observation=what).shape
+        assert any(np.abs(seen["tactile"]).max() > 0.01 for seen in run(name, observation=what))
+
+
+def test_readings_are_of_every_pad_layer_row_and_column():
+    space = touch_space("mjtactile/GraspLift-v0")
+    assert space.shape == (2, 4, 13, 13)
+    assert space.dtype == np.float32
+    pad = Pad(depths=(1e-3,))
+    assert touch_space("mjtactile/PressIdentify-v0", pad=pad).shape == (1, 1, 13, 13)
+
+
+def test_randomisation_changes_the_body():
+    fixed, loose = (run("mjtactile/PressIdentify-v0", observation="none", randomise=how) for how in (0.0, 1.0))
+    assert same(fixed[:1], loose[:1])
+    assert not same(fixed, loose)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"observation": "pictures"}, "readings, wrench, recognised, none"),
+        ({"fidelity": "slow"}, "fast, balanced"),
+        ({"transducer": "optical"}, "capacitive, piezoresistive"),
+        ({"transducer": "capacitive", "observation": "wrench"}, "'readings' or 'recognised'"),
+        ({"noise": -1.0}, "at least 0"),
+        ({"randomise": 2.0}, "0 .none. to 1"),
+        ({"render_mode": "ascii"}, "rgb_array"),
+    ],
+)
+def test_wrong_options_are_refused(options, told):
+    from mjtactile.envs.press_identify import PressIdentify
+
+    with pytest.raises(EnvError, match=told):
+        PressIdentify(**options)
+
+
+def test_wrong_actions_are_refused():
+    env = gymnasium.make("mjtactile/EdgeFollow-v0", disable_env_checker=True).unwrapped
+    env.reset(seed=0)
+    for action in (np.zeros(3), np.full(4, np.nan)):
+        with pytest.raises(EnvError, match="4 finite numbers"):
+            env.step(action)
+    with pytest.raises(EnvError, match="triangle"):
+        env.reset(options={"plate": "cube"})
+
+
+def test_pictures_are_drawn():
+    try:
+        working_backend()
+    except RenderError as error:
+        pytest.skip(str(error))
+    env = gymnasium.make("mjtactile/GraspLift-v0", render_mode="rgb_array", width=96, height=64)
+    env.reset(seed=0)
+    picture = env.render()
+    assert isinstance(picture, np.ndarray)
+    assert (picture.shape, picture.dtype) == ((64, 96, 3), np.uint8)
+    assert picture.std() > 5.0
+    env.close()
+    env.close()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_environment_has_the_camera_that_draws_it(name):
+    env = gymnasium.make(name, observation="none").unwrapped
+    assert isinstance(env, TactileEnv)
+    assert env.simulation.model.camera(env.CAMERA).id >= 0
+
+
+@pytest.mark.parametrize(
+    "order", ["import mjtactile, gymnasium", "import gymnasium, mjtactile", "import mjtactile.envs"]
+)
+def test_environments_are_registered_by_the_import_in_any_order(order):
+    code = (
+        f"{order}\nimport gymnasium, json, sys\nprint(json.dumps([n for n in gymnasium.registry if 'mjtactile' in n]))"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert json.loads(told) == list(NAMES)
+
+
+def test_registering_imports_no_environment():
+    code = "import gymnasium, mjtactile, sys; print([n for n in ('mujoco', 'torch', 'scipy') if n in sys.modules])"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert told.strip() == "[]"
+
+
+def test_the_page_has_the_tables_of_the_spaces():
+    from mjtactile.envs.tables import environment_tables
+
+    page = (Path(__file__).parents[2] / "docs" / "environments.md").read_text()
+    assert environment_tables() in page, "run: mjtactile envs --readme docs/environments.md"

@@ -1,0 +1,77 @@
+"""What is made of the pads' readings before an agent sees them."""
+
+import numpy as np
+import pytest
+
+from mjtactile.envs.features import moments
+from mjtactile.envs.press_identify import FORCE, PressIdentify
+
+PRESS = np.array([0.0, 0.0, 0.0, 1.0, -1.0, *[0.0] * 7])
+
+
+def pressed(**options):
+    """What is seen of a star pressed with the most force, at rest."""
+    env = PressIdentify(**options)
+    env.reset(seed=2, options={"shape": "star"})
+    return [env.step(PRESS)[0] for _ in range(10)][-1]["tactile"][0]
+
+
+@pytest.fixture(scope="module")
+def ideal():
+    return pressed(noise=0.0)
+
+
+def test_noise_is_a_share_of_the_largest_reading(ideal):
+    noisy = pressed(noise=0.05)
+    assert (noisy - ideal).std() == pytest.approx(0.05 * ideal.max(), rel=0.1)
+
+
+def test_a_wrench_is_the_force_pressed_with():
+    assert pressed(observation="wrench", noise=0.0)[:3] == pytest.approx([0.0, 0.0, -FORCE], abs=0.03)
+    assert pressed(observation="wrench", noise=0.1)[0] != 0.0
+
+
+def test_the_force_is_recognised():
+    found = pressed(observation="recognised", noise=0.0)
+    assert found[2] == pytest.approx(-FORCE, rel=0.1)
+    assert found[5] > 0.5
+
+
+@pytest.mark.parametrize("kind", ["capacitive", "piezoresistive"])
+def test_transducers_report_what_they_can(ideal, kind):
+    reported = pressed(noise=0.0, transducer=kind)
+    assert reported.shape == ideal.shape
+    off = np.abs(reported - ideal) / ideal.max()
+    assert 1e-3 < np.median(off) < 0.1
+
+
+def test_pads_differ_in_sensitivity_under_randomisation(ideal):
+    env = PressIdentify(noise=0.0, randomise=1.0)
+    gains = []
+    for seed in range(4):
+        env.reset(seed=seed, options={"shape": "star"})
+        gains.append(float(env.touch._gains[0]))
+    assert len(set(gains)) == 4
+    assert all(0.9 <= gain <= 1.1 for gain in gains)
+    felt = [env.step(PRESS)[0] for _ in range(10)][-1]["tactile"]
+    env.touch._gains[:] = 1.0
+    assert felt == pytest.approx(gains[-1] * env.touch.observe(env.simulation.sensordata, env.np_random), rel=1e-5)
+
+
+def test_nothing_is_felt_above_the_punch():
+    seen = PressIdentify().reset(seed=0)[0]
+    assert (seen["tactile"] == 0.0).all()
+    assert (PressIdentify(observation="recognised").reset(seed=0)[0]["tactile"] == 0.0).all()
+
+
+def test_moments_say_how_much_where_how_wide_and_how_lopsided():
+    readings = np.zeros((1, 13, 13), np.float32)
+    readings[0, 8:11, 4:9] = 5e3
+    mean, centroid, spread, lopsided = moments(readings)[0]
+    assert mean == pytest.approx(np.log1p(5e3 * 15 / 169 / 1e3), rel=1e-5)
+    assert centroid == pytest.approx(3 / 6.5, rel=1e-5)
+    assert spread == pytest.approx(np.sqrt(2 / 3) / 6.5, rel=1e-5)
+    assert lopsided == pytest.approx(0.0, abs=1e-3)
+    readings[0, 10] *= 3.0
+    assert moments(readings)[0, 3] < -0.01
+    assert (moments(np.zeros((2, 4, 13, 13), np.float32)) == 0.0).all()

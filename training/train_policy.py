@@ -1,0 +1,153 @@
+"""Learn to lift what one has never felt before: GraspLift with touch and without, by proximal policy optimisation.
+
+    python training/train_policy.py --out build/policy                       # two arms, five seeds, figure and table
+    python training/train_policy.py --out build/policy --seeds 1 --steps 20000   # a look
+
+Both arms have the same body, time, networks, steps and settings; one also has its pads' readings, as their moments
+(`mjtactile.envs.features`). Training draws masses and frictions from every second band of their ranges, the test from
+the bands between. A run that is there already is not made again. Needs `pip install mjtactile[train]`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from arguments import parsed
+from policy_environment import StackedLifts
+from policy_report import draw_curves, success_table
+
+from mjtactile.bench_tables import rewrite_table
+from mjtactile.report import write_atomically
+
+#: What is compared: with touch, and without.
+ARMS = {"touch": "readings", "no touch": "none"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """Arguments."""
+
+    out: Path  #: folder for runs, figure and table
+    seeds: int = 5  #: of each arm
+    steps: int = 150_000  #: of the environment in a run
+    environments: int = 32  #: at once
+    workers: int = 2  #: runs at a time, on a core each
+    test_episodes: int = 416  #: of the final test, as many from each environment
+    rollout: int = 16  #: steps of each environment between updates
+    epochs: int = 8  #: passes over what a rollout gave
+    batch: int = 256  #: steps in a gradient
+    rate: float = 1e-3  #: learning rate at first; it falls to nothing
+    width: int = 64  #: of the two hidden layers of policy and value
+    discount: float = 0.98  #: per step
+    page: Path | None = None  #: Markdown file whose table, between its markers, is written anew
+    figure: Path | None = None  #: where the learning curves are drawn; by default in the folder
+
+
+def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
+    """Train one policy and test it."""
+    import torch
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.utils import FloatSchedule, LinearSchedule
+
+    torch.set_num_threads(1)
+    start = time.process_time()
+    training = StackedLifts(config.environments, ARMS[arm], "train")
+    training.seed(1000 * seed)
+    policy = PPO(
+        "MlpPolicy",
+        training,
+        n_steps=config.rollout,
+        batch_size=config.batch,
+        n_epochs=config.epochs,
+        gamma=config.discount,
+        gae_lambda=0.95,
+        learning_rate=FloatSchedule(LinearSchedule(config.rate, 0.0, 1.0)),
+        policy_kwargs={"net_arch": [config.width] * 2, "log_std_init": 0.0},
+        seed=seed,
+        device="cpu",
+    )
+    policy.learn(config.steps)
+    trained = time.process_time() - start
+    tested = test(policy, training, config, arm)
+    return {
+        "arm": arm,
+        "seed": seed,
+        "processor_s": trained,
+        "processor_s_with_test": time.process_time() - start,
+        "curve": training.ended,
+        "test": tested,
+        "config": {name: str(value) for name, value in asdict(config).items()},
+    }
+
+
+def test(policy: Any, trained_in: StackedLifts, config: Config, arm: str) -> dict[str, Any]:
+    """What the policy, without its exploration, does with masses and frictions it was never trained on."""
+    lifts = StackedLifts(config.environments, ARMS[arm], "test")
+    lifts.scale_as(trained_in)
+    # The same objects for every policy.
+    lifts.seed(987_654_321)
+    observation = lifts.reset()
+    each = math.ceil(config.test_episodes / config.environments)
+    counts = np.zeros(config.environments, int)
+    # As many from each environment: the first to end anywhere would be the short ones, which fail.
+    while counts.min() < each:
+        actions, _ = policy.predict(observation, deterministic=True)
+        observation, _, done, _ = lifts.step(actions)
+        counts += done
+    ended = [one for one in lifts.ended if one["count"] < each]
+    return {name: float(np.mean([one[name] for one in ended])) for name in ("success", "dropped", "crushed")}
+
+
+def main(config: Config) -> None:
+    """All runs that are missing, then figure and table."""
+    config.out.mkdir(parents=True, exist_ok=True)
+    missing = [(arm, seed) for seed in range(config.seeds) for arm in ARMS if not _path(config, arm, seed).exists()]
+    start = time.perf_counter()
+    for result in _results(config, missing):
+        arm, seed = result["arm"], result["seed"]
+        _write(_path(config, arm, seed), json.dumps(result))
+        print(
+            f"{time.perf_counter() - start:.0f} s: {arm}, seed {seed}: {result['test']['success']:.1%} of unseen "
+            f"objects lifted, {result['processor_s_with_test']:.0f} s of processor time",
+            flush=True,
+        )
+    results = [json.loads(_path(config, arm, seed).read_text()) for arm in ARMS for seed in range(config.seeds)]
+    table = success_table(results)
+    _write(config.out / "table.md", table + "\n")
+    figure = config.out / "curves.png" if config.figure is None else config.figure
+    write_atomically(figure, lambda file: draw_curves(results).savefig(file, format="png", dpi=130))
+    if config.page is not None:
+        rewrite_table(config.page, "policy", table)
+    print(table)
+
+
+def _results(config: Config, missing: list[tuple[str, int]]) -> Iterator[dict[str, Any]]:
+    """Of each run as it ends; in this process for one worker, in others for several."""
+    if config.workers == 1:
+        yield from (run(config, arm, seed) for arm, seed in missing)
+        return
+    # Spawned, not forked: torch has threads by now.
+    with ProcessPoolExecutor(config.workers, mp_context=get_context("spawn")) as workers:
+        for done in as_completed([workers.submit(run, config, arm, seed) for arm, seed in missing]):
+            yield done.result()
+
+
+def _write(path: Path, text: str) -> None:
+    write_atomically(path, lambda file: file.write(text.encode()))
+
+
+def _path(config: Config, arm: str, seed: int) -> Path:
+    return config.out / f"{arm.replace(' ', '_')}-{seed}.json"
+
+
+if __name__ == "__main__":
+    main(parsed(Config, __doc__))
