@@ -168,7 +168,9 @@ class Box:
         """The faces that face down."""
         faces = self._lower_faces(pose)
         normals = [np.cross(corners[1] - corners[0], corners[3] - corners[0]) for corners in faces]
-        return [Facet.through(Polygon(c[:, :2]), c.mean(axis=0), n) for c, n in zip(faces, normals, strict=True)]
+        # A wall that leans by no more than rounding has no area seen from above, and no plane over it.
+        seen = [(c, n) for c, n in zip(faces, normals, strict=True) if n[2] != 0.0]
+        return [Facet.through(Polygon(c[:, :2]), c.mean(axis=0), n) for c, n in seen]
 
     def _lower_faces(self, pose: Pose) -> list[Array]:
         """Corners of the faces that face down, in order around each, shapes (4, 3) [m]."""

@@ -25,7 +25,11 @@ def lift_figure(results: dict[str, list[Result]]) -> Figure:
     for condition, trials in results.items():
         colour = _COLOURS.get(condition) or next(others)
         needed, grip, good = (np.array([one[key] for one in trials]) for key in ("needed", "grip", "success"))
-        axes.scatter(needed[good], grip[good], s=12, color=colour, label=condition)
+        # Rings for true forces: what was recognised lies on top of them.
+        ring = (
+            {"s": 40, "facecolors": "none", "edgecolors": colour} if condition == "true" else {"s": 8, "color": colour}
+        )
+        axes.scatter(needed[good], grip[good], label=condition, **ring)
         axes.scatter(needed[~good], grip[~good], s=22, color=colour, marker="x")
     line = np.array([0.05, 15.0])
     axes.plot(line, line, color="0.4", linewidth=1, label="least that holds")

@@ -9,9 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import theilslopes
 
 from mjtactile.grasp.control import GripLaw
 from mjtactile.grasp.touch import Felt
+
+#: Ticks over which a squeeze is judged.
+_JUDGED = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +28,7 @@ class ReflexSettings:
     squeeze: float = 25.0  #: by which the grip grows while suspicious, over itself [1/s]
     squeeze_time: float = 0.008  #: for how long at least; four times that at most [s]
     squeezed: float = 0.07  #: growth of the grip over which a pull is judged, at least [-]
+    left: float = 0.75  #: share of the friction found then that is counted on: it may still be going [-]
     follows: float = 0.5  #: share of that growth that a sliding object's pull follows at least [-]
     jump: float = 1.6  #: grip over the one before, when alarmed [-]
 
@@ -77,11 +82,12 @@ class SlipReflex:
         self._squeeze()
         if len(self._suspected) * self._period < self._settings.squeeze_time:
             return
-        loads, grips = np.array(self._suspected).T
-        lowest = int(loads.argmin())
-        gained, squeezed = (series[-1] / max(series[lowest], 1e-3) - 1.0 for series in (loads, grips))
-        if squeezed > self._settings.squeezed and gained > self._settings.follows * squeezed:
-            self.law = replace(self.law, friction=float(np.median(loads[lowest:] / grips[lowest:])))
+        # Fingers may bounce on what slides: a slope between all pairs (Theil and Sen) is not misled by single ticks.
+        loads, grips = np.array(self._suspected[-_JUDGED:]).T
+        grown = grips[-2:].mean() / grips[:2].mean() - 1.0
+        slope = float(theilslopes(np.log(np.maximum(loads, 1e-3)), np.log(grips)).slope)
+        if grown > self._settings.squeezed and slope > self._settings.follows:
+            self.law = replace(self.law, friction=self._settings.left * float(np.median(loads / grips)))
             self._alarm()
         elif len(self._suspected) * self._period > 4.0 * self._settings.squeeze_time:
             # What rests pulls less now: that is usual from here on.
