@@ -27,6 +27,7 @@ from mjtactile.rigid import Mask
 _COARSE_CELLS, _SEARCH_CELLS = 36, 100
 #: Lines along each side of the sheet of the grid that finds where the search begins.
 _LINES = 33
+_BISECTIONS = 12
 _SEARCHES = 30
 #: A search ends when the contact's surroundings fill this part of the lattice.
 _FILLED = 0.7
@@ -150,18 +151,39 @@ def _overlapping(at: CellContact, found: Pressed) -> Mask | None:
 
 
 def _covered_region(footprint: Footprint) -> Region:
-    """Bounds of what the body covers, on a grid over the sheet; of its outline where that slips between the points."""
+    """Bounds of what the body covers, looked for on a grid over the sheet.
+
+    Of its outline where that slips between the points, or leaves out more than one of them.
+    """
     west, south, east, north = footprint.surface.sheet.bounds
-    x, y = np.meshgrid(np.linspace(west, east, _LINES), np.linspace(south, north, _LINES))
-    points = np.stack([x, y], axis=-1)
-    covered = np.isfinite(footprint.heights(points)) & shapely.intersects_xy(footprint.outline, x, y)
+    x, y = np.linspace(west, east, _LINES), np.linspace(south, north, _LINES)
+    covered = np.isfinite(footprint.heights(np.stack(np.meshgrid(x, y), axis=-1)))
     if not covered.any():
         return Region.around(footprint.outline)
-    # The boundary is somewhere between the last point that is covered and the next.
-    step = np.array([east - west, north - south]) / (_LINES - 1)
-    low = np.maximum(points[covered].min(axis=0) - step, (west, south))
-    high = np.minimum(points[covered].max(axis=0) + step, (east, north))
+    low_x, high_x = _bounds(footprint, x, y, covered, 0)
+    low_y, high_y = _bounds(footprint, y, x, covered.T, 1)
+    bounds, step = np.array(footprint.outline.bounds), np.array([x[1] - x[0], y[1] - y[0]])
+    low, high = np.array([low_x, low_y]), np.array([high_x, high_y])
+    low = np.where(bounds[:2] > low + step, bounds[:2], low)
+    high = np.where(bounds[2:] < high - step, bounds[2:], high)
     return Region.around(shapely.box(*low, *high))
+
+
+def _bounds(footprint: Footprint, along: Array, across: Array, covered: Mask, axis: int) -> tuple[float, float]:
+    """Least and greatest coordinate along an axis that the body covers, by bisection from a grid's outermost points."""
+    bounds = []
+    for lines, cover in ((along, covered), (along[::-1], covered[:, ::-1])):
+        rows = np.flatnonzero(cover.any(axis=1))
+        first = cover[rows].argmax(axis=1)
+        rows, first = (one[first <= first.min() + 1] for one in (rows, first))
+        inside, outside = lines[first], lines[np.maximum(first - 1, 0)]
+        for _ in range(_BISECTIONS):
+            middle = (inside + outside) / 2
+            points = np.stack([middle, across[rows]] if axis == 0 else [across[rows], middle], axis=-1)
+            over = np.isfinite(footprint.heights(points))
+            inside, outside = np.where(over, middle, inside), np.where(over, outside, middle)
+        bounds.append(inside)
+    return float(bounds[0].min()), float(bounds[1].max())
 
 
 def _on_lattice(footprint: Footprint, region: Region, count: int, centre: Array, tilting: bool) -> CellContact:

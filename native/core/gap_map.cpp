@@ -7,7 +7,7 @@ namespace mjtactile {
 namespace {
 
 // Points along each side of the grid that looks at the sheet, and of the closer looks for the lowest one.
-constexpr int kLines = 33, kCloseLines = 7, kLooks = 5;
+constexpr int kLines = 33, kCloseLines = 7, kLooks = 5, kBisections = 12;
 
 double along(double low, double high, int place, int lines) {
   return low + (high - low) * place / (lines - 1);
@@ -99,16 +99,6 @@ double GapMap::lowest_over(const Rectangle& part) const {
 }
 
 void GapMap::find_covered() {
-  double low_x = kNowhere, low_y = kNowhere, high_x = -kNowhere, high_y = -kNowhere;
-  const auto cover = [&](const Point& at) {
-    low_x = std::min(low_x, at.x), low_y = std::min(low_y, at.y);
-    high_x = std::max(high_x, at.x), high_y = std::max(high_y, at.y);
-  };
-  for (int row = 0; row < kLines; ++row) {
-    for (int column = 0; column < kLines; ++column) {
-      if (grid_[static_cast<std::size_t>(row * kLines + column)] - touch_ <= limits_.reach) cover(grid_point(column, row));
-    }
-  }
   bottoms_.clear();
   for (std::size_t i = 0; i < count_; ++i) {
     double points[2][3];
@@ -118,13 +108,55 @@ void GapMap::find_covered() {
       if (std::isfinite(height(at.x, at.y))) bottoms_.push_back(at);
     }
   }
-  // What slips between the grid's points is about its lowest ones.
-  if (low_x > high_x) std::for_each(bottoms_.begin(), bottoms_.end(), cover);
-  // The boundary is somewhere between the last point that is covered and the next.
-  const double step_x = (sheet_.east - sheet_.west) / (kLines - 1), step_y = (sheet_.north - sheet_.south) / (kLines - 1);
-  low_x = std::max(low_x - step_x, sheet_.west), high_x = std::min(high_x + step_x, sheet_.east);
-  low_y = std::max(low_y - step_y, sheet_.south), high_y = std::min(high_y + step_y, sheet_.north);
+  double low_x = 0.0, low_y = 0.0, high_x = 0.0, high_y = 0.0;
+  const bool seen = bound(0, false, low_x) && bound(0, true, high_x) && bound(1, false, low_y) && bound(1, true, high_y);
+  if (!seen) {
+    // What slips between the grid's points is about its lowest ones.
+    const double step_x = (sheet_.east - sheet_.west) / (kLines - 1), step_y = (sheet_.north - sheet_.south) / (kLines - 1);
+    low_x = low_y = kNowhere, high_x = high_y = -kNowhere;
+    for (const Point& at : bottoms_) {
+      low_x = std::min(low_x, std::max(at.x - step_x, sheet_.west));
+      low_y = std::min(low_y, std::max(at.y - step_y, sheet_.south));
+      high_x = std::max(high_x, std::min(at.x + step_x, sheet_.east));
+      high_y = std::max(high_y, std::min(at.y + step_y, sheet_.north));
+    }
+  }
   covered_ = {{(low_x + high_x) / 2, (low_y + high_y) / 2}, 0.0, high_x - low_x, high_y - low_y};
+}
+
+// The greatest or least coordinate along an axis that the body covers, by bisection from the grid's outermost points;
+// false where it covers none of these.
+bool GapMap::bound(int axis, bool greatest, double& bound) const {
+  const auto at = [&](int along_axis, int other) {
+    const int place = greatest ? kLines - 1 - along_axis : along_axis;
+    return axis == 0 ? grid_point(place, other) : grid_point(other, place);
+  };
+  const auto covered = [&](int along_axis, int other) {
+    const int place = greatest ? kLines - 1 - along_axis : along_axis;
+    const int column = axis == 0 ? place : other, row = axis == 0 ? other : place;
+    return grid_[static_cast<std::size_t>(row * kLines + column)] - touch_ <= limits_.reach;
+  };
+  const auto first_of = [&](int other) {
+    int first = 0;
+    while (first < kLines && !covered(first, other)) ++first;
+    return first;
+  };
+  int least = kLines;
+  for (int other = 0; other < kLines; ++other) least = std::min(least, first_of(other));
+  if (least == kLines) return false;
+  bound = greatest ? -kNowhere : kNowhere;
+  for (int other = 0; other < kLines; ++other) {
+    const int first = first_of(other);
+    if (first > std::min(least + 1, kLines - 1)) continue;
+    Point inside = at(first, other), outside = at(std::max(first - 1, 0), other);
+    for (int step = 0; step < kBisections; ++step) {
+      const Point middle = {(inside.x + outside.x) / 2, (inside.y + outside.y) / 2};
+      (std::isfinite(height(middle.x, middle.y)) ? inside : outside) = middle;
+    }
+    const double found = axis == 0 ? inside.x : inside.y;
+    bound = greatest ? std::max(bound, found) : std::min(bound, found);
+  }
+  return true;
 }
 
 }  // namespace mjtactile

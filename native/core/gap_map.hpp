@@ -41,6 +41,7 @@ class GapMap {
   Point grid_point(int column, int row) const;
   double lowest_over(const Rectangle& part) const;
   void find_covered();
+  bool bound(int axis, bool greatest, double& bound) const;
 
   std::size_t count_ = 0;
   std::vector<PlacedShape> shapes_;

@@ -1,4 +1,4 @@
-"""In every scene of scenes/, with the pad first or last and under every law, tractions add up to MuJoCo's wrench.
+"""In every press scene of scenes/, with the pad first or last and under every law, tractions add up to MuJoCo's wrench.
 
 MuJoCo puts a sphere before a box in a contact wherever they stand; test_gap_sensor.py has pairs in both orders.
 """
@@ -16,7 +16,7 @@ from mjtactile.scene import force_vector, press
 from mjtactile.sensor import TactileSensor
 from mjtactile.wrench import contact_wrenches
 
-SCENES = sorted(path.name for path in asset_path("scenes/press.xml").parent.glob("*.xml"))
+SCENES = sorted(path.name for path in asset_path("scenes/press.xml").parent.glob("press*.xml"))
 LAWS = [
     ("uniform", "proportional"),
     ("foundation", "proportional"),
