@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 OTHER_MUJOCO := 3.17.0
 NATIVE := $(wildcard native/CMakeLists.txt native/*/*)
 
-.PHONY: demo test check install install-dev models tables weights clean
+.PHONY: demo test check install install-dev models tables weights policies clean
 
 demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
@@ -94,6 +94,11 @@ shapes-all shapes-top: shapes-%:
 	$(TRAIN)/train_pose.py --module size $(FIT)/$*
 	$(TRAIN)/train_pose.py --module orientation $(FIT)/$*
 	$(TRAIN)/train_shapes.py $(FIT)/$* --examples $(EXAMPLES)
+
+# Policies with touch and without: figure and table of docs/policies.md.
+policies: $(VENV)/installed-dev
+	PYTHONPATH=. OMP_NUM_THREADS=1 $(BIN)/python training/train_policy.py --out build/policy --page docs/policies.md \
+		--figure docs/images/policy.png
 
 clean:
 	rm -rf $(VENV) .mujoco-* build dist demo.npz demo.png

@@ -14,8 +14,8 @@ _LEAST = 20.0
 def moments(readings: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     """Moments of readings along the rows (the pad's y), for each layer of each pad.
 
-    Slip along y moves the centroid; shear along y makes the pattern lopsided, the more so the deeper; the normal force
-    scales the whole.
+    Slip along y moves the pattern or, under a fingertip that aligns itself, changes its width; shear along y makes it
+    lopsided, the more so the deeper; the normal force scales the whole.
 
     Args:
         readings: (..., layers, rows, columns) [Pa].
