@@ -114,9 +114,10 @@ def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon 
 def _corners(hull: Polygon) -> Array:
     """Corners of a convex polygon where it really turns, shape (n, 2) [m]."""
     corners = rings_of(hull)[0]
-    before, after = corners - np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0) - corners
-    sine = _cross(before, after) / (np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1))
-    return corners[sine > STRAIGHT]
+    after = np.roll(corners, -1, axis=0) - corners
+    # Each by its own length: the product of two tiny ones would vanish.
+    after = after / np.linalg.norm(after, axis=1, keepdims=True)
+    return corners[_cross(np.roll(after, 1, axis=0), after) > STRAIGHT]
 
 
 def _rim(hull: Polygon, centre: Array, count: int) -> Array:

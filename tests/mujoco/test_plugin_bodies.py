@@ -79,7 +79,7 @@ def test_read_by_the_core_as_by_the_reference(geom, law, monkeypatch):
     with without_native():
         expected = mjtactile.TactileSensor(model, geom="pad", preset="fast", law=law).read(data).ravel()
     # Cells of flat faces follow the face's own axes here and the outline's first corner there.
-    assert np.linalg.norm(found - expected) <= 0.04 * np.linalg.norm(expected)
+    assert np.linalg.norm(found - expected) <= 0.05 * np.linalg.norm(expected)
 
 
 def test_a_floor_is_a_face_too(monkeypatch):

@@ -111,9 +111,8 @@ def test_cylinder_on_its_side_touches_along_a_strip(turn):
     stretch *= places / (places - 1)  # from the first cell's start to the last one's end
     per_length = -load.forces[touching, 2].sum() / stretch
     half_width = 2 * math.sqrt(per_length * radius / (math.pi * MODULUS))
-    row = load.cells.areas[touching].mean() / (stretch / places)
-    assert load.cells.areas[touching].sum() / stretch / 2 == pytest.approx(half_width, abs=row)  # whole cells
-    assert row < 0.3 * half_width
+    # Whole cells: rows under pressure in part count as a whole, on either side.
+    assert load.cells.areas[touching].sum() / stretch / 2 == pytest.approx(half_width, rel=0.15)
     pressure = -load.forces[middle, 2] / load.cells.areas[middle]
     assert pressure.max() == pytest.approx(2 * per_length / (math.pi * half_width), rel=0.05)
 
