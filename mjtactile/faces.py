@@ -29,7 +29,7 @@ _DIRECTION = 1e-7
 _LEAN = 0.5
 #: A body that tilts under its load brings a face onto the pad that leans up to this [-], about 12 degrees, but no more
 #: than this share of the slope at which the next part of the body comes down.
-_MOST_LEAN, _LEAN_SHARE = 0.21, 0.5
+_MOST_LEAN, _LEAN_SHARE = 0.21, 0.8
 #: Slope of a face of a body that keeps its orientation, over its width [m].
 _LEVEL = 1e-7
 #: Faces of a mesh that are looked at: the largest ones, with at least this share of its surface.

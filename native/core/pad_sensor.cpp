@@ -15,8 +15,8 @@ constexpr double kCutStep = 5e-6, kCutTurn = 5e-4;
 constexpr std::size_t kMostCutFaces = 64;
 // Faces that lean more than this never face the pad alone (their cosine).
 constexpr double kFacing = 0.9;
-// Height of what presses over the surface or below it, over the pad's depth.
-constexpr double kNear = 0.2;
+// Height of what presses over the surface or, where contacts are soft, below it, over the pad's depth.
+constexpr double kNear = 0.8;
 // Bases that many searches have not asked for belong to poses that are past.
 constexpr std::uint64_t kForgotten = 10000;
 constexpr std::size_t kMostBasisBytes = std::size_t{256} << 20;
