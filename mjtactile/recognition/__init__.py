@@ -69,7 +69,7 @@ def load(
 
     Args:
         name: "force": force and position of whatever presses. "grasp": force and twist of a grasped body, whose
-            face may cover the pad. "shape": which shape it is, where, how large and how
+            face covers the pad. "shape": which shape it is, where, how large and how
             turned.
         layers: "all" four, or "top": the 1 mm layer alone, which "grasp" does not have.
         pad: the pad it is to be used with; weights that were trained for another are refused. None: not checked

@@ -1,4 +1,4 @@
-"""With what force and twist a grasped body bears on a pad, where its face may cover the pad, or hang over its edge.
+"""With what force and twist a grasped body bears on a pad, whose face covers the pad.
 
 As `force.py`, for what hands hold: faces larger than the pad, pressed by up to tens of newtons, pulled and twisted.
 """
