@@ -14,7 +14,7 @@ from mjtactile.envs.channel import Channel
 from mjtactile.envs.grasp_scene import HANDLE, PAD_FORCES, gripper_spec
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.touch import sensor_slice
-from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
+from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 from mjtactile.pad import Array
 
 #: What is drawn: mass [kg], evenly in its logarithm, and friction [-], evenly.
@@ -30,8 +30,9 @@ FRAGILITY, CRUSHING, HARMLESS = 2.5, 20.0, 0.5
 #: Rewards: for the grip on its (logarithmic) way to what holds and the object on its way up, each paid as it gets
 #: further than before; for success.
 GRIP_WAY, WAY, SUCCESS = 0.5, 1.0, 1.0
-#: Of the encoders of hand and wrist [m], as good ones have. Exact ones would weigh: a servo gives way by micrometres.
-RESOLUTION = 1e-4
+#: Of the wrist's encoder [m], as good ones have, and of the gripper's opening: its stroke in eight bits, as grippers of
+#: that size report it. Exact ones would weigh: a servo gives way by micrometres, and fingers that slide part by more.
+RESOLUTION, OPENING_RESOLUTION = 1e-4, STROKE / 255
 #: How far off its place the object may stand along y and z [m].
 OFFSET = 5e-4
 _GRAVITY = 9.81
@@ -74,7 +75,9 @@ class GraspLift(TactileEnv):
         Channel("lift", "-", -1, 1, f"speed of the hand upwards, up to {LIFT_SPEED * 1e3:g} mm/s"),
     )
     PROPRIOCEPTION = (
-        Channel("opening", "m", -0.001, 0.1, f"distance of the pads from each other, in steps of {RESOLUTION:g} m"),
+        Channel(
+            "opening", "m", -0.001, 0.1, f"distance of the pads from each other, in steps of {OPENING_RESOLUTION:.3g} m"
+        ),
         Channel("closing", "m/s", -0.5, 0.5, "its change in the last step over the step's time"),
         Channel("height", "m", -0.01, 2 * REACH, f"of the hand, from where it started, in steps of {RESOLUTION:g} m"),
         Channel("target", "m", 0.0, REACH, "commanded height"),
@@ -125,7 +128,7 @@ class GraspLift(TactileEnv):
         self._off = drawn.uniform(-OFFSET, OFFSET, 2)
         self._target, self._speed, self._grip = 0.0, 0.0, FIRST_GRIP
         self._most = self._risen = self._firm = 0.0
-        self._opening = RESOLUTION * round((HANDLE[0] - CLOSED_GAP + 2 * _GAP) / RESOLUTION)
+        self._opening = _rounded(HANDLE[0] + 2 * _GAP - CLOSED_GAP, OPENING_RESOLUTION)
         simulation = self.simulation
         simulation.field("body_mass")[self._object] = self._mass
         simulation.field("body_inertia")[self._object] = self._shape * self._mass
@@ -152,8 +155,8 @@ class GraspLift(TactileEnv):
 
     def _proprioception(self) -> Array:
         sensed = self.simulation.sensordata
-        height = RESOLUTION * round(float(sensed[self._places["wrist_z"]] - self._off[1]) / RESOLUTION)
-        opening = RESOLUTION * round(float(sensed[self._places["opening"]]) / RESOLUTION)
+        height = _rounded(float(sensed[self._places["wrist_z"]] - self._off[1]), RESOLUTION)
+        opening = _rounded(float(sensed[self._places["opening"]]), OPENING_RESOLUTION)
         closing, self._opening = (opening - self._opening) / (self.TIMESTEP * self.SUBSTEPS), opening
         return np.array(
             [
@@ -187,3 +190,7 @@ class GraspLift(TactileEnv):
 
     def _info(self) -> dict[str, Any]:
         return {"mass": float(self._mass), "friction": float(self._friction), "peak_grip": float(self._most)}
+
+
+def _rounded(value: float, step: float) -> float:
+    return step * round(value / step)
