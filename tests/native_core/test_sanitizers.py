@@ -12,7 +12,10 @@ ROOT = Path(__file__).parents[2]
 COMPILER = shutil.which("g++")
 FLAGS = ["-std=c++17", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 #: What is run: everything the core does in Python's hands and in MuJoCo's, pickles and threads included.
-TESTS = ["tests/parity/test_native.py", "tests/mujoco/test_plugin.py"]
+TESTS = [
+    *(f"tests/parity/test_{name}.py" for name in ("native", "faces", "curved")),
+    *(f"tests/mujoco/test_{name}.py" for name in ("plugin", "plugin_bodies")),
+]
 #: Memory is measured there, and another process is begun without the sanitizer.
 LEFT_OUT = "not memory and not orders and not nodal_forces_of_any and not random_gaps"
 
