@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dense.hpp"
+#include "polygon.hpp"
 
 namespace mjtactile {
 
@@ -20,10 +21,6 @@ struct Pose {
 struct CellEdge {
   double start[2], end[2];
   std::int32_t left, right;  // cells to its left and right, -1 for none
-};
-
-struct Point {
-  double x, y;
 };
 
 // Cells of a face in its own frame, whose z axis is the pad's when the face lies flat on it. Immutable, shared.
@@ -59,13 +56,6 @@ struct Placement {
 };
 
 constexpr Placement kHere = {1.0, 0.0, {0.0, 0.0}};
-
-// The convex hull of points, counter-clockwise, collinear ones left out.
-std::vector<Point> convex_hull(std::vector<Point> points);
-
-// The point of a counter-clockwise convex polygon nearest to another, at least `margin` [m] from its sides: that one
-// itself where it is. False where the polygon is too narrow for the margin.
-bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest);
 
 // Where the face stands, if the body turns it to the pad; false where it leans more than it may.
 bool place(const Face& face, const Pose& pose, Placement& placement);

@@ -1,4 +1,4 @@
-// Lattices of rectangular contact cells, and the integrals of 1/r over pairs of their cells in closed form.
+// Lattices of rectangular contact cells: where a body presses with a small part of itself.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "face.hpp"
-#include "triangles.hpp"
 
 namespace mjtactile {
 
@@ -70,16 +69,5 @@ class LatticeFace {
   std::vector<std::int32_t> place_;   // of each of the lattice's cells among those kept
   std::vector<Point> corners_, clipped_;
 };
-
-// Integrals of 1/r over two rectangles with parallel sides a and b (along x, along y) [m], their middles (x, y) apart.
-double inverse_distance(double x, double y, const double* a, const double* b);
-// The same for equal ones that lie whole columns and rows apart, (rows, columns) [m^3].
-void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,
-                                std::vector<double>& table);
-
-// A convex polygon cut at another; all counter-clockwise.
-void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result);
-// Whether a point lies in a counter-clockwise convex polygon, its sides included, or at least `margin` [m] from them.
-bool holds(const std::vector<Point>& outline, const Point& point, double margin = 0.0);
 
 }  // namespace mjtactile

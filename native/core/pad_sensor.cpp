@@ -17,20 +17,11 @@ constexpr std::size_t kMostCutFaces = 64;
 constexpr double kFacing = 0.9;
 // Height of what presses over the surface or, where contacts are soft, below it, over the pad's depth.
 constexpr double kNear = 0.8;
-// Bases that many searches have not asked for belong to poses that are past.
-constexpr std::uint64_t kForgotten = 10000;
-constexpr std::size_t kMostBasisBytes = std::size_t{256} << 20;
 // A hash kept as a double must be a whole number that a double holds.
 constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
 // Deviatoric coordinates and the mean stress under x -> -x and y -> -y (mjtactile/influence.py).
 constexpr bool kOdd[kDeviatoric][2] = {{false, false}, {false, false}, {true, true}, {false, true}, {true, false}};
 constexpr bool kEven[1][2] = {{false, false}};
-
-std::uint64_t mixed(std::uint64_t hash, std::uint64_t value) {
-  hash ^= value + 0x9e3779b97f4a7c15u + (hash << 6) + (hash >> 2);
-  hash *= 0xff51afd7ed558ccdu;
-  return hash ^ (hash >> 33);
-}
 
 std::array<std::int64_t, 12> rounded(const Pose& pose, double tolerance) {
   std::array<std::int64_t, 12> whole;
@@ -47,77 +38,6 @@ Pose at(const std::array<std::int64_t, 12>& whole, double tolerance) {
 }
 
 }  // namespace
-
-// A solved contact and the responses of its parts.
-template <typename Value>
-struct Basis {
-  std::shared_ptr<const Face> face;
-  std::shared_ptr<const Pad> pad;
-  CellContact contact;
-  Columns<Value> responses;
-};
-
-bool BasisKey::operator==(const BasisKey& other) const {
-  return pad == other.pad && face == other.face && pose == other.pose &&
-         options == other.options;
-}
-
-std::uint64_t BasisKey::hash() const {
-  std::uint64_t hash = mixed(reinterpret_cast<std::uintptr_t>(pad), reinterpret_cast<std::uintptr_t>(face));
-  for (const std::int64_t one : pose) hash = mixed(hash, static_cast<std::uint64_t>(one));
-  return hash;
-}
-
-template <typename Value>
-BasisCache<Value>& BasisCache<Value>::shared() {
-  static BasisCache cache;
-  return cache;
-}
-
-template <typename Value>
-std::shared_ptr<const Basis<Value>> BasisCache<Value>::find(const BasisKey& key, const Face& face,
-                                                            const double* wrench, std::vector<double>& weights,
-                                                            CellContact::Workspace& workspace) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  ++searches_;
-  const auto range = places_.equal_range(key.hash());
-  for (auto place = range.first; place != range.second; ++place) {
-    const auto entry = place->second;
-    if (entry->key == key && entry->basis->contact.weights(face, key.options, wrench, weights, workspace)) {
-      entries_.splice(entries_.begin(), entries_, entry);
-      entry->used = searches_;
-      return entry->basis;
-    }
-  }
-  return nullptr;
-}
-
-template <typename Value>
-void BasisCache<Value>::keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  entries_.push_front({key, std::move(basis), bytes, searches_});
-  places_.emplace(key.hash(), entries_.begin());
-  bytes_ += bytes;
-  while (entries_.size() > 1) {
-    const auto last = std::prev(entries_.end());
-    if (bytes_ <= kMostBasisBytes && searches_ - last->used < kForgotten) break;
-    const auto range = places_.equal_range(last->key.hash());
-    for (auto place = range.first; place != range.second; ++place) {
-      if (place->second == last) {
-        places_.erase(place);
-        break;
-      }
-    }
-    bytes_ -= last->bytes;
-    entries_.pop_back();
-  }
-}
-
-template <typename Value>
-std::size_t BasisCache<Value>::bytes() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return bytes_;
-}
 
 template <typename Value>
 PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, bool native, double tolerance)
@@ -371,8 +291,6 @@ bool PadSensor<Value>::over_sheet(const Face& face, const Placement& placement) 
   });
 }
 
-template class BasisCache<float>;
-template class BasisCache<double>;
 template class PadSensor<float>;
 template class PadSensor<double>;
 

@@ -11,10 +11,9 @@
 #include <cstdint>
 #include <list>
 #include <memory>
-#include <mutex>
-#include <unordered_map>
 #include <vector>
 
+#include "basis_cache.hpp"
 #include "cell_contact.hpp"
 #include "closing_press.hpp"
 #include "face.hpp"
@@ -60,45 +59,6 @@ class Host {
 struct Steadiness {
   double pose = 0.0;    // of all touching bodies, rounded and hashed
   double steps = 0.0;   // for which it has been the same
-};
-
-template <typename Value>
-struct Basis;
-
-struct BasisKey {
-  const Pad* pad;
-  const Face* face;
-  std::array<std::int64_t, 12> pose;
-  LawOptions options;
-
-  bool operator==(const BasisKey& other) const;
-  std::uint64_t hash() const;
-};
-
-// Bases of all pads in this process: those used lately, up to a limit of memory.
-template <typename Value>
-class BasisCache {
- public:
-  static BasisCache& shared();
-
-  // A basis that makes up a wrench, and its weights; null if none is known.
-  std::shared_ptr<const Basis<Value>> find(const BasisKey& key, const Face& face, const double* wrench,
-                                           std::vector<double>& weights, CellContact::Workspace& workspace);
-  void keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes);
-  std::size_t bytes();
-
- private:
-  struct Entry {
-    BasisKey key;
-    std::shared_ptr<const Basis<Value>> basis;
-    std::size_t bytes;
-    std::uint64_t used;  // the search that found it last
-  };
-  std::mutex mutex_;
-  std::list<Entry> entries_;  // latest used first
-  std::unordered_multimap<std::uint64_t, typename std::list<Entry>::iterator> places_;
-  std::size_t bytes_ = 0;
-  std::uint64_t searches_ = 0;
 };
 
 // One pad in one simulation.

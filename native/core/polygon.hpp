@@ -1,0 +1,24 @@
+// Convex polygons in the plane, their corners counter-clockwise.
+#pragma once
+
+#include <vector>
+
+namespace mjtactile {
+
+struct Point {
+  double x, y;
+};
+
+// The convex hull of points, counter-clockwise, collinear ones left out.
+std::vector<Point> convex_hull(std::vector<Point> points);
+
+// The point of a counter-clockwise convex polygon nearest to another, at least `margin` [m] from its sides: that one
+// itself where it is. False where the polygon is too narrow for the margin.
+bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest);
+
+// A convex polygon cut at another; all counter-clockwise.
+void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result);
+// Whether a point lies in a counter-clockwise convex polygon, its sides included, or at least `margin` [m] from them.
+bool holds(const std::vector<Point>& outline, const Point& point, double margin = 0.0);
+
+}  // namespace mjtactile
