@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from mjtactile.cli_workers import RayAddressOption, RayOption, WorkersOption
+
 if TYPE_CHECKING:
+    from mjtactile.distribute import Workers
     from mjtactile.grasp.statistics import Report
     from mjtactile.grasp.trials import Experiment
 
@@ -20,7 +23,6 @@ grasp_app = typer.Typer(
 
 Seed = Annotated[int, typer.Option(min=0, help="Of objects, disturbances and noise.")]
 Trials = Annotated[int, typer.Option(min=1, help="How many of each kind.")]
-Workers = Annotated[int, typer.Option(min=1, help="Processes, one core each.")]
 Noise = Annotated[float, typer.Option(min=0.0, help="Standard deviation over a pad's largest reading [-].")]
 Fidelity = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
 Weights = Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")]
@@ -33,7 +35,9 @@ Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Mar
 def lift(
     seed: Seed = 0,
     trials: Trials = 200,
-    workers: Workers = 2,
+    workers: WorkersOption = 2,
+    ray: RayOption = False,
+    ray_address: RayAddressOption = None,
     noise: Noise = 0.01,
     fidelity: Fidelity = "fast",
     weights: Weights = None,
@@ -48,7 +52,7 @@ def lift(
 
     if figure is not None:
         check_writable(figure)
-    results = _run(LIFT, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
+    results = _run(LIFT, seed, trials, _who(workers, ray, ray_address), noise, fidelity, weights, out, as_json, readme)
     if figure is not None:
         from mjtactile.grasp.figure import lift_figure
         from mjtactile.report import write_atomically
@@ -61,7 +65,9 @@ def lift(
 def slip(
     seed: Seed = 0,
     trials: Trials = 200,
-    workers: Workers = 2,
+    workers: WorkersOption = 2,
+    ray: RayOption = False,
+    ray_address: RayAddressOption = None,
     noise: Noise = 0.01,
     fidelity: Fidelity = "fast",
     weights: Weights = None,
@@ -72,14 +78,16 @@ def slip(
     """Notice what slips before it has gone 2 mm, and hold it."""
     from mjtactile.grasp.slip import SLIP
 
-    _run(SLIP, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
+    _run(SLIP, seed, trials, _who(workers, ray, ray_address), noise, fidelity, weights, out, as_json, readme)
 
 
 @grasp_app.command()
 def handover(
     seed: Seed = 0,
     trials: Trials = 200,
-    workers: Workers = 2,
+    workers: WorkersOption = 2,
+    ray: RayOption = False,
+    ray_address: RayAddressOption = None,
     noise: Noise = 0.01,
     fidelity: Fidelity = "fast",
     weights: Weights = None,
@@ -90,14 +98,16 @@ def handover(
     """Put down on contact: onto shelves of unknown height, neither dropped nor pushed."""
     from mjtactile.grasp.handover import HANDOVER
 
-    _run(HANDOVER, seed, trials, workers, noise, fidelity, weights, out, as_json, readme)
+    _run(HANDOVER, seed, trials, _who(workers, ray, ray_address), noise, fidelity, weights, out, as_json, readme)
 
 
 @grasp_app.command()
 def sort(
     seed: Seed = 0,
     trials: Trials = 200,
-    workers: Workers = 2,
+    workers: WorkersOption = 2,
+    ray: RayOption = False,
+    ray_address: RayAddressOption = None,
     noise: Noise = 0.01,
     fidelity: Fidelity = "precise",
     out: Out = None,
@@ -107,14 +117,20 @@ def sort(
     """Sort blocks by the shape that the fingers recognise."""
     from mjtactile.grasp.sort import SORT
 
-    _run(SORT, seed, trials, workers, noise, fidelity, None, out, as_json, readme)
+    _run(SORT, seed, trials, _who(workers, ray, ray_address), noise, fidelity, None, out, as_json, readme)
+
+
+def _who(workers: int, ray: bool, ray_address: str | None) -> Workers:
+    from mjtactile.distribute import Workers
+
+    return Workers(count=workers, ray=ray, ray_address=ray_address)
 
 
 def _run(
     experiment: Experiment,
     seed: int,
     trials: int,
-    workers: int,
+    workers: Workers,
     noise: float,
     fidelity: str,
     weights: Path | None,

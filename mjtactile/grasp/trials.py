@@ -1,4 +1,4 @@
-"""Trials by the hundred: from seeds, by any number of processes, continued where they were interrupted.
+"""Trials by the hundred: from seeds, by any number of workers, continued where they were interrupted.
 
 What a trial gives depends on seed, condition and number alone. Results are kept a line each, as they come, and are put
 in order at the end; a process that dies costs the trials it was at.
@@ -7,14 +7,13 @@ in order at the end; a process that dies costs the trials it was at.
 from __future__ import annotations
 
 import json
-import multiprocessing
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from mjtactile import __version__
+from mjtactile.distribute import Workers, distributed
 from mjtactile.errors import MjTactileError
 from mjtactile.progress import progress_bar
 
@@ -62,7 +61,7 @@ def run_trials(
     experiment: Experiment,
     settings: Settings,
     *,
-    workers: int = 1,
+    workers: Workers | None = None,
     out: Path | None = None,
     progress: bool = True,
 ) -> dict[str, list[Result]]:
@@ -71,7 +70,7 @@ def run_trials(
     Args:
         experiment: what is tried.
         settings: of all trials.
-        workers: processes, one core each; the results do not depend on how many.
+        workers: who does them; the results do not depend on it. None: this process.
         out: file of results to write and, where there is one of the same settings, to continue.
         progress: show a bar on a terminal.
 
@@ -80,6 +79,7 @@ def run_trials(
 
     Raises:
         TrialsError: `out` holds results of other trials.
+        DistributeError: Ray is missing or cannot be reached, or workers die over a trial again and again.
         OSError: `out` cannot be written.
     """
     jobs = [(condition, k) for k in range(settings.trials) for condition in experiment.conditions]
@@ -92,7 +92,9 @@ def run_trials(
         advance(len(jobs) - len(left))
         if out is not None and not out.exists():
             out.write_text(json.dumps(about) + "\n")
-        for job, result in _run(experiment, settings, left, workers):
+        tasks = [(experiment.trial, settings, job) for job in left]
+        for place, result in distributed(_tried, tasks, workers or Workers()):
+            job = left[place]
             done[job] = json.loads(json.dumps(result))
             if out is not None:
                 with out.open("a") as file:
@@ -101,29 +103,10 @@ def run_trials(
     return {condition: [done[condition, k] for k in range(settings.trials)] for condition in experiment.conditions}
 
 
-def _run(
-    experiment: Experiment, settings: Settings, jobs: list[tuple[str, int]], workers: int
-) -> Iterator[tuple[tuple[str, int], Result]]:
-    """Jobs and their results, as they are done."""
-    if workers <= 1:
-        for job in jobs:
-            yield job, experiment.trial(settings, *job)
-        return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_one_thread) as pool:
-        waiting = {pool.submit(experiment.trial, settings, *job): job for job in jobs}
-        try:
-            for future in as_completed(waiting):
-                yield waiting[future], future.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
-def _one_thread() -> None:
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(limits=1)
+def _tried(task: tuple[Callable[[Settings, str, int], Result], Settings, tuple[str, int]]) -> Result:
+    """One trial, as a worker does it."""
+    trial, settings, job = task
+    return trial(settings, *job)
 
 
 def _read(path: Path, about: dict[str, Any]) -> dict[tuple[str, int], Result]:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from grasp_counting import COUNTING
 
+from mjtactile.distribute import Workers
 from mjtactile.grasp.statistics import Bound, Report, median, share
 from mjtactile.grasp.trials import Settings, TrialsError, run_trials
 
@@ -12,8 +13,8 @@ SETTINGS = Settings(seed=3, trials=5)
 
 
 def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
-    alone = run_trials(COUNTING, SETTINGS, workers=1, progress=False)
-    shared = run_trials(COUNTING, SETTINGS, workers=2, out=tmp_path / "out", progress=False)
+    alone = run_trials(COUNTING, SETTINGS, progress=False)
+    shared = run_trials(COUNTING, SETTINGS, workers=Workers(count=2), out=tmp_path / "out", progress=False)
     assert alone == shared
     assert [len(trials) for trials in alone.values()] == [5, 5]
     assert alone["one"][2]["value"] == alone["other"][2]["value"]
