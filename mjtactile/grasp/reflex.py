@@ -85,7 +85,7 @@ class SlipReflex:
         # Fingers may bounce on what slides: a slope between all pairs (Theil and Sen) is not misled by single ticks.
         loads, grips = np.array(self._suspected[-_JUDGED:]).T
         grown = grips[-2:].mean() / grips[:2].mean() - 1.0
-        slope = float(theilslopes(np.log(np.maximum(loads, 1e-3)), np.log(grips))[0])
+        slope = float(np.asarray(theilslopes(np.log(np.maximum(loads, 1e-3)), np.log(grips)))[0])
         if grown > self._settings.squeezed and slope > self._settings.follows:
             self.law = replace(self.law, friction=self._settings.left * float(np.median(loads / grips)))
             self._alarm()
