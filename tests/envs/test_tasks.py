@@ -94,8 +94,11 @@ def test_slip_changes_the_pattern_on_the_pads_and_holding_does_not(friction, sli
     patterns, slips = [], []
     for _ in range(16):
         seen, _, _, _, info = env.step(np.array([0.0, 0.2]))
-        patterns.append(seen["tactile"][:, 0] / np.linalg.norm(seen["tactile"][:, 0]))
+        felt = seen["tactile"][:, 0]
+        if felt.any():  # fingers that slide may hop for a moment
+            patterns.append(felt / np.linalg.norm(felt))
         slips.append(info["slip"])
+    assert len(patterns) >= 12
     assert (slips[-1] - slips[3] > 1e-3) == slides
     assert (np.linalg.norm(patterns[-1] - patterns[3]) > 0.15) == slides
 
