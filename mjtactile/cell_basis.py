@@ -60,6 +60,8 @@ class CellBasis:
         if wrench.normal <= 0.0:
             return None
         at = self.solved.pressed.at
+        if at.chosen_for > 0.0 and not at.gaps.any():
+            return None  # cells on a part of a flat face lie where this very force pressed
         pressing = at.carried(wrench.normal, wrench.through)
         if pressing is None:
             return None

@@ -21,7 +21,7 @@ from mjtactile.pad import Array
 from mjtactile.partition import Lattice, cells_on_sheet, outline_cells, stretched_cells
 from mjtactile.planar import areal, polygons_of
 from mjtactile.region import Region
-from mjtactile.rigid import Mask
+from mjtactile.rigid import RESULTANTS, Mask
 
 #: Cells of the lattices that look for the contact, and of the last ones that do.
 _COARSE_CELLS, _SEARCH_CELLS = 36, 100
@@ -68,10 +68,10 @@ def press(
         ContactError: when no contact was found.
     """
     flat = footprint.gap is None
-    if known is not None:
+    if known is not None and not (flat and known.at.chosen_for > 0.0):  # those lie where another force pressed
         with contextlib.suppress(ContactError):  # cells chosen for another force may be far too coarse
             again = _solved(known.at, normal, through, solver, known.contact.pressed)
-            if again.fits if known.at.chosen_for > 0.0 else not _is_small(again):
+            if again.fits if not flat else not _is_small(again):
                 return again
     centre = np.array(footprint.centroid)
     if flat:
@@ -83,15 +83,16 @@ def press(
             return whole
         # What passes beside the face, or along its very rim, would close in on nothing.
         through = shapely.get_coordinates(shapely.shortest_line(inner, shapely.Point(through)))[0]
+        with contextlib.suppress(ContactError, ValueError, np.linalg.LinAlgError):
+            part = _on_part(footprint, normal, through, centre, tilting, count, solver, softness)
+            # On the smallest parts coordinates have no digits left for integrals over cells.
+            carried = part.at.cells.nodal_forces(footprint.surface, part.contact.forces[:, None]).sum()
+            if abs(carried - normal) <= RESULTANTS * normal:
+                return part
+        return whole
     shapely.prepare(footprint.outline)
-    start = Region.around(footprint.outline) if flat else _covered_region(footprint)
-    region, found = _closest(footprint, start, normal, through, centre, tilting, solver, softness)
+    region, found = _closest(footprint, _covered_region(footprint), normal, through, centre, tilting, solver, softness)
     lattice, pressed = region.lattice(count), None
-    if flat:
-        cells = cells_on_sheet(lattice, np.ones(lattice.columns * lattice.rows, dtype=bool), footprint.outline)
-        at = CellContact(cells, np.zeros(cells.count), centre, tilting and cells.count >= 3)
-        pressed = _solved(at, normal, through, solver, None)
-        return Pressed(replace(at, chosen_for=pressed.area), pressed.contact)
     covered = _covered(footprint, lattice)
     if covered.any():
         at = _reachable_on_sheet(footprint, lattice, covered, centre, tilting)
@@ -101,6 +102,28 @@ def press(
         at = _within_outline(footprint, region, count, centre, tilting)
         pressed = _solved(at, normal, through, solver, _overlapping(at, found))
     return Pressed(replace(pressed.at, chosen_for=pressed.area), pressed.contact)
+
+
+def _on_part(
+    footprint: Footprint,
+    normal: float,
+    through: Array,
+    centre: Array,
+    tilting: bool,
+    count: int,
+    solver: Solver,
+    softness: float,
+) -> Pressed:
+    """Press a flat face on cells that lie where a small part of it presses."""
+    shapely.prepare(footprint.outline)
+    region, _ = _closest(
+        footprint, Region.around(footprint.outline), normal, through, centre, tilting, solver, softness
+    )
+    lattice = region.lattice(count)
+    cells = cells_on_sheet(lattice, np.ones(lattice.columns * lattice.rows, dtype=bool), footprint.outline)
+    at = CellContact(cells, np.zeros(cells.count), centre, tilting and cells.count >= 3)
+    pressed = _solved(at, normal, through, solver, None)
+    return Pressed(replace(at, chosen_for=pressed.area), pressed.contact)
 
 
 def _closest(

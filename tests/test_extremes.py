@@ -26,7 +26,7 @@ quietly = pytest.mark.filterwarnings("ignore::mjtactile.errors.ContactWarning")
 #: A failing load is told as it is: solving hundreds of smaller ones takes minutes.
 NO_SHRINKING = (Phase.explicit, Phase.reuse, Phase.generate)
 #: What is carried is the given wrench to this fraction of it.
-CARRIED = 1e-9
+CARRIED = 1e-8
 
 
 def pad_of(*layers: tuple[float, float, float]) -> Pad:
