@@ -140,7 +140,7 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
   Scratch& kept = scratch();
   kept.matrix.resize(cells, cells);
   copy(compliance, kept.matrix);
-  if (!kept.contact.exchange(kept.matrix, modes, motions, heights, resultants, start)) return 0;
+  if (!kept.contact.exchange(kept.matrix, modes, motions, heights, resultants, start, false)) return 0;
   std::copy(kept.contact.pressed().begin(), kept.contact.pressed().end(), pressed);
   copy(kept.contact.map_forces(), map_forces);
   copy(kept.contact.map_motion(), map_motion);

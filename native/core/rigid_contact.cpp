@@ -45,8 +45,9 @@ bool RigidContact::solve(const Matrix& compliance, const double* modes, std::siz
 }
 
 bool RigidContact::exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
-                            const double* resultants, const std::uint8_t* start) {
+                            const double* resultants, const std::uint8_t* start, bool flexible) {
   const std::size_t cells = compliance.rows();
+  flexible_ = flexible;
   motions_ = motions;
   pressed_.assign(cells, 1);
   if (start != nullptr) pressed_.assign(start, start + cells);
@@ -178,7 +179,10 @@ bool RigidContact::on(const Matrix& compliance, const double* modes, const doubl
       }
     }
   }
-  if (!solve_small(stiffness_, map_motion_, kOpen)) to_flexible_motion(resultants);
+  if (!solve_small(stiffness_, map_motion_, kOpen)) {
+    if (!flexible_) return false;
+    to_flexible_motion(resultants);
+  }
   map_forces_.resize(cells, entries);
   map_separation_.resize(cells, entries);
   std::fill(map_forces_.data(), map_forces_.data() + cells * map_forces_.stride(), 0.0);

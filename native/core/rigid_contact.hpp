@@ -26,8 +26,9 @@ class RigidContact {
   bool solve(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
              const double* resultants, const std::uint8_t* start);
   // The same, by exchanging cells that violate their conditions only; `start` null for all cells.
+  // `flexible`: go on where pressed cells leave a tilt open.
   bool exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
-                const double* resultants, const std::uint8_t* start);
+                const double* resultants, const std::uint8_t* start, bool flexible = true);
 
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
@@ -49,6 +50,7 @@ class RigidContact {
   std::size_t violated(const double* resultants, std::vector<std::uint8_t>& violated) const;
 
   std::size_t motions_ = 0;
+  bool flexible_ = true;
   std::vector<std::uint8_t> pressed_, exchange_;
   SpringBed springs_;
   std::vector<double> stiffnesses_, forces_;
