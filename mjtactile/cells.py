@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sparse
 import shapely
+from scipy.spatial import cKDTree
 from shapely import MultiPolygon, Polygon
 
 from mjtactile.half_space import HalfSpaceIntegrals, PlacedIntegrals, distinct_edges
@@ -23,8 +24,8 @@ Indices = npt.NDArray[np.int64]
 _GRID = 1e-7
 #: Moments of inertia off the axes, over those on them, that count as none.
 _ROUND = 1e-9
-#: Edges shorter than this fraction of the extent are none.
-_NO_EDGE = 1e-12
+#: Corners closer together than this fraction of the extent are one.
+_SAME_CORNER = 1e-11
 _NO_PARTS: npt.NDArray[np.object_] = np.array([], dtype=object)
 
 
@@ -161,7 +162,18 @@ def cells_of(parts: npt.NDArray[np.object_], part_owner: Indices) -> Cells:
     """Cells that consist of polygons, numbered from 0 without a hole."""
     rings = [oriented_edges(part) for part in parts]
     edges, owner = np.concatenate(rings), np.repeat(part_owner, [len(one) for one in rings])
-    # Cuts leave corners that coincide but for rounding; edges between them have no direction.
-    length = np.abs(edges[:, 1] - edges[:, 0]).max(axis=1)
-    kept = length > _NO_EDGE * np.ptp(edges, axis=(0, 1)).max()
+    edges = _joined(edges)
+    kept = (edges[:, 0] != edges[:, 1]).any(axis=1)
     return Cells(edges[kept], owner[kept], parts, part_owner)
+
+
+def _joined(edges: Array) -> Array:
+    """Edges whose corners, where cuts left them apart by rounding, are the same to the last digit.
+
+    Neighbours' edges are merged where forces are spread over nodes: what they differ by would be a gap there.
+    """
+    corners = edges.reshape(-1, 2)
+    pairs = cKDTree(corners).query_pairs(_SAME_CORNER * np.ptp(corners, axis=0).max(), output_type="ndarray")
+    first = np.arange(len(corners))
+    np.minimum.at(first, pairs[:, 1], pairs[:, 0])
+    return corners[first].reshape(edges.shape)

@@ -24,6 +24,9 @@ _SET_EXCHANGES = 30
 _SINGLE_EXCHANGES = 20
 #: Springs that start the search, over the stiffness of single cells.
 _SPRINGS = 0.2
+#: What forces may miss of the resultants before they are corrected, over the normal force, and what a correction mends,
+#: over the largest resultant: more would be another contact.
+_EXACT, _MENDED = 1e-12, 1e-6
 
 
 def rigid_contact(
@@ -115,32 +118,46 @@ class _Programme:
             springs = _SPRINGS / np.diagonal(self.compliance)
             likely = springs_under_pressure(springs, self.modes, self.gaps, self.resultants)
             solved = self._exchange_sets(likely)
-        if solved is None or not self._balances(solved):
+        carrying = self._carrying(solved)
+        if carrying is None:
             definite = replace(self, compliance=positive_definite(self.compliance))
-            solved = definite._from_interior()
-        return solved
+            carrying = definite._from_interior()
+        return carrying
 
-    def _balances(self, solved: RigidContact) -> bool:
-        left = np.abs(self.modes.T @ solved.forces - self.resultants).max()
-        return float(left) <= RESULTANTS * float(np.abs(self.resultants).max())
+    def _carrying(self, solved: RigidContact | None) -> RigidContact | None:
+        """The contact, with forces that carry the resultants; None if they miss them by more than rounding.
+
+        Few cells of very different size, or close together under much torsion, cost the resultants digits.
+        """
+        if solved is None or self._missing(solved) <= _EXACT:
+            return solved
+        size = float(np.abs(self.resultants).max())
+        if self._missing(solved) > _MENDED * size:
+            return None
+        solved = solved.balanced(self.modes)
+        return solved if self._missing(solved) <= RESULTANTS * size else None
+
+    def _missing(self, solved: RigidContact) -> float:
+        """Largest part of the resultants that the forces do not carry."""
+        return float(np.abs(self.modes.T @ solved.forces - self.resultants).max())
 
     def _from_interior(self) -> RigidContact | None:
         """The slow way that does not cycle; None if not even that finds forces that carry the resultants."""
         bounded = np.arange(len(self.gaps)) >= self._normal.start
         if self.blocks == 1 and self.gaps.max() > HIGH:
             resting = self._exchange_sets(resting_cells(self.gaps, self.modes, self.resultants))
-            if resting is not None and self._balances(resting.balanced(self.modes)):
-                return resting.balanced(self.modes)
+            if resting is not None and (resting := self._carrying(resting.balanced(self.modes))) is not None:
+                return resting
         forces, multipliers = interior_point(self.compliance, self.gaps, self.modes, self.resultants, bounded)
         normal, apart = forces[self._normal], multipliers[self._normal]
         pressed = normal * self.cells > apart
-        solved = self._exchange_sets(pressed)
-        if solved is None or not self._balances(solved):
+        solved = self._carrying(self._exchange_sets(pressed))
+        if solved is None:
             # Cells on the verge of contact, which rounding moves from one side to the other and back.
             solved = self._on(pressed)
             if solved is None or solved.violation.max() > ON_THE_VERGE:
                 solved = self._descend(np.where(pressed, normal, 0.0)) if self.blocks == 1 else None
-        return solved if solved is not None and self._balances(solved) else None
+        return self._carrying(solved)
 
     def _on(self, pressed: Mask) -> RigidContact | None:
         """The solution if exactly these cells were in contact; None where they cannot carry the resultants."""

@@ -231,7 +231,8 @@ def _newton_step(
     # slack falls by t.dt, so the multiplier changes by push + ratio t.dt
     right = -dual - t * np.tile(push, 2)
     free, per_motion = np.hsplit(scipy.linalg.cho_solve(factor, np.column_stack([right, E]), check_finite=False), [1])
-    d_motion = np.linalg.solve(E.T @ per_motion, -primal - E.T @ free[:, 0])
+    # Cells in one place, or very far apart in stiffness, leave a motion open.
+    d_motion = np.linalg.lstsq(E.T @ per_motion, -primal - E.T @ free[:, 0], rcond=None)[0]
     dt = (free[:, 0] + per_motion @ d_motion).astype(np.float64)
     d_multiplier = push + ratio * (tx * dt[:cells] + ty * dt[cells:])
     share = _share_inside(tx, ty, dt[:cells], dt[cells:], radius)

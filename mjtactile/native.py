@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 API_VERSION = 4
 #: Components of a force or a traction.
 COMPONENTS = 3
+#: Forces within two to this power, up or down, of 1 N are read as they are.
+_COMMON_POWERS = 20
 _NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platform, "libmjtactile.so")
 
 _enabled = os.environ.get("MJTACTILE_NATIVE", "1") != "0"
@@ -167,9 +169,12 @@ class NativePad:
     def readings(self, forces: Array) -> Array:
         """Readings (layers, rows, columns) [Pa] of nodal forces (nodes y, nodes x, 3) [N]."""
         readings = np.empty(self._taxels)
-        forces = contiguous(forces)
+        # Single precision squares stresses: forces far from 1 N are brought there, by a power of two, which is exact.
+        power = int(np.frexp(np.abs(forces).max(initial=0.0))[1])
+        power = power if abs(power) > _COMMON_POWERS else 0
+        forces = contiguous(np.ldexp(forces, -power) if power else forces)
         library().mjt_readings(self.handle, pointer(forces), pointer(readings))
-        return readings
+        return np.ldexp(readings, power) if power else readings
 
     def set_foundation(self, areas: Array, stiffnesses: Array) -> None:
         """Springs of law "foundation", see `foundation_springs`; what is set stays, other threads may be reading it."""

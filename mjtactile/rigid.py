@@ -134,13 +134,17 @@ class RigidContact:
         return None if changed.violation.any() else changed
 
     def balanced(self, modes: Array) -> RigidContact:
-        """With forces that carry the resultants to rounding: heights huge beside the approach cost them digits."""
-        own = modes[self.pressed]
-        wanted = np.eye(*self.map_motion.shape)
+        """With forces that carry the resultants to rounding, which heights huge beside the approach cost digits.
+
+        Args:
+            modes: displacement of each of the forces per unit of each motion, (forces, motions).
+        """
+        bearing = np.tile(self.pressed, len(modes) // len(self.pressed))
+        own, wanted = modes[bearing], np.eye(*self.map_motion.shape)
         map_forces = self.map_forces.copy()
         for _ in range(2):
-            missing = wanted - own.T @ map_forces[self.pressed]
-            map_forces[self.pressed] += np.linalg.lstsq(own.T, missing, rcond=_DEPENDENT)[0]
+            missing = wanted - own.T @ map_forces[bearing]
+            map_forces[bearing] += np.linalg.lstsq(own.T, missing, rcond=_DEPENDENT)[0]
         return RigidContact(self.resultants, self.pressed, map_forces, self.map_motion, self.map_separation)
 
     def scaled(self, force: float, give: float, lowest: float) -> RigidContact:

@@ -103,7 +103,8 @@ class SurfaceGrid:
 
         Green's theorem along x: the area integral equals the boundary integral of F dy, where F(x, y) is the
         integral of the integrand over the part of the cell left of x. An edge thus feeds the cell it runs in, and
-        fills all cells of its row further left.
+        fills all cells of its row further left. In the column of the first edge, F counts from that edge: of polygons
+        much smaller than a cell, areas as large as the cell would leave few digits.
         """
         start, end, owner = self._split(edges)
         weights = weights[owner]
@@ -118,7 +119,10 @@ class SurfaceGrid:
         eta = 2 * (points[..., 1] - self.y.vertices[row, None]) / self.y.sizes[row, None] - 1
         dy = (end - start)[:, 1, None] * node_weights / 2
         powers = np.arange(degree + 1)
-        left_integral = half_x[..., None] * (_powers(np.clip(xi, -1, 1), degree + 1)[..., 1:] - (-1.0) ** (powers + 1))
+        reference = self._references(edges, degree)
+        left_integral = half_x[..., None] * (
+            _powers(np.clip(xi, -1, 1), degree + 1)[..., 1:] - reference[column][:, None, :]
+        )
         left_integral /= powers + 1
         height_integral = _powers(eta, degree) * dy[..., None]
 
@@ -135,7 +139,18 @@ class SurfaceGrid:
         from_the_right = np.cumsum(heights[:, ::-1], axis=1)[:, ::-1] - heights
         full_row = (1 - (-1.0) ** (powers + 1)) / (powers + 1)  # integrals of xi^a over [-1, 1]
         widths = full_row * self.x.sizes[:, None] / 2
-        return moments + from_the_right[..., None, :] * widths[:, None, :, None]
+        parts = (reference - (-1.0) ** (powers + 1)) / (powers + 1) * self.x.sizes[:, None] / 2
+        filled = from_the_right[..., None, :] * widths[:, None, :, None]
+        return moments + (filled + heights[..., None, :] * parts[:, None, :, None])
+
+    def _references(self, edges: Array, degree: int) -> Array:
+        """Powers 1 to degree + 1 of xi from which integrals count in each column, (columns, degree + 1)."""
+        xi = np.full(self.x.element_count, -1.0)
+        if len(edges):
+            x = edges[0, 0, 0]
+            column = self.x.locate(np.array([x]))[0][0]
+            xi[column] = np.clip(2 * (x - self.x.vertices[column]) / self.x.sizes[column] - 1, -1, 1)
+        return _powers(xi, degree + 1)[:, 1:]
 
     def _split(self, edges: Array) -> tuple[Array, Array, np.ndarray]:
         """Cut edges (count, 2 ends, 2) at the grid lines; drop level ones and those off the sheet along y.

@@ -132,8 +132,10 @@ def test_a_quick_run_finds_that_the_law_buys_the_accuracy(quick):
     errors = {one["law"]: error(one) for one in quick["rows"]}
     assert errors["elastic"] < 0.03 < 0.1 < errors["foundation"]
     for one in quick["rows"]:
-        # Cells that were chosen on a curved body for one force serve another.
-        assert one["cache_error"] < 0.02
+        for name, kept in one["cache_error"].items():
+            # A basis is rounded to single precision. Cells chosen for another force, where a body is not flat, are
+            # as good as those chosen for this one.
+            assert kept < (1e-5 if name in quick["flat"] else one["errors"][name])
         assert max(one["unchanged_s"].values()) < update_time(one)
     assert 0.0 < quick["mujoco_tactile_s"] < min(quick["direct_s"].values())
 

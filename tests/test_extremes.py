@@ -26,7 +26,7 @@ quietly = pytest.mark.filterwarnings("ignore::mjtactile.errors.ContactWarning")
 #: A failing load is told as it is: solving hundreds of smaller ones takes minutes.
 NO_SHRINKING = (Phase.explicit, Phase.reuse, Phase.generate)
 #: What is carried is the given wrench to this fraction of it.
-CARRIED = 1e-8
+CARRIED = 1e-9
 
 
 def pad_of(*layers: tuple[float, float, float]) -> Pad:
@@ -97,7 +97,7 @@ def check_load(influence, face: Footprint, force, moment, way: str, tilt: str, c
 
 
 @quietly
-@settings(max_examples=40, deadline=None, phases=NO_SHRINKING, derandomize=True)
+@settings(max_examples=40, deadline=None, phases=NO_SHRINKING)
 @given(
     shape=shapes,
     way=ways,

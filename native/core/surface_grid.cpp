@@ -17,6 +17,8 @@ constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
 constexpr double kShapes[3][kPowers] = {{0.0, -0.5, 0.5}, {1.0, 0.0, -1.0}, {0.0, 0.5, 0.5}};
 // Integrals of xi^a over [-1, 1].
 constexpr double kWhole[kPowers] = {2.0, 0.0, 2.0 / 3.0};
+// Powers 1 to 3 of xi at an element's left end.
+constexpr double kLeftEnd[kPowers] = {-1.0, 1.0, -1.0};
 
 constexpr std::size_t kOwn = kForces * kPowers * kPowers, kPassing = kForces * kPowers;
 
@@ -37,8 +39,20 @@ void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, 
   workspace.passing.resize(columns * rows * kPassing);
   workspace.first.assign(rows, columns);
   workspace.last.assign(rows, 0);
+  workspace.middle = count > 0 ? element(x_, edges[0].start[0]) : columns;
+  set_reference(count > 0 ? edges[0].start[0] : low_x(), workspace);
   for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
   gather(workspace, forces);
+}
+
+// Areas in the element of the first edge are counted from that edge, in others from their left ends: of polygons much
+// smaller than an element, areas as large as the element would leave few digits.
+void SurfaceGrid::set_reference(double x, Workspace& workspace) const {
+  if (workspace.middle >= x_.size() - 1) return;
+  const double left = x_[workspace.middle], half = (x_[workspace.middle + 1] - left) / 2;
+  const double xi = std::min(1.0, std::max(-1.0, (x - left) / half - 1.0));
+  const double powers[kPowers] = {xi, xi * xi, xi * xi * xi};
+  std::copy_n(powers, kPowers, workspace.reference);
 }
 
 // Only rows that something runs through are cleared, and gathered from.
@@ -87,13 +101,15 @@ void SurfaceGrid::add_piece(const double* start, const double* end, const double
   workspace.last[row] = std::max(workspace.last[row], column);
   const double half_x = (x_[column + 1] - x_[column]) / 2;
   const double per_x = 1.0 / half_x, per_y = 2.0 / (y_[row + 1] - y_[row]);
+  const double* from = column == workspace.middle ? workspace.reference : kLeftEnd;
   double own[kPowers][kPowers] = {}, passing[kPowers] = {};
   for (int g = 0; g < 3; ++g) {
     const double x = start[0] + kNodes[g] * (end[0] - start[0]), y = start[1] + kNodes[g] * (end[1] - start[1]);
     const double xi = std::min(1.0, std::max(-1.0, (x - x_[column]) * per_x - 1.0));
     const double eta = (y - y_[row]) * per_y - 1.0;
     const double square = xi * xi;
-    const double left[kPowers] = {half_x * (xi + 1.0), half_x * (square - 1.0) * 0.5, half_x * (square * xi + 1.0) * kThird};
+    const double left[kPowers] = {half_x * (xi - from[0]), half_x * (square - from[1]) * 0.5,
+                                  half_x * (square * xi - from[2]) * kThird};
     double power = (end[1] - start[1]) * kWeights[g];
     for (int b = 0; b < kPowers; ++b, power *= eta) {
       passing[b] += power;
@@ -123,12 +139,17 @@ void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
       const double* own = workspace.own.data() + (row * columns + column) * kOwn;
       const double* passing = workspace.passing.data() + (row * columns + column) * kPassing;
       const double half = (x_[column + 1] - x_[column]) / 2;
+      double part[kPowers] = {};  // integrals of xi^a over what lies left of the reference
+      if (column == workspace.middle) {
+        for (int a = 0; a < kPowers; ++a) part[a] = (workspace.reference[a] - kLeftEnd[a]) / (a + 1);
+      }
       for (int m = 0; m < kForces; ++m) {
         double moments[kPowers][kPowers];
         bool any = false;
         for (int b = 0; b < kPowers; ++b) {
           for (int a = 0; a < kPowers; ++a) {
-            moments[b][a] = own[(m * kPowers + b) * kPowers + a] + right[m * kPowers + b] * half * kWhole[a];
+            moments[b][a] = own[(m * kPowers + b) * kPowers + a] +
+                            half * (right[m * kPowers + b] * kWhole[a] + passing[m * kPowers + b] * part[a]);
             any = any || moments[b][a] != 0.0;
           }
         }

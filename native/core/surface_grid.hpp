@@ -32,6 +32,8 @@ class SurfaceGrid {
     std::vector<double> own, passing;  // per element: moments of what runs in it, and heights that fill its row
     std::vector<double> crossings;
     std::vector<std::size_t> first, last;  // per row: elements with anything in them, first > last for none
+    std::size_t middle = 0;                // column of the first edge
+    double reference[3] = {};              // powers of xi there from which its areas are counted
   };
 
   // Consistent nodal forces [N] of tractions that are constant on polygons, given by their edges, into
@@ -44,6 +46,7 @@ class SurfaceGrid {
   void add_piece(const double* start, const double* end, const double* traction, Workspace& workspace) const;
   void gather(Workspace& workspace, double* forces) const;
 
+  void set_reference(double x, Workspace& workspace) const;
   void begin_row(std::size_t row, Workspace& workspace) const;
 
   std::vector<double> x_, y_;
