@@ -34,7 +34,7 @@ _FILLED = 0.7
 #: Where fewer of a flat face's cells press than this, and than this share of them, cells are chosen that lie there.
 _FEW_CELLS, _FEW_SHARE = 16, 0.5
 #: Nearest the force's line may pass to a flat face's rim there, over the root of its area.
-_RIM = 1e-2
+_RIM = 1e-3
 #: Middles of cells on a flat face's rim, where symmetry often puts them, count as outside: over the root of its area.
 _BARELY = 1e-9
 #: Least area a search closes in on, over what the body covers.

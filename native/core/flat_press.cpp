@@ -6,7 +6,7 @@ namespace mjtactile {
 namespace {
 
 // As the readable reference has them: mjtactile/pressing.py.
-constexpr double kFewCells = 16.0, kFewShare = 0.5, kRim = 1e-2;
+constexpr double kFewCells = 16.0, kFewShare = 0.5, kRim = 1e-3;
 
 }  // namespace
 
