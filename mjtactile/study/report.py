@@ -37,7 +37,7 @@ def study_report(found: dict[str, Any]) -> str:
         f"the paper tests. Training and testing took {found['seconds'] / 60:.0f} minutes of one process in all.",
         'Contact laws "uniform" and "elastic" give readings that differ by up to '
         f'{found["elastic_difference"]:.0%}. Law "foundation" presses a flat punch as "uniform" does: its readings '
-        f"differ by {found['foundation_difference']:.0e} at most, so it has no columns of its own.",
+        f"differ by {found['foundation_difference']:.1g} at most, so it has no columns of its own.",
         "### Table 2: direction of force [deg]",
         direction_table(found),
         "### Table 3: magnitude of force [gf]",
