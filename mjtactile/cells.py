@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sparse
 import shapely
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from shapely import MultiPolygon, Polygon
 
 from mjtactile.half_space import HalfSpaceIntegrals, PlacedIntegrals, distinct_edges
@@ -173,7 +173,7 @@ def _joined(edges: Array) -> Array:
     Neighbours' edges are merged where forces are spread over nodes: what they differ by would be a gap there.
     """
     corners = edges.reshape(-1, 2)
-    pairs = cKDTree(corners).query_pairs(_SAME_CORNER * np.ptp(corners, axis=0).max(), output_type="ndarray")
+    pairs = KDTree(corners).query_pairs(_SAME_CORNER * np.ptp(corners, axis=0).max(), output_type="ndarray")
     first = np.arange(len(corners))
     np.minimum.at(first, pairs[:, 1], pairs[:, 0])
     return corners[first].reshape(edges.shape)

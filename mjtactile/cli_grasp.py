@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +15,7 @@ from mjtactile.cli_workers import RayAddressOption, RayOption, WorkersOption
 if TYPE_CHECKING:
     from mjtactile.distribute import Workers
     from mjtactile.grasp.statistics import Report
-    from mjtactile.grasp.trials import Experiment
+    from mjtactile.grasp.trials import Experiment, Settings
 
 grasp_app = typer.Typer(
     help="Grasp experiments: hands that know what their pads feel, against blind ones and ones that know all.",
@@ -27,128 +28,65 @@ Noise = Annotated[float, typer.Option(min=0.0, help="Standard deviation over a p
 Fidelity = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
 Weights = Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")]
 Out = Annotated[Path | None, typer.Option(help="Keep results in this file; call again to go on with it.")]
+Figure = Annotated[Path | None, typer.Option(help="Draw to this file; lift alone: grips over what they had to be.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 
 
-@grasp_app.command()
-def lift(
-    seed: Seed = 0,
-    trials: Trials = 200,
-    workers: WorkersOption = 2,
-    ray: RayOption = False,
-    ray_address: RayAddressOption = None,
-    noise: Noise = 0.01,
-    fidelity: Fidelity = "fast",
-    weights: Weights = None,
-    out: Out = None,
-    figure: Annotated[Path | None, typer.Option(help="Draw grips over what they had to be to this file.")] = None,
-    as_json: AsJson = False,
-    readme: Readme = None,
-) -> None:
-    """Lift objects of unknown mass and friction with the least grip that holds."""
-    from mjtactile.grasp.lift import LIFT
-    from mjtactile.report import check_writable
+def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
+    """Add the command of an experiment; all of them take the same options."""
 
-    if figure is not None:
-        check_writable(figure)
-    results = _run(LIFT, seed, trials, _who(workers, ray, ray_address), noise, fidelity, weights, out, as_json, readme)
-    if figure is not None:
-        from mjtactile.grasp.figure import lift_figure
-        from mjtactile.report import write_atomically
+    def command(
+        seed: Seed = 0,
+        trials: Trials = 200,
+        workers: WorkersOption = 2,
+        ray: RayOption = False,
+        ray_address: RayAddressOption = None,
+        noise: Noise = 0.01,
+        fidelity: Fidelity = fidelity,
+        weights: Weights = None,
+        out: Out = None,
+        figure: Figure = None,
+        as_json: AsJson = False,
+        readme: Readme = None,
+    ) -> None:
+        from mjtactile.distribute import Workers
+        from mjtactile.grasp.trials import Settings
+        from mjtactile.preset import fidelity as checked
 
-        drawn, kind = lift_figure(results), figure.suffix.removeprefix(".").lower() or "png"
-        write_atomically(figure, lambda file: drawn.savefig(file, format=kind, dpi=110))
+        checked(fidelity)
+        own = None if weights is None else str(weights)
+        settings = Settings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
+        who = Workers(count=workers, ray=ray, ray_address=ray_address)
+        _run(_experiment(experiment), settings, who, out=out, figure=figure, as_json=as_json, readme=readme)
 
-
-@grasp_app.command()
-def slip(
-    seed: Seed = 0,
-    trials: Trials = 200,
-    workers: WorkersOption = 2,
-    ray: RayOption = False,
-    ray_address: RayAddressOption = None,
-    noise: Noise = 0.01,
-    fidelity: Fidelity = "fast",
-    weights: Weights = None,
-    out: Out = None,
-    as_json: AsJson = False,
-    readme: Readme = None,
-) -> None:
-    """Notice what slips before it has gone 2 mm, and hold it."""
-    from mjtactile.grasp.slip import SLIP
-
-    _run(SLIP, seed, trials, _who(workers, ray, ray_address), noise, fidelity, weights, out, as_json, readme)
+    grasp_app.command(experiment, help=told)(command)
 
 
-@grasp_app.command()
-def handover(
-    seed: Seed = 0,
-    trials: Trials = 200,
-    workers: WorkersOption = 2,
-    ray: RayOption = False,
-    ray_address: RayAddressOption = None,
-    noise: Noise = 0.01,
-    fidelity: Fidelity = "fast",
-    weights: Weights = None,
-    out: Out = None,
-    as_json: AsJson = False,
-    readme: Readme = None,
-) -> None:
-    """Put down on contact: onto shelves of unknown height, neither dropped nor pushed."""
-    from mjtactile.grasp.handover import HANDOVER
-
-    _run(HANDOVER, seed, trials, _who(workers, ray, ray_address), noise, fidelity, weights, out, as_json, readme)
+_add_command("lift", "Lift objects of unknown mass and friction with the least grip that holds.")
+_add_command("slip", "Notice what slips before it has gone 2 mm, and hold it.")
+_add_command("handover", "Put down on contact: onto shelves of unknown height, neither dropped nor pushed.")
+_add_command("sort", "Sort blocks by the shape that the fingers recognise.", fidelity="precise")
 
 
-@grasp_app.command()
-def sort(
-    seed: Seed = 0,
-    trials: Trials = 200,
-    workers: WorkersOption = 2,
-    ray: RayOption = False,
-    ray_address: RayAddressOption = None,
-    noise: Noise = 0.01,
-    fidelity: Fidelity = "precise",
-    out: Out = None,
-    as_json: AsJson = False,
-    readme: Readme = None,
-) -> None:
-    """Sort blocks by the shape that the fingers recognise."""
-    from mjtactile.grasp.sort import SORT
-
-    _run(SORT, seed, trials, _who(workers, ray, ray_address), noise, fidelity, None, out, as_json, readme)
-
-
-def _who(workers: int, ray: bool, ray_address: str | None) -> Workers:
-    from mjtactile.distribute import Workers
-
-    return Workers(count=workers, ray=ray, ray_address=ray_address)
+def _experiment(name: str) -> Experiment:
+    return getattr(import_module(f"mjtactile.grasp.{name}"), name.upper())
 
 
 def _run(
     experiment: Experiment,
-    seed: int,
-    trials: int,
+    settings: Settings,
     workers: Workers,
-    noise: float,
-    fidelity: str,
-    weights: Path | None,
+    *,
     out: Path | None,
+    figure: Path | None,
     as_json: bool,
     readme: Path | None,
-) -> dict[str, list[dict[str, Any]]]:
-    from mjtactile.grasp.trials import Settings, run_trials
-    from mjtactile.preset import fidelity as checked
+) -> None:
+    from mjtactile.grasp.trials import run_trials
 
-    checked(fidelity)
-    settings = Settings(
-        seed=seed,
-        trials=trials,
-        noise=noise,
-        fidelity=fidelity,
-        weights=None if weights is None else str(weights),
-    )
+    if figure is not None:
+        _check_drawable(experiment, figure)
     results = run_trials(experiment, settings, workers=workers, out=out)
     report: Report = experiment.report(results)
     text = report.markdown()
@@ -156,10 +94,21 @@ def _run(
     if readme is not None:
         from mjtactile.bench_tables import rewrite_table
 
-        rewrite_table(
-            readme, f"grasp {experiment.name}", f"Seed {seed}, readings {fidelity}, noise {noise:g}.\n\n{text}"
-        )
-    return results
+        about = f"Seed {settings.seed}, readings {settings.fidelity}, noise {settings.noise:g}."
+        rewrite_table(readme, f"grasp {experiment.name}", f"{about}\n\n{text}")
+    if figure is not None and experiment.figure is not None:
+        from mjtactile.report import write_atomically
+
+        drawn, kind = experiment.figure(results), figure.suffix.removeprefix(".").lower() or "png"
+        write_atomically(figure, lambda file: drawn.savefig(file, format=kind, dpi=110))
+
+
+def _check_drawable(experiment: Experiment, figure: Path) -> None:
+    from mjtactile.report import check_writable
+
+    if experiment.figure is None:
+        raise typer.BadParameter(f"grasp {experiment.name} has no figure, only lift has one. Drop --figure.")
+    check_writable(figure)
 
 
 def _as_dict(settings: Any, report: Report, results: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:

@@ -11,9 +11,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from mjtactile.mjcf import document, numbers, text_of
+from mjtactile.fingertip import GREY, add_pad, document_with_palm, pad_sensor
+from mjtactile.mjcf import numbers, text_of
 from mjtactile.pad import Pad
-from mjtactile.plugin import PLUGIN
 
 #: Sensors of the gripper; geoms are `<name>_pad`, pad frames are sites `<name>_surface`.
 GRIPPER_PADS = ("left", "right")
@@ -23,14 +23,6 @@ STROKE, CLOSED_GAP = 80e-3, 0.5e-3
 GRIP_LIMIT = 40.0
 #: From the flange to the middle of the pads [m].
 REACH = 0.12
-#: Contact of pads and of what they hold. It gives way by some 0.1 mm under 5 N, fingers and rubber together: where a
-#: contact slides, MuJoCo's convex friction pushes the bodies apart by friction x speed x time constant, and a stiffer
-#: contact would open and hop.
-CONTACT = {"condim": "4", "solref": "0.01 1", "solimp": "0.9 0.9 0.001 0.5 2"}
-#: `friction` counts only against objects of lower priority; those of the grasp experiments bring their own.
-_PAD_CONTACT = {**CONTACT, "friction": "1 0.0005 0.0001", "priority": "10"}
-_PAD_DENSITY = "965"  # PDMS [kg/m^3]
-_GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
 #: A finger with its carriage, as in commercial grippers of that stroke [kg]; what the drive's rotor adds behind its
 #: gears [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
 _FINGER_MASS, _ROTOR, _DAMPING = 0.06, 0.05, 20.0
@@ -71,21 +63,16 @@ def gripper_document(
         fidelity: preset of the readings by name.
     """
     pad = pad or Pad()
-    root = document(model, module="gripper.py")
-    ET.SubElement(root, "compiler", angle="radian")
-    ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
-    palm = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name="gripper", gravcomp="1")
-    ET.SubElement(
-        palm,
-        "geom",
-        name="palm",
+    root, palm = document_with_palm(
+        model,
+        "gripper",
+        REACH,
+        module="gripper.py",
         type="box",
         size="0.06 0.03 0.03",
         pos="0 0 -0.03",
-        mass=numbers((_PALM_MASS,)),
-        rgba=_DARK,
+        mass=_PALM_MASS,
     )
-    ET.SubElement(palm, "site", name="grasp", pos=numbers((0.0, 0.0, -REACH)), size="0.001", group="4")
     for name, side in zip(GRIPPER_PADS, (-1.0, 1.0), strict=True):
         palm.append(_finger(name, side, pad))
     contact = ET.SubElement(root, "contact")
@@ -125,41 +112,6 @@ def gripper_document(
     return root
 
 
-def pad_sensor(name: str, pad_name: str, fidelity: str) -> ET.Element:
-    """A sensor of the plugin on geom `<name>_pad`."""
-    sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
-    for key, value in (("pad", pad_name), ("fidelity", fidelity), ("output", "von_mises")):
-        ET.SubElement(sensor, "config", key=key, value=value)
-    return sensor
-
-
-def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, float], rotation: np.ndarray) -> None:
-    """A pad's geom and the site of its frame.
-
-    Args:
-        body: it is added to.
-        name: of the sensor.
-        pad: its size and thickness.
-        surface: where the middle of its sensing surface stands in the body's frame [m].
-        rotation: of the pad frame there, (3, 3), axes as columns.
-    """
-    axes = numbers(rotation[:, :2].T.ravel())
-    centre = np.array(surface) - rotation[:, 2] * pad.thickness / 2
-    ET.SubElement(
-        body,
-        "geom",
-        _PAD_CONTACT,
-        name=f"{name}_pad",
-        type="box",
-        size=numbers((pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2)),
-        pos=numbers(centre),
-        xyaxes=axes,
-        density=_PAD_DENSITY,
-        rgba="0.75 0.8 0.85 1",
-    )
-    ET.SubElement(body, "site", name=f"{name}_surface", pos=numbers(surface), xyaxes=axes, size="0.0002", group="4")
-
-
 def _finger(name: str, side: float, pad: Pad) -> ET.Element:
     """A finger on the left (-1) or on the right (+1); its frame's origin is the middle of its pad's surface."""
     body = ET.Element("body", name=f"{name}_finger", pos=numbers((side * CLOSED_GAP / 2, 0.0, -REACH)), gravcomp="1")
@@ -190,6 +142,6 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
         size=numbers((0.004, pad.size[0] / 2, (high - low) / 2)),
         pos=numbers((side * (pad.thickness + 0.004), 0.0, (high + low) / 2)),
         mass=numbers((_FINGER_MASS,)),
-        rgba=_GREY,
+        rgba=GREY,
     )
     return body

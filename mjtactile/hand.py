@@ -12,10 +12,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from mjtactile.gripper import CONTACT, add_pad, pad_sensor
-from mjtactile.mjcf import document, numbers, text_of
+from mjtactile.fingertip import CONTACT, GREY, add_pad, document_with_palm, pad_sensor
+from mjtactile.mjcf import numbers, text_of
 from mjtactile.pad import Pad
-from mjtactile.plugin import PLUGIN
 
 #: Sensors of the hand, and where round the hand their fingers stand [deg]: the thumb faces the gap between the two.
 HAND_PADS = {"thumb": 180.0, "left": 35.0, "right": -35.0}
@@ -31,8 +30,6 @@ STIFFNESS, TORQUE = 3.0, 0.95
 _JOINT = {"type": "hinge", "damping": "0.05", "armature": "0.0004", "frictionloss": "0.005"}
 _PALM_MASS, _LINK_MASSES = 0.5, (0.06, 0.04)
 _PALM_HEIGHT, _WIDTH = 0.03, 0.008
-
-
 #: From the flange to the middle of the pads [m].
 HAND_REACH = _PALM_HEIGHT + UPPER_LINK + LOWER_LINK
 
@@ -57,21 +54,16 @@ def hand_document(
         fidelity: preset of the readings by name.
     """
     pad = pad or Pad()
-    root = document(model, module="hand.py")
-    ET.SubElement(root, "compiler", angle="radian")
-    ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
-    palm = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name="hand", gravcomp="1")
-    ET.SubElement(
-        palm,
-        "geom",
-        name="palm",
+    root, palm = document_with_palm(
+        model,
+        "hand",
+        HAND_REACH,
+        module="hand.py",
+        mass=_PALM_MASS,
         type="cylinder",
         size=numbers((KNUCKLE_RADIUS - 0.005, _PALM_HEIGHT / 2)),
         pos=numbers((0.0, 0.0, -_PALM_HEIGHT / 2)),
-        mass=numbers((_PALM_MASS,)),
-        rgba="0.25 0.26 0.28 1",
     )
-    ET.SubElement(palm, "site", name="grasp", pos=numbers((0.0, 0.0, -HAND_REACH)), size="0.001", group="4")
     actuators, sensors = ET.Element("actuator"), ET.Element("sensor")
     for finger, around in HAND_PADS.items():
         palm.append(_finger(finger, math.radians(around), pad))
@@ -123,5 +115,5 @@ def _add_link(body: ET.Element, name: str, length: float, mass: float) -> None:
         size=numbers((_WIDTH,)),
         fromto=numbers((0.0, 0.0, 0.0, 0.0, 0.0, -length)),
         mass=numbers((mass,)),
-        rgba="0.55 0.57 0.6 1",
+        rgba=GREY,
     )

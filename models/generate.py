@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from mjtactile.grasp.scene import GraspObject, grasp_mjcf, hand_world_mjcf
+from mjtactile.grasp.scene import GraspObject, grasp_mjcf
 from mjtactile.gripper import gripper_mjcf
 from mjtactile.hand import hand_mjcf
 from mjtactile.indenter import INDENTER_NAMES, box, cylinder, punch, sphere
@@ -25,7 +25,7 @@ def files() -> dict[str, str]:
         "models/xml/gripper.xml": gripper_mjcf(),
         "models/xml/hand.xml": hand_mjcf(),
         "scenes/grasp.xml": grasp_mjcf(GraspObject(), wrist="xyz"),
-        "scenes/hand.xml": hand_world_mjcf(GraspObject(shape="cylinder", size=(0.04, 0.04, 0.09))),
+        "scenes/hand.xml": grasp_mjcf(GraspObject(shape="cylinder", size=(0.04, 0.04, 0.09)), hand="hand"),
         "scenes/press.xml": press_mjcf(punch("star")),
         "scenes/press_free.xml": press_mjcf(punch("star"), tilt_free=True),
     }

@@ -19,6 +19,7 @@ import torch
 from arguments import parsed
 from lesson import Lesson, LessonConfig
 
+from mjtactile.recognition.estimator import Estimator
 from mjtactile.recognition.fitting import fit, perceptron, perceptron_arrays, set_weights
 from mjtactile.recognition.force import ForceRecogniser
 from mjtactile.recognition.network import Network
@@ -74,7 +75,7 @@ def main(config: Config) -> None:
     seconds = fit(network, lesson.looker, pool, loss_of, lesson.schedule, label="force")
     arrays = {**perceptron_arrays(network, "force"), "target mean": mean, "target scale": _SCALE}
     lesson.write("force.safetensors", "force", arrays, seconds, before=before and before.metadata["config"])
-    report(ForceRecogniser(lesson.view, Network.from_arrays(arrays, "force"), mean, _SCALE), lesson.presses)
+    report(ForceRecogniser(lesson.view, Estimator.from_arrays(arrays, "force")), lesson.presses)
 
 
 def report(recogniser: ForceRecogniser, presses: Presses) -> None:

@@ -18,9 +18,9 @@ from arguments import parsed
 
 from mjtactile.pad import Pad
 from mjtactile.progress import progress_bar
+from mjtactile.recognition.estimator import Estimator
 from mjtactile.recognition.fitting import perceptron, perceptron_arrays
 from mjtactile.recognition.grasp import GRASP_OUTPUTS, GraspRecogniser, grasp_targets
-from mjtactile.recognition.network import Network
 from mjtactile.recognition.octant import into_octant
 from mjtactile.recognition.registry import register
 from mjtactile.recognition.store import write_weights
@@ -77,7 +77,7 @@ def main(config: Config) -> None:
             advance(1)
     arrays = {**perceptron_arrays(network, "grasp"), "target mean": mean, "target scale": _SCALE}
     write(config, view, arrays, perf_counter() - start)
-    report(GraspRecogniser(view, Network.from_arrays(arrays, "grasp"), mean, _SCALE), readings, wrenches, held_out)
+    report(GraspRecogniser(view, Estimator.from_arrays(arrays, "grasp")), readings, wrenches, held_out)
 
 
 def fitted_view(readings: np.ndarray, parts: int) -> View:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mjtactile.grasp.control import CLOSING_GRIP, GripLaw, Ride, close, hold, raise_object, rub
+from mjtactile.grasp.figure import lift_figure
 from mjtactile.grasp.judge import CRUSHING, Judge
 from mjtactile.grasp.robot import Robot
 from mjtactile.grasp.scene import GraspObject, grasp_spec
@@ -182,4 +183,6 @@ def report(results: dict[str, list[Result]]) -> Report:
     )
 
 
-LIFT = Experiment(name="lift", conditions=("recognised", "true", *BLIND_GRIPS), trial=trial, report=report)
+LIFT = Experiment(
+    name="lift", conditions=("recognised", "true", *BLIND_GRIPS), trial=trial, report=report, figure=lift_figure
+)

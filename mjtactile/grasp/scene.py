@@ -1,4 +1,4 @@
-"""Grasp worlds: the gripper on a driven wrist over a table, and an object of known shape, mass and friction on it.
+"""Grasp worlds: a hand on a driven wrist over a table, and an object of known shape, mass and friction on it.
 
 Lengths are metres, in the world's frame: the table's top is z = 0, the gripper closes along x.
 """
@@ -14,7 +14,8 @@ import mujoco
 import numpy as np
 
 from mjtactile.errors import SceneError
-from mjtactile.gripper import CONTACT, REACH, gripper_document
+from mjtactile.fingertip import CONTACT
+from mjtactile.gripper import REACH, gripper_document
 from mjtactile.hand import HAND_REACH, hand_document
 from mjtactile.mjcf import OPTION, numbers, text_of
 from mjtactile.pad import Pad
@@ -33,6 +34,8 @@ SHAPES = ("box", "cylinder", "sphere")
 _TORSION = 5e-4
 #: Simulation: as for presses, and tangential forces solved once more without creep, so that what is held stays.
 _OPTION = {**OPTION, "noslip_iterations": "4"}
+#: Hands by the name of their body: what writes them, and from the flange to the middle of the pads [m].
+_HANDS = {"gripper": (gripper_document, REACH), "hand": (hand_document, HAND_REACH)}
 #: How far the wrist may be driven from where it starts [m].
 _RANGES = {"x": (-0.1, 0.1), "y": (-0.1, 0.1), "z": (-0.15, 0.3)}
 
@@ -73,6 +76,7 @@ def grasp_spec(grasped: GraspObject, **options: Any) -> mujoco.MjSpec:
 def grasp_mjcf(
     grasped: GraspObject,
     *,
+    hand: str = "gripper",
     wrist: str = "z",
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
     grasp_height: float | None = None,
@@ -80,14 +84,15 @@ def grasp_mjcf(
     pad_name: str = "default",
     fidelity: str = "fast",
 ) -> str:
-    """A world in which the gripper stands around an object on a table, ready to close; see `open_gripper`.
+    """A world in which a hand stands around an object on a table, ready to close; see `open_gripper`.
 
-    Body, free joint and geom `object`; the gripper as in `gripper_document`; an actuator `wrist_<axis>` for each driven
-    axis, whose control is the wrist's displacement from where it starts [m], and a sensor of the same name that says
-    where it is.
+    Body, free joint and geom `object`; the hand as in `gripper_document` or `hand_document`; an actuator
+    `wrist_<axis>` for each driven axis, whose control is the wrist's displacement from where it starts [m], and a
+    sensor of the same name that says where it is.
 
     Args:
         grasped: the object.
+        hand: "gripper" or "hand", the one of three fingers.
         wrist: driven axes, some of "x", "y" and "z"; the others are rigid.
         pose: where the object stands: x, y [m] and its turn about the vertical [rad].
         grasp_height: of the pads' middles above the table [m]; by default half the object's height.
@@ -96,27 +101,14 @@ def grasp_mjcf(
         fidelity: preset of the readings.
 
     Raises:
-        SceneError: for an unknown axis.
+        SceneError: for an unknown hand or axis.
     """
-    root = gripper_document("grasp", pad, pad_name=pad_name, fidelity=fidelity)
+    if hand not in _HANDS:
+        raise SceneError(f"hand = {hand!r}; expected one of {', '.join(map(repr, _HANDS))}.")
+    make, reach = _HANDS[hand]
+    root = make("grasp", pad, pad_name=pad_name, fidelity=fidelity)
     height = grasped.height / 2 if grasp_height is None else grasp_height
-    return _world(root, "gripper", height + REACH, grasped, pose, wrist)
-
-
-def hand_world_mjcf(
-    grasped: GraspObject,
-    *,
-    wrist: str = "z",
-    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    grasp_height: float | None = None,
-    pad: Pad | None = None,
-    pad_name: str = "default",
-    fidelity: str = "fast",
-) -> str:
-    """`grasp_mjcf` with the three-finger hand of `hand_document` in place of the gripper."""
-    root = hand_document("hand_world", pad, pad_name=pad_name, fidelity=fidelity)
-    height = grasped.height / 2 if grasp_height is None else grasp_height
-    return _world(root, "hand", height + HAND_REACH, grasped, pose, wrist)
+    return _world(root, hand, height + reach, grasped, pose, wrist)
 
 
 def _world(

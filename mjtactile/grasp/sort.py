@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -74,12 +75,13 @@ class PunchTouch:
     Args:
         noise: standard deviation of white noise over a pad's largest reading [-].
         seed: of the noise.
+        weights: folder of the recognisers' weights; by default those shipped.
     """
 
     reads = True
 
-    def __init__(self, *, noise: float, seed: tuple[int, ...]) -> None:
-        self._force, self._shape = _recognisers()
+    def __init__(self, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> None:
+        self._force, self._shape = _recognisers(weights)
         self._noise, self._drawn = noise, np.random.default_rng(seed)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
@@ -103,8 +105,9 @@ class PunchTouch:
 
 
 @lru_cache(maxsize=1)
-def _recognisers() -> tuple[ForceRecogniser, ShapeRecogniser]:
-    return load("force", pad=Pad()), load("shape", pad=Pad())
+def _recognisers(weights: str | None) -> tuple[ForceRecogniser, ShapeRecogniser]:
+    folder = None if weights is None else Path(weights)
+    return load("force", pad=Pad(), folder=folder), load("shape", pad=Pad(), folder=folder)
 
 
 def sort_block(task: SortTask, touch: Touch, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
@@ -199,7 +202,7 @@ def trial(settings: Settings, condition: str, number: int) -> Result:
     drawn = np.random.default_rng([settings.seed, number, 7])
     task = sort_task(drawn)
     if condition == "recognised":
-        touch = PunchTouch(noise=settings.noise, seed=(settings.seed, number, 8))
+        touch = PunchTouch(noise=settings.noise, seed=(settings.seed, number, 8), weights=settings.weights)
         return sort_block(task, touch, fidelity=settings.fidelity)
     told = task.shape if condition == "true" else str(drawn.choice(INDENTER_NAMES))
     return sort_block(task, TrueTouch(), fidelity=settings.fidelity, told=told)

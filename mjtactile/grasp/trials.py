@@ -49,12 +49,14 @@ class Experiment:
         conditions: by name; the same trial number is the same task under all of them.
         trial: settings, condition and number to plain numbers; a function of a module, for other processes to find.
         report: results by condition, in order of their numbers, to what is printed.
+        figure: the same to a matplotlib figure, for experiments that have one.
     """
 
     name: str
     conditions: tuple[str, ...]
     trial: Callable[[Settings, str, int], Result]
     report: Callable[[dict[str, list[Result]]], Any]
+    figure: Callable[[dict[str, list[Result]]], Any] | None = None
 
 
 def run_trials(

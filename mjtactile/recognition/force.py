@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile.pad import Array
-from mjtactile.recognition.network import Network
+from mjtactile.recognition.estimator import Estimator
 from mjtactile.recognition.octant import Mirrors
 from mjtactile.recognition.store import Stored
 from mjtactile.recognition.view import Seen, View
@@ -63,21 +63,17 @@ class ForceRecogniser:
 
     Attributes:
         view: what is looked at.
-        network: features to tangential over pressing force (2), position (2), logarithm of the pressing force over the
-            readings' size, all scaled; and logarithms of their standard deviations.
-        mean, scale: of these five.
+        estimator: of tangential over pressing force (2), position (2) [m] and the logarithm of the pressing force over
+            the readings' size.
     """
 
     view: View
-    network: Network
-    mean: np.ndarray
-    scale: np.ndarray
+    estimator: Estimator
 
     @classmethod
     def from_stored(cls, view: View, stored: Stored) -> ForceRecogniser:
         """The recogniser in a file of weights."""
-        arrays = stored.arrays
-        return cls(view, Network.from_arrays(arrays, "force"), arrays["target mean"], arrays["target scale"])
+        return cls(view, Estimator.from_arrays(stored.arrays, "force"))
 
     def __call__(self, readings: np.ndarray) -> ForceResult:
         """Recognise.
@@ -93,9 +89,7 @@ class ForceRecogniser:
 
     def from_seen(self, seen: Seen, batch: tuple[int, ...]) -> ForceResult:
         """Recognise what a view has seen already."""
-        outputs = self.network(seen.features).astype(np.float64)
-        values = outputs[:, :5] * self.scale + self.mean
-        deviations = np.exp(np.clip(outputs[:, 5:], -8.0, 4.0)) * self.scale
+        values, deviations = self.estimator(seen.features)
         pressing = np.exp(values[:, 4]) * seen.size
         ratio = seen.mirrors.original(values[:, :2])
         position = seen.mirrors.original(values[:, 2:4])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile.pad import Array
-from mjtactile.recognition.network import Network
+from mjtactile.recognition.estimator import Estimator
 from mjtactile.recognition.store import Stored
 from mjtactile.recognition.view import View
 
@@ -54,20 +54,17 @@ class GraspRecogniser:
 
     Attributes:
         view: what is looked at.
-        network: features to `GRASP_OUTPUTS` scaled values, and the logarithms of their standard deviations.
-        mean, scale: of the values.
+        estimator: of tangential over pressing force (2), centre of pressure (2) [m], twist over pressing force [m] and
+            the logarithm of the pressing force over the readings' size.
     """
 
     view: View
-    network: Network
-    mean: np.ndarray
-    scale: np.ndarray
+    estimator: Estimator
 
     @classmethod
     def from_stored(cls, view: View, stored: Stored) -> GraspRecogniser:
         """The recogniser in a file of weights."""
-        arrays = stored.arrays
-        return cls(view, Network.from_arrays(arrays, "grasp"), arrays["target mean"], arrays["target scale"])
+        return cls(view, Estimator.from_arrays(stored.arrays, "grasp"))
 
     def __call__(self, readings: np.ndarray) -> GraspResult:
         """Recognise.
@@ -80,9 +77,7 @@ class GraspRecogniser:
         """
         flat, batch = self.view.checked(readings)
         seen = self.view.see(flat)
-        outputs = self.network(seen.features).astype(np.float64)
-        values = outputs[:, :GRASP_OUTPUTS] * self.scale + self.mean
-        deviations = np.exp(np.clip(outputs[:, GRASP_OUTPUTS:], -8.0, 4.0)) * self.scale
+        values, deviations = self.estimator(seen.features)
         pressing = np.exp(values[:, 5]) * seen.size
         ratio = seen.mirrors.original(values[:, :2])
         # A twist turns round in every mirror.

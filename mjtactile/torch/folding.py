@@ -15,6 +15,8 @@ from mjtactile.table import table_name
 
 #: Which coordinates of a kind of stress change their sign under x -> -x and y -> -y.
 _ODD = {"deviatoric": (ODD_IN_X, ODD_IN_Y), "mean": (EVEN, EVEN)}
+#: Integrals of a quadratic element's three shape functions over its length.
+_SIMPSON = (1 / 6, 4 / 6, 1 / 6)
 
 
 def as_buffer(module: nn.Module, name: str, values: np.ndarray) -> None:
@@ -94,3 +96,11 @@ class LayerStress(nn.Module):
         flips = self.get_buffer("flips")
         whole = self.get_buffer("signs") @ torch.stack(responses, dim=1)
         return (whole.unflatten(2, (-1, flips.shape[-1])) * flips).flatten(1, 2)
+
+
+def element_integrals(sizes: np.ndarray) -> np.ndarray:
+    """Integrals of a line's shape functions over each of its elements [m], shape (nodes, elements)."""
+    integrals = np.zeros((2 * len(sizes) + 1, len(sizes)))
+    for element, size in enumerate(sizes):
+        integrals[2 * element : 2 * element + 3, element] = np.multiply(_SIMPSON, size)
+    return integrals

@@ -11,21 +11,16 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from mjtactile.cache import influence_matrices
-from mjtactile.errors import InfluenceError, PresetError, StaleInfluenceError
+from mjtactile.errors import InfluenceError, StaleInfluenceError
 from mjtactile.footprint import Footprint
 from mjtactile.forces import nodal_batch
-from mjtactile.influence import InfluenceMatrices, load_influence
+from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
 from mjtactile.pad import Pad
 from mjtactile.preset import Fidelity, mesh_name
-from mjtactile.torch.folding import Folded, LayerStress, as_buffer
+from mjtactile.torch.arguments import existing_layers, floating, matrices_of
+from mjtactile.torch.folding import Folded, LayerStress, as_buffer, element_integrals
 from mjtactile.uniform import UniformBasis
-
-#: Fidelity of a pad when none is named, as in MuJoCo models.
-_FIDELITY = "balanced"
-#: Integrals of a quadratic element's three shape functions over its length.
-_SIMPSON = (1 / 6, 4 / 6, 1 / 6)
 
 
 class PadOutput(NamedTuple):
@@ -73,17 +68,17 @@ class PadModel(nn.Module):
         device: torch.device | str | None = None,
     ) -> None:
         super().__init__()
-        influence = _influence(pad, fidelity)
+        influence = matrices_of(pad, fidelity)
         self.pad, self.fidelity, self.surface = influence.pad, influence.fidelity, influence.surface
-        self.layers = _existing(self.pad, layers)
+        self.layers = existing_layers(self.pad, layers)
         self._folded = Folded(influence)
         self._deviatoric = nn.ModuleList(LayerStress(influence, k, "deviatoric") for k in self.layers)
         self._mean = nn.ModuleList(LayerStress(influence, k, "mean") for k in self.layers) if stress else None
         for place, k in enumerate(self.layers):
             as_buffer(self, f"average_{place}", influence.averages[k].toarray())
         for name, line in (("cells_y", self.surface.y), ("cells_x", self.surface.x)):
-            as_buffer(self, name, _element_integrals(line.sizes))
-        self.to(device=device, dtype=_floating(dtype))
+            as_buffer(self, name, element_integrals(line.sizes))
+        self.to(device=device, dtype=floating(dtype))
 
     @property
     def reading_shape(self) -> tuple[int, int, int]:
@@ -273,48 +268,6 @@ class PadModel(nn.Module):
                 f"{name} are on {given.device}, but the model is on {self.device}. Move one: {name}.to(model.device), "
                 f'or model.to("{given.device}").'
             )
-
-
-def _influence(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
-    is_file = isinstance(pad, Path) or (isinstance(pad, str) and Path(pad).is_file())
-    if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
-        raise PresetError(
-            f"fidelity {fidelity!r} was given beside influence matrices, which have their own. Drop it, or give a pad."
-        )
-    if isinstance(pad, InfluenceMatrices):
-        return pad
-    if is_file:
-        return load_influence(str(pad))
-    if isinstance(pad, str):
-        from mjtactile.plugin_attributes import known_pad
-
-        pad = known_pad(pad)
-    assert not isinstance(pad, Path)
-    return influence_matrices(pad, preset=_FIDELITY if fidelity is None else fidelity)
-
-
-def _existing(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
-    count = len(pad.depths)
-    chosen = tuple(range(count)) if layers is None else tuple(layers)
-    if not chosen or len(set(chosen)) < len(chosen) or not all(0 <= k < count for k in chosen):
-        raise InfluenceError(
-            f"layers = {chosen}; expected some of {tuple(range(count))}, each once, counted from the top."
-        )
-    return chosen
-
-
-def _floating(dtype: torch.dtype) -> torch.dtype:
-    if dtype not in (torch.float32, torch.float64):
-        raise InfluenceError(f"dtype {dtype} does not do for stress; expected torch.float32 or torch.float64.")
-    return dtype
-
-
-def _element_integrals(sizes: np.ndarray) -> np.ndarray:
-    """Integrals of a line's shape functions over each of its elements [m], shape (nodes, elements)."""
-    integrals = np.zeros((2 * len(sizes) + 1, len(sizes)))
-    for element, size in enumerate(sizes):
-        integrals[2 * element : 2 * element + 3, element] = np.multiply(_SIMPSON, size)
-    return integrals
 
 
 def _full_precision(tensor: Tensor) -> torch.autocast:

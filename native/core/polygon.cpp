@@ -11,6 +11,22 @@ double left_of(const Point& a, const Point& b, const Point& point) {
   return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
 }
 
+// The part of a polygon that lies more than a margin to the left of a line (Sutherland and Hodgman).
+void clip_side(const std::vector<Point>& polygon, const Point& a, const Point& b, double margin,
+               std::vector<Point>& result) {
+  const double least = margin * std::hypot(b.x - a.x, b.y - a.y);
+  result.clear();
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Point &from = polygon[k], &to = polygon[(k + 1) % polygon.size()];
+    const double here = left_of(a, b, from) - least, there = left_of(a, b, to) - least;
+    if (here >= 0.0) result.push_back(from);
+    if ((here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0)) {
+      const double part = here / (here - there);
+      result.push_back({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
+    }
+  }
+}
+
 }  // namespace
 
 // Andrew's monotone chain.
@@ -33,29 +49,17 @@ std::vector<Point> convex_hull(std::vector<Point> points) {
 bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest) {
   nearest = point;
   if (polygon.size() < 3) return false;
-  const auto depth = [margin](const Point& a, const Point& b, const Point& at) {
-    return left_of(a, b, at) - margin * std::hypot(b.x - a.x, b.y - a.y);
-  };
   bool inside = true;
   for (std::size_t i = 0; i < polygon.size() && inside; ++i) {
-    inside = depth(polygon[i], polygon[(i + 1) % polygon.size()], point) > 0.0;
+    const Point &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    inside = left_of(a, b, point) > margin * std::hypot(b.x - a.x, b.y - a.y);
   }
   if (inside) return true;
   // The polygon without what lies within the margin of its sides.
   std::vector<Point> inner = polygon, before;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     before.swap(inner);
-    inner.clear();
-    for (std::size_t k = 0; k < before.size(); ++k) {
-      const Point &from = before[k], &to = before[(k + 1) % before.size()];
-      const double here = depth(a, b, from), there = depth(a, b, to);
-      if (here >= 0.0) inner.push_back(from);
-      if ((here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0)) {
-        const double part = here / (here - there);
-        inner.push_back({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
-      }
-    }
+    clip_side(before, polygon[i], polygon[(i + 1) % polygon.size()], margin, inner);
   }
   double least = INFINITY;
   for (std::size_t k = 0; k < inner.size(); ++k) {
@@ -79,23 +83,12 @@ bool holds(const std::vector<Point>& outline, const Point& point, double margin)
   return true;
 }
 
-// Sutherland and Hodgman's way, one side after the other.
 void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result) {
   std::vector<Point> before;
   result = corners;
   for (std::size_t side = 0; side < outline.size() && !result.empty(); ++side) {
-    const Point &from = outline[side], &to = outline[(side + 1) % outline.size()];
     before.swap(result);
-    result.clear();
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      const Point &a = before[i], &b = before[(i + 1) % before.size()];
-      const double in_a = left_of(from, to, a), in_b = left_of(from, to, b);
-      if (in_a >= 0.0) result.push_back(a);
-      if ((in_a > 0.0 && in_b < 0.0) || (in_a < 0.0 && in_b > 0.0)) {
-        const double part = in_a / (in_a - in_b);
-        result.push_back({a.x + part * (b.x - a.x), a.y + part * (b.y - a.y)});
-      }
-    }
+    clip_side(before, outline[side], outline[(side + 1) % outline.size()], 0.0, result);
   }
 }
 

@@ -51,7 +51,11 @@ class Instance {
                 {static_cast<Law>(resolved.law), resolved.tilting != 0, resolved.friction,
                  static_cast<std::size_t>(resolved.cells)},
                 resolved.native != 0,
-                resolved.tolerance) {}
+                resolved.tolerance) {
+    const int* outputs = resolved_.outputs;
+    needs_stress_ = resolved_.visual != 0 || std::any_of(outputs, outputs + resolved_.output_count,
+                                                         [](int output) { return output != MJT_WRENCH; });
+  }
   // The same pad in another simulation, which keeps memory of its own.
   std::unique_ptr<Instance> another() const {
     return std::make_unique<Instance>(resolved_, geom_, addresses_, context_);
@@ -63,12 +67,7 @@ class Instance {
     for (const Touch& touch : touches_) {
       for (int k = 0; k < 6; ++k) wrench_[k] += touch.wrench[k];
     }
-    // Flexes have no footprint that is modelled; their wrench counts all the same.
-    const Touch* first = touches_.data();
-    std::size_t count = touches_.size();
-    if (count > 0 && first->body < 0) ++first, --count;
-    before_ = {state[0], state[1]};
-    sensor_.press(first, count, before_, host_);
+    if (needs_stress_) press(state);
     double* sensordata = field<double*>(data, layout.data_sensordata);
     for (const int address : addresses_) {
       double* to = sensordata + address;
@@ -77,6 +76,7 @@ class Instance {
   }
 
   void advance(double* state) const {
+    if (!needs_stress_) return;
     const Steadiness after = sensor_.after(before_);
     state[0] = after.pose;
     state[1] = after.steps;
@@ -113,6 +113,15 @@ class Instance {
   }
 
  private:
+  void press(const double* state) {
+    // Flexes have no footprint that is modelled; their wrench counts all the same.
+    const Touch* first = touches_.data();
+    std::size_t count = touches_.size();
+    if (count > 0 && first->body < 0) ++first, --count;
+    before_ = {state[0], state[1]};
+    sensor_.press(first, count, before_, host_);
+  }
+
   double* write(int output, double* to) {
     switch (output) {
       case MJT_STRESS:
@@ -132,6 +141,7 @@ class Instance {
   std::shared_ptr<Context> context_;
   CallbackHost host_;
   AnySensor sensor_;
+  bool needs_stress_ = true;  // or contact forces alone, which MuJoCo has solved
   Steadiness before_;
   std::vector<Touch> touches_;
   std::vector<double> readings_;

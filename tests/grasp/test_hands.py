@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mjtactile.errors import SceneError
-from mjtactile.grasp.scene import GraspObject, grasp_mjcf, grasp_spec, hand_world_mjcf, open_gripper
+from mjtactile.grasp.scene import GraspObject, grasp_mjcf, grasp_spec, open_gripper
 from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
 from mjtactile.hand import HAND_JOINTS, HAND_PADS
 from mjtactile.wrench import contact_wrenches, site_frame
@@ -77,7 +77,7 @@ def test_an_empty_gripper_closes_without_its_pads_touching():
 
 def test_three_fingers_lift_a_cylinder():
     grasped = GraspObject(shape="cylinder", size=(0.04, 0.04, 0.09), mass=0.1, friction=0.8)
-    model = without_sensors(mujoco.MjModel.from_xml_string(hand_world_mjcf(grasped)))
+    model = without_sensors(mujoco.MjModel.from_xml_string(grasp_mjcf(grasped, hand="hand")))
     data = mujoco.MjData(model)
     for step in range(1500):
         for finger in HAND_PADS:

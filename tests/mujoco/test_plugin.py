@@ -136,6 +136,18 @@ def test_all_outputs_of_one_sensor():
     assert readings.max() > 0.0
 
 
+@pytest.mark.parametrize(("more", "presses"), [("", False), (" von_mises", True)])
+def test_where_only_wrenches_are_wanted_nothing_is_pressed(more, presses):
+    config = f'<config key="output" value="wrench{more}"/>'
+    model = mujoco.MjModel.from_xml_string(scene(config=config))
+    data = stepped(model)
+    mujoco.mj_forward(model, data)
+    assert data.sensordata[:6] == pytest.approx(contact_wrenches(model, data, model.geom("pad0").id).total, rel=1e-12)
+    assert data.sensordata[2] < 0.0
+    # The state tells poses that were pressed apart.
+    assert data.plugin_state.any() == presses
+
+
 def test_without_contact_all_is_zero(model):
     data = mujoco.MjData(model)
     data.qpos[2] = 0.03

@@ -1,0 +1,67 @@
+"""What a pad module is made from: influence matrices, sensing layers, a floating-point type."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import torch
+
+from mjtactile.cache import influence_matrices
+from mjtactile.errors import InfluenceError, PresetError
+from mjtactile.influence import InfluenceMatrices, load_influence
+from mjtactile.pad import Pad
+from mjtactile.preset import Fidelity
+
+#: Fidelity of a pad when none is named, as in MuJoCo models.
+_FIDELITY = "balanced"
+
+
+def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
+    """Influence matrices of a pad, of a registered one's name, or in a file.
+
+    Raises:
+        PresetError: for a fidelity that does not exist, or one beside matrices, which have their own.
+        SceneError: when no pad or file has that name.
+    """
+    is_file = isinstance(pad, Path) or (isinstance(pad, str) and Path(pad).is_file())
+    if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
+        raise PresetError(
+            f"fidelity {fidelity!r} was given beside influence matrices, which have their own. Drop it, or give a pad."
+        )
+    if isinstance(pad, InfluenceMatrices):
+        return pad
+    if is_file:
+        return load_influence(str(pad))
+    if isinstance(pad, str):
+        from mjtactile.plugin_attributes import known_pad
+
+        pad = known_pad(pad)
+    assert not isinstance(pad, Path)
+    return influence_matrices(pad, preset=_FIDELITY if fidelity is None else fidelity)
+
+
+def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
+    """Sensing layers counted from the top, by default all.
+
+    Raises:
+        InfluenceError: for layers that do not exist, or stand twice.
+    """
+    count = len(pad.depths)
+    chosen = tuple(range(count)) if layers is None else tuple(layers)
+    if not chosen or len(set(chosen)) < len(chosen) or not all(0 <= k < count for k in chosen):
+        raise InfluenceError(
+            f"layers = {chosen}; expected some of {tuple(range(count))}, each once, counted from the top."
+        )
+    return chosen
+
+
+def floating(dtype: torch.dtype) -> torch.dtype:
+    """The type, if stress can be computed in it.
+
+    Raises:
+        InfluenceError: if not.
+    """
+    if dtype not in (torch.float32, torch.float64):
+        raise InfluenceError(f"dtype {dtype} does not do for stress; expected torch.float32 or torch.float64.")
+    return dtype
