@@ -59,8 +59,10 @@ tables: $(VENV)/installed
 WEIGHTS := build/weights
 DATA := build/presses
 TRAIN := OMP_NUM_THREADS=1 PYTHONPATH=. $(BIN)/python training
-FIT := --data $(DATA) --weights $(WEIGHTS)# What noise hides is learnt last: most presses quiet, at a low rate.
+FIT := --data $(DATA) --weights $(WEIGHTS)
+# What noise hides is learnt last: most presses quiet, at a low rate.
 SETTLE := --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5
+FINISH := --steps 9000 --rate 6e-4 --quiet 0.85 --imperfect 0.05 --seed 6 --favour disc
 weights: $(VENV)/installed
 	mkdir -p $(WEIGHTS)/all $(WEIGHTS)/top
 	$(BIN)/mjtactile dataset --spec training/presses.toml --out $(DATA) --workers 2
@@ -81,7 +83,7 @@ view-top:
 force-all:
 	$(TRAIN)/train_force.py $(FIT)/all
 	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE)
-	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(SETTLE) --favour disc
+	$(TRAIN)/train_force.py $(FIT)/all --start $(WEIGHTS)/all/force.safetensors $(FINISH)
 force-top:
 	$(TRAIN)/train_force.py $(FIT)/top --steps 5000
 	$(TRAIN)/train_force.py $(FIT)/top --start $(WEIGHTS)/top/force.safetensors $(SETTLE) --steps 2000

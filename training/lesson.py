@@ -29,6 +29,7 @@ class LessonConfig:
     rate: float = 2e-3  #: largest learning rate
     noise: float = 0.06  #: largest noise, over the largest reading; its root is drawn uniformly
     quiet: float = 0.3  #: share of presses without noise
+    imperfect: float = 0.15  #: share of presses read by imperfect transducers
     seed: int  #: of weights, batches and noise
 
 
@@ -66,7 +67,12 @@ class Lesson:
         """The schedule that the arguments ask for."""
         config = self.config
         return Schedule(
-            steps=config.steps, batch=config.batch, rate=config.rate, noise=config.noise, quiet=config.quiet
+            steps=config.steps,
+            batch=config.batch,
+            rate=config.rate,
+            noise=config.noise,
+            quiet=config.quiet,
+            imperfect=config.imperfect,
         )
 
     def train(self, known: np.ndarray | None = None) -> np.ndarray:
