@@ -8,7 +8,6 @@ cells reach a little further than they must, so that a small change of tilt only
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from shapely.affinity import affine_transform
 from mjtactile.gap import Pose
 from mjtactile.planar import areal
 from mjtactile.search import Rectangle
+from mjtactile.shadow_grid import ShadowGrid
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -37,8 +37,6 @@ _SEAM = 1e-9
 _STEEP = 1e-9
 #: Normals and offsets, over the mesh's radius, that agree to this belong to one plane.
 _SAME_PLANE = 1e-5
-#: Cells along each side of the grid: finer ones take longer to fill, coarser ones hold more triangles to try.
-_LEAST_CELLS_PER_SIDE, _MOST_CELLS_PER_SIDE = 16, 256
 
 
 class View(NamedTuple):
@@ -49,18 +47,6 @@ class View(NamedTuple):
     shares: Array  #: of the second corner: its rates along u and v and its value at 0; of the third likewise, (m, 6)
     faces_down: npt.NDArray[np.bool_]  #: shape (m,)
     bottom: Array  #: (u, v, height) of the lowest corner [m], shape (3,)
-
-
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """Which triangles may be over which cell of the shadow."""
-
-    axes: Array  #: of the view it was made for, shape (3, 3)
-    corner: Array  #: least u and v [m], shape (2,)
-    cell: Array  #: size along u and v [m], shape (2,)
-    count: int  #: cells along u and along v
-    starts: Indices  #: where each cell's triangles begin, shape (count^2 + 1,)
-    triangles: Indices  #: cell after cell
 
 
 class _Outline(NamedTuple):
@@ -90,18 +76,19 @@ class TriangleSurface:
         self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         self._radius = float(np.linalg.norm(vertices - self._middle, axis=1).max())
         self._view: View | None = None
-        self._grid: _Grid | None = None
+        self._grid: tuple[Array, ShadowGrid] | None = None  # with the axes of the view it was made for
         self._outline: _Outline | None = None
 
     def view(self, pose: Pose) -> View:
         """The mesh seen along the pad's normal; kept while that direction stays the same in the mesh's frame."""
         direction = pose.rotation[2]
         if self._view is None or np.abs(self._view.axes[2] - direction).max() > _SAME_DIRECTION:
-            near = self._grid is not None and np.linalg.norm(self._grid.axes[2] - direction) <= TILT_MARGIN
-            first = self._grid.axes[0] if near and self._grid is not None else _least_aligned(direction)
-            self._view = self._seen_along(direction, first)
-            if not near:
-                self._grid = self._gridded(self._view)
+            grid = self._grid
+            if grid is not None and np.linalg.norm(grid[0][2] - direction) <= TILT_MARGIN:
+                self._view = self._seen_along(direction, grid[0][0])
+            else:
+                self._view = self._seen_along(direction, _least_aligned(direction))
+                self._grid = self._view.axes, self._gridded(self._view)
         return self._view
 
     def in_pad(self, pose: Pose, points: Array) -> Array:
@@ -112,11 +99,10 @@ class TriangleSurface:
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
         """See Shape."""
         view, centre = self.view(pose), self._centre(pose)
-        grid = self._grid
-        assert grid is not None  # view has made it
+        assert self._grid is not None  # view has made it
         across = (pose.rotation @ view.axes[:2].T)[:2]  # (x, y) of u and v: neither has a component along z
         shadow = np.column_stack([x - centre[0], y - centre[1]]) @ across
-        point, triangle = _candidates(grid, shadow)
+        point, triangle = self._grid[1].candidates(shadow)
         u, v = shadow[point].T
         rates = view.shares[triangle].T
         second = rates[0] * u + rates[1] * v + rates[2]
@@ -221,62 +207,11 @@ class TriangleSurface:
         bottom = corners.reshape(-1, 3)[np.argmin(corners[..., 2])]
         return View(axes, corners, shares / determinant[:, None], faces_down, bottom)
 
-    def _gridded(self, view: View) -> _Grid:
-        """Sort the triangles that face down, or would within the margin, into the cells their boxes meet."""
+    def _gridded(self, view: View) -> ShadowGrid:
+        """The triangles that face down, or would within the margin of tilt."""
         facing = self._normals @ view.axes[2]
         used = np.flatnonzero(facing < 2 * TILT_MARGIN) if self.closed else np.arange(len(facing))
-        shadow = view.corners[used, :, :2]
-        margin = 2 * TILT_MARGIN * self._radius
-        a, b, c = shadow[:, 0], shadow[:, 1], shadow[:, 2]
-        low, high = np.minimum(np.minimum(a, b), c) - margin, np.maximum(np.maximum(a, b), c) + margin
-        corner, extent = low.min(axis=0), high.max(axis=0) - low.min(axis=0)
-        count = int(np.clip(1.5 * np.sqrt(len(used)), _LEAST_CELLS_PER_SIDE, _MOST_CELLS_PER_SIDE))
-        cell = extent / count
-        first = np.clip(((low - corner) // cell).astype(np.int64), 0, count - 1)
-        last = np.clip(((high - corner) // cell).astype(np.int64), 0, count - 1)
-        width = last - first + 1
-        owner, place = _expanded(width.prod(axis=1))
-        columns = width[owner, 0]
-        column, row = first[owner, 0] + place % columns, first[owner, 1] + place // columns
-        owner, column, row = _overlapping(shadow, owner, column, row, corner, cell, margin)
-        number = row * count + column
-        order = np.argsort(number, kind="stable")
-        starts = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=count**2))])
-        return _Grid(view.axes, corner, cell, count, starts, used[owner[order]])
-
-
-def _overlapping(
-    shadow: Array, owner: Indices, column: Indices, row: Indices, corner: Array, cell: Array, margin: float
-) -> tuple[Indices, Indices, Indices]:
-    """The pairs of triangle and cell in which no edge of the triangle keeps the whole cell off by the margin."""
-    edges = np.roll(shadow, -1, axis=1) - shadow
-    clockwise = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0] < 0.0
-    across = np.stack([edges[..., 1], -edges[..., 0]], axis=-1)  # to the right of each edge
-    across[clockwise] *= -1.0
-    along_x, along_y = across[..., 0].T, across[..., 1].T  # (3, m)
-    limit = np.abs(along_x) * (cell[0] / 2) + np.abs(along_y) * (cell[1] / 2) + margin * np.hypot(along_x, along_y)
-    limit += along_x * shadow[..., 0].T + along_y * shadow[..., 1].T
-    x, y = corner[0] + (column + 0.5) * cell[0], corner[1] + (row + 0.5) * cell[1]
-    keep = np.ones(len(owner), bool)
-    for k in range(3):
-        keep &= along_x[k, owner] * x + along_y[k, owner] * y <= limit[k, owner]
-    return owner[keep], column[keep], row[keep]
-
-
-def _candidates(grid: _Grid, shadow: Array) -> tuple[Indices, Indices]:
-    """Pairs of a point and a triangle that may be over it, by number; points in order."""
-    place = (shadow - grid.corner) / grid.cell
-    over = np.flatnonzero(((place >= 0.0) & (place <= grid.count)).all(axis=1))
-    column, row = np.minimum(place[over].astype(np.int64), grid.count - 1).T
-    number = row * grid.count + column
-    owner, local = _expanded(grid.starts[number + 1] - grid.starts[number])
-    return over[owner], grid.triangles[grid.starts[number][owner] + local]
-
-
-def _expanded(counts: Indices) -> tuple[Indices, Indices]:
-    """For counts (2, 1, ...): owners (0, 0, 1, ...) and places within each owner (0, 1, 0, ...)."""
-    owner = np.repeat(np.arange(len(counts)), counts)
-    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+        return ShadowGrid.of(view.corners[used, :, :2], used, 2 * TILT_MARGIN * self._radius)
 
 
 def _least_aligned(direction: Array) -> Array:
