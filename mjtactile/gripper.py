@@ -79,6 +79,17 @@ def gripper_document(
     for left in ("left_finger", "left_tip"):
         for right in ("right_finger", "right_tip"):
             ET.SubElement(contact, "exclude", body1=left, body2=right)
+    _add_drive(root)
+    sensors = ET.SubElement(root, "sensor")
+    for name in GRIPPER_PADS:
+        sensors.append(pad_sensor(name, pad_name, fidelity))
+    ET.SubElement(sensors, "tendonpos", name="opening", tendon="opening")
+    ET.SubElement(sensors, "tendonvel", name="opening_rate", tendon="opening")
+    return root
+
+
+def _add_drive(root: ET.Element) -> None:
+    """One motor for both fingers, which keeps them at the same distance from the middle."""
     coupling = ET.SubElement(root, "equality")
     ET.SubElement(
         coupling,
@@ -104,12 +115,6 @@ def gripper_document(
         ctrlrange=numbers((-_OPENING, GRIP_LIMIT)),
         forcerange=numbers((-_OPENING, GRIP_LIMIT)),
     )
-    sensors = ET.SubElement(root, "sensor")
-    for name in GRIPPER_PADS:
-        sensors.append(pad_sensor(name, pad_name, fidelity))
-    ET.SubElement(sensors, "tendonpos", name="opening", tendon="opening")
-    ET.SubElement(sensors, "tendonvel", name="opening_rate", tendon="opening")
-    return root
 
 
 def _finger(name: str, side: float, pad: Pad) -> ET.Element:

@@ -8,7 +8,7 @@ middle is the pad's is learnt in all octants that noise may put it into.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -24,7 +24,7 @@ from mjtactile.recognition.grasp import GRASP_OUTPUTS, GraspRecogniser, grasp_ta
 from mjtactile.recognition.octant import into_octant
 from mjtactile.recognition.registry import register
 from mjtactile.recognition.store import write_weights
-from mjtactile.recognition.view import SCALE_FLOOR, View
+from mjtactile.recognition.view import View
 
 #: Typical errors, by which outputs are scaled: tangential over pressing force, centre [m], twist over pressing force
 #: [m], logarithm of the pressing force.
@@ -81,18 +81,10 @@ def main(config: Config) -> None:
 
 
 def fitted_view(readings: np.ndarray, parts: int) -> View:
-    """Principal parts of readings over their length, in the octant."""
-    flat = into_octant(readings)[0].reshape(len(readings), -1)
-    unit = flat / np.linalg.norm(flat, axis=1, keepdims=True)
-    gram = np.zeros((unit.shape[1],) * 2)
-    for chunk in np.array_split(unit, 50):
-        gram += chunk.astype(np.float64).T @ chunk
-    basis = np.linalg.eigh(gram)[1][:, ::-1][:, :parts].astype(np.float32)
-    along = unit @ basis
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    scale = (1.0 / np.sqrt(along.std(axis=0) ** 2 + SCALE_FLOOR**2)).astype(np.float32)
+    """Principal parts of readings over their length, in the octant, as precise as they are kept."""
     shape = Pad().reading_shape
-    return View(basis.astype(np.float16).astype(np.float32), along.mean(axis=0), scale, tuple(range(shape[0])), shape)
+    view = View.fitted(into_octant(readings)[0], parts, tuple(range(shape[0])), shape)
+    return replace(view, parts=view.parts.astype(np.float16).astype(np.float32))
 
 
 def looked_at(
@@ -104,7 +96,8 @@ def looked_at(
     noisy = readings + sigma[:, None, None, None] * drawn.standard_normal(readings.shape, dtype=np.float32)
     octant, mirrors = into_octant(noisy)
     flat = octant.reshape(len(octant), -1)
-    seen = view.seen(flat @ view.parts, np.einsum("ij,ij->i", flat, flat), mirrors)
+    projected = flat @ view.parts
+    seen = view.seen(projected, view.left_over(flat, projected), mirrors)
     wanted = grasp_targets(wrenches)
     wanted[:, :2], wanted[:, 2:4] = mirrors.vectors(wanted[:, :2]), mirrors.vectors(wanted[:, 2:4])
     wanted[mirrors.x ^ mirrors.y ^ mirrors.swapped, 4] *= -1.0

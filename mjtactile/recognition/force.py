@@ -109,5 +109,4 @@ class ForceRecogniser:
     def from_projected(self, projected: np.ndarray, left: np.ndarray) -> ForceResult:
         """Recognise projections (n, parts) in the octant; `left` (n,) are the squares their readings have besides."""
         none = np.zeros(len(projected), dtype=bool)
-        energy = (projected**2).sum(axis=1) + left
-        return self.from_seen(self.view.seen(projected, energy, Mirrors(none, none, none)), (len(projected),))
+        return self.from_seen(self.view.seen(projected, left, Mirrors(none, none, none)), (len(projected),))

@@ -12,7 +12,7 @@ from mjtactile.dataset import Dataset, read_dataset
 from mjtactile.dataset_spec import pad_from
 from mjtactile.recognition.octant import Mirrors, into_octant, is_symmetric, mirrored
 from mjtactile.recognition.store import RecognitionError
-from mjtactile.recognition.view import SCALE_FLOOR, View
+from mjtactile.recognition.view import View
 
 #: Presses whose middle is this close to the octant's border, in taxels, are learnt on both sides of it.
 _BORDER = 0.12
@@ -71,18 +71,8 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[View, d
             f"a {pad.summary} is not symmetric: recognisers mirror readings into one octant of a square pad with a "
             "square, centred grid of taxels."
         )
-    readings = _octants(dataset, layers)[0].reshape(len(dataset.readings), -1)
-    unit = readings / np.linalg.norm(readings, axis=1, keepdims=True)
-    gram = np.zeros((unit.shape[1],) * 2)
-    for chunk in np.array_split(unit, 50):
-        gram += chunk.astype(np.float64).T @ chunk
-    basis = np.linalg.eigh(gram)[1][:, ::-1][:, :parts].astype(np.float32)
-    along = unit @ basis
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    mean, deviation = along.mean(axis=0), along.std(axis=0)
-    scale = (1.0 / np.sqrt(deviation**2 + SCALE_FLOOR**2)).astype(np.float32)
-    shape = dataset.metadata["reading_shape"]
-    return View(basis, mean.astype(np.float32), scale, layers, tuple(shape)), dataset.metadata
+    shape = tuple(dataset.metadata["reading_shape"])
+    return View.fitted(_octants(dataset, layers)[0], parts, layers, shape), dataset.metadata
 
 
 def see_presses(folder: Path, view: View, *, most: int | None = None) -> Presses:

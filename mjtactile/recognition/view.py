@@ -69,6 +69,30 @@ class View:
         parts, mean, scale = (stored.arrays[name].astype(np.float32) for name in ("parts", "mean", "scale"))
         return cls(parts, mean, scale, stored.layers, stored.reading_shape)
 
+    @classmethod
+    def fitted(
+        cls, octants: np.ndarray, parts: int, layers: tuple[int, ...], reading_shape: tuple[int, int, int]
+    ) -> View:
+        """Principal parts of readings over their length.
+
+        Args:
+            octants: readings (presses, layers, rows, columns) mirrored into the octant.
+            parts: how many.
+            layers: which sensing layers these are.
+            reading_shape: of the pad.
+        """
+        flat = octants.reshape(len(octants), -1)
+        unit = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+        gram = np.zeros((unit.shape[1],) * 2)
+        for chunk in np.array_split(unit, 50):
+            gram += chunk.astype(np.float64).T @ chunk
+        basis = np.linalg.eigh(gram)[1][:, ::-1][:, :parts].astype(np.float32)
+        along = unit @ basis
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        mean, deviation = along.mean(axis=0), along.std(axis=0)
+        scale = (1.0 / np.sqrt(deviation**2 + SCALE_FLOOR**2)).astype(np.float32)
+        return cls(basis, mean.astype(np.float32), scale, layers, reading_shape)
+
     def see(self, readings: np.ndarray) -> Seen:
         """Features of readings (n, layers, rows, columns) [Pa] as `checked` returns them."""
         octant, mirrors = into_octant(readings)
@@ -81,7 +105,15 @@ class View:
             mirrors = mirrors.then(again)
             flat = octant.reshape(len(octant), -1)
             projected = flat @ self.parts
-        return self.seen(projected, np.einsum("ij,ij->i", flat, flat), mirrors)
+        return self.seen(projected, self.left_over(flat, projected), mirrors)
+
+    def left_over(self, flat: np.ndarray, projected: np.ndarray) -> np.ndarray:
+        """Sum of squares (n,) [Pa^2] of what the parts leave of readings (n, taxels) with projections (n, parts).
+
+        Without noise it is a millionth of the readings': as a difference of two sums it would be rounding.
+        """
+        left = flat - projected @ self.parts.T
+        return np.einsum("ij,ij->i", left, left)
 
     @cached_property
     def _trust(self) -> np.ndarray:
@@ -122,12 +154,11 @@ class View:
             left[wrong, taxel] = 0.0
         return mended if any_wrong else None
 
-    def seen(self, projected: np.ndarray, energy: np.ndarray, mirrors: Mirrors) -> Seen:
-        """Features of projections (n, parts) of readings whose squares sum to `energy` (n,)."""
-        within = np.einsum("ij,ij->i", projected, projected)
-        size = np.sqrt(within)
+    def seen(self, projected: np.ndarray, left: np.ndarray, mirrors: Mirrors) -> Seen:
+        """Features of projections (n, parts) [Pa] of readings whose squares sum to `left` (n,) more."""
+        size = np.sqrt(np.einsum("ij,ij->i", projected, projected))
         taxels, parts = self.parts.shape
-        noise = np.sqrt(np.maximum(energy - within, 0.0) / (taxels - parts)) / size
+        noise = np.sqrt(np.maximum(left, 0.0) / (taxels - parts)) / size
         features = np.empty((len(projected), parts + 1), dtype=np.float32)
         np.multiply(projected / size[:, None] - self.mean, self.scale, out=features[:, :parts])
         features[:, parts] = np.log(noise + NOISE_FLOOR) / 1.5 + 5.0
