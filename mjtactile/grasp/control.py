@@ -75,9 +75,9 @@ def close(robot: Robot) -> bool:
     fingers take hold, and the wrist evens out what still differs between them.
     """
     robot.grip = CLOSING_GRIP
-    since = np.full(2, _MEMORY)
+    since, until = np.full(2, _MEMORY), robot.time + _CLOSING_TIME
     while not (since < _MEMORY).all():
-        if robot.time > _CLOSING_TIME:
+        if robot.time > until:
             return False
         give = float(since[1] < _MEMORY) - float(since[0] < _MEMORY)
         felt = robot.move("x", give * _GIVE * robot.period, speed=_GIVE)
