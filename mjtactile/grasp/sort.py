@@ -6,8 +6,6 @@ A block bears the same punch on both sides that are gripped; nothing else tells 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -17,18 +15,18 @@ import shapely
 from mjtactile.control import ShapeBelief
 from mjtactile.grasp.control import GripLaw, Ride, close, hold, let_go, lower, raise_object, rub
 from mjtactile.grasp.judge import CRUSHING, Judge
+from mjtactile.grasp.punch_touch import PunchTouch
 from mjtactile.grasp.robot import STEPS_PER_TICK, Robot
 from mjtactile.grasp.scene import OBJECT_PRIORITY, GraspObject, grasp_spec
 from mjtactile.grasp.statistics import Bound, Report, median, share
-from mjtactile.grasp.touch import CONTACT_THRESHOLD, Felt, Touch, TrueTouch, read_pads
+from mjtactile.grasp.touch import Touch, TrueTouch
 from mjtactile.grasp.trials import Experiment, Result, Settings
 from mjtactile.gripper import GRIPPER_PADS
 from mjtactile.indenter import convex_pieces, indenter_outline
 from mjtactile.mjcf import FOOT_RADIUS
 from mjtactile.outlines import INDENTER_NAMES
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Array
 from mjtactile.planar import support_points
-from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
 
 #: Ranges of mass [kg] and friction [-].
 MASSES, FRICTIONS = (0.03, 0.15), (0.3, 1.0)
@@ -40,6 +38,9 @@ SIZE, PROUD = (0.028, 0.024, 0.04), 4e-3
 SPACING, DISTANCE, MOST_OFF = 0.028, 0.08, 0.01
 #: Height to which blocks are lifted, speeds of lifting, carrying and lowering [m/s].
 _RISE, _SPEED, _CARRYING, _LOWERING = 0.04, 0.08, 0.15, 0.02
+#: Grips anew to get a shape into the middle of the pads, looks that tell where it stands on them, and where a shape
+#: seems to stand that soft fingertips press through their own middle, over where it does.
+_GRIPS, _PLACE_LOOKS, _SEEMING = 2, 5, -0.55
 #: Steps between ticks while it is carried: 100 Hz are enough for what happens there.
 _CARRYING_STEPS = 10
 #: Shapes of several convex pieces.
@@ -69,47 +70,6 @@ def sort_task(drawn: np.random.Generator) -> SortTask:
     )
 
 
-class PunchTouch:
-    """Readings of pads that punches press on, as the shipped recognisers of force and shape understand them.
-
-    Args:
-        noise: standard deviation of white noise over a pad's largest reading [-].
-        seed: of the noise.
-        weights: folder of the recognisers' weights; by default those shipped.
-    """
-
-    reads = True
-
-    def __init__(self, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> None:
-        self._force, self._shape = _recognisers(weights)
-        self._noise, self._drawn = noise, np.random.default_rng(seed)
-
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
-        """What is recognised; the pads must have been read in this step."""
-        readings = read_pads(data, self._noise, self._drawn)
-        pads = len(GRIPPER_PADS)
-        felt = Felt(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
-        touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
-        if touched.any():
-            found = self._force(readings[touched])
-            felt.pressing[touched], felt.tangential[touched] = -found.force[:, 2], found.force[:, :2]
-            felt.centre[touched] = found.position
-        return felt
-
-    def look(self, felt: Felt) -> Array:
-        """Probability of each of the seven shapes, both pads' mean, in the order of `INDENTER_NAMES`."""
-        assert felt.readings is not None
-        found = self._shape(felt.readings, among=INDENTER_NAMES)
-        order = [found.shapes.index(name) for name in INDENTER_NAMES]
-        return found.probabilities[:, order].mean(axis=0)
-
-
-@lru_cache(maxsize=1)
-def _recognisers(weights: str | None) -> tuple[ForceRecogniser, ShapeRecogniser]:
-    folder = None if weights is None else Path(weights)
-    return load("force", pad=Pad(), folder=folder), load("shape", pad=Pad(), folder=folder)
-
-
 def sort_block(task: SortTask, touch: Touch, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
     """Lift a block, find out what it bears, carry it to that bin, and judge.
 
@@ -125,14 +85,18 @@ def sort_block(task: SortTask, touch: Touch, *, fidelity: str, told: str | None 
     result = {**asdict(task), "taken_for": None, "looks": 0, "right": False, "success": False}
     if not close(robot):
         return result
+    belief = ShapeBelief()
+    if told is None and isinstance(touch, PunchTouch):
+        for _ in range(_GRIPS):
+            if not grip_in_the_middle(robot, touch):
+                return result
+        # Before it is lifted: what hangs from the pads pulls and turns them, and looks less like itself.
+        while not belief.settled and robot.felt.both:
+            belief.look(INDENTER_NAMES, touch.look(robot.felt)[0])
+            robot.tick()
     law = GripLaw(friction=rub(robot))
     raise_object(robot, law, _RISE, speed=_SPEED)
     hold(robot, law, 0.1)
-    belief = ShapeBelief()
-    if told is None and isinstance(touch, PunchTouch):
-        while not belief.settled and robot.felt.both:
-            belief.look(INDENTER_NAMES, touch.look(robot.felt))
-            robot.grip = law.step(robot.grip, robot.tick())
     name = told or belief.shape or INDENTER_NAMES[0]
     place = bin_place(name)
     robot.steps_per_tick = _CARRYING_STEPS
@@ -157,6 +121,28 @@ def sort_block(task: SortTask, touch: Touch, *, fidelity: str, told: str | None 
         "success": bool(inside and nearest == task.shape and judge.peak <= CRUSHING),
         "time": robot.time,
     }
+
+
+def grip_in_the_middle(robot: Robot, touch: PunchTouch) -> bool:
+    """Grip anew with the pads' middles nearer the shape's; whether there is something to grip.
+
+    Fingertips on soft joints turn until the force passes through their own middle. A shape beside it is pressed harder
+    on the near side, which is not what recognisers learnt from: it seems to stand on the other side, about half as far
+    off, and may look like another shape. In the middle it looks like itself.
+    """
+    places = []
+    while len(places) < _PLACE_LOOKS and robot.felt.both:
+        places.append(touch.look(robot.felt)[1])
+        robot.tick()
+    if places:
+        # The left pad's x points along y, the right one's against it; y of both points up.
+        left, right = np.mean(places, axis=0) / _SEEMING
+        let_go(robot)
+        for axis, offset in (("y", (left[0] - right[0]) / 2), ("z", (left[1] + right[1]) / 2)):
+            ride = Ride(robot, axis, robot.place[axis] + float(offset), speed=_SPEED)
+            while not ride.arrived:
+                ride.tick()
+    return close(robot)
 
 
 def bin_place(name: str) -> tuple[float, float]:

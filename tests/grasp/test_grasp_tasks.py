@@ -7,8 +7,9 @@ import pytest
 
 from mjtactile.grasp.handover import hand_over, handover_task
 from mjtactile.grasp.lift import LIFT, lift, lift_task, report, trial
+from mjtactile.grasp.punch_touch import PunchTouch
 from mjtactile.grasp.slip import Held, caught, slip_task
-from mjtactile.grasp.sort import sort_block, sort_task
+from mjtactile.grasp.sort import SIZE, SortTask, sort_block, sort_task
 from mjtactile.grasp.touch import TrueTouch
 from mjtactile.grasp.trials import Settings
 
@@ -76,6 +77,15 @@ def test_blocks_go_where_they_are_said_to_belong():
     wrong = sort_block(task, TrueTouch(), fidelity="fast", told=other)
     assert not wrong["right"]
     assert not wrong["success"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", ["octagon", "doughnut"])
+def test_a_shape_beside_the_pads_middle_is_brought_there_and_recognised(shape):
+    task = SortTask(shape=shape, mass=0.06, friction=0.6, pose=(1e-3, -1e-3, 0.0), grasp_height=SIZE[2] / 2 - 1e-3)
+    done = sort_block(task, PunchTouch(noise=0.01, seed=(51,)), fidelity="precise")
+    assert done["taken_for"] == shape
+    assert done["success"]
 
 
 def test_tasks_are_drawn_from_seed_and_number_alone():
