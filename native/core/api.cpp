@@ -5,15 +5,15 @@
 #include <memory>
 #include <vector>
 
+#include "face_cells.hpp"
+#include "friction.hpp"
 #include "handles.hpp"
 #include "kernels.hpp"
+#include "tangential.hpp"
 
 using namespace mjtactile;
 
 namespace {
-
-// Area of a face's convex hull, over its own, up to which it counts as convex.
-constexpr double kConvex = 1.0 + 1e-6;
 
 // Every thread keeps its memory between calls.
 struct Scratch {
@@ -26,12 +26,9 @@ struct Scratch {
   std::vector<TractionEdge> edges;
   Matrix matrix;
   RigidContact contact;
-  FlatPress flat;
-  ClosingPress curved;
-  LinearTraction traction;
   GapMap gap;
-  CellContact::Workspace law;
-  std::vector<double> weights;
+  ShearIntegrals shear_integrals;
+  SurfaceShear surface_shear;
 };
 
 Scratch& scratch() {
@@ -57,7 +54,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 4; }
+int mjt_version(void) { return 5; }
 
 const char* mjt_kernels(void) { return kernels().name; }
 
@@ -77,7 +74,7 @@ mjt_pad* mjt_pad_new(int precision, int corners, const double* range, size_t cou
   const CornerSpread spread({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
   auto* made = new mjt_pad{std::make_shared<Pad>(std::move(surface), std::move(compliance),
                                                  static_cast<Precision>(precision), corners ? &spread : nullptr,
-                                                 LinearRange{range[0], range[1]})};
+                                                 LinearRange{range[0], range[1], range[2]})};
   made->pad->set_signs(quadrant_signs);
   return made;
 }
@@ -128,7 +125,7 @@ void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, c
 void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
                            const double* inverse_distance, double scale, double* compliance) {
   Scratch& kept = scratch();
-  pad->pad->compliance().normal(centroids, areas, cells, inverse_distance, scale, kept.compliance, kept.matrix);
+  pad->pad->compliance().normal(centroids, 1, areas, cells, inverse_distance, scale, kept.compliance, kept.matrix);
   for (size_t i = 0; i < cells; ++i) {
     for (size_t j = i; j < cells; ++j) compliance[i * cells + j] = compliance[j * cells + i] = kept.matrix[i][j];
   }
@@ -148,109 +145,176 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
   return 1;
 }
 
-mjt_face* mjt_face_new(const double* rotation, double height, double most_slope, size_t cells,
-                       const double* centroids, const double* areas, const double* inverse_distance, size_t edges,
-                       const double* ends, const int32_t* sides, size_t corners, const double* outline, int cut) {
-  auto face = std::make_shared<Face>();
-  std::copy(rotation, rotation + 9, face->rotation);
-  face->height = height;
-  face->most_slope = most_slope;
-  face->cut = cut != 0;
-  double area = 0.0;
-  for (size_t i = 0; i < cells; ++i) {
-    face->centroids.push_back({centroids[2 * i], centroids[2 * i + 1]});
-    area += areas[i];
-  }
-  face->areas.assign(areas, areas + cells);
-  face->length = std::sqrt(area);
-  face->inverse_distance.assign(inverse_distance, inverse_distance + cells * cells);
-  for (size_t i = 0; i < edges; ++i) {
-    const double* end = ends + 4 * i;
-    face->edges.push_back({{end[0], end[1]}, {end[2], end[3]}, sides[2 * i], sides[2 * i + 1]});
-  }
-  std::vector<Point> points;
-  for (size_t i = 0; i < corners; ++i) points.push_back({outline[2 * i], outline[2 * i + 1]});
-  face->corners = convex_hull(std::move(points));
-  face->hull = convex_hull(face->centroids);
-  double hull_area = 0.0;
-  for (size_t i = 0; i < face->corners.size(); ++i) {
-    const Point &a = face->corners[i], &b = face->corners[(i + 1) % face->corners.size()];
-    hull_area += (a.x * b.y - b.x * a.y) / 2;
-  }
-  face->convex = hull_area <= kConvex * area;
-  return new mjt_face{std::move(face)};
-}
-
-void mjt_face_free(mjt_face* face) { delete face; }
-
-int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int law,
-                   int tilting, double friction, size_t cells, double* nodal_forces) {
-  Scratch& kept = scratch();
-  const LawOptions options = {static_cast<Law>(law), tilting != 0, friction, cells};
-  Placement placement;
-  const Face& flat = *face->face;
-  if (!place(flat, pose_of(pose), placement)) return 0;
-  if (options.law == Law::uniform) {
-    double coefficients[9];
-    kept.traction.cover(flat, placement);
-    if (friction >= 0.0 || !kept.traction.carry(wrench, coefficients)) return 0;
-    kept.traction.nodal_forces(pad->pad->surface(), coefficients, nodal_forces);
-    return 1;
-  }
-  FlatPress& flat_press = kept.flat;
-  if (!flat_press.solve(flat, placement, pad->pad->compliance(), options, wrench, kept.law)) return 0;
-  if (!flat_press.contact().weights(flat_press.face(), options, flat_press.carried(), kept.weights, kept.law)) return 0;
-  flat_press.contact().nodal_forces(flat_press.face(), pad->pad->surface(), kept.weights, kept.law, nodal_forces);
-  return 1;
-}
-
-mjt_body* mjt_body_new(const double* limits, size_t faces, const double* facing) {
-  auto geometry = std::make_shared<BodyGeometry>();
-  geometry->limits = {limits[0], limits[1], limits[2]};
-  geometry->facing.assign(facing, facing + 3 * faces);
-  return new mjt_body{std::move(geometry)};
-}
+mjt_body* mjt_body_new(void) { return new mjt_body; }
 
 void mjt_body_add_shape(mjt_body* body, int kind, const double* size, const double* pose) {
-  body->geometry->curved.shapes.push_back(
-      {static_cast<ShapeKind>(kind), {size[0], size[1], size[2]}, pose_of(pose), nullptr});
+  body->shapes.push_back({static_cast<ShapeKind>(kind), {size[0], size[1], size[2]}, pose_of(pose), nullptr});
+  body->facets.emplace_back();
 }
 
-void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const double* points, size_t triangles,
-                       const int32_t* corners, int closed) {
-  auto mesh = std::make_shared<TriangleMesh>();
-  mesh->vertices.assign(points, points + 3 * vertices);
-  mesh->faces.assign(corners, corners + 3 * triangles);
-  mesh->closed = closed != 0;
-  body->geometry->curved.shapes.push_back({ShapeKind::triangles, {0.0, 0.0, 0.0}, pose_of(pose), std::move(mesh)});
+void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const float* points, size_t triangles,
+                       const int32_t* corners) {
+  auto mesh = std::make_shared<TriangleMesh>(make_mesh(points, vertices, corners, triangles));
+  body->facets.push_back(flat_facets(*mesh, 5e-5));
+  body->shapes.push_back({ShapeKind::triangles, {0.0, 0.0, 0.0}, pose_of(pose), std::move(mesh)});
 }
 
 void mjt_body_free(mjt_body* body) { delete body; }
 
-int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, size_t count, const double* points,
-                     double* heights) {
+int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, double floor, double ceiling,
+                     size_t count, const double* points, double* heights) {
   GapMap& gap = scratch().gap;
-  const BodyGeometry& geometry = *body->geometry;
-  if (!gap.place(geometry.curved, pose_of(pose), {sheet[0], sheet[1], sheet[2], sheet[3]}, geometry.limits)) return 0;
+  const Rectangle part = {sheet[0], sheet[1], sheet[2], sheet[3]};
+  if (!gap.place(body->shapes, pose_of(pose), part, floor, ceiling)) return 0;
   for (size_t i = 0; i < count; ++i) heights[i] = gap.height(points[2 * i], points[2 * i + 1]);
   return 1;
 }
 
-int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, int law,
-                   int tilting, double friction, size_t cells, const double* region, double* nodal_forces) {
-  Scratch& kept = scratch();
-  const BodyGeometry& geometry = *body->geometry;
-  const SurfaceGrid& grid = pad->pad->surface();
-  const Rectangle sheet = {grid.low_x(), grid.low_y(), grid.high_x(), grid.high_y()};
-  if (!kept.gap.place(geometry.curved, pose_of(pose), sheet, geometry.limits)) return 0;
-  const Region start = region == nullptr ? kept.gap.covered()
-                                         : Region{{region[0], region[1]}, region[2], region[3], region[4]};
-  const LawOptions options = {static_cast<Law>(law), tilting != 0, friction, cells};
-  if (!kept.curved.solve(kept.gap, start, pad->pad->compliance(), options, wrench, kept.law)) return 0;
-  const CellContact& contact = kept.curved.contact();
-  if (!contact.weights(kept.curved.face(), options, wrench, kept.weights, kept.law)) return 0;
-  contact.nodal_forces(kept.curved.face(), grid, kept.weights, kept.law, nodal_forces);
+int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, double sunk,
+                   int law, int tangential, int tilting, double friction, double strength, double facing_gap,
+                   size_t cells, double* nodal_forces, double* carried) {
+  LawOptions options;
+  options.law = static_cast<Law>(law);
+  options.tangential = static_cast<Tangential>(tangential);
+  options.tilting = tilting != 0;
+  options.friction = friction;
+  options.cells = cells;
+  options.strength = strength;
+  const bool uniform = options.law == Law::uniform;
+  std::vector<const std::vector<Facet>*> facets;
+  for (const auto& one : body->facets) facets.push_back(&one);
+  Touch touch = {};
+  touch.geometry = std::make_shared<BodyGeometry>(
+      body->shapes, facets, SideLimits{facing_gap, !options.tilting && !uniform, !uniform, cells});
+  touch.pose = pose_of(pose);
+  std::copy(wrench, wrench + 6, touch.wrench);
+  touch.sunk = sunk;
+  AnySensor sensor(pad->pad, options, facing_gap, 1e-6);
+  sensor.keep_nodal_forces(true);
+  sensor.press(&touch, 1, {});
+  std::copy(sensor.nodal_forces().begin(), sensor.nodal_forces().end(), nodal_forces);
+  std::copy(sensor.pressed().carried, sensor.pressed().carried + 6, carried);
+  for (const Pressed::Note& note : sensor.pressed().notes) {
+    if (note.event == Event::refused) return 0;
+  }
   return 1;
 }
 
 size_t mjt_basis_bytes(void) { return BasisCache<float>::shared().bytes() + BasisCache<double>::shared().bytes(); }
+
+struct mjt_cells {
+  Face face;
+  std::vector<Point> quadrature;
+};
+
+namespace {
+
+Outline outline_of(size_t rings, const size_t* begins, const double* corners) {
+  Outline outline;
+  for (size_t k = 0; k < rings; ++k) {
+    outline.rings.emplace_back();
+    for (size_t i = begins[k]; i < begins[k + 1]; ++i) {
+      outline.rings.back().push_back({corners[2 * i], corners[2 * i + 1]});
+    }
+  }
+  return outline;
+}
+
+double* copy(const std::vector<Point>& points, double* to) {
+  for (const Point& point : points) *to++ = point.x, *to++ = point.y;
+  return to;
+}
+
+}  // namespace
+
+mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double angle) {
+  static thread_local FaceCells maker;
+  auto made = std::make_unique<mjt_cells>();
+  if (!maker.make(outline_of(rings, begins, corners), count, made->face, angle)) return nullptr;
+  made->quadrature = maker.quadrature();
+  return made.release();
+}
+
+void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes) {
+  const Face& face = cells->face;
+  sizes[0] = face.cells(), sizes[1] = face.edges.size();
+  sizes[2] = face.corners.size(), sizes[3] = face.hull.size(), sizes[4] = face.convex ? 1 : 0;
+}
+
+void mjt_face_cells_copy(const mjt_cells* cells, double* centroids, double* areas, double* inverse_distance,
+                         double* ends, int32_t* sides, double* corners, double* hull, double* quadrature,
+                         double* length) {
+  const Face& face = cells->face;
+  copy(face.centroids, centroids);
+  std::copy(face.areas.begin(), face.areas.end(), areas);
+  std::copy(face.inverse_distance.begin(), face.inverse_distance.end(), inverse_distance);
+  for (const CellEdge& edge : face.edges) {
+    ends = std::copy(edge.start, edge.start + 2, ends);
+    ends = std::copy(edge.end, edge.end + 2, ends);
+    *sides++ = edge.left, *sides++ = edge.right;
+  }
+  copy(face.corners, corners);
+  copy(face.hull, hull);
+  copy(cells->quadrature, quadrature);
+  *length = face.length;
+}
+
+void mjt_face_cells_free(mjt_cells* cells) { delete cells; }
+
+int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, const double* place,
+                     const double* sheet, size_t room, size_t* cut_begins, double* cut_corners) {
+  Outline cut;
+  const Placement placement = {std::cos(place[2]), std::sin(place[2]), {place[0], place[1]}};
+  if (!clip_outline(outline_of(rings, begins, corners), placement, sheet[0], sheet[1], sheet[2], sheet[3], cut)) {
+    return 0;
+  }
+  size_t used = 0;
+  *cut_begins = 0;
+  for (const std::vector<Point>& ring : cut.rings) {
+    used += ring.size();
+    if (used > room) return -1;
+    *++cut_begins = used;
+    cut_corners = copy(ring, cut_corners);
+  }
+  return static_cast<int>(cut.rings.size());
+}
+
+void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder) {
+  const size_t size = 3 * pad->pad->compliance().patches();
+  Matrix whole(size, size);
+  copy(remainder, whole);
+  pad->pad->compliance().set_tangential(poisson, std::move(whole));
+}
+
+void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
+                         const double* inverse_distance, size_t edges, const double* ends, const int32_t* sides,
+                         double angle, double* compliance) {
+  Scratch& kept = scratch();
+  Face face;
+  face.areas.assign(areas, areas + cells);
+  for (size_t i = 0; i < edges; ++i) {
+    const double* end = ends + 4 * i;
+    face.edges.push_back({{end[0], end[1]}, {end[2], end[3]}, sides[2 * i], sides[2 * i + 1]});
+  }
+  integrate_edges(face, kept.shear_integrals);
+  pad->pad->compliance().full(centroids, areas, cells, inverse_distance, kept.shear_integrals, std::cos(angle),
+                              std::sin(angle), kept.compliance, kept.matrix);
+  copy(kept.matrix, compliance);
+}
+
+int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
+                      const double* frame, int tilting, const double* compliance, const double* wrench, int tangential,
+                      double friction, double* forces) {
+  Scratch& kept = scratch();
+  std::vector<Point> points;
+  for (size_t i = 0; i < cells; ++i) points.push_back({centroids[2 * i], centroids[2 * i + 1]});
+  if (compliance != nullptr) {
+    kept.matrix.resize(3 * cells, 3 * cells);
+    copy(compliance, kept.matrix);
+  }
+  const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0};
+  const ShearOutcome outcome =
+      kept.surface_shear.solve(pressed, compliance == nullptr ? nullptr : &kept.matrix, wrench,
+                               static_cast<Tangential>(tangential), friction, forces);
+  return (outcome.refused ? 1 : 0) | (outcome.slides ? 2 : 0) | (outcome.simplified ? 4 : 0);
+}

@@ -1,5 +1,5 @@
 /* The core as C functions, for Python's ctypes. Arrays are C-contiguous, lengths in elements, units SI. Handles are
-   opaque; what returns int returns 1 for success and 0 where the readable reference has to take over. */
+   opaque; what returns int returns 1 for success. */
 #pragma once
 
 #include <stddef.h>
@@ -12,24 +12,7 @@
 #endif
 
 struct mjt_pad;
-struct mjt_face;
 struct mjt_body;
-
-/* The slower ways, in Python. Pose: position (3) and rotation (9, row-major) of the body in the pad frame. */
-typedef struct mjt_host {
-  /* A body's geometry, or null where only Python presses it. */
-  mjt_body* (*body)(int64_t context, int body);
-  /* One of its faces, by number, or null. */
-  mjt_face* (*face)(int64_t context, int body, int number);
-  /* The part of it over the sheet, when it stands at place = (x, y, angle), or null. */
-  mjt_face* (*cut_face)(int64_t context, int body, int number, const double* place);
-  /* Nodal forces of one body's contact; 0 where there is none. */
-  int (*nodal_forces)(int64_t context, int body, const double* pose, const double* wrench, double* forces);
-  /* Called once per sensor when a contact leaves the range of small strains. */
-  void (*beyond_range)(int64_t context, int body, double pressure, double approach);
-  /* Called once per sensor when a force passes beside what it presses through. */
-  void (*not_carried)(int64_t context, int body, const double* wrench);
-} mjt_host;
 
 /* Raised with every change of this file; Python refuses a library of another. */
 MJT_API int mjt_version(void);
@@ -37,7 +20,7 @@ MJT_API const char* mjt_kernels(void);
 MJT_API int mjt_use_kernels(const char* name);
 
 /* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. range:
-   mean pressure [Pa] and indentation [m] up to which strains are small. Spline coefficients: (3, patches, patches). */
+   mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]. Spline coefficients: (3, patches, patches). */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, const double* range, size_t count_x, const double* ends_x,
                              size_t count_y, const double* ends_y, double factor, size_t patches_x,
                              const double* patch_ends_x, const double* spline_x, size_t patches_y,
@@ -66,35 +49,79 @@ MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compli
                               const double* heights, const double* resultants, const uint8_t* start,
                               uint8_t* pressed, double* map_forces, double* map_motion, double* map_separation);
 
-/* A face as contact cells in its own frame: rotation (9) from the body's frame to it; centroids (cells, 2), areas
-   (cells), inverse_distance (cells, cells), edges (count, 2 ends, 2) with cells on both sides (count, 2), -1 for none;
-   corners (count, 2) of its outline. */
-MJT_API mjt_face* mjt_face_new(const double* rotation, double height, double most_slope, size_t cells,
-                               const double* centroids, const double* areas, const double* inverse_distance,
-                               size_t edges, const double* ends, const int32_t* sides, size_t corners,
-                               const double* outline, int cut);
-MJT_API void mjt_face_free(mjt_face* face);
-/* Nodal forces of one face pressed at a pose; 0 where the reference has to take over. law: 0 elastic, 1 foundation,
-   2 uniform. */
-MJT_API int mjt_face_press(const mjt_pad* pad, const mjt_face* face, const double* pose, const double* wrench, int law,
-                           int tilting, double friction, size_t cells, double* nodal_forces);
-
-/* A body's geometry: limits = (depth, reach, facing gap); facing (faces, 3), see BodyGeometry. */
-MJT_API mjt_body* mjt_body_new(const double* limits, size_t faces, const double* facing);
+/* A body's geometry. */
+MJT_API mjt_body* mjt_body_new(void);
 /* Add a shape: kind 0 ellipsoid, 1 capsule, 2 cylinder, 3 box, 4 half space; size (3), pose in the body's frame (12). */
 MJT_API void mjt_body_add_shape(mjt_body* body, int kind, const double* size, const double* pose);
 /* Add a triangle mesh: vertices (count, 3), triangles (count, 3). */
-MJT_API void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const double* points,
-                               size_t triangles, const int32_t* corners, int closed);
+MJT_API void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const float* points,
+                               size_t triangles, const int32_t* corners);
 MJT_API void mjt_body_free(mjt_body* body);
-/* Heights of a body's lower surface over points (count, 2) of a sheet (west, south, east, north), over its lowest;
-   infinite out of reach. 0 where nothing of it is over the sheet. */
-MJT_API int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, size_t count,
-                             const double* points, double* heights);
-/* Nodal forces of a curved body pressed at a pose, looked for within region = (x, y, angle, width, height), or where it
-   is null within what the body covers; 0 where the reference has to take over. */
-MJT_API int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, int law,
-                           int tilting, double friction, size_t cells, const double* region, double* nodal_forces);
+/* Heights of a body's lower surface between a floor and a ceiling over points (count, 2) of a sheet (west, south, east,
+   north); infinite elsewhere. 0 where nothing of it is there. */
+MJT_API int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, double floor,
+                             double ceiling, size_t count, const double* points, double* heights);
+/* Nodal forces of a body pressed at a pose under a wrench (6), sunk in by so much [m]; 0 where it is refused. law: 0
+   elastic, 1 foundation, 2 uniform; tangential: 0 proportional, 1 stick, 2 coulomb; strength: 0 for none. */
+MJT_API int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench,
+                           double sunk, int law, int tangential, int tilting, double friction, double strength,
+                           double facing_gap, size_t cells, double* nodal_forces, double* carried);
 
 /* Memory that wrench bases take in this process [bytes]. */
 MJT_API size_t mjt_basis_bytes(void);
+
+/* A rigid triangle mesh. */
+struct mjt_mesh;
+/* From vertices (count, 3) [m] and triangles (triangles, 3), as MuJoCo's model has them; see make_mesh. */
+MJT_API mjt_mesh* mjt_mesh_new(size_t count, const float* vertices, size_t triangles, const int32_t* faces);
+/* From heights (rows, columns); size (4), see make_height_field. */
+MJT_API mjt_mesh* mjt_mesh_new_field(size_t rows, size_t columns, const double* size, const float* data);
+/* Give a height field of as many rows and columns other heights or another size. */
+MJT_API void mjt_mesh_set_heights(mjt_mesh* mesh, size_t rows, size_t columns, const double* size, const float* data);
+MJT_API void mjt_mesh_free(mjt_mesh* mesh);
+/* What it came to: counts = (vertices, triangles, closed, triangles left out for corners that are not finite or do not
+   exist); then vertices (count, 3) and triangles (triangles, 3), where they are not null. */
+MJT_API void mjt_mesh_data(const mjt_mesh* mesh, size_t* counts, double* vertices, int32_t* faces);
+/* Heights at a floor or above of what a mesh at a pose turns to a part (west, south, east, north) of the pad, over
+   points (count, 2); infinite where there is none. Lowest: the least (1) over the part, then its lowest vertex (3),
+   over the part or not. */
+MJT_API void mjt_mesh_heights(const mjt_mesh* mesh, const double* pose, const double* part, double floor, double reach,
+                              size_t count, const double* points, double* heights, double* lowest);
+/* Where it may touch first over the part, see TriangleShadow::bottoms: up to `most` points (most, 3); their number. */
+MJT_API size_t mjt_mesh_bottoms(const mjt_mesh* mesh, const double* pose, const double* part, double floor,
+                                double reach, size_t most, double* points);
+/* Flat facets, see flat_facets: counts = (facets, loops, points); then planes (facets, 5): normal, offset, area; loops
+   (loops, 2): facet, points; and points (points, 3), where they are not null. */
+MJT_API void mjt_mesh_facets(const mjt_mesh* mesh, double gap, size_t* counts, double* planes, size_t* loops,
+                             double* points);
+
+/* Contact cells of an outline, see FaceCells: corners (corners, 2) of all rings, where each ring begins (rings + 1),
+   squares along the axes turned by an angle [rad]. Null where there are none. */
+struct mjt_cells;
+MJT_API mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
+                                  double angle);
+/* quadrature: (cells, 4, 2), points whose mean integrates quadratic functions over each cell.
+   sizes: cells, edges, corners of the hulls of outline and centroids, whether it is convex. */
+MJT_API void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes);
+MJT_API void mjt_face_cells_copy(const mjt_cells* cells, double* centroids, double* areas, double* inverse_distance,
+                                 double* ends, int32_t* sides, double* corners, double* hull, double* quadrature,
+                                 double* length);
+MJT_API void mjt_face_cells_free(mjt_cells* cells);
+/* An outline placed at (x, y, angle) and cut at a sheet (west, south, east, north), see clip_outline; into room for
+   `room` corners. Number of rings, with where they begin (rings + 1), or -1 where the room is too small. */
+MJT_API int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, const double* place,
+                             const double* sheet, size_t room, size_t* cut_begins, double* cut_corners);
+/* What shear needs besides: Poisson's ratio of the half space, and what the sheet gives more than it between patches,
+   (3, patches, 3, patches) [m/N]. Set once, before any thread uses it. */
+MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder);
+/* Compliance (3, cells, 3, cells) [m/N] of cells that stand as they are given, see SurfaceCompliance::full; edges (count, 2 ends, 2) with cells
+   on both sides (count, 2), -1 for none. */
+MJT_API void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
+                                 const double* inverse_distance, size_t edges, const double* ends,
+                                 const int32_t* sides, double angle, double* compliance);
+/* Forces on cells (cells, 3) [N], see SurfaceShear. compliance as above, null for tangential 0 (proportional), needed
+   for 1 (stick) and 2 (coulomb); heights may be null; frame = (middle x, y, length). Returns bits: 1 refused, 2 slides,
+   4 simplified. */
+MJT_API int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
+                              const double* frame, int tilting, const double* compliance, const double* wrench,
+                              int tangential, double friction, double* forces);

@@ -68,6 +68,43 @@ void solve_factored(const Matrix& upper, Matrix& right) {
   }
 }
 
+void solve_forward(const Matrix& upper, Matrix& right) {
+  constexpr std::size_t kBlock = 16;
+  const std::size_t size = upper.rows(), sides = right.rows();
+  static thread_local std::vector<double> known;  // kept between calls: nothing is allocated in a step
+  known.resize(sides * kBlock);
+  for (std::size_t first = 0; first < size; first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, size);
+    for (std::size_t s = 0; s < sides; ++s) {
+      double* x = right[s];
+      for (std::size_t i = first; i < last; ++i) {
+        x[i] /= upper[i][i];
+        known[s * kBlock + i - first] = -x[i];
+        for (std::size_t j = i + 1; j < last; ++j) x[j] -= upper[i][j] * x[i];
+      }
+    }
+    // What the block takes off all that follows, in one product.
+    kernels().multiply_add(known.data(), kBlock, 1, upper[first] + last, upper.stride(), right.data() + last,
+                           right.stride(), sides, right.stride() - last, last - first);
+  }
+}
+
+void solve_backward(const Matrix& upper, double* x) {
+  const std::size_t size = upper.rows();
+  for (std::size_t i = size; i-- > 0;) {
+    const double* row = upper[i];
+    // Eight sums side by side: one would wait for itself.
+    double sums[8] = {};
+    std::size_t j = i + 1;
+    for (; j + 8 <= size; j += 8) {
+      for (std::size_t k = 0; k < 8; ++k) sums[k] += row[j + k] * x[j + k];
+    }
+    for (; j < size; ++j) sums[0] += row[j] * x[j];
+    for (std::size_t k = 1; k < 8; ++k) sums[0] += sums[k];
+    x[i] = (x[i] - sums[0]) / row[i];
+  }
+}
+
 bool solve_small(const Matrix& matrix, Matrix& right, double least) {
   const std::size_t size = matrix.rows(), sides = right.columns();
   double a[3][3], largest = 0.0;

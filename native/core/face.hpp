@@ -30,6 +30,7 @@ struct Face {
   double most_slope;    // beyond this the body no longer faces the pad with this face alone [-]
   std::vector<Point> centroids;
   std::vector<double> areas;
+  std::vector<Point> quadrature;         // points per cell whose mean integrates quadratic functions, or none
   std::vector<double> inverse_distance;  // integrals of 1/r over pairs of cells (cells, cells) [m^3]
   std::vector<CellEdge> edges;
   std::vector<Point> corners;            // convex hull of its outline, counter-clockwise

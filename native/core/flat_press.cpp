@@ -5,8 +5,7 @@
 namespace mjtactile {
 namespace {
 
-// As the readable reference has them: mjtactile/pressing.py.
-constexpr double kFewCells = 16.0, kFewShare = 0.5, kRim = 1e-3;
+constexpr double kFewCells = 16.0, kFewShare = 0.5;
 
 }  // namespace
 
@@ -16,23 +15,37 @@ bool is_small(const CellContact& contact) {
   return count < std::min(kFewCells, kFewShare * static_cast<double>(pressed.size()));
 }
 
-bool FlatPress::solve(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
-                      const LawOptions& options, const double* wrench, CellContact::Workspace& workspace) {
+bool FlatPress::solve(const Face& face, const Placement& placement, const Rectangle& sheet,
+                      const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
+                      CellContact::Workspace& workspace) {
   face_ = &face;
+  placement_ = placement;
   small_ = false;
-  std::copy(wrench, wrench + 6, carried_);
-  if (!whole_.solve(face, placement, compliance, options, wrench, workspace)) return false;
-  if (!is_small(whole_)) return true;
-  if (!face.convex) return false;
-  outline_.clear();
-  for (const Point& corner : face.corners) outline_.push_back(placement(corner));
-  // What passes beside the face, or along its very rim, would close in on nothing.
-  Point through;
-  if (!nearest_inside(outline_, {-wrench[4] / wrench[2], wrench[3] / wrench[2]}, kRim * face.length, through)) return true;
-  carried_[3] = through.y * wrench[2];
-  carried_[4] = -through.x * wrench[2];
-  small_ = true;
-  return part_.solve(outline_, compliance, options, carried_, workspace);
+  if (!(wrench[2] < 0.0)) return false;
+  whole_.place(face, placement, compliance, options, workspace);
+  whole_.press(face, compliance, options, wrench, workspace);
+  if (whole_.exact() && whole_.linear() && !is_small(whole_)) return true;
+  starts_.clear();
+  ends_.clear();
+  for (const CellEdge& edge : face.edges) {
+    if ((edge.left >= 0) == (edge.right >= 0)) continue;
+    const Point start = placement({edge.start[0], edge.start[1]}), end = placement({edge.end[0], edge.end[1]});
+    starts_.push_back(edge.left >= 0 ? start : end);
+    ends_.push_back(edge.left >= 0 ? end : start);
+  }
+  map_.place(starts_, ends_, sheet);
+  small_ = part_.solve(map_, sheet, compliance, options, wrench, workspace);
+  if (!small_) whole_.place(face, placement, compliance, options, workspace);  // the workspace was the other's
+  return true;
+}
+
+void FlatPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
+                            const std::vector<double>& sunk, CellContact::Workspace& workspace) {
+  if (small_) {
+    part_.press_again(compliance, options, wrench, sunk, workspace);
+  } else {
+    whole_.press(*face_, compliance, options, wrench, workspace, sunk.data(), nullptr);
+  }
 }
 
 }  // namespace mjtactile

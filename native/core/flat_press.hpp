@@ -5,31 +5,43 @@
 #include <vector>
 
 #include "cell_contact.hpp"
-#include "closing_press.hpp"
 #include "face.hpp"
+#include "gap_map.hpp"
+#include "patch_press.hpp"
 
 namespace mjtactile {
 
 class FlatPress {
  public:
-  // contact() has the answer, on face(). False where the readable reference has to.
-  bool solve(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
+  // contact() has the answer, on face(). False where the force does not press.
+  bool solve(const Face& face, const Placement& placement, const Rectangle& sheet, const SurfaceCompliance& compliance,
              const LawOptions& options, const double* wrench, CellContact::Workspace& workspace);
+  // See PatchPress.
+  void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
+                   const std::vector<double>& sunk, CellContact::Workspace& workspace);
 
   const CellContact& contact() const { return small_ ? part_.contact() : whole_; }
+  // Integrals of shear over pairs of cells, in the frame of face().
+  void integrate_shear(ShearIntegrals& integrals) const {
+    if (small_) {
+      part_.integrate_shear(integrals);
+    } else {
+      integrate_edges(*face_, integrals);
+    }
+  }
+  // Heights of the body above the cells [m]; null where it is flat.
+  const double* heights() const { return small_ ? part_.heights().data() : nullptr; }
   const Face& face() const { return small_ ? part_.face() : *face_; }
-  // The wrench with its force's line moved onto the face, where it passes beside it.
-  const double* carried() const { return carried_; }
-  // Whether a wrench's force passes through the face.
-  bool carries(const double* wrench) const { return whole_.carries(*face_, wrench); }
+  const Placement& placement() const { return small_ ? kHere : placement_; }
 
  private:
   const Face* face_ = nullptr;
+  Placement placement_ = kHere;
   bool small_ = false;
-  double carried_[6] = {};
   CellContact whole_;
-  ClosingPress part_;
-  std::vector<Point> outline_;
+  PatchPress part_;
+  FlatMap map_;
+  std::vector<Point> starts_, ends_;
 };
 
 // Whether so few of a face's cells press that they are too coarse.

@@ -1,10 +1,11 @@
-// What the C interface's handles hold, and the host behind its function pointers.
+// What the C interface's handles hold.
 #pragma once
 
 #include <algorithm>
 #include <memory>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "api.h"
 #include "pad_sensor.hpp"
@@ -13,12 +14,9 @@ struct mjt_pad {
   std::shared_ptr<mjtactile::Pad> pad;
 };
 
-struct mjt_face {
-  std::shared_ptr<const mjtactile::Face> face;
-};
-
 struct mjt_body {
-  std::shared_ptr<mjtactile::BodyGeometry> geometry;
+  std::vector<mjtactile::Shape> shapes;
+  std::vector<std::vector<mjtactile::Facet>> facets;
 };
 
 namespace mjtactile {
@@ -30,76 +28,39 @@ inline Pose pose_of(const double* numbers) {
   return pose;
 }
 
-// A host behind C function pointers.
-class CallbackHost : public Host {
- public:
-  CallbackHost(mjt_host functions, std::int64_t context) : functions_(functions), context_(context) {}
-
-  std::shared_ptr<const BodyGeometry> body(int body) override {
-    const mjt_body* found = functions_.body == nullptr ? nullptr : functions_.body(context_, body);
-    return found == nullptr ? nullptr : found->geometry;
-  }
-
-  std::shared_ptr<const Face> face(int body, int number) override {
-    const mjt_face* found = functions_.face == nullptr ? nullptr : functions_.face(context_, body, number);
-    return found == nullptr ? nullptr : found->face;
-  }
-
-  std::shared_ptr<const Face> cut_face(int body, int number, const double* place) override {
-    if (functions_.cut_face == nullptr) return nullptr;
-    const mjt_face* found = functions_.cut_face(context_, body, number, place);
-    return found == nullptr ? nullptr : found->face;
-  }
-
-  bool nodal_forces(const Touch& touch, double* forces) override {
-    double pose[12];
-    flat(touch.pose, pose);
-    return functions_.nodal_forces != nullptr &&
-           functions_.nodal_forces(context_, touch.body, pose, touch.wrench, forces) != 0;
-  }
-
-  void beyond_range(const Touch& touch, double pressure, double approach) override {
-    if (functions_.beyond_range != nullptr) functions_.beyond_range(context_, touch.body, pressure, approach);
-  }
-
-  void not_carried(const Touch& touch) override {
-    if (functions_.not_carried != nullptr) functions_.not_carried(context_, touch.body, touch.wrench);
-  }
-
- private:
-  static void flat(const Pose& pose, double* numbers) {
-    std::copy(pose.position, pose.position + 3, numbers);
-    std::copy(pose.rotation, pose.rotation + 9, numbers + 3);
-  }
-
-  mjt_host functions_;
-  std::int64_t context_;
-};
-
 // A sensor of a pad in single or in double precision.
 class AnySensor {
  public:
-  AnySensor(const std::shared_ptr<const Pad>& pad, LawOptions options, bool native, double tolerance)
-      : sensor_(make(pad, options, native, tolerance)) {}
+  AnySensor(const std::shared_ptr<const Pad>& pad, LawOptions options, double facing_gap, double tolerance)
+      : sensor_(make(pad, options, facing_gap, tolerance)) {}
 
-  void press(const Touch* touches, std::size_t count, const Steadiness& before, Host& host) {
-    std::visit([&](auto& sensor) { sensor.press(touches, count, before, host); }, sensor_);
+  void press(const Touch* touches, std::size_t count, const Steadiness& before) {
+    std::visit([&](auto& sensor) { sensor->press(touches, count, before); }, sensor_);
+  }
+  const Pressed& pressed() const {
+    return std::visit([](const auto& sensor) -> const Pressed& { return sensor->pressed(); }, sensor_);
   }
   void readings(double* to) {
-    std::visit([&](auto& sensor) { sensor.readings(to); }, sensor_);
+    std::visit([&](auto& sensor) { sensor->readings(to); }, sensor_);
   }
   void stress(double* to) {
-    std::visit([&](auto& sensor) { sensor.stress(to); }, sensor_);
+    std::visit([&](auto& sensor) { sensor->stress(to); }, sensor_);
+  }
+  void keep_nodal_forces(bool keep) {
+    std::visit([&](auto& sensor) { sensor->keep_nodal_forces(keep); }, sensor_);
+  }
+  const std::vector<double>& nodal_forces() const {
+    return std::visit([](const auto& sensor) -> const std::vector<double>& { return sensor->nodal_forces(); }, sensor_);
   }
   Steadiness after(const Steadiness& before) const {
-    return std::visit([&](const auto& sensor) { return sensor.after(before); }, sensor_);
+    return std::visit([&](const auto& sensor) { return sensor->after(before); }, sensor_);
   }
 
  private:
-  using Either = std::variant<PadSensor<float>, PadSensor<double>>;
-  static Either make(const std::shared_ptr<const Pad>& pad, LawOptions options, bool native, double tolerance) {
-    if (pad->twofold()) return PadSensor<double>(pad, options, native, tolerance);
-    return PadSensor<float>(pad, options, native, tolerance);
+  using Either = std::variant<std::unique_ptr<PadSensor<float>>, std::unique_ptr<PadSensor<double>>>;
+  static Either make(const std::shared_ptr<const Pad>& pad, LawOptions options, double facing_gap, double tolerance) {
+    if (pad->twofold()) return std::make_unique<PadSensor<double>>(pad, options, facing_gap, tolerance);
+    return std::make_unique<PadSensor<float>>(pad, options, facing_gap, tolerance);
   }
 
   Either sensor_;

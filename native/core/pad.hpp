@@ -28,9 +28,9 @@ struct MatrixFactors {
   const double* right;  // (rank, rows), null where whole
 };
 
-// Beyond these strains are no longer small: mean pressure [Pa] and indentation [m].
+// Beyond these strains are no longer small: mean pressure [Pa] and indentation [m]. And the sheet's thickness [m].
 struct LinearRange {
-  double pressure, approach;
+  double pressure, approach, depth;
 };
 
 class Pad {
@@ -51,6 +51,7 @@ class Pad {
   const SurfaceCompliance& compliance() const { return compliance_; }
   SurfaceCompliance& compliance() { return compliance_; }
   const LinearRange& range() const { return range_; }
+  double depth() const { return range_.depth; }
   std::size_t layers() const { return points_.size(); }
   std::size_t taxels() const { return twofold() ? double_maps_.deviatoric.taxels : float_maps_.deviatoric.taxels; }
   std::size_t bytes() const;

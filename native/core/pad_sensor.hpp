@@ -1,4 +1,4 @@
-// Readings of one pad from what touches it: the fast path of every step.
+// Readings of one pad from what touches it: the path of every step.
 //
 // Where a body stands still over the pad, its response is a fixed combination of a few parts, the wrench basis; where
 // it moves, its contact is solved anew. Which of the two answers is decided by numbers the caller keeps with the
@@ -14,45 +14,33 @@
 #include <vector>
 
 #include "basis_cache.hpp"
+#include "body_geometry.hpp"
 #include "cell_contact.hpp"
-#include "closing_press.hpp"
 #include "face.hpp"
 #include "flat_press.hpp"
+#include "gap_map.hpp"
 #include "linear_traction.hpp"
 #include "pad.hpp"
+#include "patch_press.hpp"
+#include "tangential.hpp"
 
 namespace mjtactile {
+
+// A point at which a body presses, in the pad frame.
+struct ContactPoint {
+  double x, y;    // [m]
+  double force;   // pressing [N]
+};
 
 // A body that presses on the pad.
 struct Touch {
   int body;
-  Pose pose;          // of the body in the pad frame
-  double wrench[6];   // on the pad, about its origin, pad frame [N, N m]
-};
-
-// What there is to know of a body's geometry, in its own frame. Immutable, shared.
-struct BodyGeometry {
-  RigidBody curved;             // its shapes, none where only the host knows them
-  GapLimits limits;
-  std::vector<double> facing;   // unit vectors that point up from the pad when it lies on one of its faces, (faces, 3)
-};
-
-// What reading needs besides: it may take milliseconds, and is asked only where nothing faster is known.
-class Host {
- public:
-  virtual ~Host() = default;
-  // A body's geometry; null where only the host presses it.
-  virtual std::shared_ptr<const BodyGeometry> body(int body) = 0;
-  // One of its faces, by number; null where it is no flat face that could press by itself.
-  virtual std::shared_ptr<const Face> face(int body, int number) = 0;
-  // The part of it over the sheet, when it stands at (x, y) [m], turned by an angle [rad]; null for none.
-  virtual std::shared_ptr<const Face> cut_face(int body, int number, const double* place) = 0;
-  // Nodal forces (nodes y, nodes x, 3) [N] of one body's contact; false where it has none.
-  virtual bool nodal_forces(const Touch& touch, double* forces) = 0;
-  // A contact has left the range of small strains: mean pressure [Pa], indentation [m].
-  virtual void beyond_range(const Touch& touch, double pressure, double approach) = 0;
-  // A force passes beside what it presses through; the nearest that the contact carries is read.
-  virtual void not_carried(const Touch& touch) = 0;
+  std::shared_ptr<BodyGeometry> geometry;  // null where nothing is known of it
+  Pose pose;            // of the body in the pad frame
+  double wrench[6];     // on the pad, about its origin, pad frame [N, N m]
+  double friction;      // largest sliding friction of its contacts [-]
+  double sunk;          // deepest overlap of body and pad where it presses [m]
+  std::vector<ContactPoint> points;
 };
 
 // Numbers kept with the simulation's state.
@@ -61,58 +49,102 @@ struct Steadiness {
   double steps = 0.0;   // for which it has been the same
 };
 
+// What happened to a body's contact.
+enum class Event { beyond_range, not_carried, bounded, refused };
+constexpr std::size_t kEvents = 4;
+
+// What was read.
+struct Pressed {
+  double carried[6] = {};   // wrench that the readings carry, about the pad's origin [N, N m]
+  double range = 0.0;       // largest share that a contact takes of the range of small strains [-]
+  double indentation = 0.0, area = 0.0, peak = 0.0;   // deepest [m], under pressure [m^2], largest pressure [Pa]
+  struct Note {
+    Event event;
+    int body;
+    double pressure, approach;   // mean [Pa], and indentation [m]
+  };
+  std::vector<Note> notes;
+};
+
 // One pad in one simulation.
 template <typename Value>
 class PadSensor {
  public:
-  // `native`: whether faces are pressed here; otherwise the host does all of it. Tolerance: of poses [m or rad].
-  PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, bool native, double tolerance);
+  // Tolerance: of poses [m or rad].
+  PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance);
 
   // Response to everything that touches; readings() and stress() look at it.
-  void press(const Touch* touches, std::size_t count, const Steadiness& before, Host& host);
+  void press(const Touch* touches, std::size_t count, const Steadiness& before);
+  const Pressed& pressed() const { return pressed_; }
   void readings(double* readings);   // (taxels) [Pa]
   void stress(double* stress);       // (6, taxels) [Pa]; the pad must have it
+  const std::vector<double>& nodal_forces() const { return total_; }  // of all contacts, where they are kept [N]
+  void keep_nodal_forces(bool keep) { keeps_forces_ = keep; }
   // What to keep with the state for the next step.
   Steadiness after(const Steadiness& before) const;
 
  private:
-  struct KnownBody {
-    int number;
-    std::shared_ptr<const BodyGeometry> geometry;
-    std::vector<std::pair<bool, std::shared_ptr<const Face>>> faces;  // whether asked for, and the answer
+  // One body's contact on its cells.
+  struct BodyPress {
+    bool flat = false;
+    FlatPress face;
+    PatchPress patch;
+    GapMap gap;
+    FlatMap spots;
+    CellContact::Workspace workspace;
+    std::shared_ptr<const Face> keeps;   // the face in use
+    std::shared_ptr<const Face> sheared; // the face that the integrals belong to; null for none
+    ShearIntegrals integrals;
+    Matrix full;
+    std::vector<double> forces, sunk;    // on the cells [N]; by how much others bend the surface there [m]
+
+    const CellContact& contact() const { return flat ? face.contact() : patch.contact(); }
+    const Face& cells() const { return flat ? face.face() : patch.face(); }
+    Placement placement() const { return flat ? face.placement() : kHere; }
+    const double* heights() const { return flat ? face.heights() : patch.heights().data(); }
   };
-  void press_one(const Touch& touch, bool steady, Host& host);
-  bool press_face(const Touch& touch, KnownBody& body, bool steady, Host& host, bool& faced);
-  bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face, Host& host);
-  bool press_uniform(const Touch& touch, const Face& face, const Placement& placement, Host& host);
-  bool press_curved(const Touch& touch, const BodyGeometry& geometry, Host& host);
-  void warn_not_carried(const Touch& touch, Host& host);
-  void warn_beyond_range(const Touch& touch, double pressure, double approach, Host& host);
+  struct CutFace {
+    int body;
+    std::size_t side;
+    std::array<std::int64_t, 3> place;
+    const BodyGeometry* geometry;
+    std::shared_ptr<const Face> face;
+  };
+  bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
+  bool press_linear(const Touch& touch, const Face& face, const Placement& placement);
+  bool solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
+             const Placement& placement);
+  bool press_points(const Touch& touch, BodyPress& press);
+  void couple(const Touch* touches, std::size_t count);
+  void finish(const Touch& touch, BodyPress& press);
+  bool shear(const Touch& touch, BodyPress& press);
+  void bound_stress(const Face& cells, double* forces) const;
+  void note(Event event, const Touch& touch, double pressure, double approach);
+  void note_range(const Touch& touch, double force, double area, double approach);
+  void note_carried(const Touch& touch, const double* carried);
   void add(const double* forces);
-  KnownBody& known_body(int number, Host& host);
-  int face_towards(const Touch& touch, KnownBody& body, Host& host, Placement& placement) const;
-  std::shared_ptr<const Face> cut_face_of(const Touch& touch, int face, const Placement& placement, Host& host);
+  std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);
+  std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
   bool over_sheet(const Face& face, const Placement& placement) const;
+  Rectangle sheet() const;
 
   std::shared_ptr<const Pad> pad_;
   LawOptions options_;
-  bool native_;
-  double tolerance_, key_ = 0.0;
-  bool touched_ = false, warned_range_ = false, warned_carried_ = false;
-  struct CutFace {
-    int body, number;
-    std::array<std::int64_t, 3> place;
-    std::shared_ptr<const Face> face;
-  };
-  std::vector<KnownBody> bodies_;
+  double facing_gap_, tolerance_, key_ = 0.0;
+  bool touched_ = false, keeps_forces_ = false;
+  int power_ = 0;   // of two, by which forces far from 1 N are brought there
+  Pressed pressed_;
   std::list<CutFace> cut_faces_;  // latest used first
+  std::vector<std::unique_ptr<BodyPress>> presses_;
+  std::vector<std::uint8_t> solved_;
+  FaceCells cutter_;
+  SurfaceShear shear_;
   std::vector<Value> response_, mean_response_;
-  std::vector<double> forces_, weights_, means_;
-  FlatPress flat_;
-  GapMap gap_;
-  ClosingPress curved_;
+  std::vector<double> forces_, total_, weights_, means_, part_forces_;
+  std::vector<Point> starts_, ends_;
   LinearTraction traction_;
   CellContact::Workspace workspace_;
+  SurfaceCompliance::Workspace others_;
   typename StressMap<Value>::Workspace map_workspace_;
   std::vector<std::uint32_t> every_;
   std::vector<Value> part_weights_;

@@ -10,7 +10,9 @@ namespace {
 // The same limits as the readable reference's: mjtactile/rigid.py, mjtactile/complementarity.py.
 constexpr double kTolerance = 1e-11;
 constexpr double kBalanced = 1e-9;
-constexpr std::size_t kExchanges = 30;
+constexpr std::size_t kExchanges = 40, kPatience = 3;
+// Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
+constexpr std::size_t kDescents = 20, kBounded = 40;
 // Springs that start the search, over the stiffness of single cells.
 constexpr double kSprings = 0.2;
 // Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
@@ -44,6 +46,8 @@ bool RigidContact::solve(const Matrix& compliance, const double* modes, std::siz
   return descend(compliance, modes, heights, resultants) && balances(modes, resultants);
 }
 
+// Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
+// conditions change sides while that leaves fewer; where it does not for a few times, only the last of them does.
 bool RigidContact::exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
                             const double* resultants, const std::uint8_t* start, bool flexible) {
   const std::size_t cells = compliance.rows();
@@ -51,13 +55,20 @@ bool RigidContact::exchange(const Matrix& compliance, const double* modes, std::
   motions_ = motions;
   pressed_.assign(cells, 1);
   if (start != nullptr) pressed_.assign(start, start + cells);
-  seen_.clear();
+  std::size_t fewest = cells + 1, patience = kPatience;
   for (std::size_t trial = 0; trial < kExchanges; ++trial) {
-    const std::uint64_t known = fingerprint(pressed_);
-    if (std::find(seen_.begin(), seen_.end(), known) != seen_.end()) return false;
-    seen_.push_back(known);
     if (!on(compliance, modes, heights, resultants)) return false;
-    if (violated(resultants, exchange_) == 0) return balances(modes, resultants);
+    const std::size_t wrong = violated(resultants, exchange_);
+    if (wrong == 0) return balances(modes, resultants);
+    if (wrong < fewest) {
+      fewest = wrong;
+      patience = kPatience;
+    } else if (patience > 0) {
+      --patience;
+    } else {
+      const auto last = std::find(exchange_.rbegin(), exchange_.rend(), std::uint8_t{1});
+      std::fill(last + 1, exchange_.rend(), std::uint8_t{0});
+    }
     for (std::size_t i = 0; i < cells; ++i) pressed_[i] ^= exchange_[i];
   }
   return false;
@@ -83,7 +94,7 @@ bool RigidContact::descend(const Matrix& compliance, const double* modes, const 
                            const double* resultants) {
   forces_ = springs_.forces();
   for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = forces_[i] > 0.0 ? 1 : 0;
-  for (std::size_t trial = 0; trial < cells(); ++trial) {
+  for (std::size_t trial = 0; trial < std::min(cells(), kDescents); ++trial) {
     if (!on(compliance, modes, heights, resultants)) return false;
     double largest = 0.0, length = 1.0;
     for (std::size_t i = 0; i < cells(); ++i) {
@@ -115,6 +126,69 @@ bool RigidContact::descend(const Matrix& compliance, const double* modes, const 
     }
     if (worst == cells()) return false;
     pressed_[worst] = 1;
+  }
+  return false;
+}
+
+bool RigidContact::solve_bounded(const Matrix& compliance, const double* modes, std::size_t motions,
+                                 const double* heights, const double* resultants, const double* most,
+                                 const std::vector<std::uint8_t>& start, std::vector<double>& forces, double* motion) {
+  const std::size_t cells = compliance.rows();
+  const auto give = [&](std::size_t i, std::size_t j) { return i < j ? compliance[i][j] : compliance[j][i]; };
+  motions_ = motions;
+  flexible_ = true;
+  pressed_ = start;
+  full_.assign(cells, 0);
+  pushed_.resize(cells);
+  forces.assign(cells, 0.0);
+  seen_.clear();
+  for (std::size_t round = 0; round < kBounded; ++round) {
+    // What the full cells carry is taken off the load, and the surface lies lower where they push it.
+    double left[kMostMotions];
+    std::copy(resultants, resultants + motions, left);
+    for (std::size_t i = 0; i < cells; ++i) {
+      pushed_[i] = heights == nullptr ? 0.0 : heights[i];
+      if (!full_[i]) continue;
+      for (std::size_t m = 0; m < motions; ++m) left[m] -= most[i] * modes[i * motions + m];
+    }
+    for (std::size_t j = 0; j < cells; ++j) {
+      if (!full_[j]) continue;
+      for (std::size_t i = 0; i < cells; ++i) pushed_[i] += most[j] * give(i, j);
+    }
+    if (!on(compliance, modes, pushed_.data(), left)) return false;
+    for (std::size_t m = 0; m < motions; ++m) motion[m] = along(map_motion_[m], left, motions);
+    double scale = std::abs(motion[0]);
+    for (std::size_t i = 0; i < cells; ++i) scale = std::max(scale, std::abs(pushed_[i]));
+    bool changed = false;
+    for (std::size_t i = 0; i < cells; ++i) {
+      if (full_[i]) {
+        // Let go where the surface would be pushed deeper than the body is.
+        double separation = pushed_[i];
+        for (std::size_t m = 0; m < motions; ++m) separation -= modes[i * motions + m] * motion[m];
+        for (const std::size_t j : places_) separation += give(i, j) * along(map_forces_[j], left, motions);
+        forces[i] = most[i];
+        if (separation > kTolerance * scale) full_[i] = 0, pressed_[i] = 1, changed = true;
+      } else if (pressed_[i]) {
+        forces[i] = along(map_forces_[i], left, motions);
+        if (forces[i] > most[i] * (1.0 + kTolerance)) pressed_[i] = 0, full_[i] = 1, changed = true;
+        if (forces[i] < -kTolerance * most[i]) pressed_[i] = 0, changed = true;
+      } else {
+        forces[i] = 0.0;
+        if (along(map_separation_[i], left, motions) < -kTolerance * scale) pressed_[i] = 1, changed = true;
+      }
+    }
+    if (!changed) {
+      double sum = -resultants[0];
+      for (std::size_t i = 0; i < cells; ++i) {
+        pressed_[i] |= full_[i];
+        sum += forces[i];
+      }
+      return std::abs(sum) <= kBalanced * resultants[0];
+    }
+    std::uint64_t known = fingerprint(pressed_);
+    for (const std::uint8_t one : full_) known = (known ^ one) * 1099511628211u;
+    if (std::find(seen_.begin(), seen_.end(), known) != seen_.end()) return false;
+    seen_.push_back(known);
   }
   return false;
 }

@@ -30,6 +30,12 @@ class RigidContact {
   bool exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
                 const double* resultants, const std::uint8_t* start, bool flexible = true);
 
+  // The same where no cell bears more than `most` (cells) [N]: those that would bear just that, and others help them.
+  // `start`: of the unbounded contact. Forces (cells) [N], the body's motion (motions); false where no contact is found.
+  bool solve_bounded(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
+                     const double* resultants, const double* most, const std::vector<std::uint8_t>& start,
+                     std::vector<double>& forces, double* motion);
+
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
@@ -53,7 +59,8 @@ class RigidContact {
   bool flexible_ = true;
   std::vector<std::uint8_t> pressed_, exchange_;
   SpringBed springs_;
-  std::vector<double> stiffnesses_, forces_;
+  std::vector<double> stiffnesses_, forces_, pushed_;
+  std::vector<std::uint8_t> full_;
   double pressed_heights_[kMostMotions] = {};  // B^T A^-1 g of the pressed cells
   std::vector<std::uint64_t> seen_;
   std::vector<std::size_t> places_;

@@ -8,6 +8,10 @@ namespace {
 
 // Directions whose sine with a face is below this count as parallel to it (mjtactile/gap.py).
 constexpr double kParallel = 1e-12;
+// How far above its lowest point a mesh is looked at, over the ceiling.
+constexpr double kReach = 0.3;
+// Points along the edges and generators on which shapes may touch.
+constexpr std::size_t kAlong = 17;
 
 // Where a line is inside something convex; empty where enter > leave.
 struct Interval {
@@ -73,17 +77,55 @@ Pose composed(const Pose& body, const Pose& local) {
   return pose;
 }
 
-void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& part) {
+void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& part, double floor,
+                        double ceiling) {
   kind_ = shape.kind;
   std::copy(shape.size, shape.size + 3, size_);
   pose_ = composed(body, shape.local);
+  mesh_ = shape.mesh.get();
+  find_box();
   if (kind_ == ShapeKind::triangles) {
-    shadow_.cast(*shape.mesh, pose_, part);
+    const bool over = low_[0] < part.east && high_[0] > part.west && low_[1] < part.north && high_[1] > part.south;
+    if (over) shadow_.cast(*mesh_, pose_, part, floor, kReach * ceiling);
     return;
   }
   for (int i = 0; i < 3; ++i) {
     from_[i] = 0.0;
     for (int k = 0; k < 3; ++k) from_[i] -= pose_.rotation[3 * k + i] * pose_.position[k];
+  }
+}
+
+void PlacedShape::find_box() {
+  for (int i = 0; i < 3; ++i) {
+    const double* row = pose_.rotation + 3 * i;
+    double reach = kNowhere, middle = pose_.position[i];
+    switch (kind_) {
+      case ShapeKind::ellipsoid:
+        reach = std::sqrt(row[0] * row[0] * size_[0] * size_[0] + row[1] * row[1] * size_[1] * size_[1] +
+                          row[2] * row[2] * size_[2] * size_[2]);
+        break;
+      case ShapeKind::capsule:
+        reach = std::abs(row[2]) * size_[1] + size_[0];
+        break;
+      case ShapeKind::cylinder:
+        reach = std::abs(row[2]) * size_[1] + std::hypot(row[0], row[1]) * size_[0];
+        break;
+      case ShapeKind::box:
+        reach = std::abs(row[0]) * size_[0] + std::abs(row[1]) * size_[1] + std::abs(row[2]) * size_[2];
+        break;
+      case ShapeKind::triangles:
+        reach = mesh_->boxes.empty() ? -kNowhere : 0.0;
+        for (int k = 0; k < 3 && !mesh_->boxes.empty(); ++k) {
+          const MeshBox& box = mesh_->boxes.front();
+          middle += row[k] * (box.low[k] + box.high[k]) / 2;
+          reach += std::abs(row[k]) * (box.high[k] - box.low[k]) / 2;
+        }
+        break;
+      default:
+        break;
+    }
+    low_[i] = middle - reach;
+    high_[i] = middle + reach;
   }
 }
 
@@ -130,7 +172,7 @@ double PlacedShape::entry(double x, double y) const {
   }
 }
 
-std::size_t PlacedShape::bottoms(double points[2][3]) const {
+void PlacedShape::add_bottoms(std::vector<Point>& points) {
   const double* up = pose_.rotation + 6;  // the pad's normal in the shape's frame
   double local[3] = {};
   switch (kind_) {
@@ -138,42 +180,55 @@ std::size_t PlacedShape::bottoms(double points[2][3]) const {
       double length = 0.0;
       for (int i = 0; i < 3; ++i) length += size_[i] * size_[i] * up[i] * up[i];
       for (int i = 0; i < 3; ++i) local[i] = -size_[i] * size_[i] * up[i] / std::sqrt(length);
-      in_pad(local, points[0]);
-      return 1;
+      add_in_pad(local, points);
+      return;
     }
     case ShapeKind::capsule:
     case ShapeKind::cylinder: {
-      const bool level = std::abs(up[2]) < kParallel;
-      if (kind_ == ShapeKind::capsule) {
+      const double across = std::hypot(up[0], up[1]);
+      if (across < kParallel) return;
+      for (int i = 0; i < 2; ++i) local[i] = -size_[0] * up[i] / across;
+      for (std::size_t k = 0; k < kAlong; ++k) {
+        local[2] = size_[1] * (2.0 * static_cast<double>(k) / (kAlong - 1) - 1.0);
+        add_in_pad(local, points);
+      }
+      if (kind_ == ShapeKind::cylinder) return;
+      for (const double end : {-size_[1], size_[1]}) {
         for (int i = 0; i < 3; ++i) local[i] = -size_[0] * up[i];
-      } else if (const double length = std::hypot(up[0], up[1]); length >= kParallel) {
-        local[0] = -size_[0] * up[0] / length;
-        local[1] = -size_[0] * up[1] / length;
+        local[2] += end;
+        add_in_pad(local, points);
       }
-      const double across = local[2];
-      for (std::size_t end = 0; end < 2; ++end) {
-        local[2] = across + ((end == 0) == (up[2] > 0.0) ? -size_[1] : size_[1]);
-        in_pad(local, points[end]);
-      }
-      return level ? 2 : 1;
+      return;
     }
-    case ShapeKind::box:
-      for (int i = 0; i < 3; ++i) local[i] = up[i] > 0.0 ? -size_[i] : size_[i];
-      in_pad(local, points[0]);
-      return 1;
+    case ShapeKind::box: {
+      // Along the three edges from the lowest corner.
+      double corner[3];
+      for (int i = 0; i < 3; ++i) corner[i] = up[i] > 0.0 ? -size_[i] : size_[i];
+      for (int axis = 0; axis < 3; ++axis) {
+        std::copy(corner, corner + 3, local);
+        for (std::size_t k = 0; k < kAlong; ++k) {
+          local[axis] = size_[axis] * (2.0 * static_cast<double>(k) / (kAlong - 1) - 1.0);
+          add_in_pad(local, points);
+        }
+      }
+      return;
+    }
     case ShapeKind::triangles:
-      std::copy(shadow_.bottom(), shadow_.bottom() + 3, points[0]);
-      return 1;
+      shadow_.bottoms(lowest_);
+      for (const auto& at : lowest_) points.push_back({at[0], at[1]});
+      return;
     default:
-      return 0;
+      return;
   }
 }
 
-void PlacedShape::in_pad(const double* local, double* point) const {
-  for (int i = 0; i < 3; ++i) {
-    point[i] = pose_.position[i];
-    for (int k = 0; k < 3; ++k) point[i] += pose_.rotation[3 * i + k] * local[k];
+void PlacedShape::add_in_pad(const double* local, std::vector<Point>& points) const {
+  double at[2];
+  for (int i = 0; i < 2; ++i) {
+    at[i] = pose_.position[i];
+    for (int k = 0; k < 3; ++k) at[i] += pose_.rotation[3 * i + k] * local[k];
   }
+  points.push_back({at[0], at[1]});
 }
 
 }  // namespace mjtactile

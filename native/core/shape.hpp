@@ -3,16 +3,15 @@
 // Seen along the pad's normal, the part of a body that can touch is its lowest point over each (x, y).
 #pragma once
 
-#include <limits>
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "face.hpp"
+#include "height_map.hpp"
 #include "triangles.hpp"
 
 namespace mjtactile {
-
-constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 enum class ShapeKind { ellipsoid, capsule, cylinder, box, half_space, triangles };
 
@@ -28,23 +27,31 @@ struct Shape {
 // A shape over a pad.
 class PlacedShape {
  public:
-  // Place a shape whose body stands at a pose in the pad frame, to be looked at over a part of its surface.
-  void place(const Shape& shape, const Pose& body, const Rectangle& part);
+  // Place a shape whose body stands at a pose in the pad frame, to be looked at over a part of its surface, from a floor
+  // up to a ceiling [m].
+  void place(const Shape& shape, const Pose& body, const Rectangle& part, double floor, double ceiling);
 
   // Height of the lower surface over (x, y) [m]; infinite where there is none, or it is below the floor.
   double height(double x, double y, double floor) const;
-  // Its lowest points wherever they are, at most two [m]; of a level shape not all of them.
-  std::size_t bottoms(double points[2][3]) const;
+  // The box about it, in the pad frame [m]; infinite where the shape is.
+  const double* low() const { return low_; }
+  const double* high() const { return high_; }
+  // Points of its lower side that stand lowest, or along which it may touch, whether over the part or not.
+  void add_bottoms(std::vector<Point>& points);
 
  private:
   double entry(double x, double y) const;
-  void in_pad(const double* local, double* point) const;
+  void add_in_pad(const double* local, std::vector<Point>& points) const;
+  void find_box();
 
   ShapeKind kind_ = ShapeKind::half_space;
   double size_[3] = {};
   Pose pose_ = {};
   double from_[3] = {};  // the pad's origin in the shape's frame [m]
+  double low_[3] = {}, high_[3] = {};
+  const TriangleMesh* mesh_ = nullptr;
   TriangleShadow shadow_;
+  std::vector<std::array<double, 3>> lowest_;
 };
 
 // The pose of a shape in the pad frame, from its body's and its own in the body's frame.

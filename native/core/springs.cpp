@@ -7,7 +7,7 @@ namespace mjtactile {
 namespace {
 
 // As the readable reference has them: mjtactile/winkler.py.
-constexpr int kIterations = 200;
+constexpr int kIterations = 60;
 constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-12;
 constexpr std::size_t kMost = 3;
 
@@ -70,6 +70,7 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     std::copy(trial, trial + motions, motion);
     least = energy(motion);
   }
+  std::copy(motion, motion + kMost, motion_);
   pressed_.resize(cells);
   forces_.resize(cells);
   for (std::size_t i = 0; i < cells; ++i) {

@@ -18,6 +18,7 @@ class SpringBed {
 
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
   const std::vector<double>& forces() const { return forces_; }  // (cells) [N]
+  const double* motion() const { return motion_; }               // of the body into the springs, by mode
 
  private:
   double energy(const double* motion) const;
@@ -26,6 +27,7 @@ class SpringBed {
   const std::vector<double>* stiffness_ = nullptr;
   const double *modes_ = nullptr, *heights_ = nullptr, *resultants_ = nullptr;
   std::size_t motions_ = 0;
+  double motion_[3] = {};
   Matrix curvature_, step_;
   std::vector<std::uint8_t> pressed_;
   std::vector<double> forces_;

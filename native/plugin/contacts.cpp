@@ -5,21 +5,14 @@
 namespace mjtactile::mujoco {
 namespace {
 
+// Contacts whose normal leans further from the pad's than this (its cosine) press on the pad from beside.
+constexpr double kPresses = 0.70710678118654752440;
+
 // rotation^T * vector
 void turned_back(const double* rotation, const double* vector, double* out) {
   for (int i = 0; i < 3; ++i) {
     out[i] = rotation[i] * vector[0] + rotation[3 + i] * vector[1] + rotation[6 + i] * vector[2];
   }
-}
-
-Touch& touch_of(int body, std::vector<Touch>& touches) {
-  for (Touch& touch : touches) {
-    if (touch.body == body) return touch;
-  }
-  touches.emplace_back();
-  touches.back().body = body;
-  std::fill(touches.back().wrench, touches.back().wrench + 6, 0.0);
-  return touches.back();
 }
 
 }  // namespace
@@ -34,18 +27,36 @@ Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int 
   return frame;
 }
 
-void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data, int geom,
-            std::vector<Touch>& touches) {
-  touches.clear();
+Touch& Contacts::touch_of(int body) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (touches[i].body == body) return touches[i];
+  }
+  if (touches.size() == count) touches.emplace_back();
+  Touch& made = touches[count++];
+  made.body = body;
+  made.geometry = nullptr;
+  made.pose = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}};
+  made.sunk = made.friction = 0.0;
+  made.points.clear();
+  std::fill(made.wrench, made.wrench + 6, 0.0);
+  return made;
+}
+
+void Contacts::gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
+                      int geom) {
+  count = 0;
+  std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
   if (contacts == 0) return;
   const char* contact = field<const char*>(data, layout.data_contact);
   Frame frame;
+  bool placed = false;
   for (int i = 0; i < contacts; ++i, contact += layout.contact_size) {
     const int* pair = &field<int>(contact, layout.contact_geom);
     const bool second = pair[1] == geom;
     if (!second && pair[0] != geom) continue;
-    if (touches.empty()) frame = pad_frame(layout, model, data, geom);
+    if (!placed) frame = pad_frame(layout, model, data, geom);
+    placed = true;
     const int other = second ? pair[0] : pair[1];
     const int body = other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other];
     double local[6];
@@ -53,33 +64,37 @@ void gather(const Layout& layout, const Functions& functions, const Model* model
     // MuJoCo gives the first geom's action on the second, in axes that are the rows of the contact's frame.
     const double* axes = &field<double>(contact, layout.contact_frame);
     const double* position = &field<double>(contact, layout.contact_pos);
-    double world[3], force[3], moment[3], arm[3];
+    double world[3], force[3], moment[3], arm[3], normal[3];
     const double sign = second ? 1.0 : -1.0;
     for (int part = 0; part < 2; ++part) {
       turned_back(axes, local + 3 * part, world);
       for (double& one : world) one *= sign;
       turned_back(frame.rotation, world, part == 0 ? force : moment);
     }
+    turned_back(frame.rotation, axes, normal);
     const double offset[3] = {position[0] - frame.origin[0], position[1] - frame.origin[1],
                               position[2] - frame.origin[2]};
     turned_back(frame.rotation, offset, arm);
     moment[0] += arm[1] * force[2] - arm[2] * force[1];
     moment[1] += arm[2] * force[0] - arm[0] * force[2];
     moment[2] += arm[0] * force[1] - arm[1] * force[0];
-    Touch& touch = touch_of(body, touches);
-    for (int k = 0; k < 3; ++k) {
-      touch.wrench[k] += force[k];
-      touch.wrench[3 + k] += moment[k];
+    if (std::all_of(force, force + 3, [](double one) { return one == 0.0; }) &&
+        std::all_of(moment, moment + 3, [](double one) { return one == 0.0; })) {
+      continue;  // a contact without force presses nothing
     }
+    for (int k = 0; k < 3; ++k) wrench[k] += force[k], wrench[3 + k] += moment[k];
+    if (-sign * normal[2] < kPresses) continue;
+    Touch& touch = touch_of(body);
+    for (int k = 0; k < 3; ++k) touch.wrench[k] += force[k], touch.wrench[3 + k] += moment[k];
+    touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist));
+    const double* friction = &field<double>(contact, layout.contact_friction);
+    touch.friction = std::max({touch.friction, friction[0], friction[1]});
+    if (force[2] < 0.0) touch.points.push_back({arm[0], arm[1], -force[2]});
   }
-  // A contact without force presses nothing.
-  touches.erase(std::remove_if(touches.begin(), touches.end(),
-                               [](const Touch& touch) {
-                                 return std::all_of(touch.wrench, touch.wrench + 6, [](double w) { return w == 0.0; });
-                               }),
-                touches.end());
-  std::sort(touches.begin(), touches.end(), [](const Touch& a, const Touch& b) { return a.body < b.body; });
-  for (Touch& touch : touches) {
+  std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),
+            [](const Touch& a, const Touch& b) { return a.body < b.body; });
+  for (std::size_t i = 0; i < count; ++i) {
+    Touch& touch = touches[i];
     if (touch.body < 0) continue;
     const double* position = field<const double*>(data, layout.data_xpos) + 3 * touch.body;
     const double* rotation = field<const double*>(data, layout.data_xmat) + 9 * touch.body;
@@ -90,7 +105,7 @@ void gather(const Layout& layout, const Functions& functions, const Model* model
       const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
       double there[3];
       turned_back(frame.rotation, column, there);
-      for (int i = 0; i < 3; ++i) touch.pose.rotation[3 * i + j] = there[i];
+      for (int i2 = 0; i2 < 3; ++i2) touch.pose.rotation[3 * i2 + j] = there[i2];
     }
   }
 }

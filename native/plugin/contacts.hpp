@@ -15,9 +15,20 @@ struct Frame {
 
 Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom);
 
-// Bodies that press on a pad's geom, by ascending number, with the sum of their contact wrenches; -1 stands for flexes,
-// which are no geoms. Contacts of other geoms of the pad's body are none of the pad's.
-void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data, int geom,
-            std::vector<Touch>& touches);
+// All contacts of a pad's geom.
+struct Contacts {
+  // Bodies that press on the sensing surface, by ascending number, with the sum of their contact wrenches; -1 stands for
+  // flexes, which are no geoms. Memory is kept: the first `count` are of this state.
+  std::vector<Touch> touches;
+  std::size_t count = 0;
+  double wrench[6];    // of all contacts [N, N m], pad frame, about its origin
+
+  // Read off a state. Contacts that press on the pad's sides or on its rim from beside, or that do not press, are in
+  // the wrench alone. Contacts of other geoms of the pad's body are none of the pad's.
+  void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data, int geom);
+
+ private:
+  Touch& touch_of(int body);
+};
 
 }  // namespace mjtactile::mujoco

@@ -1,9 +1,12 @@
 #include "plugin.h"
 
 #include <algorithm>
+#include <chrono>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <shared_mutex>
 #include <unordered_map>
 #include <utility>
@@ -11,6 +14,7 @@
 
 #include "contacts.hpp"
 #include "handles.hpp"
+#include "model_geometry.hpp"
 #include "mujoco_view.hpp"
 
 namespace mjtactile::mujoco {
@@ -21,53 +25,182 @@ constexpr std::size_t kAttributeCount = sizeof kAttributes / sizeof kAttributes[
 // Of a heat map: thickness of its tiles and how high they hover [m], their share of the pitch, and their opacity.
 constexpr double kTileThickness = 2e-5, kHover = 5e-5, kTileShare = 0.46;
 constexpr float kOpacity = 0.75f;
+// Readings that take longer than these are counted [s].
+constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
 
 Layout layout;
 Functions functions;
 mjt_plugin_host python;
 
-// Python's part of an instance, which copies of a simulation share.
-struct Context {
-  explicit Context(std::int64_t id) : number(id) {}
+// What there is to warn of, until Python fetches it.
+class Notes {
+ public:
+  void add(const mjt_note& note) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    waiting_.push_back(note);
+    if (!scheduled_ && python.schedule != nullptr) scheduled_ = python.schedule(python.deliver, nullptr) == 0;
+  }
+  bool next(mjt_note& note) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (waiting_.empty()) {
+      scheduled_ = false;
+      return false;
+    }
+    note = waiting_.front();
+    waiting_.pop_front();
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::deque<mjt_note> waiting_;
+  bool scheduled_ = false;
+};
+
+Notes& notes() {
+  static auto* const all = new Notes;
+  return *all;
+}
+
+// Python's part of an instance, which copies of a simulation share, and what it was warned of.
+class Context {
+ public:
+  explicit Context(std::int64_t number) : number_(number) {}
   ~Context() {
-    if (python.release != nullptr) python.release(number);
+    if (python.release != nullptr) python.release(number_);
   }
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  const std::int64_t number;
+  void warn(const Pressed::Note& note) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!warned_.insert({note.event, note.body}).second) return;
+    }
+    notes().add({number_, static_cast<int>(note.event), note.body, note.pressure, note.approach});
+  }
+
+ private:
+  const std::int64_t number_;
+  std::mutex mutex_;
+  std::set<std::pair<Event, int>> warned_;
 };
 
-// One pad in one simulation.
+LawOptions options_of(const mjt_instance& resolved) {
+  LawOptions options;
+  options.law = static_cast<Law>(resolved.law);
+  options.tangential = static_cast<Tangential>(resolved.tangential);
+  options.tilting = resolved.tilting != 0;
+  options.friction = resolved.friction;
+  options.cells = static_cast<std::size_t>(resolved.cells);
+  options.strength = resolved.strength;
+  return options;
+}
+
+SideLimits side_limits(const mjt_instance& resolved) {
+  const bool uniform = static_cast<Law>(resolved.law) == Law::uniform;
+  return {resolved.facing_gap, resolved.tilting == 0 && !uniform, !uniform, static_cast<std::size_t>(resolved.cells)};
+}
+
+// One pad of a model, read in one simulation.
+class Reader {
+ public:
+  Reader(const mjt_instance& resolved, int geom, std::shared_ptr<Context> context)
+      : geom_(geom),
+        context_(std::move(context)),
+        geometry_(layout, side_limits(resolved)),
+        sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
+  void prepare(const Model* model) { geometry_.prepare(model, geom_); }
+  // Keeps what does not touch any more only because it sleeps.
+  void take_sleeping(const Reader& other) { contacts_ = other.contacts_; }
+
+  // Read contacts; with `press`, what they do to the pad.
+  void read(const Model* model, const Data* data, const Steadiness& before, bool press) {
+    before_ = before;
+    const bool sleeping = keep_sleeping(model, data);
+    contacts_.gather(layout, functions, model, data, geom_);
+    if (sleeping) add_sleeping();
+    if (!press) return;
+    const auto start = std::chrono::steady_clock::now();
+    for (std::size_t i = 0; i < contacts_.count; ++i) {
+      Touch& touch = contacts_.touches[i];
+      if (touch.body >= 0) touch.geometry = geometry_.body(model, touch.body, geom_);
+    }
+    sensor_.press(contacts_.touches.data(), contacts_.count, before);
+    if (contacts_.count == 0) return;
+    health_[0] += 1.0;
+    for (const Pressed::Note& note : sensor_.pressed().notes) {
+      health_[1 + static_cast<std::size_t>(note.event)] += 1.0;
+      if (context_ != nullptr) context_->warn(note);
+    }
+    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (took > kSlow) health_[1 + kEvents] += 1.0;
+    if (took > kVerySlow) health_[2 + kEvents] += 1.0;
+    health_[3 + kEvents] = std::max(health_[3 + kEvents], took);
+  }
+
+  Steadiness after() const { return sensor_.after(before_); }
+  const double* wrench() const { return contacts_.wrench; }
+  const double* health() const { return health_; }
+  AnySensor& sensor() { return sensor_; }
+  int geom() const { return geom_; }
+  const std::shared_ptr<Context>& context() const { return context_; }
+
+ private:
+  // MuJoCo leaves out the contacts of what sleeps: it has not moved, and presses as it did.
+  bool keep_sleeping(const Model*, const Data* data) {
+    sleeping_.clear();
+    // A simulation that was reset, or set to a state without contact, has forgotten what touched.
+    if (layout.data_body_awake < 0 || (before_.pose == 0.0 && before_.steps == 0.0)) return false;
+    const int* awake = field<const int*>(data, layout.data_body_awake);
+    for (std::size_t i = 0; i < contacts_.count; ++i) {
+      const int body = contacts_.touches[i].body;
+      if (body >= 0 && awake[body] == kAsleep) sleeping_.push_back(contacts_.touches[i]);
+    }
+    return !sleeping_.empty();
+  }
+  void add_sleeping() {
+    for (const Touch& touch : sleeping_) {
+      const auto end = contacts_.touches.begin() + static_cast<std::ptrdiff_t>(contacts_.count);
+      if (std::any_of(contacts_.touches.begin(), end, [&](const Touch& one) { return one.body == touch.body; })) continue;
+      contacts_.touches.insert(end, touch);
+      ++contacts_.count;
+      for (int k = 0; k < 6; ++k) contacts_.wrench[k] += touch.wrench[k];
+    }
+    std::sort(contacts_.touches.begin(), contacts_.touches.begin() + static_cast<std::ptrdiff_t>(contacts_.count),
+              [](const Touch& a, const Touch& b) { return a.body < b.body; });
+  }
+
+  int geom_;
+  std::shared_ptr<Context> context_;
+  ModelGeometry geometry_;
+  AnySensor sensor_;
+  Steadiness before_;
+  Contacts contacts_;
+  std::vector<Touch> sleeping_;
+  double health_[MJT_HEALTH] = {};
+};
+
+// One sensor in one simulation.
 class Instance {
  public:
   Instance(const mjt_instance& resolved, int geom, std::vector<int> addresses, std::shared_ptr<Context> context)
-      : resolved_(resolved),
-        geom_(geom),
-        addresses_(std::move(addresses)),
-        context_(std::move(context)),
-        host_(python.host, context_->number),
-        sensor_(resolved.pad->pad,
-                {static_cast<Law>(resolved.law), resolved.tilting != 0, resolved.friction,
-                 static_cast<std::size_t>(resolved.cells)},
-                resolved.native != 0,
-                resolved.tolerance) {
+      : resolved_(resolved), addresses_(std::move(addresses)), reader_(resolved, geom, std::move(context)) {
     const int* outputs = resolved_.outputs;
     needs_stress_ = resolved_.visual != 0 || std::any_of(outputs, outputs + resolved_.output_count,
                                                          [](int output) { return output != MJT_WRENCH; });
   }
+  void prepare(const Model* model) { reader_.prepare(model); }
+  void take_sleeping(const Instance& other) { reader_.take_sleeping(other.reader_); }
   // The same pad in another simulation, which keeps memory of its own.
   std::unique_ptr<Instance> another() const {
-    return std::make_unique<Instance>(resolved_, geom_, addresses_, context_);
+    auto made = std::make_unique<Instance>(resolved_, reader_.geom(), addresses_, reader_.context());
+    made->reader_.take_sleeping(reader_);
+    return made;
   }
 
   void compute(const Model* model, Data* data, const double* state) {
-    gather(layout, functions, model, data, geom_, touches_);
-    std::fill(wrench_, wrench_ + 6, 0.0);
-    for (const Touch& touch : touches_) {
-      for (int k = 0; k < 6; ++k) wrench_[k] += touch.wrench[k];
-    }
-    if (needs_stress_) press(state);
+    reader_.read(model, data, {state[0], state[1]}, needs_stress_);
     double* sensordata = field<double*>(data, layout.data_sensordata);
     for (const int address : addresses_) {
       double* to = sensordata + address;
@@ -77,19 +210,21 @@ class Instance {
 
   void advance(double* state) const {
     if (!needs_stress_) return;
-    const Steadiness after = sensor_.after(before_);
+    const Steadiness after = reader_.after();
     state[0] = after.pose;
     state[1] = after.steps;
   }
 
+  const double* health() const { return reader_.health(); }
+
   void visualize(const Model* model, const Data* data, Scene* scene) {
     if (resolved_.visual == 0) return;
     readings_.resize(static_cast<std::size_t>(resolved_.taxels));
-    sensor_.readings(readings_.data());
+    reader_.sensor().readings(readings_.data());
     const std::size_t surface = static_cast<std::size_t>(resolved_.rows * resolved_.columns);
     const double most = *std::max_element(readings_.begin(), readings_.begin() + static_cast<std::ptrdiff_t>(surface));
     if (!(most > 0.0)) return;
-    const Frame frame = pad_frame(layout, model, data, geom_);
+    const Frame frame = pad_frame(layout, model, data, reader_.geom());
     const double size[3] = {kTileShare * resolved_.pitch[0], kTileShare * resolved_.pitch[1], kTileThickness / 2};
     int& count = field<int>(scene, layout.scene_ngeom);
     char* geoms = field<char*>(scene, layout.scene_geoms);
@@ -113,39 +248,29 @@ class Instance {
   }
 
  private:
-  void press(const double* state) {
-    // Flexes have no footprint that is modelled; their wrench counts all the same.
-    const Touch* first = touches_.data();
-    std::size_t count = touches_.size();
-    if (count > 0 && first->body < 0) ++first, --count;
-    before_ = {state[0], state[1]};
-    sensor_.press(first, count, before_, host_);
-  }
-
   double* write(int output, double* to) {
     switch (output) {
       case MJT_STRESS:
-        sensor_.stress(to);
+        reader_.sensor().stress(to);
         return to + kTensor * static_cast<std::size_t>(resolved_.taxels);
       case MJT_WRENCH:
-        return std::copy(wrench_, wrench_ + 6, to);
+        return std::copy(reader_.wrench(), reader_.wrench() + 6, to);
+      case MJT_CARRIED:
+        return std::copy(reader_.sensor().pressed().carried, reader_.sensor().pressed().carried + 6, to);
+      case MJT_RANGE:
+        *to = reader_.sensor().pressed().range;
+        return to + 1;
       default:
-        sensor_.readings(to);
+        reader_.sensor().readings(to);
         return to + resolved_.taxels;
     }
   }
 
   mjt_instance resolved_;
-  int geom_;
   std::vector<int> addresses_;
-  std::shared_ptr<Context> context_;
-  CallbackHost host_;
-  AnySensor sensor_;
+  Reader reader_;
   bool needs_stress_ = true;  // or contact forces alone, which MuJoCo has solved
-  Steadiness before_;
-  std::vector<Touch> touches_;
   std::vector<double> readings_;
-  double wrench_[6] = {};
 };
 
 // Instances by simulation. MuJoCo has a place for a pointer in each mjData, but a simulation restored from a pickle
@@ -203,6 +328,21 @@ bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved)
   return python.resolve(geom < 0 ? nullptr : static_cast<const void*>(model), geom, values, &resolved) != 0;
 }
 
+// A geom that may collide with the pad but cannot be looked at, or -1.
+int unseen_geom(const Model* model, int pad) {
+  const int* contype = field<const int*>(model, layout.model_geom_contype);
+  const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
+  const int* body = field<const int*>(model, layout.model_geom_bodyid);
+  for (int k = 0; k < field<int>(model, layout.model_nbody); ++k) {
+    const int first = field<const int*>(model, layout.model_body_geomadr)[k];
+    for (int geom = first; geom < first + field<const int*>(model, layout.model_body_geomnum)[k]; ++geom) {
+      const bool collides = (contype[geom] & conaffinity[pad]) != 0 || (contype[pad] & conaffinity[geom]) != 0;
+      if (collides && body[geom] != body[pad] && !can_be_seen(layout, model, geom)) return geom;
+    }
+  }
+  return -1;
+}
+
 int nstate(const Model*, int) { return 2; }
 
 int nsensordata(const Model* model, int instance, int) {
@@ -211,7 +351,10 @@ int nsensordata(const Model* model, int instance, int) {
   int size = 0;
   for (int i = 0; i < resolved.output_count; ++i) {
     const int output = resolved.outputs[i];
-    size += output == MJT_WRENCH ? 6 : output == MJT_STRESS ? static_cast<int>(kTensor) * resolved.taxels : resolved.taxels;
+    size += output == MJT_WRENCH || output == MJT_CARRIED ? 6
+            : output == MJT_RANGE                         ? 1
+            : output == MJT_STRESS                        ? static_cast<int>(kTensor) * resolved.taxels
+                                                          : resolved.taxels;
   }
   return size;
 }
@@ -236,23 +379,35 @@ int init(const Model* model, Data* data, int instance) {
                             "plugin=\"mjtactile.pad\" objtype=\"geom\" objname=\"...\"/></sensor>.");
     return -1;
   }
+  if (const int unseen = unseen_geom(model, geom); unseen >= 0) {
+    const char* names = field<const char*>(model, layout.model_names);
+    functions.warning("mjtactile.pad: geom number %d ('%s') collides with the pad, but has neither a mesh nor a shape to look "
+                      "at. Give it a mesh, or keep it from colliding with the pad by contype and conaffinity.",
+                      unseen, names + field<const int*>(model, layout.model_name_geomadr)[unseen]);
+    return -1;
+  }
   mjt_instance resolved;
   if (!resolve(model, instance, geom, resolved)) {
     functions.warning("%s", resolved.error);
     return -1;
   }
-  registry().keep(data, instance,
-                  std::make_unique<Instance>(resolved, geom, std::move(addresses),
-                                             std::make_shared<Context>(resolved.context)));
+  auto made = std::make_unique<Instance>(resolved, geom, std::move(addresses),
+                                         std::make_shared<Context>(resolved.context));
+  made->prepare(model);
+  registry().keep(data, instance, std::move(made));
   return 0;
 }
 
 void destroy(Data* data, int instance) { registry().drop(data, instance); }
 
-// Every simulation keeps its own memory, the state is MuJoCo's: only a copy that was made without `init` needs more.
+// Every simulation keeps its own memory, the state is MuJoCo's: a copy needs what sleeps on the pad besides, and one that
+// was made without `init` all of it.
 void copy(Data* to, const Model*, const Data* from, int instance) {
   const Instance* original = registry().find(from, instance);
-  if (original != nullptr && registry().find(to, instance) == nullptr) {
+  if (original == nullptr) return;
+  if (Instance* known = registry().find(to, instance)) {
+    known->take_sleeping(*original);
+  } else {
     registry().keep(to, instance, original->another());
   }
 }
@@ -283,7 +438,52 @@ size_t mjt_plugin_attributes(const char* const** names) {
   return kAttributeCount;
 }
 
-void mjt_plugin_leave(void) { python.release = nullptr; }
+void mjt_plugin_leave(void) {
+  python.release = nullptr;
+  python.schedule = nullptr;
+}
+
+int mjt_plugin_next_note(mjt_note* note) { return notes().next(*note) ? 1 : 0; }
+
+int mjt_plugin_health(const void* data, int instance, double* health) {
+  const Instance* found = registry().find(static_cast<const Data*>(data), instance);
+  if (found == nullptr) return 0;
+  std::copy(found->health(), found->health() + MJT_HEALTH, health);
+  return 1;
+}
+
+struct mjt_reader {
+  Reader reader;
+};
+
+mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom) {
+  return new mjt_reader{Reader(*instance, geom, std::make_shared<Context>(instance->context))};
+}
+
+void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,
+                     double* forces, double* wrench, double* carried, double* state) {
+  Reader& own = reader->reader;
+  AnySensor& sensor = own.sensor();
+  sensor.keep_nodal_forces(forces != nullptr);
+  // No state is kept here: whether a pose is steady is not known, and what sleeps is what was read last.
+  own.read(static_cast<const Model*>(model), static_cast<const Data*>(data), {1.0, 0.0}, true);
+  if (readings != nullptr) sensor.readings(readings);
+  if (stress != nullptr) sensor.stress(stress);
+  if (forces != nullptr) std::copy(sensor.nodal_forces().begin(), sensor.nodal_forces().end(), forces);
+  if (wrench != nullptr) std::copy(own.wrench(), own.wrench() + 6, wrench);
+  if (carried != nullptr) std::copy(sensor.pressed().carried, sensor.pressed().carried + 6, carried);
+  if (state != nullptr) {
+    const Pressed& pressed = sensor.pressed();
+    const double numbers[4] = {pressed.range, pressed.indentation, pressed.area, pressed.peak};
+    std::copy(numbers, numbers + 4, state);
+  }
+}
+
+void mjt_reader_health(const mjt_reader* reader, double* health) {
+  std::copy(reader->reader.health(), reader->reader.health() + MJT_HEALTH, health);
+}
+
+void mjt_reader_free(mjt_reader* reader) { delete reader; }
 
 int mjt_plugin_register(const int64_t* offsets, size_t layout_count, const void* const* pointers,
                         size_t function_count, const mjt_plugin_host* host) {

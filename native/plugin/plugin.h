@@ -1,4 +1,4 @@
-/* The sensor plugin "mjtactile.pad" as Python registers it. */
+/* The sensor plugin "mjtactile.pad" as Python registers it, and the same pad read without a sensor. */
 #pragma once
 
 #include <stddef.h>
@@ -7,25 +7,36 @@
 #include "api.h"
 
 /* Outputs of a sensor, in the order they were asked for. */
-enum { MJT_VON_MISES = 0, MJT_STRESS = 1, MJT_WRENCH = 2, MJT_MOST_OUTPUTS = 3 };
+enum { MJT_VON_MISES = 0, MJT_STRESS = 1, MJT_WRENCH = 2, MJT_CARRIED = 3, MJT_RANGE = 4, MJT_MOST_OUTPUTS = 5 };
 
 /* What the attributes of one instance mean. */
 typedef struct mjt_instance {
   const mjt_pad* pad;
   int64_t context;   /* of the host */
-  double friction, tolerance;
+  double friction, tolerance, facing_gap, strength;
   int taxels, layers, rows, columns;
   double pitch[2], centre[2]; /* of the taxels [m] */
-  int law, cells, tilting, native, visual, output_count;
+  int law, tangential, cells, tilting, visual, output_count;
   int outputs[MJT_MOST_OUTPUTS];
   char error[1024];
 } mjt_instance;
 
-/* Python's part. `model` null: only what the output's size takes. 0 where the attributes are wrong, and the error. */
+/* Something to warn of, once for every sensor, body and event: 0 beyond the range of small strains, 1 not carried,
+   2 bounded, 3 refused (Event). Body -1: a flex. Pressure [Pa], approach [m]. */
+typedef struct mjt_note {
+  int64_t context;
+  int event, body;
+  double pressure, approach;
+} mjt_note;
+
+/* Python's part; none of it is called from within a step. */
 typedef struct mjt_plugin_host {
+  /* `model` null: only what the output's size takes. 0 where the attributes are wrong, and the error. */
   int (*resolve)(const void* model, int geom, const char* const* values, mjt_instance* instance);
   void (*release)(int64_t context);
-  mjt_host host;
+  /* Have `deliver` called when Python runs next (Py_AddPendingCall); it fetches what there is to warn of. */
+  int (*schedule)(int (*deliver)(void*), void* argument);
+  int (*deliver)(void* argument);
 } mjt_plugin_host;
 
 /* Names of the attributes, in the order their values reach `resolve`. */
@@ -35,3 +46,20 @@ MJT_API int mjt_plugin_register(const int64_t* layout, size_t layout_count, cons
                                 size_t function_count, const mjt_plugin_host* host);
 /* Python is about to end: what is destroyed from now on is not released there. */
 MJT_API void mjt_plugin_leave(void);
+/* The next thing to warn of; 0 where there is none. */
+MJT_API int mjt_plugin_next_note(mjt_note* note);
+
+/* Counts of one sensor in one simulation since it was made: readings with contact; contacts beyond the range, not
+   carried, bounded, refused; readings that took over 1 ms, over 5 ms; and the longest [s]. 0 where there is none. */
+enum { MJT_HEALTH = 8 };
+MJT_API int mjt_plugin_health(const void* data, int instance, double* health);
+
+/* A pad of a model read without a sensor. Readings (taxels), stress (6, taxels), nodal forces (nodes y, nodes x, 3),
+   wrench (6), carried (6), and state: range, indentation [m], area under pressure [m^2], largest pressure [Pa]; each may
+   be null. */
+struct mjt_reader;
+MJT_API mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom);
+MJT_API void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,
+                             double* forces, double* wrench, double* carried, double* state);
+MJT_API void mjt_reader_health(const mjt_reader* reader, double* health);
+MJT_API void mjt_reader_free(mjt_reader* reader);

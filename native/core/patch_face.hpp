@@ -1,0 +1,75 @@
+// Contact cells under a body of any shape: rectangles of lattices, one lattice for every spot where it may touch.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "face.hpp"
+#include "height_map.hpp"
+#include "lattice.hpp"
+#include "tangential.hpp"
+
+namespace mjtactile {
+
+class PatchFace {
+ public:
+  // Begin anew.
+  void clear();
+  // Add those cells of a lattice over which the body is and stands below a height: over `plane` (slopes about a point),
+  // counted from `lowest` [m]. Of a cell of which that holds for a part, the rectangle of the same area, middle and inertia
+  // as that part stands in. Cells in the regions `taken` by others are left out. False if there are none.
+  struct View {
+    const HeightMap* map;
+    double slopes[2];
+    Point middle;
+    double lowest, highest;
+  };
+  bool add(const Lattice& lattice, const View& view, const std::vector<Region>& taken);
+  // Let a region end where the body, on the lines through its middle, is no longer over it or stands too high.
+  void trim(const View& view, Region& region) const;
+  // Integrals over pairs of cells and edges, after the last lattice.
+  void finish(const Rectangle& sheet);
+
+  // Integrals of shear over pairs of cells, along the pad's axes: in closed form over each cell itself, point by point of
+  // parts of both over others.
+  void integrate_shear(ShearIntegrals& integrals) const;
+  // The cells as a face in the pad frame, and mean heights of the body over each, seen from the view's plane [m].
+  const Face& face() const { return face_; }
+  const std::vector<double>& heights() const { return heights_; }
+  // Whether a whole pressed cell lies at the end of its lattice while the body goes on as low beyond it.
+  bool is_too_small(const View& view, const std::vector<std::uint8_t>& pressed) const;
+
+ private:
+  struct Cell {
+    std::size_t lattice;
+    std::uint32_t place;      // in its lattice
+    bool whole;
+    double cosine, sine;      // of the direction of the rectangle that stands for it
+    double sides[2];          // and its sides [m]
+  };
+  struct Covered {            // the part of a cell that counts, in the lattice's axes from the cell's middle
+    double area, x, y, xx, xy, yy;   // [m^2], [m], [m^2]
+  };
+  double seen(const View& view, const Point& at) const;
+  bool cover(const Lattice& lattice, const View& view, double column, double row, const double* over,
+             Covered& covered) const;
+  // Lines through the cell in one direction; how many of them meet the part.
+  int sweep(const Lattice& lattice, const View& view, double column, double row, bool along, const double* over,
+            Covered& sum) const;
+  bool search_ends(const Lattice& lattice, const View& view, double column, double row, bool along, double line,
+                   double& low, double& high) const;
+  double mean_height(const View& view, const Cell& cell, const Point& middle) const;
+  std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
+  void integrate();
+  void add_edges();
+
+  Face face_;
+  std::vector<Lattice> lattices_;
+  std::vector<std::size_t> firsts_;      // where each lattice's places begin
+  std::vector<std::int32_t> places_;     // of the lattices' cells among the face's, -1 for none
+  std::vector<Cell> cells_;
+  std::vector<double> heights_, offsets_, nodes_;
+};
+
+}  // namespace mjtactile

@@ -1,0 +1,190 @@
+#include "patch_press.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+// Looks at a contact, each from the motion that the last one found.
+constexpr int kLooks = 4;
+// Cells reach up to where the body stands this many times as high as the level of the spots, at first and at most.
+constexpr double kGenerous = 2.5, kMostGenerous = 64.0;
+// Cells that stand lower than this share of the level are likely to be pressed.
+constexpr double kLikely = 0.8;
+// Area of the cells over what the force needs at the pad's strength.
+constexpr double kSpareArea = 3.0;
+// Wanted cells lie under the level; with what is above it and under rims, so many times as many may be used.
+constexpr double kMostCells = 2.0;
+constexpr std::size_t kMoreCells = 24;
+// What a spot fills of its rectangle when it is an ellipse; rings and the like fill less, and take more cells.
+constexpr double kFilled = 0.7, kMostFor = 3.0;
+// A spot that fills less of its rectangle than this is narrow and bent; cells that a line askew to them meets, over those
+// along it.
+constexpr double kOpen = 0.5, kAskew = 1.27;
+// Cells are made larger up to this factor where they come out too many.
+constexpr double kCoarsest = 12.0;
+// A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
+// than this many levels at once.
+constexpr double kSmallTilt = 0.2, kMostTilt = 2.0;
+// Share of the cells that must be pressed.
+constexpr double kLeastPressed = 0.12;
+// A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
+constexpr double kNearRim = 0.15, kStrip = 3.0;
+
+// Centre a region on a point no further from its middle than a cell: of symmetric bodies it is their middle, and where
+// a body slides the cells go with it.
+void centre_on(const Point& at, double cell, Region& region) {
+  const double c = std::cos(region.angle), s = std::sin(region.angle);
+  const double x = at.x - region.centre.x, y = at.y - region.centre.y;
+  const double along = c * x + s * y, across = c * y - s * x;
+  if (std::abs(along) <= cell) {
+    region.centre.x += along * c, region.centre.y += along * s;
+    region.width += 2.0 * std::abs(along);
+  }
+  if (std::abs(across) <= std::min(cell, region.height / 4)) {
+    region.centre.x -= across * s, region.centre.y += across * c;
+    region.height += 2.0 * std::abs(across);
+  }
+}
+
+}  // namespace
+
+bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
+                       const LawOptions& options, const double* wrench, CellContact::Workspace& workspace) {
+  if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
+  SearchLoad load;
+  load.force = -wrench[2];
+  load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
+  load.modulus = 1.0 / (kPi * compliance.factor());
+  load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
+  View view = {{{0.0, 0.0}, load.through}, kGenerous};
+  if (options.tilting) view.plane = first_plane(load);
+  bool found = false;
+  for (int look = 0; look < kLooks; ++look) {
+    spots_ = search_.find(map, view.plane, load);
+    if (look == 0 && options.tilting && !search_.supported(load)) {
+      // The body leans: it tilts until the force passes through what it rests on.
+      view.plane = search_.resting(load);
+      spots_ = search_.find(map, view.plane, load);
+    }
+    if (!add_cells(map, sheet, options, view)) return found;
+    contact_.place(cells_.face(), kHere, compliance, options, workspace);
+    heights_ = cells_.heights();
+    start_.clear();
+    for (const double height : heights_) start_.push_back(height <= kLikely * search_.level() ? 1 : 0);
+    const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
+    contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
+    found = true;
+    if (!contact_.exact() || !next_view(view)) break;
+  }
+  return true;
+}
+
+// A load that passes close to the rim tilts the body about it, onto a strip along the rim.
+Plane PatchPress::first_plane(const SearchLoad& load) {
+  Plane plane = {{0.0, 0.0}, load.through};
+  const Rim rim = search_.rim(load);
+  if (!(rim.distance < kNearRim * rim.depth)) return plane;
+  const double strip = kStrip * std::max(rim.distance, 1e-3 * rim.depth);
+  const double level = load.force / (load.modulus * (rim.length + strip));
+  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * rim.inward[k];
+  return plane;
+}
+
+void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
+                             const std::vector<double>& sunk, CellContact::Workspace& workspace) {
+  heights_ = cells_.heights();
+  for (std::size_t i = 0; i < heights_.size(); ++i) heights_[i] += sunk[i];
+  const std::vector<std::uint8_t> start = contact_.pressed();
+  contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), start.data());
+}
+
+bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
+  seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
+           search_.level() * view.generosity};
+  // Long, bent and open spots take more cells, and several spots more than one.
+  double wanted = 0.0;
+  for (const Spot& spot : spots_) {
+    const double filled = spot.area / spot.region.area();
+    wanted += static_cast<double>(options.cells) * std::min(std::max(kFilled / filled, 1.0), kMostFor);
+  }
+  const double most = kMostCells * static_cast<double>(options.cells) + static_cast<double>(kMoreCells);
+  wanted = std::min(wanted, most);
+  for (double coarser = 1.0; coarser <= kCoarsest; coarser *= 1.5) {
+    lay_cells(options, view, wanted, coarser);
+    if (static_cast<double>(cells_.heights().size()) <= most) break;
+  }
+  if (cells_.heights().empty()) return false;
+  cells_.finish(sheet);
+  return true;
+}
+
+// Cells on all spots, larger by a factor than wanted.
+void PatchPress::lay_cells(const LawOptions& options, const View& view, double wanted, double coarser) {
+  const double wider = std::sqrt(view.generosity) * 1.1;
+  double roots = 0.0;
+  for (const Spot& spot : spots_) roots += std::sqrt(spot.area);
+  cells_.clear();
+  for (std::size_t k = 0; k < spots_.size(); ++k) {
+    const Spot& spot = spots_[k];
+    Region region = spot.region.lengthwise();
+    const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
+    double cell = coarser * spot.area * std::sqrt(view.generosity) / share;
+    // So many cells of one size lie along a line that runs askew to them.
+    const double askew = coarser * kAskew * spot.length / share;
+    if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
+    const double margin = (wider - 1.0) * spot.area / region.width;
+    region.width += margin;
+    region.height += margin;
+    cells_.trim(seen_, region);
+    if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
+    taken_.clear();
+    for (std::size_t other = 0; other < spots_.size(); ++other) {
+      const Region& its = spots_[other].region;
+      if (other != k && (its.area() < spot.region.area() || (its.area() == spot.region.area() && other < k))) {
+        taken_.push_back(its);
+      }
+    }
+    cells_.add(region.lattice(cell, options.narrowest), seen_, taken_);
+  }
+}
+
+// How to look next; false where the contact found is the one that was looked at: not at the rim of its cells, on enough
+// of them, and not tilted away from them.
+bool PatchPress::next_view(View& view) const {
+  const double* slopes = contact_.slopes();
+  std::size_t pressed = 0;
+  double least = kNowhere, most = -kNowhere;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    if (!contact_.pressed()[i]) continue;
+    ++pressed;
+    const Point& at = cells_.face().centroids[i];
+    const double lift = slopes[0] * at.x + slopes[1] * at.y;
+    least = std::min(least, lift);
+    most = std::max(most, lift);
+  }
+  const double level = std::max(search_.level(), contact_.indentation());
+  const double lifted = pressed > 0 ? most - least : 0.0;
+  const bool tilted = lifted > kSmallTilt * level;
+  const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
+  const bool small = cells_.is_too_small(seen_, contact_.pressed());
+  if (tilted) {
+    const double share = std::min(1.0, kMostTilt * level / lifted);
+    view.plane.slopes[0] += share * slopes[0];
+    view.plane.slopes[1] += share * slopes[1];
+    return true;
+  }
+  if (small && view.generosity < kMostGenerous) {
+    view.generosity *= 2.0;
+    return true;
+  }
+  if (few && view.generosity >= kGenerous) {
+    view.generosity /= 2.0;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace mjtactile

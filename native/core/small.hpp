@@ -1,0 +1,20 @@
+// Symmetric systems of a few unknowns, of which some motions may be open.
+#pragma once
+
+#include <cstddef>
+
+namespace mjtactile {
+
+constexpr std::size_t kMostSmall = 6;
+
+// Scalar product of two vectors.
+double dot(const double* a, const double* b, std::size_t count);
+
+// Eigenvalues (in no order) and unit eigenvectors, as columns, of a symmetric matrix (size, size), at most kMostSmall.
+void symmetric_eigen(std::size_t size, const double* matrix, double* values, double* vectors);
+
+// The inverse of a positive semidefinite matrix on the directions whose eigenvalues are more than `least` of the
+// largest, and zero on the others.
+void pseudo_inverse(std::size_t size, const double* matrix, double least, double* inverse);
+
+}  // namespace mjtactile

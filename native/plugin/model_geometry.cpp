@@ -1,0 +1,202 @@
+#include "model_geometry.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+
+namespace mjtactile::mujoco {
+namespace {
+
+// Geoms whose names end so press in place of those that collide.
+constexpr char kShown[] = "_tactile";
+
+std::uint64_t hash_of(std::uint64_t hash, const void* bytes, std::size_t count) {
+  const auto* at = static_cast<const unsigned char*>(bytes);
+  for (; count >= 8; count -= 8, at += 8) {
+    std::uint64_t word;
+    std::memcpy(&word, at, 8);
+    hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 29;
+  }
+  for (; count > 0; --count, ++at) hash = (hash ^ *at) * 1099511628211u;
+  return hash;
+}
+
+// Meshes of all pads of this process, with their flat facets: as long as some body has them.
+struct SharedMesh {
+  TriangleMesh mesh;
+  std::vector<Facet> facets;
+};
+
+template <typename Make>
+std::shared_ptr<const SharedMesh> shared_mesh(std::uint64_t key, double facing_gap, Make&& make) {
+  static std::mutex mutex;
+  static auto* const known = new std::unordered_map<std::uint64_t, std::weak_ptr<const SharedMesh>>;
+  const std::lock_guard<std::mutex> lock(mutex);
+  auto& place = (*known)[key];
+  std::shared_ptr<const SharedMesh> found = place.lock();
+  if (found == nullptr) {
+    auto made = std::make_shared<SharedMesh>();
+    made->mesh = make();
+    made->facets = flat_facets(made->mesh, facing_gap);
+    place = found = std::move(made);
+  }
+  return found;
+}
+
+Pose pose_of(const double* position, const double* quaternion) {
+  const double w = quaternion[0], x = quaternion[1], y = quaternion[2], z = quaternion[3];
+  Pose pose;
+  std::copy(position, position + 3, pose.position);
+  const double rotation[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                              2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                              2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)};
+  std::copy(rotation, rotation + 9, pose.rotation);
+  return pose;
+}
+
+}  // namespace
+
+bool ModelGeometry::Geom::operator==(const Geom& other) const {
+  return number == other.number && kind == other.kind && data == other.data && heights == other.heights &&
+         std::equal(size, size + 3, other.size) && std::equal(position, position + 3, other.position) &&
+         std::equal(orientation, orientation + 4, other.orientation);
+}
+
+bool can_be_seen(const Layout& layout, const Model* model, int geom) {
+  const int kind = field<const int*>(model, layout.model_geom_type)[geom];
+  const int data = field<const int*>(model, layout.model_geom_dataid)[geom];
+  if (kind == kMesh || kind == kSdf) return data >= 0 && field<const int*>(model, layout.model_mesh_facenum)[data] > 0;
+  return kind >= kPlane && kind <= kSdf;
+}
+
+std::shared_ptr<BodyGeometry> ModelGeometry::body(const Model* model, int body, int pad_geom) {
+  choose(model, body, pad_geom);
+  Known& known = known_[body];
+  if (known.geometry == nullptr || !(known.geoms == geoms_)) {
+    known.geoms = geoms_;
+    known.geometry = geoms_.empty() ? nullptr : make(model);
+  }
+  return known.geometry;
+}
+
+void ModelGeometry::prepare(const Model* model, int pad_geom) {
+  const int own = field<const int*>(model, layout_->model_geom_bodyid)[pad_geom];
+  for (int k = 0; k < field<int>(model, layout_->model_nbody); ++k) {
+    if (k != own) body(model, k, pad_geom);
+  }
+}
+
+void ModelGeometry::choose(const Model* model, int body, int pad_geom) {
+  const Layout& layout = *layout_;
+  const int first = field<const int*>(model, layout.model_body_geomadr)[body];
+  const int count = field<const int*>(model, layout.model_body_geomnum)[body];
+  const int* contype = field<const int*>(model, layout.model_geom_contype);
+  const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
+  const int* pair[2] = {field<const int*>(model, layout.model_pair_geom1),
+                        field<const int*>(model, layout.model_pair_geom2)};
+  const int pairs = field<int>(model, layout.model_npair);
+  const char* names = field<const char*>(model, layout.model_names);
+  const int* name = field<const int*>(model, layout.model_name_geomadr);
+  geoms_.clear();
+  shown_.clear();
+  for (int geom = first; geom < first + count; ++geom) {
+    if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
+    const std::size_t length = std::strlen(names + name[geom]), ending = sizeof kShown - 1;
+    if (length >= ending && std::strcmp(names + name[geom] + length - ending, kShown) == 0) shown_.push_back(geom);
+  }
+  if (!shown_.empty()) {
+    for (const int geom : shown_) geoms_.push_back(describe(model, geom));
+    return;
+  }
+  for (int geom = first; geom < first + count; ++geom) {
+    if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
+    bool collides = (contype[geom] & conaffinity[pad_geom]) != 0 || (contype[pad_geom] & conaffinity[geom]) != 0;
+    for (int i = 0; !collides && i < pairs; ++i) {
+      collides = (pair[0][i] == geom && pair[1][i] == pad_geom) || (pair[1][i] == geom && pair[0][i] == pad_geom);
+    }
+    if (collides) geoms_.push_back(describe(model, geom));
+  }
+}
+
+ModelGeometry::Geom ModelGeometry::describe(const Model* model, int geom) const {
+  const Layout& layout = *layout_;
+  Geom made = {};
+  made.number = geom;
+  made.kind = field<const int*>(model, layout.model_geom_type)[geom];
+  made.data = field<const int*>(model, layout.model_geom_dataid)[geom];
+  const bool sized = made.kind != kMesh && made.kind != kSdf && made.kind != kHeightField && made.kind != kPlane;
+  const double* size = field<const double*>(model, layout.model_geom_size) + 3 * geom;
+  if (sized) std::copy(size, size + 3, made.size);
+  const double* position = field<const double*>(model, layout.model_geom_pos) + 3 * geom;
+  const double* orientation = field<const double*>(model, layout.model_geom_quat) + 4 * geom;
+  std::copy(position, position + 3, made.position);
+  std::copy(orientation, orientation + 4, made.orientation);
+  if (made.kind == kHeightField) {
+    const int rows = field<const int*>(model, layout.model_hfield_nrow)[made.data];
+    const int columns = field<const int*>(model, layout.model_hfield_ncol)[made.data];
+    const float* data = field<const float*>(model, layout.model_hfield_data) +
+                        field<const int*>(model, layout.model_hfield_adr)[made.data];
+    const double* extent = field<const double*>(model, layout.model_hfield_size) + 4 * made.data;
+    made.heights = hash_of(hash_of(1, data, sizeof(float) * static_cast<std::size_t>(rows * columns)), extent,
+                           4 * sizeof(double));
+  }
+  return made;
+}
+
+std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
+  const Layout& layout = *layout_;
+  std::vector<Shape> shapes;
+  std::vector<std::shared_ptr<const SharedMesh>> kept;
+  std::vector<const std::vector<Facet>*> facets;
+  for (const Geom& geom : geoms_) {
+    Shape shape = {ShapeKind::half_space, {geom.size[0], geom.size[1], geom.size[2]},
+                   pose_of(geom.position, geom.orientation), nullptr};
+    std::shared_ptr<const SharedMesh> mesh;
+    switch (geom.kind) {
+      case kSphere:
+        shape.kind = ShapeKind::ellipsoid;
+        shape.size[1] = shape.size[2] = shape.size[0];
+        break;
+      case kEllipsoid: shape.kind = ShapeKind::ellipsoid; break;
+      case kCapsule: shape.kind = ShapeKind::capsule; break;
+      case kCylinder: shape.kind = ShapeKind::cylinder; break;
+      case kBox: shape.kind = ShapeKind::box; break;
+      case kHeightField: {
+        const auto rows = static_cast<std::size_t>(field<const int*>(model, layout.model_hfield_nrow)[geom.data]);
+        const auto columns = static_cast<std::size_t>(field<const int*>(model, layout.model_hfield_ncol)[geom.data]);
+        const float* data = field<const float*>(model, layout.model_hfield_data) +
+                            field<const int*>(model, layout.model_hfield_adr)[geom.data];
+        const double* size = field<const double*>(model, layout.model_hfield_size) + 4 * geom.data;
+        mesh = shared_mesh(hash_of(hash_of(geom.heights, &rows, sizeof rows), &columns, sizeof columns),
+                           limits_.facing_gap, [&] { return make_height_field(rows, columns, size, data); });
+        break;
+      }
+      case kMesh:
+      case kSdf: {
+        const auto vertices = static_cast<std::size_t>(field<const int*>(model, layout.model_mesh_vertnum)[geom.data]);
+        const auto count = static_cast<std::size_t>(field<const int*>(model, layout.model_mesh_facenum)[geom.data]);
+        const float* vertex = field<const float*>(model, layout.model_mesh_vert) +
+                              3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_vertadr)[geom.data]);
+        const int* face = field<const int*>(model, layout.model_mesh_face) +
+                          3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_faceadr)[geom.data]);
+        const std::uint64_t key = hash_of(hash_of(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
+        mesh = shared_mesh(key, limits_.facing_gap, [&] { return make_mesh(vertex, vertices, face, count); });
+        break;
+      }
+      default: break;
+    }
+    if (mesh != nullptr) {
+      shape.kind = ShapeKind::triangles;
+      shape.mesh = std::shared_ptr<const TriangleMesh>(mesh, &mesh->mesh);
+    }
+    facets.push_back(mesh == nullptr ? nullptr : &mesh->facets);
+    kept.push_back(std::move(mesh));
+    shapes.push_back(std::move(shape));
+  }
+  return std::make_shared<BodyGeometry>(std::move(shapes), facets, limits_);
+}
+
+}  // namespace mjtactile::mujoco
