@@ -52,8 +52,10 @@ if TYPE_CHECKING:
     from mjtactile.influence import InfluenceMatrices, load_influence
     from mjtactile.load import ContactState, SurfaceLoad
     from mjtactile.mesh import MESHES, MeshDensity
+    from mjtactile.native_host import Health, set_warnings
     from mjtactile.pad import Layer, Pad, TaxelGrid
-    from mjtactile.plugin_attributes import register_pad
+    from mjtactile.pad_json import pad_text
+    from mjtactile.plugin_attributes import plugin_health, register_pad
     from mjtactile.preset import PRESETS, Fidelity
     from mjtactile.scene import PressResult, force_vector, press, press_scene
     from mjtactile.sensor import TactileSensor
@@ -104,7 +106,9 @@ _MODULE_OF = {
         "load": ("ContactState", "SurfaceLoad"),
         "mesh": ("MESHES", "MeshDensity"),
         "pad": ("Layer", "Pad", "TaxelGrid"),
-        "plugin_attributes": ("register_pad",),
+        "pad_json": ("pad_text",),
+        "native_host": ("Health", "set_warnings"),
+        "plugin_attributes": ("plugin_health", "register_pad"),
         "preset": ("PRESETS", "Fidelity"),
         "scene": ("PressResult", "force_vector", "press", "press_scene"),
         "sensor": ("TactileSensor",),
@@ -124,6 +128,7 @@ __all__ = [
     "Fidelity",
     "Footprint",
     "FootprintError",
+    "Health",
     "Indenter",
     "IndenterError",
     "InfluenceError",
@@ -157,11 +162,14 @@ __all__ = [
     "influence_matrices",
     "load_influence",
     "mesh_indenter",
+    "pad_text",
+    "plugin_health",
     "press",
     "press_scene",
     "punch",
     "recognition",
     "register_pad",
+    "set_warnings",
     "sphere",
 ]
 

@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
+from mjtactile.pad_geom import add_pad_geom
+from mjtactile.pad_json import pad_text
 from mjtactile.plugin import PLUGIN, ensure_registered
-from mjtactile.plugin_attributes import OUTPUTS, known_pad, register_pad
+from mjtactile.plugin_attributes import OUTPUTS, known_pad, named_pad
 from mjtactile.preset import PRESETS
-
-#: Contact of a pad's geom: what settles 10 to 200 gf within .1 % (docs/plugin.md). The priority makes it count against
-#: whatever the hand or the object brings along.
-_CONTACT = {
-    "condim": 4,
-    "friction": [1.0, 0.0005, 0.0001],
-    "solref": [0.005, 1.0],
-    "solimp": [0.98, 0.99, 0.001, 0.5, 2.0],
-    "priority": 10,
-}
-_COLOUR = [0.75, 0.8, 0.85, 1.0]
-_DENSITY = 965.0  # of PDMS [kg/m^3]
 
 
 def attach_pad(
@@ -41,12 +28,13 @@ def attach_pad(
     visual: bool = False,
     law: str | None = None,
     friction: float | None = None,
+    contact: str = "stiff",
 ) -> mujoco.MjsGeom:
     """Add a tactile pad to a body.
 
     Adds a box geom `<name>_pad`, a site `<name>_surface` in the middle of its sensing surface, and a sensor `<name>` of
     the plugin "mjtactile.pad". Let the pad stand a little proud of the body's own geoms: what
-    touches those is not felt.
+    touches those is not felt. Defaults of the model do not reach the pad; it touches what the body's own geoms touch.
 
     Args:
         spec: of the model; compile it afterwards.
@@ -54,18 +42,21 @@ def attach_pad(
         name: of the sensor.
         pos: where the middle of the sensing surface stands in the body's frame [m], shape (3,).
         quat: orientation of the pad frame there, z out of the pad, (w, x, y, z).
-        pad: a pad, the name of a registered one or a file of saved influence matrices; by default the paper's.
+        pad: a pad, the name of a registered one or a file of saved influence matrices; by default the paper's. But for
+            a file's, the model holds the pad's numbers, so that it can be saved and opened anywhere.
         fidelity: preset by name.
         output: one or more of "von_mises", "stress" and "wrench", separated by spaces.
         visual: whether viewers show the top layer's readings as a heat map on the pad.
         law: contact law in place of the fidelity's own.
         friction: coefficient that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
+        contact: "stiff", or "soft" for grippers that cannot align themselves: what is gripped askew presses with a
+            patch, not with a corner (docs/hands.md).
 
     Returns:
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: when there is no such body, pad, fidelity or output, or the name is taken.
+        SceneError: when there is no such body, pad, fidelity, output or contact, or the name is taken.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -83,7 +74,7 @@ def attach_pad(
     if position.shape != (3,) or orientation.shape != (4,) or not np.linalg.norm(orientation) > 0.0:
         raise SceneError(f"pos = {pos}, quat = {quat}; expected three lengths [m] and a quaternion (w, x, y, z).")
     table, made = pad_table(pad)
-    geom = _add_geom(parent, name, made, position, orientation / np.linalg.norm(orientation))
+    geom = add_pad_geom(parent, name, made, position, orientation / np.linalg.norm(orientation), contact)
     config = {"pad": table, "fidelity": fidelity, "output": output, "visual": "on" if visual else "off"}
     config |= {} if law is None else {"law": law}
     config |= {} if friction is None else {"friction": f"{friction:.17g}"}
@@ -92,41 +83,16 @@ def attach_pad(
 
 
 def pad_table(pad: Pad | str | None) -> tuple[str, Pad]:
-    """Text by which a model names a pad, and the pad; a pad of one's own is registered.
+    """Text by which a model names a pad, and the pad: "default", a file's name, or the pad's own numbers.
 
     Raises:
         SceneError: there is no pad or file of that name.
     """
-    if pad is None:
-        return "default", Pad()
-    if isinstance(pad, str):
+    found = named_pad(pad) if isinstance(pad, str) else pad or Pad()
+    if found is None:
+        assert isinstance(pad, str)
         return pad, known_pad(pad)
-    if pad == Pad():
-        return "default", pad
-    digest = hashlib.sha256(json.dumps(pad.description, sort_keys=True).encode()).hexdigest()
-    name = f"pad-{digest[:12]}"
-    register_pad(name, pad)
-    return name, pad
-
-
-def _add_geom(
-    parent: mujoco.MjsBody, name: str, pad: Pad, position: npt.NDArray[np.float64], quat: npt.NDArray[np.float64]
-) -> mujoco.MjsGeom:
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, quat)
-    centre = position - rotation.reshape(3, 3)[:, 2] * pad.thickness / 2
-    geom = parent.add_geom(
-        name=f"{name}_pad",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2],
-        pos=centre,
-        quat=quat,
-        rgba=_COLOUR,
-        density=_DENSITY,
-        **_CONTACT,
-    )
-    parent.add_site(name=f"{name}_surface", pos=position, quat=quat, size=[0.0002, 0.0002, 0.0002], group=4)
-    return geom
+    return ("default" if found == Pad() else pad_text(found)), found
 
 
 def add_pad_sensor(spec: mujoco.MjSpec, name: str, config: dict[str, str]) -> None:

@@ -13,40 +13,40 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sparse
 
-from mjtactile.fem import PARITIES
 from mjtactile.folding import QUADRANT_SIGNS, QUADRANTS, FoldedPoints, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 from mjtactile.sampling import Sampling, sampling_tables, stored_average
-from mjtactile.table import Tables, table_name
+from mjtactile.table import Tables
 
 
-def mean_tables(
-    pad: Pad, tables: Tables, coordinates: dict[str, tuple[npt.NDArray[np.bool_], ...]], layers: Sequence[int]
-) -> Tables:
-    """Sampling and stress matrices of averaged points from whole ones of all points.
+class LayerMeans:
+    """One sensing layer's taxels as one averaged point each.
 
     Args:
         pad: the sheet and its taxels.
-        tables: whole stress matrices and the points they belong to.
-        coordinates: for each kind of matrix, which of its coordinates change their sign under x -> -x and y -> -y.
-        layers: sensing layers to average, counted from the top.
-
-    Returns:
-        In place of these layers' "sampling", "deviatoric" and "mean" arrays.
+        sampling: tables of the layer's own sample points, see `sampling.sampling_tables`.
+        sensing_layer: counted from the top.
     """
-    averaged: Tables = {}
-    for k in layers:
-        average = stored_average(tables, k)
-        folded = _folded_taxels(pad, pad.depths[k])
-        averaged |= sampling_tables(Sampling(folded.positions, _one_point_each(folded)), k)
+
+    def __init__(self, pad: Pad, sampling: Tables, sensing_layer: int) -> None:
+        folded = _folded_taxels(pad, pad.depths[sensing_layer])
+        #: Sampling tables that take the place of the layer's own.
+        self.sampling: Tables = sampling_tables(Sampling(folded.positions, _one_point_each(folded)), sensing_layer)
         # Of the taxels that the mirrors map onto each other, any one may stand for all.
         _, chosen = np.unique(folded.index, return_index=True)
-        rows, home = average[chosen], folded.quadrant[chosen]
-        for kind, odd in coordinates.items():
-            for number, parity in enumerate(PARITIES):
-                name = table_name(kind, parity, k)
-                averaged[name] = _averaged(np.asarray(tables[name]), rows, home, number, odd)
-    return averaged
+        self._rows, self._home = stored_average(sampling, sensing_layer)[chosen], folded.quadrant[chosen]
+
+    def averaged(
+        self, matrix: npt.NDArray[np.floating], number: int, odd: Sequence[npt.NDArray[np.bool_]]
+    ) -> npt.NDArray[np.floating]:
+        """One class's matrix of the averaged points (columns, folded taxels * coordinates) from that of all points.
+
+        Args:
+            matrix: (columns, folded points * coordinates), of all columns or some.
+            number: of the class.
+            odd: coordinates that change their sign under x -> -x, and under y -> -y.
+        """
+        return _averaged(matrix, self._rows, self._home, number, odd)
 
 
 def _folded_taxels(pad: Pad, depth: float) -> FoldedPoints:

@@ -11,6 +11,7 @@ import numpy as np
 from mjtactile.bench_cases import CALCULIX_GROUPS
 from mjtactile.bench_front import front
 from mjtactile.errors import MjTactileError
+from mjtactile.files import check_writable, read_text, write_atomically
 from mjtactile.preset import PRESETS
 
 
@@ -37,19 +38,44 @@ def mesh_table(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def check_page(path: Path, *names: str) -> None:
+    """Find out before long work whether `rewrite_table` will find its place.
+
+    Raises:
+        MjTactileError: the file is missing, is no text, cannot be written, or lacks the markers of a table.
+    """
+    text = _page(path)
+    for name in names:
+        _table_in(path, text, name)
+    check_writable(path)
+
+
 def rewrite_table(path: Path, name: str, table: str) -> None:
     """Replace the table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
 
     Raises:
         MjTactileError: when the file has no such markers.
     """
-    text = path.read_text()
-    pattern = re.compile(rf"(<!-- bench {re.escape(name)} -->\n).*?(<!-- end -->)", flags=re.DOTALL)
-    if not pattern.search(text):
+    text = _page(path)
+    start, end = _table_in(path, text, name).span(1)
+    write_atomically(path, lambda file: file.write(f"{text[:start]}{table}\n{text[end:]}".encode()))
+
+
+def _page(path: Path) -> str:
+    try:
+        return read_text(path)
+    except (OSError, ValueError) as error:
+        raise MjTactileError(f"cannot put a table into {path}: {error}. Name a Markdown file that is there.") from error
+
+
+def _table_in(path: Path, text: str, name: str) -> re.Match[str]:
+    """Where a table is: group 1 of the match."""
+    found = re.search(rf"<!-- bench {re.escape(name)} -->\n(.*?)<!-- end -->", text, flags=re.DOTALL)
+    if found is None:
         raise MjTactileError(
             f"{path} has no lines '<!-- bench {name} -->' and '<!-- end -->' to put the table between."
         )
-    path.write_text(pattern.sub(lambda match: match.group(1) + table + "\n" + match.group(2), text))
+    return found
 
 
 def trade_table(result: dict[str, Any]) -> str:

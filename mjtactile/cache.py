@@ -6,8 +6,9 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
 from mjtactile.influence import InfluenceMatrices, load_influence
@@ -15,11 +16,16 @@ from mjtactile.mesh import MeshDensity
 from mjtactile.pad import Pad
 from mjtactile.preset import Fidelity, mesh_or_preset
 from mjtactile.provenance import influence_fingerprint
-from mjtactile.storage import in_storage
+from mjtactile.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
 from mjtactile.table import Tables
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 #: Environment variable that moves the cache.
 CACHE_VARIABLE = "MJTACTILE_CACHE"
+#: How long another builder is waited for without a word, and how often it is mentioned from then on [s].
+_SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
 
 
 def cache_directory() -> Path:
@@ -48,7 +54,8 @@ def influence_matrices(
 ) -> InfluenceMatrices:
     """Influence matrices of a pad: from the cache, or built and kept there.
 
-    Several processes may ask at once: one builds, the others wait for it and map its file. A damaged file is rebuilt;
+    Several processes may ask at once: one builds, the others wait for it and map its file; who waits for more than two
+    seconds says so on stderr. A damaged file is rebuilt, what killed builders left is removed;
     a cache that cannot be written costs a warning and the next build, nothing else. A preset whose storage differs
     from the mesh's plain one is derived from the plain table where the cache has that.
 
@@ -60,7 +67,7 @@ def influence_matrices(
         cache: False neither reads nor writes the cache.
 
     Raises:
-        MeshError: when the mesh does not exist or cannot be solved.
+        MeshError: when the mesh does not exist, cannot be solved, or needs more memory than the machine has.
         PresetError: when the preset does not exist, or both it and a mesh are given.
 
     Warns:
@@ -75,6 +82,8 @@ def influence_matrices(
     if found is not None:
         return found
     with _locked(path) as error:
+        if error is None:
+            _remove_leftovers(path.parent, path)
         # Another process may have built it while this one waited.
         found = None if error is not None else _load_if_whole(path, pad, chosen)
         if found is not None:
@@ -97,25 +106,22 @@ def build_influence(pad: Pad, mesh: str | MeshDensity | Fidelity, *, progress: b
     from mjtactile.sampling import layer_sampling, sampling_tables
 
     chosen = mesh if isinstance(mesh, Fidelity) else Fidelity(mesh=mesh)
-    plain, density = _plain(chosen), chosen.density
-    tables: Tables = {}
+    density, sampling = chosen.density, {}
     for k in range(len(pad.depths)):
-        tables |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
+        sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
+    storage = ClassStorage(pad, chosen, sampling)
+    tables: Tables = dict(storage.sampling)
     with _progress_bar(progress, f"building influence matrices, {pad.summary}", build_steps(pad, density)) as step:
-        for class_tables in build_tables(pad, density, dtype=plain.precision, on_step=step):
+        for class_tables in build_tables(
+            pad, density, dtype=storage.fidelity.precision, on_step=step, rows=storage.averaged, columns=storage.columns
+        ):
             tables |= class_tables
-    return in_storage(InfluenceMatrices(pad, plain, tables), chosen)
-
-
-def _plain(chosen: Fidelity) -> Fidelity:
-    """The fidelity whose table a fidelity's own is derived from: whole matrices in float32 or float64."""
-    precision = "float64" if chosen.precision == "float64" else "float32"
-    return Fidelity(mesh=chosen.mesh, precision=precision)
+    return reduced_and_narrowed(InfluenceMatrices(pad, storage.fidelity, tables), chosen)
 
 
 def _derived_from_cache(pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
     """Influence matrices made from the plain ones, when these are another table and the cache has it."""
-    plain = _plain(chosen)
+    plain = plain_fidelity(chosen)
     path = cached_path(pad, preset=plain)
     if path == cached_path(pad, preset=chosen):
         return None
@@ -141,7 +147,7 @@ def _locked(path: Path) -> Iterator[OSError | None]:
     lock = FileLock(path.with_suffix(".lock"))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        lock.acquire()
+        _acquire(lock)
     except (OSError, NotImplementedError) as error:
         yield error if isinstance(error, OSError) else OSError(str(error))
         return
@@ -149,6 +155,46 @@ def _locked(path: Path) -> Iterator[OSError | None]:
         yield None
     finally:
         lock.release()
+
+
+def _acquire(lock: BaseFileLock) -> None:
+    """Take the lock, and say what is waited for where that takes long."""
+    from filelock import Timeout
+
+    patience = _SILENT_WAIT
+    while True:
+        try:
+            lock.acquire(timeout=patience)
+            return
+        except Timeout:
+            print(
+                f"mjtactile: waiting for another process that builds the same influence matrices and holds "
+                f"{lock.lock_file}. If it was stopped or hangs, let it go on or end it (`fuser {lock.lock_file}` finds "
+                f"it), or point {CACHE_VARIABLE} at another folder.",
+                file=sys.stderr,
+                flush=True,
+            )
+            patience = _WAIT_BETWEEN_LINES
+
+
+def _remove_leftovers(folder: Path, own: Path) -> None:
+    """Remove what killed builders left half written in the cache.
+
+    Whoever writes a table holds its lock, so a partial file whose lock is free belongs to nobody.
+
+    Args:
+        folder: of the cache.
+        own: the table whose lock is held here.
+    """
+    from filelock import FileLock, Timeout
+
+    for partial in folder.glob(".influence-*.partial"):
+        table = folder / partial.name[1:].rpartition("-")[0]
+        try:
+            with nullcontext() if table.name == own.stem else FileLock(f"{table}.lock", timeout=0):
+                partial.unlink(missing_ok=True)
+        except (Timeout, OSError, NotImplementedError):
+            continue  # somebody is writing it, or it cannot be removed: it does no harm
 
 
 def _warn_not_kept(path: Path, error: OSError) -> None:

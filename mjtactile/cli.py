@@ -5,8 +5,10 @@ Every wrong input ends in one line on standard error and exit code 2.
 
 from __future__ import annotations
 
+import io
 import json
 import math
+import os
 import sys
 import warnings
 from pathlib import Path
@@ -16,12 +18,13 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from mjtactile.cli_bench import AsJson, bench_app
+from mjtactile.cli_bench import bench_app
 from mjtactile.cli_dataset import dataset
 from mjtactile.cli_envs import envs
 from mjtactile.cli_evaluate import evaluate
 from mjtactile.cli_grasp import grasp_app
 from mjtactile.cli_loop import loop
+from mjtactile.cli_options import AsJson, finite
 from mjtactile.cli_reproduce import reproduce
 from mjtactile.errors import MjTactileError
 
@@ -47,10 +50,10 @@ def press(
         str, typer.Argument(help="A punch (circle, doughnut, ... see info), sphere, cylinder, box, or a mesh file.")
     ],
     force: Annotated[str, typer.Option(help="Magnitude with unit: 100gf, 0.98N.")] = "100gf",
-    tilt: Annotated[float, typer.Option(help="Of the force, from straight into the pad [deg].")] = 0.0,
-    azimuth: Annotated[float, typer.Option(help="Of the tilt, from +x towards +y [deg].")] = 0.0,
+    tilt: Annotated[float, typer.Option(callback=finite, help="Of the force, from straight into the pad [deg].")] = 0.0,
+    azimuth: Annotated[float, typer.Option(callback=finite, help="Of the tilt, from +x towards +y [deg].")] = 0.0,
     shift: Annotated[str, typer.Option(help="Of the indenter, x,y [mm].")] = "0,0",
-    rotate: Annotated[float, typer.Option(help="Of the indenter, counter-clockwise [deg].")] = 0.0,
+    rotate: Annotated[float, typer.Option(callback=finite, help="Of the indenter, counter-clockwise [deg].")] = 0.0,
     free: Annotated[bool, typer.Option("--free", help="Let the indenter tilt.")] = False,
     mesh: Annotated[str | None, typer.Option(help="Mesh: draft, default or fine.  [default: default]")] = None,
     preset: Annotated[str | None, typer.Option(help="fast, balanced or accurate, in place of a mesh.")] = None,
@@ -62,15 +65,18 @@ def press(
     as_json: AsJson = False,
 ) -> None:
     """Press an indenter into the pad in MuJoCo and read the taxels."""
-    from mjtactile.report import check_writable, run_press
+    from mjtactile.files import check_apart, check_figure, check_writable
+    from mjtactile.report import run_press
     from mjtactile.scene import force_vector
     from mjtactile.units import parse_force, parse_millimetres
 
     force_on_indenter = force_vector(parse_force(force), tilt, azimuth)
     place = parse_millimetres("shift", shift)
-    for path in (out, figure):
-        if path is not None:
-            check_writable(path)
+    check_apart({"the mesh": Path(shape), "--out": out, "--figure": figure})
+    if out is not None:
+        check_writable(out)
+    if figure is not None:
+        check_figure(figure)
     report = run_press(
         shape,
         force_on_indenter,
@@ -155,12 +161,22 @@ def info(as_json: AsJson = False) -> None:
 def main() -> None:
     """Entry point: errors are one line, exit code 2; warnings are one line each."""
     warnings.showwarning = _show_warning
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may hold what the terminal cannot show
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         app(standalone_mode=False)
+        sys.stdout.flush()
     except MjTactileError as error:
         _fail(str(error))
     except KeyboardInterrupt:
         _fail("interrupted", code=130)
+    except BrokenPipeError:  # whoever read the output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except OSError as error:  # a full disk, a folder that went away
+        _fail(str(error))
+    except MemoryError:
+        _fail("there is not enough memory for this. Ask for less: a coarser mesh, fewer presses or fewer workers.")
     except Exception as error:
         # Usage errors of the command-line parser carry their own message.
         message = getattr(error, "format_message", None)
@@ -193,9 +209,9 @@ def _size(path: Path) -> int | None:
 
 
 def _draw_press(report: Any, path: Path) -> None:
+    from mjtactile.files import save_figure
     from mjtactile.plot import press_figure
     from mjtactile.render import RenderError, render_scene
-    from mjtactile.report import write_atomically
     from mjtactile.units import GRAM_FORCE
 
     try:
@@ -203,15 +219,10 @@ def _draw_press(report: Any, path: Path) -> None:
     except RenderError as error:
         print(f"mjtactile: the figure goes without the scene: {error}", file=sys.stderr)
         picture = None
-    title = f"{report.shape}, {report.force_reached / GRAM_FORCE:.4g} gf"
+    shape = report.shape.replace("$", r"\$")  # which is not to be set as a formula
+    title = f"{shape}, {report.force_reached / GRAM_FORCE:.4g} gf"
     drawn = press_figure(report.influence.pad, report.readings, report.outline, title=title, picture=picture)
-    kind = path.suffix.removeprefix(".").lower() or "png"
-    try:
-        write_atomically(path, lambda file: drawn.savefig(file, format=kind, dpi=130))
-    except ValueError as error:
-        from mjtactile.errors import OutputError
-
-        raise OutputError(f"cannot draw {path}: {error}") from error
+    save_figure(path, drawn, dpi=130)
 
 
 def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
@@ -224,6 +235,7 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
         f"({report.settled.error:.1e} off) after {report.settled.time * 1e3:.0f} ms, "
         f"contact {report.contact.area * 1e6:.4g} mm2",
         highlight=False,
+        markup=False,
     )
     indentation = "" if math.isnan(report.load.approach) else f"indentation {report.load.approach * 1e6:.4g} um, "
     console.print(
@@ -238,12 +250,12 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
     console.print(table)
     console.print(
         f"time per update ({report.readings.size} readings, mesh {report.influence.mesh_name}): "
-        f"{report.moved_time * 1e3:.1f} ms with a new footprint, {report.unchanged_time * 1e3:.1f} ms with the same",
+        f"{report.update_time * 1e3:.2f} ms",
         highlight=False,
     )
     for path in (out, figure):
         if path is not None:
-            console.print(f"wrote {path}", highlight=False)
+            typer.echo(f"wrote {path}")
 
 
 if __name__ == "__main__":

@@ -8,22 +8,25 @@ from typing import Annotated, Any
 
 import typer
 
+from mjtactile.cli_options import AsJson
 from mjtactile.errors import OutputError
 
 bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 
 
 @bench_app.command("mesh")
 def bench_mesh(
     as_json: AsJson = False,
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+    readme: Readme = None,
 ) -> None:
     """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
     from mjtactile.bench import mesh_benchmark
-    from mjtactile.bench_tables import mesh_table, rewrite_table
+    from mjtactile.bench_tables import check_page, mesh_table, rewrite_table
 
+    if readme is not None:
+        check_page(readme, "mesh")
     result = mesh_benchmark()
     typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
     if readme is not None:
@@ -34,12 +37,14 @@ def bench_mesh(
 def bench_plugin(
     as_json: AsJson = False,
     quick: Annotated[bool, typer.Option("--quick", help="Preset fast and few runs only.")] = False,
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+    readme: Readme = None,
 ) -> None:
     """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's <tactile>, and many simulations at once."""
     from mjtactile.bench_plugin import plugin_benchmark, plugin_table
-    from mjtactile.bench_tables import rewrite_table
+    from mjtactile.bench_tables import check_page, rewrite_table
 
+    if readme is not None:
+        check_page(readme, "plugin")
     result = plugin_benchmark(quick=quick)
     typer.echo(json.dumps(result, indent=2) if as_json else plugin_table(result))
     if readme is not None:
@@ -52,26 +57,31 @@ def bench_trade(
     quick: Annotated[bool, typer.Option("--quick", help="Mesh draft and three cases only.")] = False,
     measured: Annotated[Path | None, typer.Option(help="Show this earlier result (JSON), measure nothing.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")] = None,
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+    readme: Readme = None,
     figure: Annotated[Path | None, typer.Option(help="Draw error against time to this file.")] = None,
 ) -> None:
     """Error and time per update of every fidelity, which of them nothing beats, and the presets among them.
 
     Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
     """
-    from mjtactile.bench_tables import rewrite_table, rounded, trade_table
+    from mjtactile.bench_tables import check_page, rewrite_table, rounded, trade_table
     from mjtactile.bench_trade import trade_benchmark
-    from mjtactile.report import check_writable, write_atomically
+    from mjtactile.files import check_apart, check_figure, check_writable, write_atomically
 
-    for path in (out, figure):
-        if path is not None:
-            check_writable(path)
+    check_apart({"--measured": measured, "--out": out, "--figure": figure, "--readme": readme})
+    if out is not None:
+        check_writable(out)
+    if figure is not None:
+        check_figure(figure)
+    if readme is not None:
+        check_page(readme, "trade")
     result = rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)
+    table = trade_table(result)
     if out is not None:
         write_atomically(out, lambda file: file.write((json.dumps(result, indent=1) + "\n").encode()))
-    typer.echo(json.dumps(result, indent=2) if as_json else trade_table(result))
+    typer.echo(json.dumps(result, indent=2) if as_json else table)
     if readme is not None:
-        rewrite_table(readme, "trade", trade_table(result))
+        rewrite_table(readme, "trade", table)
     if figure is not None:
         _draw_trade(result, figure)
 
@@ -80,12 +90,14 @@ def bench_trade(
 def bench_envs(
     as_json: AsJson = False,
     quick: Annotated[bool, typer.Option("--quick", help="One environment and few runs only.")] = False,
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")] = None,
+    readme: Readme = None,
 ) -> None:
     """Steps per second of one environment and of many, with and without pads, beside a plain step of MuJoCo."""
     from mjtactile.bench_envs import envs_benchmark, envs_table
-    from mjtactile.bench_tables import rewrite_table
+    from mjtactile.bench_tables import check_page, rewrite_table
 
+    if readme is not None:
+        check_page(readme, "envs")
     result = envs_benchmark(quick=quick)
     typer.echo(json.dumps(result, indent=2) if as_json else envs_table(result))
     if readme is not None:
@@ -103,13 +115,21 @@ def bench_extremes(as_json: AsJson = False) -> None:
 
 def _earlier(path: Path) -> dict[str, Any]:
     """A result written by `--out`."""
+    from mjtactile.bench_tables import trade_table
+    from mjtactile.files import read_text
+
     try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise OutputError(f"{path} holds no result of an earlier run: {error}. Write one with --out.") from error
+        result = json.loads(read_text(path))
+        trade_table(result)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise OutputError(
+            f"{path} holds no result of an earlier run: {error or type(error).__name__}. Write one with --out."
+        ) from error
+    return result
 
 
 def _draw_trade(result: dict[str, Any], path: Path) -> None:
     from mjtactile.bench_figure import trade_figure
+    from mjtactile.files import save_figure
 
-    trade_figure(result).savefig(path, dpi=130)
+    save_figure(path, trade_figure(result), dpi=130)

@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-from mjtactile.cli_workers import RayAddressOption, RayOption, WorkersOption
+from mjtactile.cli_options import RayAddressOption, RayOption, WorkersOption
+from mjtactile.errors import OutputError
+from mjtactile.limits import MOST_PRESSES, MOST_SEED
 
 
 def dataset(
@@ -15,8 +17,10 @@ def dataset(
     out: Annotated[
         Path | None, typer.Option(help="Folder to write to.  [default: the file's name without .toml]")
     ] = None,
-    presses: Annotated[int | None, typer.Option(min=1, help="How many, in place of the file's number.")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="In place of the file's.")] = None,
+    presses: Annotated[
+        int | None, typer.Option(min=1, max=MOST_PRESSES, help="How many, in place of the file's number.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=MOST_SEED, help="In place of the file's.")] = None,
     workers: WorkersOption = 2,
     ray: RayOption = False,
     ray_address: RayAddressOption = None,
@@ -36,6 +40,21 @@ def dataset(
     if seed is not None:
         wanted = replace(wanted, seed=seed)
     folder = spec.with_suffix("") if out is None else out
+    _check_folder(folder)
     start = perf_counter()
     made = make_dataset(wanted, folder, workers=who)
     typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {folder}")
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse what is there and is no folder, and names that no folder can have."""
+    try:
+        there = folder.exists()
+        if there and not folder.is_dir():
+            raise OutputError(f"{folder} is there and is no folder. Name the folder of the dataset with --out.")
+        folder.mkdir(parents=True, exist_ok=True)
+    except OutputError:
+        raise
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else error
+        raise OutputError(f"cannot make the folder {folder}: {why}. Name another with --out.") from error

@@ -14,8 +14,10 @@ def envs(
     readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
 ) -> None:
     """What goes into and comes out of each gymnasium environment, with units."""
-    from mjtactile.bench_tables import rewrite_table
+    from mjtactile.bench_tables import check_page, rewrite_table
 
+    if readme is not None:
+        check_page(readme, "environments")
     try:
         from mjtactile.envs.tables import environment_tables
     except ImportError as error:

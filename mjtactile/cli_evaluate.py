@@ -9,10 +9,15 @@ from typing import Annotated, Any
 
 import typer
 
+from mjtactile.limits import MOST_SEED
+
+#: All presses are in memory together, some 20 kB each.
+_MOST_PRESSES = 100_000
+
 
 def evaluate(
-    seed: Annotated[int, typer.Option(min=0, help="Of the presses and the noise.")] = 1,
-    presses: Annotated[int, typer.Option(min=20, help="How many in MuJoCo.")] = 2000,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of the presses and the noise.")] = 1,
+    presses: Annotated[int, typer.Option(min=20, max=_MOST_PRESSES, help="How many in MuJoCo.")] = 2000,
     preset: Annotated[
         list[str] | None,
         typer.Option(
@@ -30,9 +35,23 @@ def evaluate(
     readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
 ) -> None:
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
-    from mjtactile.evaluation import evaluate as measure
+    from dataclasses import replace
 
+    from mjtactile.bench_tables import check_page, rewrite_table
+    from mjtactile.distribute import Workers
+    from mjtactile.evaluation import evaluate as measure
+    from mjtactile.evaluation import recognisers
+    from mjtactile.preset import fidelity
+
+    Workers(count=workers)
     sensors = [(name, of) for name in preset or ["precise"] for of in law or [None]]
+    for name, of in sensors:
+        known = fidelity(name)
+        replace(known, law=known.law if of is None else of)
+    part = "evaluate" if len(sensors) == 1 else "evaluate sensors"
+    if readme is not None:
+        check_page(readme, part)
+    recognisers(weights)
     results = [
         measure(seed, presses=presses, preset=name, law=of, workers=workers, folder=weights) for name, of in sensors
     ]
@@ -40,9 +59,7 @@ def evaluate(
     text = tables(results[0]) if alone else side_by_side(results)
     typer.echo(json.dumps(results[0] if alone else results, indent=2) if as_json else text)
     if readme is not None:
-        from mjtactile.bench_tables import rewrite_table
-
-        rewrite_table(readme, "evaluate" if alone else "evaluate sensors", text)
+        rewrite_table(readme, part, text)
 
 
 def tables(result: dict[str, Any]) -> str:

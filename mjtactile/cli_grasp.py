@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli_workers import RayAddressOption, RayOption, WorkersOption
+from mjtactile.cli_options import AsJson, RayAddressOption, RayOption, WorkersOption, finite
+from mjtactile.limits import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
     from mjtactile.distribute import Workers
@@ -22,14 +23,19 @@ grasp_app = typer.Typer(
     no_args_is_help=True,
 )
 
-Seed = Annotated[int, typer.Option(min=0, help="Of objects, disturbances and noise.")]
-Trials = Annotated[int, typer.Option(min=1, help="How many of each kind.")]
-Noise = Annotated[float, typer.Option(min=0.0, help="Standard deviation over a pad's largest reading [-].")]
+#: All results are in memory together.
+_MOST_TRIALS = 1_000_000
+
+Seed = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of objects, disturbances and noise.")]
+Trials = Annotated[int, typer.Option(min=1, max=_MOST_TRIALS, help="How many of each kind.")]
+Noise = Annotated[
+    float,
+    typer.Option(min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation over a pad's largest reading [-]."),
+]
 Fidelity = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
 Weights = Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")]
 Out = Annotated[Path | None, typer.Option(help="Keep results in this file; call again to go on with it.")]
 Figure = Annotated[Path | None, typer.Option(help="Draw to this file; lift alone: grips over what they had to be.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 
 
@@ -50,7 +56,7 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         as_json: AsJson = False,
         readme: Readme = None,
     ) -> None:
-        from mjtactile.distribute import Workers
+        from mjtactile.distribute import Workers, check_workers
         from mjtactile.grasp.trials import Settings
         from mjtactile.preset import fidelity as checked
 
@@ -58,6 +64,7 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         own = None if weights is None else str(weights)
         settings = Settings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
         who = Workers(count=workers, ray=ray, ray_address=ray_address)
+        check_workers(who)
         _run(_experiment(experiment), settings, who, out=out, figure=figure, as_json=as_json, readme=readme)
 
     grasp_app.command(experiment, help=told)(command)
@@ -83,32 +90,31 @@ def _run(
     as_json: bool,
     readme: Path | None,
 ) -> None:
+    from mjtactile.bench_tables import check_page, rewrite_table
+    from mjtactile.files import check_apart, check_figure, check_writable, save_figure
     from mjtactile.grasp.trials import run_trials
 
+    table = f"grasp {experiment.name}"
+    if figure is not None and experiment.figure is None:
+        raise typer.BadParameter(f"{table} has no figure, only lift has one. Drop --figure.")
+    check_apart({"--out": out, "--figure": figure, "--readme": readme})
+    if out is not None:
+        check_writable(out)
     if figure is not None:
-        _check_drawable(experiment, figure)
+        check_figure(figure)
+    if readme is not None:
+        check_page(readme, table)
+    if experiment.recognisers is not None:
+        experiment.recognisers(settings.weights)
     results = run_trials(experiment, settings, workers=workers, out=out)
     report: Report = experiment.report(results)
     text = report.markdown()
     typer.echo(json.dumps(_as_dict(settings, report, results), indent=2) if as_json else text)
     if readme is not None:
-        from mjtactile.bench_tables import rewrite_table
-
         about = f"Seed {settings.seed}, readings {settings.fidelity}, noise {settings.noise:g}."
-        rewrite_table(readme, f"grasp {experiment.name}", f"{about}\n\n{text}")
+        rewrite_table(readme, table, f"{about}\n\n{text}")
     if figure is not None and experiment.figure is not None:
-        from mjtactile.report import write_atomically
-
-        drawn, kind = experiment.figure(results), figure.suffix.removeprefix(".").lower() or "png"
-        write_atomically(figure, lambda file: drawn.savefig(file, format=kind, dpi=110))
-
-
-def _check_drawable(experiment: Experiment, figure: Path) -> None:
-    from mjtactile.report import check_writable
-
-    if experiment.figure is None:
-        raise typer.BadParameter(f"grasp {experiment.name} has no figure, only lift has one. Drop --figure.")
-    check_writable(figure)
+        save_figure(figure, experiment.figure(results), dpi=110)
 
 
 def _as_dict(settings: Any, report: Report, results: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli_bench import AsJson
+from mjtactile.cli_options import AsJson, finite
+from mjtactile.limits import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
     from mjtactile.loop.clock import Loop
@@ -20,14 +21,19 @@ if TYPE_CHECKING:
 
 #: Of the cells of --transducer [Pa]: the loop's punches read up to 33 kPa under 150 gf.
 _FULL_SCALE = 40e3
+#: A video of more would not fit into memory: a press takes some 10 frames.
+_MOST_PRESSES = 200
 
 
 def loop(
-    seed: Annotated[int, typer.Option(min=0, help="Of punches, poses, commanded forces and noise.")] = 0,
-    presses: Annotated[int, typer.Option(min=0, help="Commanded forces.")] = 4,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of punches, poses, commanded forces and noise.")] = 0,
+    presses: Annotated[int, typer.Option(min=0, max=_MOST_PRESSES, help="Commanded forces.")] = 4,
     sort: Annotated[bool, typer.Option(help="Sort the seven punches.")] = True,
     rate: Annotated[int, typer.Option(help="Of readings and recognition, in simulated time [Hz].")] = 200,
-    noise: Annotated[float, typer.Option(min=0.0, help="Standard deviation over the largest reading [-].")] = 0.01,
+    noise: Annotated[
+        float,
+        typer.Option(min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation over the largest reading [-]."),
+    ] = 0.01,
     transducer: Annotated[bool, typer.Option("--transducer", help="Read through imperfect capacitive cells.")] = False,
     preset: Annotated[str, typer.Option(help="Fidelity of the readings.")] = "precise",
     layers: Annotated[str, typer.Option(help="What recognisers see: all or top.")] = "all",
@@ -39,18 +45,22 @@ def loop(
     as_json: AsJson = False,
 ) -> None:
     """Close the loop on touch: press with commanded forces and sort seven unknown punches by recognised shape."""
-    from mjtactile.loop.run import LoopSettings, run_loop
+    from mjtactile.files import check_apart, check_figure, check_writable
+    from mjtactile.loop.clock import steps_between
+    from mjtactile.loop.run import LoopSettings, loop_recognisers, run_loop
     from mjtactile.preset import fidelity
-    from mjtactile.report import check_writable
 
     fidelity(preset)
+    steps_between(rate)
+    loop_recognisers(layers, weights)
     settings = LoopSettings(seed=seed, presses=presses, sort=sort, rate=rate, noise=noise, preset=preset, layers=layers)
     if record:
         from mjtactile.loop.video import check_video_path
 
+        check_apart({"--figure": figure, "--video": video})
         check_video_path(video)
-        for path in (figure, video):
-            check_writable(path)
+        check_writable(video)
+        check_figure(figure)
     with ExitStack() as open_things:
         watchers: list[Callable[[Loop], None]] = [_viewer(open_things)] if view else []
         film = _film(settings, open_things) if record else None
@@ -135,16 +145,10 @@ def _transducer(seed: int) -> Any:
 
 
 def _save_figure(result: LoopResult, path: Path) -> None:
-    from mjtactile.errors import OutputError
+    from mjtactile.files import save_figure
     from mjtactile.loop.figure import loop_figure
-    from mjtactile.report import write_atomically
 
-    drawn = loop_figure(result)
-    kind = path.suffix.removeprefix(".").lower() or "png"
-    try:
-        write_atomically(path, lambda file: drawn.savefig(file, format=kind, dpi=110))
-    except ValueError as error:
-        raise OutputError(f"cannot draw {path}: {error}") from error
+    save_figure(path, loop_figure(result), dpi=110)
 
 
 def _print(result: LoopResult) -> None:

@@ -9,14 +9,15 @@ from typing import Annotated
 
 import typer
 
-from mjtactile.errors import MjTactileError
-
 
 def reproduce(
-    seeds: Annotated[int | None, typer.Option(min=1, help="Initialisations of every network.  [default: 10]")] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="Initialisations of every network.  [default: 10]")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Little training, no reasons tested: to see it run.")] = False,
     iterations: Annotated[
-        int | None, typer.Option(min=1, help="Of the magnitude networks' training, at most.  [default: 100000]")
+        int | None,
+        typer.Option(min=1, max=10**9, help="Of the magnitude networks' training, at most.  [default: 100000]"),
     ] = None,
     preset: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: precise]")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
@@ -27,9 +28,10 @@ def reproduce(
     ] = None,
 ) -> None:
     """Train and test the source paper's networks by its protocols; print its tables beside ours."""
-    from mjtactile.bench_tables import rewrite_table
+    from mjtactile.bench_tables import check_page, rewrite_table
+    from mjtactile.distribute import Workers
+    from mjtactile.files import check_apart, check_writable, write_atomically
     from mjtactile.preset import fidelity
-    from mjtactile.report import check_writable, write_atomically
     from mjtactile.study.plan import QUICK, Settings
     from mjtactile.study.report import study_report
     from mjtactile.study.reproduce import reproduce as run_study
@@ -42,12 +44,12 @@ def reproduce(
     if preset is not None:
         fidelity(preset)
         settings = replace(settings, preset=preset)
+    Workers(count=workers)
+    check_apart({"--json": json_file, "--page": page})
     if json_file is not None:
         check_writable(json_file)
-    if page is not None and "<!-- bench study -->" not in (page.read_text() if page.is_file() else ""):
-        raise MjTactileError(
-            f"{page} has no lines '<!-- bench study -->' and '<!-- end -->' to put the tables between."
-        )
+    if page is not None:
+        check_page(page, "study")
     found = run_study(settings, workers=workers, fresh=fresh)
     report = study_report(found)
     typer.echo(report)

@@ -9,8 +9,10 @@ discs of some diameters all over the sheet, pressed and sheared, respond as on a
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from shapely import Point
 
 from mjtactile.corners import on_corners, onto_corners, require_corners_mirrored
@@ -18,7 +20,6 @@ from mjtactile.fem import PARITIES
 from mjtactile.folding import fold_forces
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.pad import Array
-from mjtactile.table import Tables, table_name
 
 #: Diameters of the discs over the largest element.
 _DISCS = (1.25, 2.0, 4.0)
@@ -30,35 +31,48 @@ _MOST_DISCS = 150
 _RIDGE = 0.01
 
 
-def corner_tables(whole: InfluenceMatrices, kinds: tuple[str, ...]) -> Tables:
-    """Matrices with columns of the corners only, from whole matrices of all nodes; other tables are left out.
+class CornerColumns:
+    """Columns of the corners from those of all nodes, class by class.
+
+    Args:
+        whole: pad and fidelity of matrices with columns of all nodes; its tables are not looked at.
 
     Raises:
         PresetError: when the mesh has an odd number of elements along an axis.
     """
-    require_corners_mirrored(whole.mesh)
-    corners = on_corners(whole.mesh.quarter())
-    forces = _disc_forces(whole)
-    on_nodes = _by_class(forces, whole)
-    spread = _by_class(onto_corners(forces, whole.surface), _with_corners(whole))
-    tables: Tables = {}
-    for number, parity in enumerate(PARITIES):
-        kept = corners[whole.columns[number]]
-        # Small and large discs count alike.
-        size = np.linalg.norm(on_nodes[number], axis=1, keepdims=True)
-        full, few = (part / np.where(size > 0.0, size, 1.0) for part in (on_nodes[number], spread[number]))
-        gram = few.T @ few
-        gram[np.diag_indices(len(gram))] += _RIDGE * np.trace(gram) / len(gram)
-        # The difference of both responses, and through it the columns' correction, is linear in the whole matrix.
-        missed = full.copy()
-        missed[:, kept] -= few
-        correction = np.linalg.solve(gram, few.T @ missed)
-        for kind in kinds:
-            for k in range(len(whole.pad.depths)):
-                name = table_name(kind, parity, k)
-                matrix = np.asarray(whole.tables[name])
-                tables[name] = np.ascontiguousarray(matrix[kept] + correction.astype(matrix.dtype) @ matrix)
-    return tables
+
+    def __init__(self, whole: InfluenceMatrices) -> None:
+        require_corners_mirrored(whole.mesh)
+        corners = on_corners(whole.mesh.quarter())
+        forces = _disc_forces(whole)
+        on_nodes = _by_class(forces, whole)
+        spread = _by_class(onto_corners(forces, whole.surface), _with_corners(whole))
+        self._kept = [corners[columns] for columns in whole.columns]
+        self._corrections = [_correction(*of_class) for of_class in zip(on_nodes, spread, self._kept, strict=True)]
+
+    def of(self, matrix: npt.NDArray[Any], number: int) -> npt.NDArray[Any]:
+        """A class's matrix (columns of the corners, rows) from that of all nodes (columns, rows)."""
+        moved = self._corrections[number].astype(matrix.dtype) @ matrix
+        return np.ascontiguousarray(matrix[self._kept[number]] + moved)
+
+
+def _correction(full: Array, few: Array, kept: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+    """What the corners' columns are moved by, as a linear map (corners, nodes) of all columns.
+
+    Args:
+        full: forces of the discs on all nodes, (loads, columns).
+        few: the same spread onto corners, (loads, columns of corners).
+        kept: which columns are corners'.
+    """
+    # Small and large discs count alike.
+    size = np.linalg.norm(full, axis=1, keepdims=True)
+    full, few = (part / np.where(size > 0.0, size, 1.0) for part in (full, few))
+    gram = few.T @ few
+    gram[np.diag_indices(len(gram))] += _RIDGE * np.trace(gram) / len(gram)
+    # The difference of both responses, and through it the columns' correction, is linear in the whole matrix.
+    missed = full.copy()
+    missed[:, kept] -= few
+    return np.linalg.solve(gram, few.T @ missed)
 
 
 def _with_corners(whole: InfluenceMatrices) -> InfluenceMatrices:

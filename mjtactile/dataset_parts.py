@@ -1,17 +1,25 @@
-"""One part of a dataset of presses: made, and put into the bytes of a Parquet file."""
+"""One part of a dataset of presses: made, put into the bytes of a Parquet file, and read back from it.
+
+Every file carries a checksum of all its bytes (dataset_seal.py), and its metadata say which presses it holds: damage of
+any kind is noticed before anything of the file is used.
+"""
 
 from __future__ import annotations
 
 import io
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mjtactile.dataset_spec import DatasetSpec
+from mjtactile.dataset_seal import UNSEALED, is_sealed, is_whole, sealed
+from mjtactile.dataset_spec import DatasetError, DatasetSpec
+from mjtactile.files import unusable
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.pad import Array, Pad
 from mjtactile.press_sampling import NOISE, OutlinePresses, outline_presses, stream
@@ -20,7 +28,15 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 #: Of the files' metadata.
-FORMAT = 1
+FORMAT = 2
+#: Columns of names.
+_NAMES = ("shape", "preset", "law", "tangential", "transducer")
+#: Key of the metadata in a file's schema.
+_METADATA = b"mjtactile"
+
+
+class DamagedPartError(DatasetError):
+    """A part that is not as it was written; it can be made again."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +58,113 @@ def part_file(task: PartOf) -> bytes:
     wanted = columns["press"] < end
     table = _table(spec, task.part, {name: column[wanted] for name, column in columns.items()})
     file = io.BytesIO()
-    pq.write_table(table, file, compression="zstd")
-    return file.getvalue()
+    # No two readings are alike: a dictionary of them is larger than they are. Page checksums are for readers that know
+    # nothing of this package.
+    writer = pq.ParquetWriter(
+        file,
+        table.schema,
+        compression="zstd",
+        use_dictionary=list(_NAMES),  # type: ignore[arg-type]
+        write_page_checksum=True,
+    )
+    with writer:
+        writer.write_table(table)
+        writer.add_key_value_metadata(UNSEALED)
+    return sealed(file.getvalue())
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part that was read back and is as it was written.
+
+    Attributes:
+        path: of the file.
+        metadata: pad, specification and place of the part.
+        content: the file.
+    """
+
+    path: Path
+    metadata: dict[str, Any]
+    content: bytes
+
+    @property
+    def presses(self) -> tuple[int, int]:
+        """First press and end."""
+        first, end = self.metadata["part"]
+        return first, end
+
+    @property
+    def asked(self) -> int:
+        """How many presses were asked for when the part was made, in the whole dataset."""
+        return self.metadata["spec"]["presses"]
+
+    def table(self, *, readings: bool) -> pa.Table:
+        """The columns, with the readings or without them."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        names = [name for name in part_schema(self.metadata["reading_shape"]).names if readings or name != "readings"]
+        return pq.read_table(pa.BufferReader(self.content), columns=names).replace_schema_metadata(None)
+
+
+def part_name(first: int) -> str:
+    """What the file of a part is called, by its first press."""
+    return f"presses-{first:09d}.parquet"
+
+
+def read_part(path: Path) -> Part:
+    """Read a part and make sure that it is as it was written.
+
+    Raises:
+        DamagedPartError: it is damaged, or lies under another part's name.
+        DatasetError: it is something else.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    found = unusable(path)
+    if found is not None:
+        raise DatasetError(f"{path} is {found}, not a part of a dataset of presses. Move it elsewhere.")
+    content = path.read_bytes()
+    if not is_whole(content):
+        if _is_foreign(content):
+            raise DatasetError(f"{path} is not a part of a dataset of presses. Move it elsewhere.")
+        raise DamagedPartError(f"{path} is damaged: its bytes are not those that were written.")
+    schema = pq.read_schema(pa.BufferReader(content))
+    metadata = json.loads((schema.metadata or {}).get(_METADATA, b"{}"))
+    if metadata.get("format") != FORMAT:
+        raise DatasetError(f"{path} is of another version of mjtactile. Read it with that, or make the dataset again.")
+    if not schema.equals(part_schema(metadata["reading_shape"])):
+        raise DamagedPartError(f"{path} has other columns than a part of a dataset of presses.")
+    part = Part(path, metadata, content)
+    if path.name != part_name(part.presses[0]):
+        raise DamagedPartError(f"{path} holds presses {part.presses[0]} to {part.presses[1]}: it was renamed.")
+    return part
+
+
+def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
+    """Columns of a part, in order."""
+    import pyarrow as pa
+
+    text, number, flag = pa.string(), pa.float64(), pa.bool_()
+    columns = {"press": pa.int64(), "shape": text}
+    columns |= dict.fromkeys(("size", "rotation", "shift_x", "shift_y"), number)
+    columns |= dict.fromkeys(("force_x", "force_y", "force_z", "position_x", "position_y"), number)
+    columns |= {"free": flag, "preset": text, "law": text, "tangential": text, "noise": number, "transducer": text}
+    return pa.schema({**columns, "readings": pa.list_(pa.float32(), math.prod(reading_shape))})
+
+
+def _is_foreign(content: bytes) -> bool:
+    """Whether it is a sound Parquet file of somebody else."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    if is_sealed(content):
+        return False
+    try:
+        return _METADATA not in (pq.read_schema(pa.BufferReader(content)).metadata or {})
+    except (pa.ArrowException, OSError, ValueError):
+        return False
 
 
 def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
@@ -111,6 +232,7 @@ def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarr
     readings = columns["readings"]
     lists = pa.FixedSizeListArray.from_arrays(pa.array(readings.ravel()), readings.shape[1])
     arrays = {name: pa.array(column) for name, column in columns.items() if name != "readings"}
+    schema = part_schema(spec.pad.reading_shape)
     metadata = {
         "format": FORMAT,
         "version": __version__,
@@ -121,5 +243,4 @@ def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarr
         "spec": spec.description,
         "spec_fingerprint": spec.fingerprint,
     }
-    table = pa.table({**arrays, "readings": lists})
-    return table.replace_schema_metadata({"mjtactile": json.dumps(metadata)})
+    return pa.table({**arrays, "readings": lists}, schema=schema.with_metadata({_METADATA: json.dumps(metadata)}))

@@ -9,12 +9,15 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import sys
 import tomllib
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from mjtactile.errors import MjTactileError
+from mjtactile.files import read_text
+from mjtactile.limits import MOST_NOISE, MOST_PRESSES, MOST_SEED
 from mjtactile.options import LAWS, TANGENTIALS
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.preset import PRESETS
@@ -24,6 +27,10 @@ from mjtactile.units import GRAM_FORCE, MILLIMETRE
 Range = tuple[float, float]
 
 BACKENDS = ("physics", "mujoco")
+#: Presses of one outline, poses times forces: they are made together.
+MOST_PER_OUTLINE = 10_000
+#: Forces beyond this [gf] are far outside the linear range of any pad; those in MuJoCo reach 255 gf along each axis.
+MOST_FORCE = 10_000.0
 
 
 class DatasetError(MjTactileError, ValueError):
@@ -63,6 +70,11 @@ class DatasetSpec:
     transducer: dict[str, Any] | None = None  #: "name" and parameters; see transducer.py
     pad: Pad = field(default_factory=Pad)
 
+    def __post_init__(self) -> None:
+        """Refuse numbers of presses and seeds that no file can hold."""
+        for name, least, most in (("presses", 1, MOST_PRESSES), ("seed", 0, MOST_SEED)):
+            _count({name: getattr(self, name)}, name, least, least, most)
+
     @property
     def presses_per_outline(self) -> int:
         """Presses that share one outline, the unit of work."""
@@ -87,9 +99,10 @@ def load_spec(path: Path) -> DatasetSpec:
         DatasetError: it cannot be read, or says what cannot be; the message names the entry.
     """
     try:
-        return parse_spec(tomllib.loads(path.read_text()))
-    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        values = tomllib.loads(read_text(path))
+    except (OSError, ValueError, RecursionError) as error:
         raise DatasetError(f"cannot read {path} as a dataset's TOML file: {error}") from error
+    return parse_spec(values)
 
 
 def parse_spec(values: dict[str, Any]) -> DatasetSpec:
@@ -99,21 +112,34 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
     contacts = values.get("contact", [])
     if not isinstance(contacts, list) or not contacts:
         raise DatasetError("there is no [[contact]]: expected at least one, with shapes = [...].")
-    return DatasetSpec(
+    backend, *others = _names(values, "backend", "physics", BACKENDS)
+    if others:
+        raise DatasetError(f"backend = {[backend, *others]}; expected one of {', '.join(BACKENDS)}.")
+    spec = DatasetSpec(
         contacts=tuple(_contact(entry) for entry in contacts),
-        presses=_count(values, "presses", 1000),
-        seed=_count(values, "seed", 0, least=0),
-        backend=_names(values, "backend", "physics", BACKENDS)[0],
+        presses=_count(values, "presses", 1000, most=MOST_PRESSES),
+        seed=_count(values, "seed", 0, least=0, most=MOST_SEED),
+        backend=backend,
         presets=_names(values, "preset", "precise", tuple(PRESETS)),
         laws=_names(values, "law", "elastic", LAWS),
         tangential=_names(values, "tangential", "proportional", TANGENTIALS[:2]),
         free=_share(values, "free"),
         poses=_count(values, "poses", 6),
         forces=_count(values, "forces", 4),
-        noise=_range(values, "noise", (0.0, 0.0), 1.0, least=0.0),
+        noise=_range(values, "noise", (0.0, 0.0), 1.0, least=0.0, most=MOST_NOISE),
         transducer=values.get("transducer"),
         pad=pad_from(values.get("pad", {})),
     )
+    if spec.presses_per_outline > MOST_PER_OUTLINE:
+        raise DatasetError(
+            f"poses = {spec.poses} times forces = {spec.forces} presses share one outline; expected at most "
+            f"{MOST_PER_OUTLINE}."
+        )
+    if spec.transducer is not None:
+        from mjtactile.press_transducer import transducer_for
+
+        transducer_for(spec.transducer, spec.pad.reading_shape, seed=0)
+    return spec
 
 
 def spec_from(description: dict[str, Any]) -> DatasetSpec:
@@ -130,24 +156,24 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
         {"shapes", "weight", "size", "shift", "rotation", "force", "tilt", "azimuth", "upright"},
     )
     shapes = entry.get("shapes", [])
-    if not isinstance(shapes, list) or not shapes:
+    if not (isinstance(shapes, list) and shapes and all(isinstance(shape, str) for shape in shapes)):
         raise DatasetError(
-            f"[[contact]] shapes = {shapes!r}; expected a list of names, for example ['star', 'sphere']."
+            f"[[contact]] shapes = {_short(shapes)}; expected a list of names, for example ['star', 'sphere']."
         )
     for shape in shapes:
         shape_face(shape)
     weight = entry.get("weight", float(len(shapes)))
     if not (_is_number(weight) and weight > 0.0):
-        raise DatasetError(f"[[contact]] weight = {weight!r}; expected a positive number.")
+        raise DatasetError(f"[[contact]] weight = {_short(weight)}; expected a positive number.")
     turn, degree = (0.0, 360.0), math.pi / 180.0
     shift = entry.get("shift", 0.0)
     return ContactSpec(
         shapes=tuple(shapes),
         weight=float(weight),
-        size=_range(entry, "size", (1.0, 1.0), 1.0, least=1e-3),
+        size=_range(entry, "size", (1.0, 1.0), 1.0, least=1e-3, most=1e3),
         shift=_range({"shift": [-shift, shift] if _is_number(shift) else shift}, "shift", (0.0, 0.0), MILLIMETRE),
         rotation=_range(entry, "rotation", turn, degree),
-        force=_range(entry, "force", (5.0, 200.0), GRAM_FORCE, least=1e-6),
+        force=_range(entry, "force", (5.0, 200.0), GRAM_FORCE, least=1e-6, most=MOST_FORCE),
         tilt=_range(entry, "tilt", (0.0, 35.0), degree, least=0.0, most=89.0),
         azimuth=_range(entry, "azimuth", turn, degree),
         upright=_share(entry, "upright"),
@@ -169,7 +195,9 @@ def pad_from(values: dict[str, Any]) -> Pad:
         if "taxels" in given:
             given["taxels"] = TaxelGrid(**given["taxels"])
         return Pad(**given)
-    except TypeError as error:
+    except MjTactileError:
+        raise
+    except (TypeError, ValueError, OverflowError) as error:
         raise DatasetError(
             f"[pad]: {error}. Expected the arguments of Pad, Layer and TaxelGrid, in SI units."
         ) from None
@@ -180,7 +208,9 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
-def _refuse_unknown(where: str, values: dict[str, Any], known: set[str]) -> None:
+def _refuse_unknown(where: str, values: Any, known: set[str]) -> None:
+    if not isinstance(values, dict):
+        raise DatasetError(f"{where} is {_short(values)}; expected a table with entries {', '.join(sorted(known))}.")
     unknown = sorted(set(values) - known)
     if unknown:
         raise DatasetError(
@@ -189,20 +219,32 @@ def _refuse_unknown(where: str, values: dict[str, Any], known: set[str]) -> None
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    # Whole numbers may be larger than any float.
+    return -sys.float_info.max <= value <= sys.float_info.max
 
 
-def _count(values: dict[str, Any], name: str, default: int, least: int = 1) -> int:
+def _count(values: dict[str, Any], name: str, default: int, least: int = 1, most: int = MOST_PER_OUTLINE) -> int:
     value = values.get(name, default)
-    if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise DatasetError(f"{name} = {value!r}; expected a whole number from {least} on.")
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+        raise DatasetError(f"{name} = {_short(value)}; expected a whole number from {least} to {most}.")
     return value
+
+
+def _short(value: object) -> str:
+    """A value as it was written, or the beginning of it."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not print whole numbers of many thousand digits
+        return "a huge number"
+    return text if len(text) <= 60 else f"{text[:60]}..."
 
 
 def _share(values: dict[str, Any], name: str) -> float:
     value = values.get(name, 0.0)
     if not (_is_number(value) and 0.0 <= value <= 1.0):
-        raise DatasetError(f"{name} = {value!r}; expected a share from 0 to 1.")
+        raise DatasetError(f"{name} = {_short(value)}; expected a share from 0 to 1.")
     return float(value)
 
 
@@ -229,7 +271,7 @@ def _range(
     given = values.get(name, default)
     pair = (given, given) if _is_number(given) else given
     if not (isinstance(pair, list | tuple) and len(pair) == 2 and all(map(_is_number, pair)) and pair[0] <= pair[1]):
-        raise DatasetError(f"{name} = {given!r}; expected one number, or [low, high] with low <= high.")
+        raise DatasetError(f"{name} = {_short(given)}; expected one number, or [low, high] with low <= high.")
     if pair[0] < least or pair[1] > most:
-        raise DatasetError(f"{name} = {given!r} is outside {least:g} to {most:g}.")
+        raise DatasetError(f"{name} = {_short(given)} is outside {least:g} to {most:g}.")
     return pair[0] * unit, pair[1] * unit

@@ -15,6 +15,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -27,6 +28,9 @@ Result = TypeVar("Result")
 _ATTEMPTS = 5
 #: Tasks handed to Ray ahead of each processor, so that none waits; more would pile up results in memory.
 _AHEAD = 2
+#: Workers of one machine are at most so many, or so many for each processor.
+_MOST_WORKERS, _MOST_PER_PROCESSOR = 16, 4
+_NO_RAY = "Ray is not installed: pip install 'mjtactile[ray]'."
 #: How long a cluster may take to answer [s].
 _PATIENCE = 10.0
 
@@ -36,7 +40,7 @@ class Workers:
     """Who does the work; results never depend on it.
 
     Raises:
-        DistributeError: for no workers, or an address without Ray.
+        DistributeError: for no workers, more than this machine can do with, or an address without Ray.
     """
 
     count: int = 1  #: processes of this machine, one core each; of a Ray cluster at `ray_address`, its processors count
@@ -45,12 +49,37 @@ class Workers:
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense."""
+        # Each is a process of some hundred megabytes; those of a cluster elsewhere are not made here.
+        most = max(_MOST_WORKERS, _MOST_PER_PROCESSOR * (os.cpu_count() or 1))
         if self.count < 1:
             raise DistributeError(f"workers = {self.count}; expected at least 1.")
+        if self.count > most and self.ray_address is None:
+            raise DistributeError(
+                f"workers = {self.count}; expected at most {most} on this machine. One for each processor is enough."
+            )
+        if self.ray_address == "":
+            raise DistributeError("the address of the Ray cluster is empty. Leave it out for one on this machine.")
         if self.ray_address is not None and not self.ray:
             raise DistributeError(
                 f"the address {self.ray_address!r} of a Ray cluster was given without Ray: add --ray."
             )
+
+
+def check_workers(workers: Workers) -> None:
+    """Find out before long work whether the workers can be had.
+
+    Raises:
+        DistributeError: Ray is missing, or no cluster answers at the address.
+    """
+    if not workers.ray:
+        return
+    if find_spec("ray") is None:
+        raise DistributeError(_NO_RAY)
+    if workers.ray_address is not None:
+        try:
+            _reach(workers.ray_address)
+        except (OSError, ValueError, OverflowError) as error:
+            raise _no_cluster(workers.ray_address, error) from error
 
 
 def make_files(function: Callable[[Task], bytes], tasks: Mapping[Path, Task], workers: Workers) -> Iterator[Path]:
@@ -71,7 +100,7 @@ def make_files(function: Callable[[Task], bytes], tasks: Mapping[Path, Task], wo
         DistributeError: when Ray is missing or cannot be reached, or workers die over a task again and again.
         OutputError: when a file cannot be written.
     """
-    from mjtactile.report import write_atomically
+    from mjtactile.files import write_atomically
 
     paths = list(tasks)
     for place, content in distributed(function, [tasks[path] for path in paths], workers):
@@ -188,7 +217,7 @@ def _cluster(workers: Workers) -> Iterator[Any]:
     try:
         import ray
     except ImportError as error:
-        raise DistributeError("Ray is not installed: pip install 'mjtactile[ray]'.") from error
+        raise DistributeError(_NO_RAY) from error
     if ray.is_initialized():
         yield ray
         return
@@ -203,16 +232,25 @@ def _cluster(workers: Workers) -> Iterator[Any]:
 
 
 def _connect(ray: Any, address: str) -> None:
-    host, colon, port = address.removeprefix("ray://").rpartition(":")
     try:
-        if colon:  # Ray itself goes on trying for minutes
-            socket.create_connection((host, int(port)), timeout=_PATIENCE).close()
+        _reach(address)  # Ray itself goes on trying for minutes
         ray.init(address, log_to_driver=False)
-    except (OSError, RuntimeError, ValueError) as error:
-        raise DistributeError(
-            f"no Ray cluster answers at {address!r}: {error}. Start one with `ray start --head`, or leave the address "
-            "out for one on this machine."
-        ) from error
+    except (OSError, RuntimeError, ValueError, OverflowError) as error:
+        raise _no_cluster(address, error) from error
+
+
+def _reach(address: str) -> None:
+    """Raises OSError, ValueError or OverflowError where nothing answers at an address with a port."""
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if colon:
+        socket.create_connection((host, int(port)), timeout=_PATIENCE).close()
+
+
+def _no_cluster(address: str, error: BaseException) -> DistributeError:
+    return DistributeError(
+        f"no Ray cluster answers at {address!r}: {error}. Start one with `ray start --head`, or leave the address "
+        "out for one on this machine."
+    )
 
 
 def _given_up(error: BaseException) -> DistributeError:

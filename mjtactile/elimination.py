@@ -79,18 +79,18 @@ class EliminatedSheet:
             on_layer()
         return below
 
-    def descend(self, forces: Array | None = None) -> Iterator[tuple[int, Array]]:
+    def descend(self, forces: Array | slice = slice(None)) -> Iterator[tuple[int, Array]]:
         """Displacements of one node plane after another, from the surface down; the base itself stays at zero.
 
         Args:
-            forces: nodal forces on the surface [N], shape (free degrees of freedom, columns); by default one unit
-                force per free degree of freedom, so that column j belongs to force j.
+            forces: nodal forces on the surface [N], shape (free degrees of freedom, columns); or unit forces on some
+                free degrees of freedom, by default on each, one after another.
 
         Yields:
             (plane, displacements): the plane's number, counted from the base at 0, and the displacements of its free
             degrees of freedom [m] under each column's load, shape (free degrees of freedom, columns).
         """
-        upper = self.surface_compliance if forces is None else self.surface_compliance @ forces
+        upper = self.surface_compliance[:, forces] if isinstance(forces, slice) else self.surface_compliance @ forces
         yield 2 * len(self._layers), upper
         for element in reversed(range(len(self._layers))):
             layer = self._layers[element]

@@ -26,7 +26,7 @@ class StaleInfluenceError(InfluenceError):
 
 
 class CorruptInfluenceError(InfluenceError):
-    """A saved table that cannot be read: truncated or damaged."""
+    """A saved table that is not what was written, or not what its pad and fidelity need."""
 
 
 class IndenterError(MjTactileError, ValueError):

@@ -74,8 +74,8 @@ def evaluate(
     from mjtactile.cache import influence_matrices
 
     known = fidelity(preset)
-    influence = influence_matrices(preset=replace(known, law=law or known.law), progress=progress)
-    recognisers = {layers: _load(layers, folder) for layers in _LAYERS}
+    influence = influence_matrices(preset=replace(known, law=known.law if law is None else law), progress=progress)
+    pairs = recognisers(folder)
     with tempfile.TemporaryDirectory() as scratch:
         spec = parse_spec(press_spec(seed, presses, preset, influence.fidelity.law))
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
@@ -85,18 +85,36 @@ def evaluate(
         "presses": len(data.readings),
         "preset": preset,
         "law": influence.fidelity.law,
-        "protocol": {layers: protocol(influence, *pair) for layers, pair in recognisers.items()},
-        "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in recognisers.items()},
+        "protocol": {layers: protocol(influence, *pair) for layers, pair in pairs.items()},
+        "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in pairs.items()},
         "noise": [
-            {"noise": noise}
-            | {layers: _totals(data, *pair, noise=noise, seed=seed) for layers, pair in recognisers.items()}
+            {"noise": noise} | {layers: _totals(data, *pair, noise=noise, seed=seed) for layers, pair in pairs.items()}
             for noise in NOISES
         ],
         "transducers": [
             {"transducer": name}
-            | {layers: _reported(data, *pair, array=array, seed=seed) for layers, pair in recognisers.items()}
+            | {layers: _reported(data, *pair, array=array, seed=seed) for layers, pair in pairs.items()}
             for name, array in ARRAYS.items()
         ],
+    }
+
+
+def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, ShapeRecogniser]]:
+    """Those that are measured, by the layers they see.
+
+    Args:
+        folder: weights of one's own, see `evaluate`.
+
+    Raises:
+        RecognitionError: weights are missing or damaged.
+    """
+    folders = {layers: None if folder is None else folder / layers for layers in _LAYERS}
+    return {
+        layers: (
+            recognition.load("force", layers=layers, folder=own),
+            recognition.load("shape", layers=layers, folder=own),
+        )
+        for layers, own in folders.items()
     }
 
 
@@ -218,11 +236,6 @@ def _reported(
 ) -> dict[str, float]:
     figures = random_presses(data, force, shape, noise=0.01, seed=seed, array=array)
     return {figure: figures[figure] for figure in _TOTALS}
-
-
-def _load(layers: str, folder: Path | None) -> tuple[ForceRecogniser, ShapeRecogniser]:
-    own = None if folder is None else folder / layers
-    return recognition.load("force", layers=layers, folder=own), recognition.load("shape", layers=layers, folder=own)
 
 
 def _pressed(influence: InfluenceMatrices, shape: str, shift: tuple[float, float], forces: Array) -> Array:

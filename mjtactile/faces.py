@@ -18,7 +18,6 @@ from mjtactile.facing import FLATNESS, FlatPart, lower_surface
 from mjtactile.gap import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
 from mjtactile.outlines import ellipse
 from mjtactile.pad import Array
-from mjtactile.planar import areal
 from mjtactile.search import Rectangle
 
 #: Bodies reach no further than this from their middle [m]; what does is looked at anew at every pose.
@@ -30,8 +29,6 @@ _LEAN = 0.5
 #: A body that tilts under its load brings a face onto the pad that leans up to this [-], about 12 degrees, but no more
 #: than this share of the slope at which the next part of the body comes down.
 _MOST_LEAN, _LEAN_SHARE = 0.21, 0.8
-#: Slope of a face of a body that keeps its orientation, over its width [m].
-_LEVEL = 1e-7
 #: Faces of a mesh that are looked at: the largest ones, with at least this share of its surface.
 _MOST_FACES, _LEAST_SHARE = 64, 2e-3
 
@@ -51,11 +48,6 @@ class BodyFace:
     height: float
     outline: Polygon | MultiPolygon
     most_slope: float
-
-    def over(self, sheet: Polygon, place: tuple[float, float, float]) -> BodyFace | None:
-        """The part over a sheet, in the pad frame, of the face at (x, y) [m], turned by an angle [rad], if any."""
-        part = areal(self._at(*place).intersection(sheet))
-        return None if part.is_empty else BodyFace(self.rotation, self.height, part, self.most_slope)
 
     def placed(self, pose: Pose) -> Polygon | MultiPolygon | None:
         """Outline in the pad frame [m] of the face of a body at a pose; None where the body leans too much for it."""
@@ -84,25 +76,15 @@ class BodyFaces:
         shapes: of the body's geoms.
         local: their poses in the body's frame.
         facing_gap: what is no higher than this above the first touch faces the pad [m].
-        level: whether a face must be parallel to the pad, because the body cannot tilt.
-        leaning: whether the body tilts onto faces that lean far, as under laws that solve for its motion.
 
     Attributes:
         facing: what points up from the pad when the body lies on one of its faces, as far as geometry tells without
             looking at the faces closely, unit vectors in the body's frame, (faces, 3).
     """
 
-    def __init__(
-        self,
-        shapes: Mapping[int, Shape],
-        local: Mapping[int, Pose],
-        *,
-        facing_gap: float,
-        level: bool = False,
-        leaning: bool = True,
-    ) -> None:
+    def __init__(self, shapes: Mapping[int, Shape], local: Mapping[int, Pose], *, facing_gap: float) -> None:
         self._shapes, self._local = dict(shapes), dict(local)
-        self._facing_gap, self._level, self._leaning = facing_gap, level, leaning
+        self._facing_gap = facing_gap
         self._points = np.concatenate([_outermost(shape, local[geom]) for geom, shape in shapes.items()])
         self.facing = self._supporting()
         self._made: dict[int, BodyFace | None] = {}
@@ -139,12 +121,8 @@ class BodyFaces:
         if part is None:
             return None
         width = float(np.ptp(shapely.get_coordinates(part.outline), axis=0).max())
-        if self._level:
-            return BodyFace(rotation, height, part.outline, _LEVEL / width)
-        lean = _LEAN * self._facing_gap / width
-        if self._leaning:
-            lean = max(lean, min(_MOST_LEAN, _LEAN_SHARE * self._steepness(rotation, height, part)))
-        return BodyFace(rotation, height, part.outline, lean)
+        lean = min(_MOST_LEAN, _LEAN_SHARE * self._steepness(rotation, height, part))
+        return BodyFace(rotation, height, part.outline, max(lean, _LEAN * self._facing_gap / width))
 
     def _flat_part(self, pose: Pose) -> FlatPart | None:
         """The flat face of the whole body at a pose, over the sheet or beside it."""

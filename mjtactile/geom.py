@@ -29,6 +29,8 @@ Array = npt.NDArray[np.float64]
 
 #: Largest difference between a pad's size and its geom's [m].
 _SIZE_TOLERANCE = 1e-6
+#: Geoms whose names end so press in place of their bodies' colliding geoms.
+SHOWN = "_tactile"
 #: Extent given to planes and to the depth below them, which MuJoCo leaves infinite [m].
 _PLANE_EXTENT = 1.0
 
@@ -105,11 +107,11 @@ def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
     raise SceneError(_no_surface(model, geom))
 
 
-def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.int64]) -> list[npt.NDArray[np.int64]]:
-    """Sets of geoms whose solids may make up a body's face, the likelier first.
+def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Geoms whose solids make up a body's face.
 
     Bodies often collide by stand-ins (feet, convex pieces) beside geoms that show the true shape and do not collide.
-    Where a body has the latter they come first; the geoms that touch stand in where those are not over the pad.
+    Where a body has geoms whose names end in "_tactile", they press in place of what collides.
 
     Args:
         model: compiled model.
@@ -117,8 +119,8 @@ def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.in
         touching: ids of its geoms that touch the pad.
     """
     own = np.flatnonzero(model.geom_bodyid == body)
-    shown = own[(model.geom_contype[own] == 0) & (model.geom_conaffinity[own] == 0)]
-    return [shown, touching] if len(shown) else [touching]
+    shown = [int(geom) for geom in own if model.geom(int(geom)).name.endswith(SHOWN)]
+    return np.array(shown, dtype=np.int64) if shown else touching
 
 
 def body_face(

@@ -23,11 +23,14 @@ from mjtactile.pad import Array
 
 Indices = npt.NDArray[np.int64]
 
-#: Edges nearer than this, over the sum of their lengths, are integrated in closed form.
-_NEAR = 1.5
+#: Edges nearer than this, over the sum of their lengths, are integrated in closed form; just off the distances on which
+#: edges of equal cells lie, so that rounding does not decide.
+_NEAR = 1.5 * (1.0 + 1e-9)
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 #: Edges count as one where middles and lengths agree to this fraction of the whole extent.
 _SAME_EDGE = 1e-10
+#: Lengths count as one where they agree to this fraction.
+_SAME_LENGTH = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,15 +155,17 @@ def _edge_integrals_of_distance(edges: Array) -> Array:
     distance = _distances(middle)
     integrals = _expanded(unit, middle, length, distance)
     near = distance < _NEAR * (length[:, None] + length)
-    # Gauss points on the shorter edge, the closed form along the longer one.
-    shorter, longer = np.nonzero(near & (length[:, None] <= length))
+    # Gauss points on the shorter edge, the closed form along the longer one; edges of one length take turns.
+    same = np.abs(length[:, None] - length) <= _SAME_LENGTH * (length[:, None] + length)
+    shorter, longer = np.nonzero(near & (same | (length[:, None] < length)))
     values = np.zeros(len(shorter))
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         points = middle[shorter] + node / 2 * along[shorter]
         values += weight / 2 * length[shorter] * _line_integral(points, start[longer], unit[longer], length[longer])
     integrals[shorter, longer] = values
-    integrals[longer, shorter] = values
-    return integrals
+    uneven = ~same[shorter, longer]
+    integrals[longer[uneven], shorter[uneven]] = values[uneven]
+    return np.where(same, (integrals + integrals.T) / 2, integrals)
 
 
 def _expanded(unit: Array, middle: Array, length: Array, distance: Array) -> Array:

@@ -50,7 +50,7 @@ def hand_document(
     Args:
         model: its name.
         pad: its size and thickness are used; the default pad if None.
-        pad_name: by which the plugin knows that pad, see `register_pad`.
+        pad_name: by which the plugin knows that pad: `pad_text(pad)`, or a name of `register_pad`.
         fidelity: preset of the readings by name.
     """
     pad = pad or Pad()

@@ -1,14 +1,12 @@
-"""Footprints of the bodies of a MuJoCo model on one pad, made anew only where a body has moved over the pad.
+"""Footprints of the bodies of a MuJoCo model on one pad.
 
-Bodies press with their visual geoms where they have some over the pad, with colliding ones otherwise: bodies often
-collide by stand-ins (feet, convex pieces) beside geoms that show the true shape.
+Bodies press with their colliding geoms, or with those whose names end in "_tactile": bodies often collide by stand-ins
+(feet, convex pieces) beside geoms that show the true shape.
 """
 
 from __future__ import annotations
 
-import contextlib
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import mujoco
@@ -22,7 +20,7 @@ from mjtactile.errors import FootprintError
 from mjtactile.faces import BodyFaces
 from mjtactile.facing import LowerSurface, lower_surface
 from mjtactile.footprint import Footprint
-from mjtactile.gap import Array, Pose, Shape
+from mjtactile.gap import Pose, Shape
 from mjtactile.geom import body_face, geom_shape, geom_solid, pressing_geoms
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.planar import areal
@@ -31,21 +29,8 @@ from mjtactile.wrench import Indices, PadFrame
 
 Geometry = TypeVar("Geometry")
 
-#: A footprint is kept while no coordinate of its pose relative to the pad has moved by more than this since it was
-#: made [m or rad]. Readings then are off by less than a thousandth, see docs/contact.md.
-POSE_TOLERANCE = 1e-6
-
-
 #: A face touches first where its lowest corner is within this of the lowest point of its body [m].
 _SAME_TOUCH = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class _Kept:
-    """A body's footprint and the poses of its geoms relative to the pad it was made for."""
-
-    poses: Array
-    footprint: Footprint
 
 
 class Imprints(ABC, Generic[Geometry]):
@@ -56,24 +41,15 @@ class Imprints(ABC, Generic[Geometry]):
         pad_geom: id of the pad's geom.
         influence: of the pad.
         facing_gap: what is no higher than this above a body's first touch faces the pad [m].
-        pose_tolerance: see POSE_TOLERANCE.
     """
 
     def __init__(
-        self,
-        model: mujoco.MjModel,
-        pad_geom: int,
-        influence: InfluenceMatrices,
-        *,
-        facing_gap: float,
-        pose_tolerance: float = POSE_TOLERANCE,
+        self, model: mujoco.MjModel, pad_geom: int, influence: InfluenceMatrices, *, facing_gap: float
     ) -> None:
         self.model = model
         self.pad_geom = pad_geom
         self.influence = influence
         self.facing_gap = facing_gap
-        self.pose_tolerance = pose_tolerance
-        self._kept: dict[int, _Kept] = {}
         self._shapes: dict[int, Geometry] = {}
 
     def footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Footprint:
@@ -89,42 +65,11 @@ class Imprints(ABC, Generic[Geometry]):
             FootprintError: when nothing of it is over the sensing surface.
             SceneError: when one of its geoms has no solid or surface to press with.
         """
-        choices = self._choices(body, touching)
-        geoms = np.concatenate(choices)
+        geoms = self._pressing(body, touching)
         positions = (data.geom_xpos[geoms] - frame.position) @ frame.rotation
         rotations = frame.rotation.T @ data.geom_xmat[geoms].reshape(-1, 3, 3)
-        poses = np.column_stack([geoms.astype(float), positions, rotations.reshape(-1, 9)])
-        kept = self._kept.get(body)
-        if (
-            kept is not None
-            and kept.poses.shape == poses.shape
-            and np.abs(kept.poses - poses).max() <= self.pose_tolerance
-        ):
-            return kept.footprint
         placed = {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
-        footprint = self._first_made(choices, placed)
-        self._kept[body] = _Kept(poses, footprint)
-        return footprint
-
-    def footprint_of(self, body: int, placed: dict[int, Pose]) -> Footprint:
-        """Footprint of a body whose geoms stand in given poses in the pad frame; nothing is kept of it.
-
-        Raises:
-            FootprintError: when nothing of it is over the sensing surface.
-            SceneError: when one of its geoms has no solid or surface to press with.
-        """
-        return self._first_made(self.choices(body), placed)
-
-    def choices(self, body: int) -> list[Indices]:
-        """Sets of geoms a body may press with, the likelier first."""
-        return self._choices(body, self._colliding(body))
-
-    def _first_made(self, choices: list[Indices], placed: dict[int, Pose]) -> Footprint:
-        *likelier, last = choices
-        for choice in likelier:
-            with contextlib.suppress(FootprintError):
-                return self._made({int(g): placed[int(g)] for g in choice})
-        return self._made({int(g): placed[int(g)] for g in last})
+        return self._made(placed)
 
     def _colliding(self, body: int) -> Indices:
         """A body's geoms that may collide with the pad."""
@@ -133,12 +78,7 @@ class Imprints(ABC, Generic[Geometry]):
         collides |= (model.geom_conaffinity[own] & model.geom_contype[pad]) != 0
         return own[collides]
 
-    def forget(self) -> None:
-        """Make every footprint anew, and everything that was kept of the geoms' shapes."""
-        self._kept.clear()
-        self._shapes.clear()
-
-    def _choices(self, body: int, touching: Indices) -> list[Indices]:
+    def _pressing(self, body: int, touching: Indices) -> Indices:
         return pressing_geoms(self.model, body, touching)
 
     @abstractmethod
@@ -170,7 +110,7 @@ class GapImprints(Imprints[Shape]):
         model: compiled model.
         pad_geom: id of the pad's geom.
         influence: of the pad.
-        facing_gap, pose_tolerance: see Imprints.
+        facing_gap: see Imprints.
         level: whether a face must be parallel to the pad to count as flat, because its body cannot tilt.
     """
 
@@ -181,10 +121,9 @@ class GapImprints(Imprints[Shape]):
         influence: InfluenceMatrices,
         *,
         facing_gap: float,
-        pose_tolerance: float = POSE_TOLERANCE,
         level: bool = False,
     ) -> None:
-        super().__init__(model, pad_geom, influence, facing_gap=facing_gap, pose_tolerance=pose_tolerance)
+        super().__init__(model, pad_geom, influence, facing_gap=facing_gap)
         self.level = level
         self._sheet = Rectangle(*influence.surface.sheet.bounds)
         self._depth = influence.pad.thickness
@@ -200,15 +139,9 @@ class GapImprints(Imprints[Shape]):
         shapes = [(self._shape(geom), pose) for geom, pose in near.items()]
         return lower_surface(shapes, self._sheet, depth=self._depth, facing_gap=self.facing_gap)
 
-    def forget(self) -> None:
-        """See Imprints."""
-        super().forget()
-        self._faces.clear()
-
-    def _choices(self, body: int, touching: Indices) -> list[Indices]:
+    def _pressing(self, body: int, touching: Indices) -> Indices:
         """Beside what touches now, all of the body that may touch as it presses deeper."""
-        *shown, _ = pressing_geoms(self.model, body, touching)
-        return [*shown, np.union1d(self._colliding(body), touching)]
+        return pressing_geoms(self.model, body, np.union1d(self._colliding(body), touching))
 
     def _made(self, placed: dict[int, Pose]) -> Footprint:
         surface = self.surface(placed)

@@ -7,9 +7,10 @@ surface at z = 0.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import trimesh
 from shapely import MultiPolygon, Polygon, affinity
@@ -22,12 +23,20 @@ from mjtactile.solid import checked, extrude, face_outline, silhouette
 #: A mesh whose lowest face covers at least this share of its silhouette counts as a flat punch.
 FLAT_FACE_SHARE = 0.1
 
+#: A mesh may have so many triangles: with more, MuJoCo's compiler and the sections of the mesh take minutes.
+MOST_TRIANGLES = 200_000
+#: A mesh file may have so many bytes: enough for as many triangles in any format, and read in seconds.
+MOST_BYTES = 100_000_000
+
 _PUNCH_HEIGHT = 5e-3
+#: Bodies of press scenes.
+_TAKEN = ("pad", "press", "world")
 
 __all__ = [
     "INDENTER_NAMES",
     "Indenter",
     "Primitive",
+    "body_name",
     "box",
     "convex_pieces",
     "cylinder",
@@ -180,11 +189,17 @@ def mesh_indenter(mesh: trimesh.Trimesh | str | Path, *, name: str = "mesh", sca
         scale: multiplies every length: 1e-3 for a mesh drawn in millimetres.
 
     Raises:
-        IndenterError: the file cannot be read, or the mesh is not a solid; the message says what is wrong.
+        IndenterError: the file cannot be read, or the mesh is not a solid, or has more than `MOST_TRIANGLES`; the
+            message says what is wrong.
     """
+    _require_positive("scale", scale)
     if not isinstance(mesh, trimesh.Trimesh):
         mesh = _loaded(Path(mesh))
-    _require_positive("scale", scale)
+    if len(mesh.faces) > MOST_TRIANGLES:
+        raise IndenterError(
+            f"the mesh has {len(mesh.faces):,} triangles; expected at most {MOST_TRIANGLES:,}. Decimate it: a pad "
+            "feels nothing smaller than a tenth of a millimetre."
+        )
     solid = _standing(mesh.copy().apply_scale(scale))
     outline = face_outline(checked(solid), 0.0)
     flat = outline.area >= FLAT_FACE_SHARE * silhouette(solid).area
@@ -192,13 +207,31 @@ def mesh_indenter(mesh: trimesh.Trimesh | str | Path, *, name: str = "mesh", sca
 
 
 def _loaded(path: Path) -> trimesh.Trimesh:
-    if not path.is_file():
-        raise IndenterError(f"there is no mesh file {path}.")
     try:
-        loaded = trimesh.load_mesh(path)
+        there = path.is_file()
+    except OSError as error:  # a name that is too long
+        raise IndenterError(f"there is no mesh file {path}: {error.strerror}.") from error
+    if not there:
+        raise IndenterError(f"there is no mesh file {path}.")
+    if path.stat().st_size > MOST_BYTES:
+        raise IndenterError(
+            f"{path} has {path.stat().st_size / 1e6:.0f} MB; expected at most {MOST_BYTES / 1e6:.0f} MB. Decimate the "
+            f"mesh to {MOST_TRIANGLES:,} triangles."
+        )
+    try:
+        loaded: Any = trimesh.load_mesh(path)
+        return loaded if isinstance(loaded, trimesh.Trimesh) else loaded.to_mesh()
     except Exception as error:  # readers raise what their format raises
-        raise IndenterError(f"cannot read {path} as a mesh: {error}") from error
-    return loaded if isinstance(loaded, trimesh.Trimesh) else loaded.to_mesh()  # type: ignore[attr-defined]
+        why = str(error) or type(error).__name__
+        raise IndenterError(
+            f"cannot read {path} as a mesh: {why}. Is it a closed surface, such as an STL file?"
+        ) from error
+
+
+def body_name(path: Path) -> str:
+    """What the MuJoCo body of a mesh file is called: the file's name where that can be a body's, else "mesh"."""
+    name = path.stem
+    return name if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,40}", name) and name not in _TAKEN else "mesh"
 
 
 def _standing(solid: trimesh.Trimesh) -> trimesh.Trimesh:

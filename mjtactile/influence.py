@@ -19,10 +19,11 @@ import numpy as np
 import scipy.sparse as sparse
 
 from mjtactile.corners import on_corners, onto_corners
-from mjtactile.errors import InfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceError
 from mjtactile.fem import PARITIES, free_in_plane
 from mjtactile.folding import QUADRANTS, unfold_field, unfold_points
 from mjtactile.forces import FoldedLoads, folded_loads, nodal_batch
+from mjtactile.layout import check_layout
 from mjtactile.matrix import StressMatrix, read_matrix
 from mjtactile.mesh import MeshDensity, SheetMesh, sheet_mesh
 from mjtactile.native import enabled, native_pad
@@ -105,6 +106,15 @@ class InfluenceMatrices:
     @cached_property
     def _mean_matrices(self) -> list[list[StressMatrix]]:
         return self._stress_matrices("mean")
+
+    def check(self) -> None:
+        """Refuse tables that are not those the pad and the fidelity need.
+
+        Raises:
+            CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that
+                point outside.
+        """
+        check_layout(self.pad, self.fidelity, self.mesh, self.tables)
 
     @property
     def mesh_name(self) -> str:
@@ -252,13 +262,18 @@ def load_influence(
 
     Raises:
         FileNotFoundError: when there is no such file.
-        CorruptInfluenceError: when the file is damaged or not an influence table.
+        CorruptInfluenceError: when the file is damaged, not an influence table, or lacks what its fidelity needs.
         StaleInfluenceError: when it belongs to another pad, mesh, storage or format version.
         PresetError: when both mesh and preset are given, or the preset does not exist.
     """
     tables, metadata = read_tables(Path(path))
     pad, chosen = check_provenance(path, metadata, pad, mesh, preset)
-    return InfluenceMatrices(pad, chosen, tables)
+    influence = InfluenceMatrices(pad, chosen, tables)
+    try:
+        influence.check()
+    except CorruptInfluenceError as error:
+        raise CorruptInfluenceError(f"{path} is not a whole influence table: {error}") from error
+    return influence
 
 
 def _is_empty(load: SurfaceLoad | Sequence[SurfaceLoad]) -> bool:

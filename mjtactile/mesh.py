@@ -20,6 +20,10 @@ from mjtactile.surface import SurfaceGrid
 
 #: Reference length over the shallowest sensing depth, of the paper's pad.
 _DEPTHS_PER_LENGTH = 5.0
+#: Most element layers of a sheet; ordinary pads have five to twenty.
+_MOST_ELEMENT_LAYERS = 400
+#: Least of a density's numbers.
+_LEAST = 1e-6
 #: Growth of elements below everything that is sensed, from one to the next.
 _GROWTH = 1.5
 
@@ -47,13 +51,16 @@ class MeshDensity:
         """Refuse densities that make no mesh."""
         sizes = (self.in_plane_size, self.through_size, self.rim_grading, self.base_grading)
         lengths = () if self.reference_length is None else (self.reference_length,)
-        if not all(math.isfinite(s) and s > 0 for s in (*sizes, *lengths)):
-            raise MeshError(f"mesh sizes, gradings and lengths must be positive numbers, not {(*sizes, *lengths)}.")
+        if not all(isinstance(s, int | float) and _LEAST <= s <= 1 / _LEAST for s in (*sizes, *lengths)):
+            raise MeshError(
+                f"mesh sizes, gradings and lengths must be positive numbers, {_LEAST:g} to {1 / _LEAST:g}, not "
+                f"{(*sizes, *lengths)}."
+            )
         points = self.points_per_axis
-        if not points or not all(isinstance(n, int) and 1 <= n <= 8 for n in points):
+        if not (isinstance(points, tuple) and points and all(isinstance(n, int) and 1 <= n <= 8 for n in points)):
             raise MeshError(f"points_per_axis = {points}; expected whole numbers from 1 to 8, for example (2,).")
-        if self.most_elements < 16:
-            raise MeshError(f"most_elements = {self.most_elements}; expected at least 16.")
+        if not (isinstance(self.most_elements, int) and self.most_elements >= 16):
+            raise MeshError(f"most_elements = {self.most_elements}; expected a whole number of at least 16.")
 
     def length_for(self, pad: Pad) -> float:
         """The length that sizes are fractions of, on this pad [m]."""
@@ -139,9 +146,9 @@ class SheetMesh:
 
 def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
     """Mesh of the whole pad, mirror-symmetric, with mesh lines on its layer interfaces."""
+    z, materials = _through_line(pad, density)
     counts = _in_plane_counts(pad, density)
     x, y = (_in_plane_line(e, n, density.rim_grading) for e, n in zip(pad.size, counts, strict=True))
-    z, materials = _through_line(pad, density)
     return SheetMesh(x, y, z, materials)
 
 
@@ -165,7 +172,11 @@ def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, ...]:
     if total <= density.most_elements:
         return tuple(wanted)
     share = math.sqrt(density.most_elements / total)
-    counts = tuple(max(2, math.floor(count * share)) for count in wanted)
+    counts = [max(2, math.floor(count * share)) for count in wanted]
+    # A narrow sheet keeps four elements across; what they cost is saved along it.
+    counts = [
+        min(n, max(2, density.most_elements // (4 * other))) for n, other in zip(counts, counts[::-1], strict=True)
+    ]
     warnings.warn(
         f"the mesh has {2 * counts[0]} x {2 * counts[1]} elements in the plane; on a sheet this thin or wide its "
         f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies faster is smoothed. Raise "
@@ -173,7 +184,7 @@ def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, ...]:
         MeshWarning,
         stacklevel=3,
     )
-    return counts
+    return tuple(counts)
 
 
 def _in_plane_line(extent: float, half_count: int, grading: float) -> Line:
@@ -209,6 +220,12 @@ def _wanted_depths(pad: Pad, density: MeshDensity) -> Array:
     length = density.length_for(pad)
     sensed = max(length, max(pad.depths) + pad.sampling_radius)
     size = density.through_size * length
+    if min(sensed, pad.thickness) > _MOST_ELEMENT_LAYERS * size:
+        raise MeshError(
+            f"the mesh would have {min(sensed, pad.thickness) / size:.3g} element layers of {size:.3g} m down to the "
+            f"deepest taxels; expected at most {_MOST_ELEMENT_LAYERS}. Raise the sampling radius or the shallowest "
+            "depth, which set their size, or give a MeshDensity with reference_length or through_size of your own."
+        )
     if sensed + size >= pad.thickness:
         count = max(1, round(pad.thickness / size))
         return pad.thickness * np.concatenate([[0.0], np.cumsum(_graded_sizes(count, density.base_grading))])

@@ -4,7 +4,7 @@ Lengths are metres, forces newtons. What every model here shares:
 
 - The pad is a box geom of priority 1, so its contact settings hold whatever presses on it; its site `pad_surface`
   is the pad frame.
-- An indenter's body carries its true solid as geom `<name>_solid` in group 2. If it presses with a flat face, that
+- An indenter's body carries its true solid as geom in group 2, `<name>_tactile`. If it presses with a flat face, that
   geom does not collide; small sphere feet `<name>_foot_<i>` in group 3 do. MuJoCo places at most four contact points
   between two convex geoms, and meshes collide as their convex hull, so without feet the pressure of a star or even
   of an octagon that cannot tilt would be centred up to a millimetre off. Feet give one contact each, and their mean
@@ -19,6 +19,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile.geom import SHOWN
 from mjtactile.indenter import Indenter
 from mjtactile.pad import Pad
 from mjtactile.planar import support_points
@@ -186,12 +187,13 @@ def _indenter_body(indenter: Indenter, feet: Array | None) -> ET.Element:
 
 
 def _solid_geom(indenter: Indenter) -> ET.Element:
-    name = f"{indenter.name}_solid"
+    # What does not collide presses only under a name that says so (geom.py).
+    name = f"{indenter.name}_solid" if indenter.outline is None else f"{indenter.name}{SHOWN}"
     geom = ET.Element("geom", name=name, group="2", mass=numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
     if indenter.outline is not None:
         geom.attrib |= {"contype": "0", "conaffinity": "0"}
     if indenter.primitive is None:
-        geom.attrib |= {"type": "mesh", "mesh": name}
+        geom.attrib |= {"type": "mesh", "mesh": f"{indenter.name}_solid"}
         return geom
     kind, size, height, axis = indenter.primitive
     geom.attrib |= {"type": kind, "size": numbers(size), "pos": numbers((0.0, 0.0, height))}

@@ -25,14 +25,20 @@ _POINTER = 8
 
 #: Fields of `Layout` in native/plugin/mujoco_view.hpp, in its order.
 _FIELDS = (
-    ("mjModel", ("nsensor", "nbody", "geom_type", "geom_bodyid", "geom_size", "sensor_plugin", "sensor_objtype",
-                 "sensor_objid", "sensor_adr", "plugin_stateadr")),
+    ("mjModel", ("nsensor", "nbody", "npair", "geom_type", "geom_bodyid", "geom_contype", "geom_conaffinity",
+                 "geom_dataid", "geom_size", "geom_pos", "geom_quat", "body_geomnum", "body_geomadr", "mesh_vertadr",
+                 "mesh_vertnum", "mesh_faceadr", "mesh_facenum", "mesh_vert", "mesh_face", "hfield_nrow",
+                 "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2", "names",
+                 "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid", "sensor_adr",
+                 "plugin_stateadr")),
     ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata", "plugin_data",
                 "plugin_state")),
-    ("mjContact", ("", "pos", "frame", "geom")),
+    ("mjContact", ("", "dist", "pos", "frame", "friction", "geom")),
     ("mjvScene", ("ngeom", "maxgeom", "geoms")),
     ("mjvGeom", ("",)),
 )  # fmt: skip
+#: A field of `Layout` that not every MuJoCo has: whether bodies sleep. -1 stands for none.
+_SLEEP = ("mjData", "body_awake")
 #: Functions in the order of `Functions` there.
 FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
 
@@ -63,6 +69,8 @@ class MujocoLayout(NamedTuple):
             mujoco.mjtStage.mjSTAGE_ACC,
             mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR,
         )
+        structure, name = _SLEEP
+        numbers.append(self.offsets[structure].get(name, -1))
         return np.array([*numbers, *(int(kind) for kind in kinds)], dtype=np.int64)
 
 
@@ -130,6 +138,16 @@ _CHECK = """
 """.replace('<geom name="pad"', '<site name="s"/><geom name="pad"')
 
 
+#: Fields of a contact that are compared, and what they hold.
+_CONTACT_FIELDS = (
+    ("dist", ctypes.c_double),
+    ("pos", ctypes.c_double),
+    ("frame", ctypes.c_double),
+    ("friction", ctypes.c_double),
+    ("geom", ctypes.c_int),
+)
+
+
 def _check(layout: MujocoLayout) -> None:
     """Compare what lies at the offsets with what MuJoCo's bindings say."""
     if sys.byteorder != "little":
@@ -152,7 +170,7 @@ def _check(layout: MujocoLayout) -> None:
     contact = _number(int(data._address) + layout.offsets["mjData"]["contact"], ctypes.c_uint64)
     for index in range(data.ncon):
         start = contact + index * layout.sizes["mjContact"]
-        for name, kind in (("pos", ctypes.c_double), ("frame", ctypes.c_double), ("geom", ctypes.c_int)):
+        for name, kind in _CONTACT_FIELDS:
             said = np.ravel(getattr(data.contact[index], name))
             at = start + layout.offsets["mjContact"][name]
             found = np.ctypeslib.as_array((kind * len(said)).from_address(at))
@@ -169,5 +187,5 @@ def _number(address: int, kind: Any) -> int:
 def _unknown(reason: str) -> NativeError:
     return NativeError(
         f"MuJoCo {mujoco.__version__} is not one this mjtactile can add its sensor plugin to: {reason}. Tested are "
-        "3.17 and 4.0; install one of them, or a newer mjtactile. mjtactile.TactileSensor works without the plugin."
+        "3.3.7 to 4.0; install one of them, or a newer mjtactile."
     )

@@ -25,10 +25,11 @@ from mjtactile.errors import NativeError
 from mjtactile.pad import Array
 
 if TYPE_CHECKING:
+    from mjtactile.compliance import SurfaceCompliance
     from mjtactile.influence import InfluenceMatrices
 
 #: Version of the functions in native/core/api.h that this module calls.
-API_VERSION = 4
+API_VERSION = 5
 #: Components of a force or a traction.
 COMPONENTS = 3
 #: Forces within two to this power, up or down, of 1 N are read as they are.
@@ -72,7 +73,7 @@ def library_path() -> Path:
     looked = ", ".join(str(candidate) for candidate in candidates)
     raise NativeError(
         f"the compiled core was not found (looked for {looked}). Install mjtactile with `pip install .`, which "
-        "compiles it, or set MJTACTILE_NATIVE=0 to do without it, several times slower."
+        "compiles it. Only what needs no MuJoCo does without it, several times slower, where MJTACTILE_NATIVE=0 is set."
     )
 
 
@@ -92,7 +93,7 @@ def library() -> ctypes.CDLL:
             "again with `pip install .`, so that both come from one source."
         )
     loaded.mjt_kernels.restype = ctypes.c_char_p
-    for name in ("mjt_pad_new", "mjt_face_new", "mjt_body_new"):
+    for name in ("mjt_pad_new", "mjt_body_new", "mjt_reader_new"):
         getattr(loaded, name).restype = ctypes.c_void_p
     loaded.mjt_pad_bytes.restype = ctypes.c_size_t
     loaded.mjt_basis_bytes.restype = ctypes.c_size_t
@@ -158,7 +159,7 @@ class NativePad:
     def __init__(self, handle: int, taxels: tuple[int, ...]) -> None:
         self.handle = ctypes.c_void_p(handle)
         self._taxels = taxels
-        self._has_foundation = False
+        self._has_foundation = self._has_tangential = False
         self._finalizer = weakref.finalize(self, library().mjt_pad_free, self.handle)
 
     @property
@@ -183,6 +184,15 @@ class NativePad:
         self._has_foundation = True
         areas, stiffnesses = contiguous(areas), contiguous(stiffnesses)
         library().mjt_pad_set_foundation(self.handle, ctypes.c_size_t(len(areas)), pointer(areas), pointer(stiffnesses))
+
+    def set_tangential(self, compliance: SurfaceCompliance) -> None:
+        """What shear needs that does not spread in proportion to the pressure; what is set stays, see above."""
+        with _making:
+            if self._has_tangential:
+                return
+            self._has_tangential = True
+            remainder = contiguous(compliance.remainder)
+            library().mjt_pad_set_tangential(self.handle, ctypes.c_double(compliance.poisson), pointer(remainder))
 
     def normal_compliance(self, centroids: Array, areas: Array, inverse_distance: Array, scale: float) -> Array:
         """Normal compliance between cells [m/N]; `inverse_distance`: of their shape, `scale` times as large here."""

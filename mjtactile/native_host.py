@@ -1,133 +1,149 @@
-"""The compiled core's way back into Python: functions it calls, and whom they ask.
+"""What the compiled core has to say, told to Python's users: warnings after the step, each once.
 
-Light to import: MuJoCo loads the plugin, and this with it, in processes that may never touch a pad.
+The core never calls Python from within a step. It asks to be called back when Python runs next, and hands over then
+what there is to warn of: once for every pad, body and kind. How often a kind came up is counted (`health`) and told at
+the end of the process.
 """
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import itertools
-import traceback
-from typing import TYPE_CHECKING, Any
+import os
+import sys
+import threading
+import warnings
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-import numpy as np
+from mjtactile.errors import ContactWarning
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from mjtactile.gap import Pose
-    from mjtactile.native_bodies import NativeBody, NativeFace
-    from mjtactile.press_host import PressHost
-
-#: Numbers of a pose and of a wrench, as the core has them.
-POSE, WRENCH = 12, 6
-
-_Body = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_int64, ctypes.c_int)
-_Face = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_int64, ctypes.c_int, ctypes.c_int)
-_CutFace = ctypes.CFUNCTYPE(
-    ctypes.c_void_p, ctypes.c_int64, ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_double)
-)
-_NotCarried = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int, ctypes.POINTER(ctypes.c_double))
-_Beyond = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int, ctypes.c_double, ctypes.c_double)
-_Forces = ctypes.CFUNCTYPE(
-    ctypes.c_int,
-    ctypes.c_int64,
-    ctypes.c_int,
-    ctypes.POINTER(ctypes.c_double),
-    ctypes.POINTER(ctypes.c_double),
-    ctypes.POINTER(ctypes.c_double),
-)
+#: Numbers of which `Health` is made.
+HEALTH_NUMBERS = 8
+#: Whether contacts are warned of: set MJTACTILE_WARNINGS=0, or call `set_warnings`.
+_enabled = os.environ.get("MJTACTILE_WARNINGS", "1") != "0"
 
 
-class HostFunctions(ctypes.Structure):
-    """`mjt_host` of native/core/api.h."""
+class Note(ctypes.Structure):
+    """`mjt_note` of native/plugin/plugin.h."""
 
     _fields_ = [
-        ("body", _Body),
-        ("face", _Face),
-        ("cut_face", _CutFace),
-        ("nodal_forces", _Forces),
-        ("beyond_range", _Beyond),
-        ("not_carried", _NotCarried),
+        ("context", ctypes.c_int64),
+        ("event", ctypes.c_int),
+        ("body", ctypes.c_int),
+        ("pressure", ctypes.c_double),
+        ("approach", ctypes.c_double),
     ]
 
 
-#: Hosts by the number that the core knows them by; they live as long as what reads through them.
-_hosts: dict[int, PressHost] = {}
+class Health(NamedTuple):
+    """What one pad's readings came to since it was made.
+
+    Attributes:
+        readings: with contact.
+        beyond_range: contacts whose strains are not small.
+        not_carried: contacts of which the sensing surface carries a part only.
+        bounded: contacts that were given the pressure the pad bears, as no elastic contact was found.
+        refused: contacts that nothing was read from.
+        slow: readings that took more than 1 ms.
+        very_slow: readings that took more than 5 ms.
+        slowest: longest reading [s].
+    """
+
+    readings: int
+    beyond_range: int
+    not_carried: int
+    bounded: int
+    refused: int
+    slow: int
+    very_slow: int
+    slowest: float
+
+    @classmethod
+    def of(cls, numbers: Any) -> Health:
+        """From the core's numbers."""
+        readings, beyond, left, bounded, refused, slow, very_slow = (int(number) for number in numbers[:-1])
+        return cls(readings, beyond, left, bounded, refused, slow, very_slow, float(numbers[-1]))
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names that warnings use: of the pad, its limits in words, and of the model's bodies."""
+
+    pad: str
+    pressure: str
+    approach: str
+    bodies: tuple[str, ...]
+
+    def body(self, number: int) -> str:
+        """A body by its name; by its number where it has none."""
+        if number < 0:
+            return "a flex"
+        name = self.bodies[number] if number < len(self.bodies) else ""
+        return f"body '{name}'" if name else f"body number {number}"
+
+
+_names: dict[int, Names] = {}
 _numbers = itertools.count(1)
+_warned: Counter[str] = Counter()
+_lock = threading.Lock()
 
 
-def register(host: PressHost) -> int:
-    """Number under which the core may ask a host, until `release`."""
+def register(names: Names) -> int:
+    """Number under which the core speaks of a pad, until `release`."""
     number = next(_numbers)
-    _hosts[number] = host
+    _names[number] = names
     return number
 
 
 def release(number: int) -> None:
-    """Forget a host."""
-    _hosts.pop(number, None)
+    """Forget a pad."""
+    _names.pop(number, None)
 
 
-@_Body
-def _body(context: int, body: int) -> int | None:
-    return _handle(lambda: _hosts[context].body(body))
+def set_warnings(enabled: bool) -> None:
+    """Warn of contacts that are beyond what pads carry or this model describes, or do not; they are counted anyway."""
+    global _enabled
+    _enabled = enabled
 
 
-@_Face
-def _face(context: int, body: int, number: int) -> int | None:
-    return _handle(lambda: _hosts[context].face(body, number))
+def deliver(library: ctypes.CDLL) -> None:
+    """Warn of what the core has noted since the last time."""
+    note = Note()
+    while library.mjt_plugin_next_note(ctypes.byref(note)):
+        names = _names.get(int(note.context))
+        if names is None or not _enabled:
+            continue
+        text = message(names, note)
+        with _lock:
+            _warned[text] += 1
+            first = _warned[text] == 1
+        if first:
+            warnings.warn(text, ContactWarning, stacklevel=2)
 
 
-@_CutFace
-def _cut_face(context: int, body: int, number: int, place: Any) -> int | None:
-    return _handle(lambda: _hosts[context].cut_face(body, number, (float(place[0]), float(place[1]), float(place[2]))))
+def message(names: Names, note: Note) -> str:
+    """What a note says; the same text for the same pad, body and kind."""
+    who = f"pad '{names.pad}', {names.body(int(note.body))}"
+    return (
+        f"{who}: strains are no longer small ({names.pressure}, or {names.approach}), and the readings of this linear "
+        "model are too simple there.",
+        f"{who}: a part of its contact force acts beside the sensing surface, or along it harder than the contact can "
+        "carry. The nearest load that the surface carries is read; output 'carried' says which.",
+        f"{who}: no contact was found as its law wants it: the pressure is spread over as much area as it needs at the "
+        "top layer's modulus, or the shear in proportion to the pressure.",
+        f"{who}: nothing is read from it. It presses where nothing of its geometry faces the sensing surface, or its "
+        "contact force is not finite.",
+    )[int(note.event)]
 
 
-def _handle(ask: Callable[[], NativeBody | NativeFace | None]) -> int | None:
-    try:
-        found = ask()
-        return None if found is None else found.handle.value
-    except Exception:  # nothing can be raised through the core
-        traceback.print_exc()
-        return None
-
-
-@_Forces
-def _nodal_forces(context: int, body: int, pose: Any, wrench: Any, forces: Any) -> int:
-    try:
-        found = _hosts[context].nodal_forces(body, _pose(pose), np.ctypeslib.as_array(wrench, (WRENCH,)).copy())
-        if found is None:
-            return 0
-        np.ctypeslib.as_array(forces, found.shape)[...] = found
-        return 1
-    except Exception:
-        traceback.print_exc()
-        return 0
-
-
-@_Beyond
-def _beyond_range(context: int, body: int, pressure: float, approach: float) -> None:
-    try:
-        _hosts[context].warn_beyond_range(body, pressure, approach)
-    except Exception:
-        traceback.print_exc()
-
-
-@_NotCarried
-def _not_carried(context: int, body: int, wrench: Any) -> None:
-    try:
-        _hosts[context].warn_not_carried(body, np.ctypeslib.as_array(wrench, (WRENCH,)).copy())
-    except Exception:
-        traceback.print_exc()
-
-
-#: What the core calls; kept alive here.
-HOST = HostFunctions(_body, _face, _cut_face, _nodal_forces, _beyond_range, _not_carried)
-
-
-def _pose(numbers: Any) -> Pose:
-    from mjtactile.gap import Pose
-
-    values = np.ctypeslib.as_array(numbers, (POSE,)).copy()
-    return Pose(values[:3], values[3:].reshape(3, 3))
+@atexit.register
+def _tell_counts() -> None:
+    again = sum(_warned.values()) - len(_warned)
+    if _enabled and again > 0:
+        print(
+            f"mjtactile: {len(_warned)} warnings of contacts came up {again} more times in other simulations.",
+            file=sys.stderr,
+        )

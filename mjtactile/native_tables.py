@@ -26,13 +26,18 @@ _PRECISIONS = ("float16", "float32", "float64", "int8")
 
 
 def make_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad:
-    """The core's copy of influence matrices; with `stress` also those that whole stress tensors take."""
+    """The core's copy of influence matrices; with `stress` also those that whole stress tensors take.
+
+    Raises:
+        CorruptInfluenceError: when the matrices are not those the pad and the fidelity need; the core does not look.
+    """
+    influence.check()
     compliance, surface = surface_compliance(influence), influence.surface
     ends = [contiguous(line.vertices) for line in (surface.x, surface.y)]
     patches = [contiguous(line) for line in compliance.lines]
     splines = [_coefficients(spline) for spline in compliance.splines]
     remainder, signs = contiguous(compliance.remainder[2, :, 2, :]), contiguous(QUADRANT_SIGNS)
-    core, limits = library(), contiguous(linear_range(influence.pad))
+    core, limits = library(), contiguous([*linear_range(influence.pad), influence.pad.thickness])
     handle = core.mjt_pad_new(
         ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
         ctypes.c_int(influence.fidelity.loads == "corners"),

@@ -13,6 +13,7 @@ from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.pad import Array
 from mjtactile.preset import CONTACT_LAWS as LAWS
+from mjtactile.preset import Fidelity
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
 
@@ -59,7 +60,7 @@ class Wrench:
 
 
 def contact_options(
-    influence: InfluenceMatrices,
+    influence: InfluenceMatrices | Fidelity,
     *,
     law: str | None = None,
     tangential: str = "proportional",
@@ -67,13 +68,14 @@ def contact_options(
     tilt: str = "free",
     cells: int | None = None,
 ) -> ContactOptions:
-    """Options as `contact_load` takes them; what is None comes from the influence matrices' fidelity.
+    """Options as `contact_load` takes them; what is None comes from the (influence matrices') fidelity.
 
     Raises:
         ContactError: for names and numbers that make no sense, alone or together.
     """
-    law = influence.fidelity.law if law is None else law
-    cells = influence.fidelity.cells if cells is None else cells
+    fidelity = influence if isinstance(influence, Fidelity) else influence.fidelity
+    law = fidelity.law if law is None else law
+    cells = fidelity.cells if cells is None else cells
     for kind, name, known in (
         ("contact law", law, LAWS),
         ("tangential", tangential, TANGENTIALS),

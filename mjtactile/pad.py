@@ -7,6 +7,7 @@ z out of the pad, x along taxel columns and y along taxel rows.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
 from dataclasses import asdict, dataclass, field
@@ -21,6 +22,14 @@ Array = npt.NDArray[np.float64]
 
 #: Thinnest layer that is meshed [m]; thinner ones are better described by a change of their neighbour's modulus.
 MINIMUM_LAYER_THICKNESS = 1e-6
+#: Lengths of a pad, least and most [m]: from a micrometre to ten metres.
+LENGTHS = 1e-6, 10.0
+#: Young's moduli of a pad, least and most [Pa]: far softer than any gel, far stiffer than diamond.
+MODULI = 1.0, 1e15
+#: Longest sheet over its width [-].
+MOST_ASPECT = 1000.0
+#: Most layers of a stack, most sensing layers, and most readings of a pad: taxels times sensing layers.
+MOST_LAYERS, MOST_DEPTHS, MOST_READINGS = 64, 64, 100_000
 #: Lengths closer than this fraction of the sheet's thickness count as equal.
 LENGTH_TOLERANCE = 1e-9
 
@@ -30,8 +39,34 @@ def _require(condition: bool | np.bool_, message: str) -> None:
         raise PadError(message)
 
 
-def _is_positive(value: float) -> bool:
-    return math.isfinite(value) and value > 0.0
+def _number(name: str, value: Any, unit: str) -> float:
+    """A real number as a float; NaN and infinities pass."""
+    if isinstance(value, str | bytes | bool | np.bool_):
+        raise PadError(f"{name} = {value!r}; expected a number{unit}.")
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+    except (TypeError, ValueError):
+        raise PadError(f"{name} = {_shortened(value)}; expected a number{unit}.") from None
+
+
+def _shortened(value: Any) -> str:
+    """A value for a message, however long."""
+    try:
+        said = repr(value)
+    except ValueError:  # Python writes out no integers of many thousand digits
+        return "a very large number"
+    return said if len(said) <= _LONGEST_VALUE else f"{said[:_LONGEST_VALUE]}..."
+
+
+def _is_length(value: float) -> bool:
+    return LENGTHS[0] <= value <= LENGTHS[1]
+
+
+#: Most characters of a value in a message.
+_LONGEST_VALUE = 120
+_LENGTH_RANGE = f"from {LENGTHS[0]:g} to {LENGTHS[1]:g} m"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,15 +78,18 @@ class Layer:
     poisson: float  #: Poisson ratio [-], in [0, 0.5)
 
     def __post_init__(self) -> None:
-        """Refuse values no elastic layer has."""
+        """Normalise number types and refuse values no elastic layer has."""
+        for name, unit in (("thickness", " in metres"), ("young", " in pascals"), ("poisson", "")):
+            object.__setattr__(self, name, _number(name, getattr(self, name), unit))
         _require(
-            math.isfinite(self.thickness) and self.thickness >= MINIMUM_LAYER_THICKNESS,
-            f"layer thickness = {self.thickness} m; expected at least {MINIMUM_LAYER_THICKNESS} m. "
+            MINIMUM_LAYER_THICKNESS <= self.thickness <= LENGTHS[1],
+            f"layer thickness = {self.thickness} m; expected {MINIMUM_LAYER_THICKNESS} to {LENGTHS[1]:g} m. "
             "Lengths are in metres: 5 mm is 5e-3. Merge thinner films with a neighbouring layer.",
         )
         _require(
-            _is_positive(self.young),
-            f"young = {self.young} Pa; expected a positive, finite modulus. Moduli are in pascals: 3 MPa is 3e6.",
+            MODULI[0] <= self.young <= MODULI[1],
+            f"young = {self.young} Pa; expected a modulus from {MODULI[0]:g} to {MODULI[1]:g} Pa. Moduli are in "
+            "pascals: 3 MPa is 3e6.",
         )
         _require(
             math.isfinite(self.poisson) and 0.0 <= self.poisson < 0.5,
@@ -86,12 +124,17 @@ class TaxelGrid:
             count = getattr(self, name)
             _require(
                 isinstance(count, int | np.integer) and not isinstance(count, bool) and count >= 1,
-                f"TaxelGrid {name} = {count!r}; expected a whole number of at least 1.",
+                f"TaxelGrid {name} = {_shortened(count)}; expected a whole number of at least 1.",
+            )
+            _require(
+                count <= MOST_READINGS,
+                f"TaxelGrid {name} = {_shortened(count)}; expected at most {MOST_READINGS}, as many as a pad may read.",
             )
             object.__setattr__(self, name, int(count))
         _require(
-            all(_is_positive(p) for p in self.pitch),
-            f"TaxelGrid pitch = {self.pitch} m; expected two positive lengths in metres (1.25 mm is 1.25e-3).",
+            all(_is_length(p) for p in self.pitch),
+            f"TaxelGrid pitch = {self.pitch} m; expected two positive lengths in metres (1.25 mm is 1.25e-3), "
+            f"{_LENGTH_RANGE}.",
         )
         _require(
             all(math.isfinite(c) for c in self.centre),
@@ -133,20 +176,37 @@ class Pad:
         object.__setattr__(self, "size", _pair("size", self.size))
         object.__setattr__(self, "layers", _tuple_of_layers(self.layers))
         object.__setattr__(self, "depths", _tuple_of_depths(self.depths))
-        object.__setattr__(self, "sampling_radius", float(self.sampling_radius))
+        object.__setattr__(self, "sampling_radius", _number("sampling_radius", self.sampling_radius, " in metres"))
         _require(
             isinstance(self.taxels, TaxelGrid),
-            f"taxels = {self.taxels!r}; expected a TaxelGrid, for example TaxelGrid(rows=13, columns=13).",
+            f"taxels = {_shortened(self.taxels)}; expected a TaxelGrid, for example TaxelGrid(rows=13, columns=13).",
         )
         _require(
-            all(_is_positive(s) for s in self.size),
-            f"pad size = {self.size} m; expected two positive lengths in metres (15 mm is 15e-3).",
+            all(_is_length(s) for s in self.size),
+            f"pad size = {self.size} m; expected two positive lengths in metres (15 mm is 15e-3), {_LENGTH_RANGE}.",
         )
         _require(
-            _is_positive(self.sampling_radius),
-            f"sampling_radius = {self.sampling_radius} m; expected a positive length, for example 0.625e-3.",
+            max(self.size) <= MOST_ASPECT * min(self.size),
+            f"pad size = {self.size} m; expected a sheet at most {MOST_ASPECT:g} times as long as wide. Lengths are in "
+            "metres: 15 mm is 15e-3.",
+        )
+        _require(
+            self.thickness <= LENGTHS[1],
+            f"the sheet is {self.thickness:.6g} m thick; expected at most {LENGTHS[1]:g} m. Lengths are in metres.",
+        )
+        largest = max(*self.size, self.thickness)
+        _require(
+            LENGTHS[0] <= self.sampling_radius <= largest,
+            f"sampling_radius = {self.sampling_radius} m; expected a positive length, for example 0.625e-3, from "
+            f"{LENGTHS[0]:g} m to what the sheet measures, {largest:.6g} m.",
         )
         self._check_depths()
+        layers, rows, columns = self.reading_shape
+        _require(
+            layers * rows * columns <= MOST_READINGS,
+            f"{rows} x {columns} taxels in {layers} layers are {layers * rows * columns} readings; expected at most "
+            f"{MOST_READINGS}. Use a larger pitch, or several pads.",
+        )
         self._check_taxels_on_sheet()
 
     def _check_depths(self) -> None:
@@ -213,27 +273,39 @@ class Pad:
 
 def _pair(name: str, value: Any) -> tuple[float, float]:
     try:
-        first, second = (float(v) for v in value)
+        first, second = value
     except (TypeError, ValueError):
-        raise PadError(f"{name} = {value!r}; expected two numbers (x, y) in metres.") from None
-    return first, second
+        raise PadError(f"{name} = {_shortened(value)}; expected two numbers (x, y) in metres.") from None
+    return _number(name, first, " in metres"), _number(name, second, " in metres")
 
 
 def _tuple_of_layers(layers: Any) -> tuple[Layer, ...]:
-    layers = (layers,) if isinstance(layers, Layer) else tuple(layers)
+    listed = (layers,) if isinstance(layers, Layer) else _first_of(layers, MOST_LAYERS) or ()
     _require(
-        len(layers) > 0 and all(isinstance(layer, Layer) for layer in layers),
+        len(listed) > 0 and all(isinstance(layer, Layer) for layer in listed),
         "layers must hold at least one Layer(thickness=..., young=..., poisson=...), top first.",
     )
-    return layers
+    _require(len(listed) <= MOST_LAYERS, f"more than {MOST_LAYERS} layers; merge thin ones with their neighbours.")
+    return listed
 
 
 def _tuple_of_depths(depths: Any) -> tuple[float, ...]:
-    depths = (depths,) if isinstance(depths, int | float) else tuple(depths)
+    listed = (depths,) if isinstance(depths, int | float | np.number) else _first_of(depths, MOST_DEPTHS)
+    if listed is None or isinstance(depths, str | bytes):
+        raise PadError(f"depths = {_shortened(depths)}; expected numbers in metres, top layer first.")
+    _require(len(listed) <= MOST_DEPTHS, f"more than {MOST_DEPTHS} sensing depths; expected at most so many.")
     try:
-        depths = tuple(float(d) for d in depths)
-    except (TypeError, ValueError):
-        raise PadError(f"depths = {depths!r}; expected numbers in metres, top layer first.") from None
-    _require(len(depths) > 0, "depths is empty; give at least one sensing depth in metres, for example (1e-3,).")
-    _require(all(map(math.isfinite, depths)), f"depths = {depths}; expected finite numbers in metres.")
-    return depths
+        numbers = tuple(_number("depth", depth, " in metres") for depth in listed)
+    except PadError:
+        raise PadError(f"depths = {_shortened(depths)}; expected numbers in metres, top layer first.") from None
+    _require(len(numbers) > 0, "depths is empty; give at least one sensing depth in metres, for example (1e-3,).")
+    _require(all(map(math.isfinite, numbers)), f"depths = {numbers}; expected finite numbers in metres.")
+    return numbers
+
+
+def _first_of(values: Any, most: int) -> tuple[Any, ...] | None:
+    """What an iterable holds, one more than `most` at most; None when it is no iterable."""
+    try:
+        return tuple(itertools.islice(values, most + 1))
+    except TypeError:
+        return None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import ctypes
+import sys
 import threading
 from functools import lru_cache
 from pathlib import Path
@@ -15,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 from mjtactile.errors import MjTactileError, NativeError
 from mjtactile.native import library
-from mjtactile.native_host import HOST, HostFunctions, release
+from mjtactile.native_host import deliver, release
 
 if TYPE_CHECKING:
     from mjtactile.mujoco_layout import MujocoLayout
 
 #: Name under which models ask for the plugin.
 PLUGIN = "mjtactile.pad"
-_MOST_OUTPUTS, _ERROR_SIZE = 3, 1024
+_MOST_OUTPUTS, _ERROR_SIZE = 5, 1024
 
 
 class Instance(ctypes.Structure):
@@ -33,6 +34,8 @@ class Instance(ctypes.Structure):
         ("context", ctypes.c_int64),
         ("friction", ctypes.c_double),
         ("tolerance", ctypes.c_double),
+        ("facing_gap", ctypes.c_double),
+        ("strength", ctypes.c_double),
         ("taxels", ctypes.c_int),
         ("layers", ctypes.c_int),
         ("rows", ctypes.c_int),
@@ -40,9 +43,9 @@ class Instance(ctypes.Structure):
         ("pitch", ctypes.c_double * 2),
         ("centre", ctypes.c_double * 2),
         ("law", ctypes.c_int),
+        ("tangential", ctypes.c_int),
         ("cells", ctypes.c_int),
         ("tilting", ctypes.c_int),
-        ("native", ctypes.c_int),
         ("visual", ctypes.c_int),
         ("output_count", ctypes.c_int),
         ("outputs", ctypes.c_int * _MOST_OUTPUTS),
@@ -54,12 +57,18 @@ _Resolve = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.POINTER(Instance)
 )
 _Release = ctypes.CFUNCTYPE(None, ctypes.c_int64)
+_Deliver = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)
 
 
 class _PluginHost(ctypes.Structure):
     """`mjt_plugin_host` of native/plugin/plugin.h."""
 
-    _fields_ = [("resolve", _Resolve), ("release", _Release), ("host", HostFunctions)]
+    _fields_ = [
+        ("resolve", _Resolve),
+        ("release", _Release),
+        ("schedule", ctypes.c_void_p),
+        ("deliver", _Deliver),
+    ]
 
 
 _registered = False
@@ -161,5 +170,16 @@ def _release(context: int) -> None:
     release(context)
 
 
-#: What the core calls; kept alive here.
-_HOST = _PluginHost(_resolve, _release, HOST)
+@_Deliver
+def _deliver(_: int | None) -> int:
+    try:
+        deliver(library())
+    except Warning as error:  # warnings are errors here, but nothing can be raised from a call of Python's own
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+    return 0
+
+
+#: What the core calls; kept alive here. Deliveries wait until Python runs again, in its main thread.
+_HOST = _PluginHost(
+    _resolve, _release, ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value, _deliver
+)

@@ -5,6 +5,7 @@ Tables are loaded once per process and shared by every model, simulation and thr
 
 from __future__ import annotations
 
+import ctypes
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -13,23 +14,21 @@ import mujoco
 import numpy as np
 
 from mjtactile.cache import influence_matrices
-from mjtactile.compliance import surface_compliance
-from mjtactile.errors import SceneError
-from mjtactile.foundation import foundation_springs
+from mjtactile.errors import PadError, SceneError
 from mjtactile.geom import check_pad_box
 from mjtactile.influence import InfluenceMatrices, load_influence
 from mjtactile.model_copy import ModelCopy
-from mjtactile.native import native_pad
-from mjtactile.native_bodies import LAWS
-from mjtactile.native_host import register
+from mjtactile.native import library, pointer
+from mjtactile.native_host import HEALTH_NUMBERS, Health
+from mjtactile.native_reader import Reading, fill_instance
 from mjtactile.options import TANGENTIALS, TILTS, contact_options
 from mjtactile.pad import Pad
+from mjtactile.pad_json import is_pad_text, names_file, pad_from_text
 from mjtactile.plugin import PLUGIN, Instance, attribute_names, plugin_config, running_layout
 from mjtactile.preset import CONTACT_LAWS, PRESETS
-from mjtactile.press_host import PressHost
 
 #: What a sensor can put out.
-OUTPUTS = ("von_mises", "stress", "wrench")
+OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")
 #: Fidelity of a sensor that names none.
 DEFAULT_FIDELITY = "balanced"
 _SWITCH = {"": False, "off": False, "on": True}
@@ -40,10 +39,14 @@ _pads: dict[str, Pad] = {"default": Pad()}
 def register_pad(name: str, pad: Pad) -> None:
     """Make a pad known by a name that models may use: `<config key="pad" value="name"/>`.
 
+    The name is known to this process alone: one that opens such a model has to register the pad as well. A model that
+    is to be opened anywhere holds the pad's own numbers in place of a name, see `mjtactile.pad_text`; `attach_pad`
+    writes these.
+
     Raises:
-        SceneError: when the name is taken by another pad, or could be a file's.
+        SceneError: when the name is taken by another pad, or could be a file's or a pad's text.
     """
-    if not name or Path(name).suffix or "/" in name:
+    if not name or Path(name).suffix or "/" in name or is_pad_text(name):
         raise SceneError(f"{name!r} is no name for a pad: it must not be empty or look like a file's.")
     if _pads.get(name, pad) != pad:
         raise SceneError(f"pad {name!r} exists already and is another one, a {_pads[name].summary}. Use another name.")
@@ -51,16 +54,26 @@ def register_pad(name: str, pad: Pad) -> None:
 
 
 def known_pad(name: str) -> Pad:
-    """The pad behind a name or a file of saved influence matrices.
+    """The pad behind a name, a pad's text (`mjtactile.pad_text`) or a file of saved influence matrices.
 
     Raises:
-        SceneError: when there is neither.
+        SceneError: when it is none of these, or a text that describes no pad.
     """
+    return named_pad(name) or load_influence(name).pad
+
+
+def named_pad(name: str) -> Pad | None:
+    """The pad behind a name or a pad's text; None for a file."""
     if name in _pads:
         return _pads[name]
-    if not Path(name).is_file():
+    if is_pad_text(name):
+        try:
+            return pad_from_text(name)
+        except PadError as error:
+            raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
+    if not names_file(name):
         raise SceneError(_no_pad(name))
-    return load_influence(name).pad
+    return None
 
 
 class Attributes:
@@ -99,21 +112,25 @@ class Attributes:
         return _influence(self.pad, self.fidelity)
 
 
-@lru_cache(maxsize=64)
 def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
     if fidelity and fidelity not in PRESETS:
         raise SceneError(_wrong("fidelity", fidelity, tuple(PRESETS)))
-    if pad in _pads:
-        return influence_matrices(_pads[pad], preset=fidelity or DEFAULT_FIDELITY)
-    if not Path(pad).is_file():
-        raise SceneError(_no_pad(pad))
-    return load_influence(pad, preset=fidelity or None)
+    return _loaded(named_pad(pad) or pad, fidelity)
+
+
+@lru_cache(maxsize=64)
+def _loaded(pad: Pad | str, fidelity: str) -> InfluenceMatrices:
+    """Tables of a pad or of a file; a pad that is named in two ways is loaded once."""
+    if isinstance(pad, str):
+        return load_influence(pad, preset=fidelity or None)
+    return influence_matrices(pad, preset=fidelity or DEFAULT_FIDELITY)
 
 
 def _no_pad(name: str) -> str:
     return (
         f"{_wrong('pad', name, tuple(_pads))} A file of saved influence matrices serves as well, but there is none of "
-        "that name. Make a pad known with mjtactile.register_pad(name, pad)."
+        "that name. Make a pad known in this process with mjtactile.register_pad(name, pad), or write its numbers in "
+        "place of the name, see mjtactile.pad_text(pad)."
     )
 
 
@@ -140,13 +157,35 @@ def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
         return None
     attributes = Attributes({key: text or "" for key, text in texts.items()})
     taxels = int(np.prod(attributes.influence().pad.reading_shape))
-    widths = {"von_mises": taxels, "stress": 6 * taxels, "wrench": 6}
+    widths = {"von_mises": taxels, "stress": 6 * taxels, "wrench": 6, "carried": 6, "range": 1}
     start = int(model.sensor_adr[sensor])
     for output in attributes.outputs:
         if output == "von_mises":
             return PluginSensor(int(model.sensor_objid[sensor]), attributes, slice(start, start + taxels))
         start += widths[output]
     return PluginSensor(int(model.sensor_objid[sensor]), attributes, None)
+
+
+def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> Health:
+    """What the readings of a sensor of the plugin came to in one simulation since that was made.
+
+    Args:
+        model: compiled model.
+        data: a simulation of it.
+        sensor: name of the sensor.
+
+    Raises:
+        SceneError: when the model has no such sensor of the plugin, or `data` is no simulation of this model.
+    """
+    if plugin_sensor(model, sensor) is None:
+        names = [model.sensor(number).name for number in range(model.nsensor)]
+        known = [name for name in names if plugin_sensor(model, name) is not None]
+        raise SceneError(f"sensor '{sensor}' is no sensor of {PLUGIN} in this model. Available: {known}.")
+    numbers = np.zeros(HEALTH_NUMBERS)
+    instance = int(model.sensor_plugin[model.sensor(sensor).id])
+    if not library().mjt_plugin_health(ctypes.c_void_p(int(data._address)), ctypes.c_int(instance), pointer(numbers)):
+        raise SceneError(f"this simulation knows no sensor '{sensor}'. Pass data that was made from this model.")
+    return Health.of(numbers)
 
 
 def _chosen_outputs(text: str) -> list[str]:
@@ -184,24 +223,16 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
     to.outputs[: to.output_count] = [OUTPUTS.index(name) for name in attributes.outputs]
     if model is None:
         return
+    # Friction of "coulomb" may only be known at the contact: the core takes that of MuJoCo's contacts then.
+    known = 1.0 if attributes.friction is None and attributes.tangential == "coulomb" else attributes.friction
     options = contact_options(
-        influence,
-        law=attributes.law,
-        tangential=attributes.tangential,
-        friction=attributes.friction,
-        tilt=attributes.tilt,
+        influence, law=attributes.law, tangential=attributes.tangential, friction=known, tilt=attributes.tilt
     )
     copy = ModelCopy(model, running_layout())
     check_pad_box(copy, geom, pad)
-    host = PressHost(copy, geom, influence, options)
-    pad_tables = native_pad(influence, stress="stress" in attributes.outputs)
-    if options.law == "foundation":
-        pad_tables.set_foundation(*foundation_springs(surface_compliance(influence)))
-    to.pad = pad_tables.handle.value
-    to.law, to.cells = LAWS.index(options.law), options.cells
-    to.friction = -1.0 if options.friction is None else options.friction
-    to.tolerance = host.pose_tolerance
-    to.pitch[:], to.centre[:] = pad.taxels.pitch, pad.taxels.centre
-    to.tilting, to.visual = options.tilting, attributes.visual
-    to.native = options.tangential == "proportional"
-    to.context = register(host)
+    how = Reading(
+        influence=influence, options=options, friction=attributes.friction, stress="stress" in attributes.outputs
+    )
+    name = copy.geom(geom).name or f"geom number {geom}"
+    fill_instance(to, how, name, tuple(copy.body(number).name for number in range(copy.nbody)))
+    to.visual = attributes.visual

@@ -52,7 +52,7 @@ def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: st
     """The stress matrices of influence matrices, each factored where that pays.
 
     Args:
-        influence: with whole matrices.
+        influence: with whole matrices; each is taken out of its tables, so that no two copies need memory at once.
         tolerance: relative, see above.
         precision: storage of the result.
 
@@ -64,7 +64,7 @@ def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: st
     for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
         for k in range(len(influence.pad.depths)):
             names = [table_name(kind, parity, k) for parity in PARITIES]
-            matrices = [np.asarray(influence.tables[name]) for name in names]
+            matrices = [np.asarray(influence.tables.pop(name)) for name in names]
             factors = _reduced_layer(matrices, spanning, control, _row_weights(influence, k, width), tolerance)
             for name, of_class in zip(names, factors, strict=True):
                 tables |= stored_matrix(name, of_class, precision)
@@ -106,7 +106,7 @@ def _sufficient_ranks(
 ) -> list[int | None]:
     """How many rows each class's basis needs for every control response to be within tolerance; None: more.
 
-    Rows of all classes are taken together in the order of their singular values.
+    Rows of all classes are taken together in the order of their singular values; every class has one at least.
     """
     coefficients = [response @ basis.T for response, basis in zip(responses, bases, strict=True)]
     outside = sum(
@@ -121,7 +121,7 @@ def _sufficient_ranks(
     if not len(enough):
         return [None] * len(bases)
     owner = np.repeat(np.arange(len(bases)), [len(s) for s in strengths])[order[: enough[0]]]
-    return [int(count) for count in np.bincount(owner, minlength=len(bases))]
+    return [max(1, int(count)) for count in np.bincount(owner, minlength=len(bases))]
 
 
 def _row_weights(influence: InfluenceMatrices, sensing_layer: int, width: int) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +14,13 @@ import numpy as np
 from shapely import MultiPolygon, Polygon
 
 from mjtactile.cache import influence_matrices
-from mjtactile.errors import OutputError, SceneError
-from mjtactile.indenter import INDENTER_NAMES, Indenter, box, cylinder, mesh_indenter, punch, sphere
+from mjtactile.errors import MjTactileError, SceneError
+from mjtactile.files import write_atomically
+from mjtactile.indenter import INDENTER_NAMES, Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
 from mjtactile.mesh import MeshDensity
+from mjtactile.options import contact_options
 from mjtactile.pad import Array, Pad
 from mjtactile.preset import Fidelity, mesh_or_preset
 from mjtactile.scene import PressResult, press, press_scene
@@ -50,8 +51,7 @@ class PressReport:
         outline: what faces the pad [m].
         influence: of the pad.
         law: contact law.
-        unchanged_time: median time of an update while the footprint stays [s].
-        moved_time: median time of an update that cuts the footprint anew [s].
+        update_time: median time of an update [s].
     """
 
     shape: str
@@ -64,8 +64,7 @@ class PressReport:
     outline: Polygon | MultiPolygon
     influence: InfluenceMatrices
     law: str
-    unchanged_time: float
-    moved_time: float
+    update_time: float
 
     @property
     def contact(self) -> Polygon | MultiPolygon:
@@ -96,8 +95,7 @@ class PressReport:
             "peak_pressure_Pa": self.load.peak_pressure,
             "depths_m": list(self.influence.pad.depths),
             "peak_reading_Pa": peaks.tolist(),
-            "update_unchanged_s": self.unchanged_time,
-            "update_moved_s": self.moved_time,
+            "update_s": self.update_time,
         }
 
     def save(self, path: Path) -> None:
@@ -160,13 +158,14 @@ def run_press(
     """
     # The scene comes first: what is wrong with it shows before minutes may go into a table.
     pad, fidelity = Pad() if pad is None else pad, mesh_or_preset(mesh, preset)
-    model = press_scene(named_indenter(shape), shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free)
+    # Without a coefficient "coulomb" takes that of MuJoCo's contact.
+    contact_options(fidelity, law=law, tangential=tangential, friction=1.0 if friction is None else friction)
+    model = _scene(named_indenter(shape), pad, shift, rotate_deg, tilt_free)
     data = mujoco.MjData(model)
     settled = press(model, data, force)
     influence = influence_matrices(pad, preset=fidelity)
     sensor = TactileSensor(model, influence=influence, law=law, tangential=tangential, friction=friction)
-    moved_time = median_time(lambda: _read_afresh(sensor, data), _TIMED_UPDATES)
-    unchanged_time = median_time(lambda: sensor.read(data), _TIMED_UPDATES)
+    update_time = median_time(lambda: sensor.read(data), _TIMED_UPDATES)
     load = sensor.load(data)
     if load is None:
         raise SceneError(f"'{shape}' does not touch the pad after settling. Shift it onto the pad.")
@@ -181,8 +180,7 @@ def run_press(
         outline=sensor.outline(data),
         influence=influence,
         law=sensor.law,
-        unchanged_time=unchanged_time,
-        moved_time=moved_time,
+        update_time=update_time,
     )
 
 
@@ -195,54 +193,21 @@ def named_indenter(shape: str) -> Indenter:
     if shape in OTHER_INDENTERS:
         return OTHER_INDENTERS[shape]()
     if shape not in INDENTER_NAMES and Path(shape).suffix:
-        return mesh_indenter(shape, name=Path(shape).stem)
+        return mesh_indenter(shape, name=body_name(Path(shape)))
     return punch(shape)
 
 
-def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
-    """Let `write` fill a binary file that appears at `path` complete or not at all.
-
-    Raises:
-        OutputError: when it cannot be written; the message says why.
-    """
+def _scene(
+    indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float, tilt_free: bool
+) -> mujoco.MjModel:
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as file:
-            partial = Path(file.name)
-            try:
-                write(file)
-                file.close()
-                partial.chmod(0o644)
-                partial.replace(path)
-            finally:
-                partial.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"cannot write {path}: {error.strerror or error}. Choose a folder you can write to."
-        ) from error
-
-
-def check_writable(path: Path) -> None:
-    """Find out before long work whether a file can be written.
-
-    Raises:
-        OutputError: when its folder is missing or refuses, or it is a folder itself.
-    """
-    if path.is_dir():
-        raise OutputError(f"cannot write {path}: it is a folder. Give a file name.")
-    try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        raise OutputError(
-            f"cannot write {path}: {error.strerror or error}. Choose a folder you can write to."
-        ) from error
+        return press_scene(indenter, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free)
+    except MjTactileError:
+        raise
+    except (ValueError, mujoco.FatalError) as error:  # solids that MuJoCo's compiler refuses
+        raise SceneError(f"MuJoCo cannot make a scene of '{indenter.name}': {error}") from error
 
 
 def _known(value: float) -> float | None:
     """JSON has no NaN."""
     return None if math.isnan(value) else value
-
-
-def _read_afresh(sensor: TactileSensor, data: mujoco.MjData) -> None:
-    sensor.forget_footprints()
-    sensor.read(data)

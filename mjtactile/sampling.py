@@ -20,12 +20,15 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sparse
 
+from mjtactile.errors import CorruptInfluenceError
 from mjtactile.folding import QUADRANTS, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Array, Pad
 from mjtactile.table import Tables
 
 #: Nodes of the auxiliary rules that measure slices and chords; far beyond what double precision needs.
 _FINE_ORDER = 96
+#: How far from 1 rounding may take the sum of a taxel's weights [-].
+_MEAN_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +44,9 @@ class Sampling:
     average: sparse.csr_array
 
 
+@lru_cache(maxsize=64)
 def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampling:
-    """Sample points of all taxels of one sensing layer.
+    """Sample points of all taxels of one sensing layer; kept, since every step of a build asks for them.
 
     Args:
         pad: the sheet, its taxels and their sampling radius.
@@ -72,11 +76,34 @@ def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:
 
 
 def stored_average(tables: Tables, sensing_layer: int) -> sparse.csr_array:
-    """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`."""
-    data, indices, indptr, points = (
+    """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`.
+
+    Raises:
+        CorruptInfluenceError: when its indices point outside, or its weights are not those of means.
+    """
+    data, indices, starts, points = (
         tables[f"sampling {name} {sensing_layer}"] for name in ("data", "indices", "indptr", "points")
     )
-    return sparse.csr_array((data, indices, indptr), shape=(len(indptr) - 1, len(QUADRANTS) * len(points)))
+    columns = len(QUADRANTS) * len(points)
+    # The compiled core follows these without looking.
+    if not (
+        starts[0] == 0
+        and starts[-1] == len(indices) == len(data)
+        and (np.diff(starts) > 0).all()
+        and indices.min() >= 0
+        and indices.max() < columns
+    ):
+        raise CorruptInfluenceError(
+            f"the sample points of sensing layer {sensing_layer} are wrong: expected that every taxel has some of the "
+            f"{columns} there are. Build the table anew: mjtactile build"
+        )
+    average = sparse.csr_array((data, indices, starts), shape=(len(starts) - 1, columns))
+    if not np.allclose(average.sum(axis=1), 1.0, rtol=0.0, atol=_MEAN_TOLERANCE):
+        raise CorruptInfluenceError(
+            f"the weights of the sample points of sensing layer {sensing_layer} do not sum to 1 in every taxel. Build "
+            "the table anew: mjtactile build"
+        )
+    return average
 
 
 def _taxel_rule(pad: Pad, centre: Array, points_per_axis: int) -> tuple[Array, Array]:

@@ -2,43 +2,38 @@
 
 from __future__ import annotations
 
-import functools
-import operator
 import warnings
-from collections.abc import Callable, Iterator
-from typing import NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile.basis import WrenchBasis
 from mjtactile.cache import influence_matrices
-from mjtactile.errors import ContactError, ContactWarning, FootprintError, SceneError
-from mjtactile.footprint import FACING_GAP, Footprint
+from mjtactile.errors import ContactWarning, FootprintError, SceneError
+from mjtactile.footprint import FACING_GAP
 from mjtactile.geom import pad_geom
-from mjtactile.imprint import POSE_TOLERANCE, GapImprints, Imprints, SectionImprints
+from mjtactile.imprint import GapImprints, SectionImprints
 from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import SurfaceLoad
+from mjtactile.load import ContactState, SurfaceLoad
 from mjtactile.mesh import MeshDensity
+from mjtactile.native_host import Health
+from mjtactile.native_reader import NativeReader, Reading
 from mjtactile.options import contact_options
 from mjtactile.pad import Array, Pad
 from mjtactile.planar import areal
 from mjtactile.plugin_attributes import plugin_sensor
 from mjtactile.preset import Fidelity
-from mjtactile.several import contact_loads
-from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame
-
-Answer = TypeVar("Answer")
+from mjtactile.wrench import contact_wrenches, geom_frame
 
 
 class TactileSensor:
     """Readings of a pad that is a box geom of a MuJoCo model; its +z face senses.
 
-    Contact forces come from MuJoCo, footprints from the geometry of what touches: a body's visual geoms where it has
-    some, its colliding geoms otherwise. Law "uniform" takes the section of a body `facing_gap` above its lowest point
-    for its footprint, the others the true shape: the outline of a flat face, the gap map of any other.
+    Contact forces come from MuJoCo, footprints from the geometry of what touches: a body's colliding geoms as they
+    stand now, or in their place those of its geoms whose names end in "_tactile". The compiled core solves every
+    contact, as the plugin does. Contacts with the pad's sides, and what the sensing surface cannot carry, are in the
+    wrench but not in the readings.
 
     Args:
         model: compiled model.
@@ -52,11 +47,7 @@ class TactileSensor:
         tangential: how shear is spread, see `contact_load`.
         friction: sliding friction [-], see `contact_load`; None for that of MuJoCo's contacts where "coulomb" needs it.
         tilt: "free" or "fixed", see `contact_load`; None for "free".
-        coupled: whether each of several bodies on the pad feels how the others bend it, see `contact_loads`; for law
-            "elastic". It matters where bodies are less than 2 mm apart and costs the wrench basis.
-        facing_gap: [m].
-        pose_tolerance: a footprint and what is known of its contact are kept while no coordinate of the body's pose
-            relative to the pad has moved by more than this since they were made [m or rad].
+        facing_gap: what is no further than this above a body's first touch belongs to its face [m].
 
     Raises:
         SceneError: when the model has no such geom, or it is not a box of the pad's size.
@@ -76,9 +67,7 @@ class TactileSensor:
         tangential: str = "proportional",
         friction: float | None = None,
         tilt: str | None = None,
-        coupled: bool = False,
         facing_gap: float = FACING_GAP,
-        pose_tolerance: float = POSE_TOLERANCE,
     ) -> None:
         self.model = model
         #: Where the plugin puts its readings, if it is a sensor of the plugin that is read.
@@ -101,157 +90,71 @@ class TactileSensor:
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
         # Friction of "coulomb" may only be known at the contact; the rest is refused here.
         known_friction = 1.0 if friction is None and tangential == "coulomb" else friction
-        if coupled and tangential == "coulomb" and friction is None:
-            raise ContactError("several coupled bodies slip with one friction: pass friction=..., for example 0.8.")
-        contact_options(self.influence, law=law, tangential=tangential, friction=known_friction, tilt=self.tilt)
-        self.coupled = coupled
+        options = contact_options(
+            self.influence, law=law, tangential=tangential, friction=known_friction, tilt=self.tilt
+        )
         self.facing_gap = facing_gap
-        self.pose_tolerance = pose_tolerance
-        self._imprints = self._new_imprints()
-        self._bases: dict[int, WrenchBasis] = {}
+        how = Reading(influence=self.influence, options=options, friction=friction, facing_gap=facing_gap)
+        bodies = tuple(model.body(number).name for number in range(model.nbody))
+        self._reader = NativeReader(how, self.geom, geom, bodies)
 
     def read(self, data: mujoco.MjData) -> Array:
         """Von Mises readings (layers, rows, columns) [Pa] from the contacts of the last step or forward pass.
 
         Warns:
-            ContactWarning: when a contact wrench cannot be carried by the footprint it came through, or only in part.
+            ContactWarning: once for every body and kind, when a contact wrench cannot be carried by the surface or only
+                in part, or strains are not small.
         """
         if self._sensordata is not None:
             return np.array(data.sensordata[self._sensordata]).reshape(self.pad.reading_shape)
-        touches = list(self._touches(data))
-        if self.coupled and len(touches) > 1:
-            load = self._coupled_load(touches)
-            return np.zeros(self.pad.reading_shape) if load is None else self.influence.readings(load)
-        total: Array | None = None
-        for touch in touches:
-            response = self._solved(data, touch, WrenchBasis.response)
-            if response is not None:
-                total = response if total is None else total + response
-        return np.zeros(self.pad.reading_shape) if total is None else self.influence.readings_of(total)
+        return self._reader.read(self.model, data).readings
 
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
-        """Tractions on the pad; None without contact. Its resultant is MuJoCo's contact wrench."""
-        touches = list(self._touches(data))
-        if self.coupled and len(touches) > 1:
-            return self._coupled_load(touches)
-        total: SurfaceLoad | None = None
-        for touch in touches:
-            load = self._solved(data, touch, WrenchBasis.load)
-            if load is not None:
-                total = load if total is None else total + load
-        return total
+        """Tractions on the pad as nodal forces; None without contact. Its residual is what they do not carry."""
+        found = self._reader.read(self.model, data, forces=True)
+        if not found.wrench.any():
+            return None
+        left = found.wrench - found.carried
+        state = ContactState(approach=found.indentation, contact_area=found.area, peak_pressure=found.peak)
+        return SurfaceLoad(found.forces, self.influence.surface, lambda: self.outline(data), left[:3], left[3:], state)
+
+    def carried(self, data: mujoco.MjData) -> Array:
+        """The part of the contact wrench that the readings carry, force [N] and moment [N m], pad frame, (6,)."""
+        return self._reader.read(self.model, data).carried
+
+    def health(self) -> Health:
+        """How many readings were beyond the range of small strains, carried in part, refused or slow.
+
+        Of what this object has solved itself; for what the plugin put into `sensordata` see `mjtactile.plugin_health`.
+        """
+        return self._reader.health()
 
     def wrench(self, data: mujoco.MjData) -> Array:
         """Total contact force [N] and moment about the pad's origin [N m] on the pad, pad frame, shape (6,)."""
         return contact_wrenches(self.model, data, self.geom).total
 
     def outline(self, data: mujoco.MjData) -> Polygon | MultiPolygon:
-        """What faces the pad of all bodies that press on it, in the pad frame [m]; empty without contact."""
-        return areal(shapely.union_all([touch.footprint.outline for touch in self._touches(data)]))
+        """What faces the pad of all bodies that press on it, in the pad frame [m]; empty without contact.
 
-    def forget_footprints(self) -> None:
-        """Make every footprint anew at the next reading, also of height fields that have changed."""
-        self._imprints.forget()
-        self._bases.clear()
-
-    def _touches(self, data: mujoco.MjData) -> Iterator[_Touch]:
-        """Each body that presses on the pad."""
+        Warns:
+            ContactWarning: of bodies of which nothing faces the sensing surface.
+        """
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
+        if self.law == "uniform":
+            imprints = SectionImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap)
+        else:
+            level = self.tilt == "fixed"
+            imprints = GapImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap, level=level)
+        outlines = []
         for body, wrench in contacts.by_body(self.model).items():
-            if not wrench.any():
+            if not wrench.any() or body < 0:
                 continue
             known = contacts.geoms[contacts.geoms >= 0]  # flexes are no geoms
             touching = known[self.model.geom_bodyid[known] == body]
             try:
-                yield _Touch(body, self._footprint(data, frame, body, touching), wrench)
+                outlines.append(imprints.footprint(data, frame, body, touching).outline)
             except FootprintError as error:
-                warnings.warn(
-                    f"{self._label(body)} presses on the pad with {np.linalg.norm(wrench[:3]):.3g} N, but not on its "
-                    f"sensing surface, so nothing is read from it: {error}",
-                    ContactWarning,
-                    stacklevel=4,
-                )
-
-    def _label(self, body: int) -> str:
-        return "a flex" if body < 0 else f"body '{self.model.body(body).name or f'number {body}'}'"
-
-    def _footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: np.ndarray) -> Footprint:
-        if body < 0:
-            raise FootprintError("it is a flex, whose footprint is not modelled. Press with geoms.")
-        return self._imprints.footprint(data, frame, body, touching)
-
-    def _new_imprints(self) -> Imprints:
-        kept = {"facing_gap": self.facing_gap, "pose_tolerance": self.pose_tolerance}
-        if self.law == "uniform":
-            return SectionImprints(self.model, self.geom, self.influence, **kept)
-        level = self.tilt == "fixed"
-        return GapImprints(self.model, self.geom, self.influence, **kept, level=level)
-
-    def _solved(
-        self, data: mujoco.MjData, touch: _Touch, ask: Callable[[WrenchBasis, Array, Array], Answer]
-    ) -> Answer | None:
-        """What one body's contact answers; None, and a warning, where no contact is found that carries its wrench."""
-        try:
-            return ask(self._basis(data, touch), touch.wrench[:3], touch.wrench[3:])
-        except ContactError as error:
-            warnings.warn(
-                f"{self._label(touch.body)} presses on the pad with {np.linalg.norm(touch.wrench[:3]):.3g} N, but "
-                f"nothing is read from it: {error}",
-                ContactWarning,
-                stacklevel=4,
-            )
-            return None
-
-    def _coupled_load(self, touches: list[_Touch]) -> SurfaceLoad | None:
-        """Loads of all bodies together, each on the surface as the others bend it."""
-        wrenches = np.array([touch.wrench for touch in touches])
-        try:
-            loads = contact_loads(
-                self.influence,
-                [touch.footprint for touch in touches],
-                wrenches[:, :3],
-                moments=wrenches[:, 3:],
-                law=self.law,
-                tangential=self.tangential,
-                friction=self.friction,
-                tilt=self.tilt,
-            )
-        except ContactError as error:
-            names = ", ".join(self._label(touch.body) for touch in touches)
-            warnings.warn(f"nothing is read from {names}: {error}", ContactWarning, stacklevel=3)
-            return None
-        return functools.reduce(operator.add, loads)
-
-    def _basis(self, data: mujoco.MjData, touch: _Touch) -> WrenchBasis:
-        """The body's own basis, a new one when its footprint or its friction is."""
-        friction = self.friction
-        if friction is None and self.tangential == "coulomb":
-            friction = self._friction(data, touch.body)
-        basis = self._bases.get(touch.body)
-        if basis is None or basis.footprint is not touch.footprint or basis.options.friction != friction:
-            basis = WrenchBasis(
-                self.influence,
-                touch.footprint,
-                law=self.law,
-                tangential=self.tangential,
-                friction=friction,
-                tilt=self.tilt,
-            )
-            self._bases[touch.body] = basis
-        return basis
-
-    def _friction(self, data: mujoco.MjData, body: int) -> float:
-        """The largest sliding friction of a body's contacts with the pad: what they hold, the law can hold [-]."""
-        pairs = data.contact.geom.reshape(-1, 2)
-        on_pad = (pairs == self.geom).any(axis=1) & (pairs >= 0).all(axis=1)
-        bodies = self.model.geom_bodyid[pairs]
-        return float(data.contact.friction[on_pad & (bodies == body).any(axis=1), :2].max())
-
-
-class _Touch(NamedTuple):
-    """A body that presses on the pad."""
-
-    body: int
-    footprint: Footprint
-    wrench: Array  #: [N, N m], shape (6,)
+                name = self.model.body(body).name or f"number {body}"
+                warnings.warn(f"body '{name}' has no outline over the pad: {error}", ContactWarning, stacklevel=2)
+        return areal(shapely.union_all(outlines))

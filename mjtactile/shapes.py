@@ -13,7 +13,7 @@ import numpy as np
 from shapely import MultiPolygon, Polygon, affinity
 
 from mjtactile.errors import IndenterError
-from mjtactile.indenter import Indenter, mesh_indenter, sphere
+from mjtactile.indenter import Indenter, body_name, mesh_indenter, sphere
 from mjtactile.outlines import INDENTER_NAMES, ellipse, punch_outline
 from mjtactile.solid import extrude
 
@@ -89,5 +89,5 @@ def shape_indenter(shape: str, size: float = 1.0) -> Indenter:
     if shape_face(shape) is None:
         return sphere(SPHERE_RADIUS * size)
     outline = sized_face(shape, size)
-    name = shape if shape in SHAPE_NAMES else Path(shape).stem
+    name = shape if shape in SHAPE_NAMES else body_name(Path(shape))
     return Indenter(name=name, solid=extrude(outline, _PUNCH_HEIGHT), outline=outline)

@@ -54,7 +54,7 @@ class StressSampler:
         columns: number of loads.
     """
 
-    def __init__(self, mesh: SheetMesh, parity: Parity, points: Array, columns: int) -> None:
+    def __init__(self, mesh: SheetMesh, parity: Parity, points: Array, columns: int = 0) -> None:
         x, x_of_pair, y_of_pair, self._pair = _distinct_pairs(points)
         #: Pairs of (x, y) that share an x are neighbours: (x, first pair, end of pairs).
         self._runs = list(itertools.pairwise(np.searchsorted(x_of_pair, np.arange(len(x) + 1))))
@@ -67,10 +67,15 @@ class StressSampler:
         self._plane_shape = (3, quarter.y.node_count, quarter.x.node_count)
         element = mesh.z.locate(points[:, 2])[0]
         self._shear_modulus, self._lame_lambda = mesh.shear_modulus[element], mesh.lame_lambda[element]
-        self._measures = np.zeros((_MEASURES, len(points), columns))
+        self._points = len(points)
+        self.restart(columns)
         self._in_plane: dict[tuple[int, str, str], list[tuple[int, str]]] = defaultdict(list)
         for measure, component, x, y, z in _TERMS:
             self._in_plane[component, x, y].append((measure, z))
+
+    def restart(self, columns: int) -> None:
+        """Forget all planes and begin with another number of loads."""
+        self._measures = np.zeros((_MEASURES, self._points, columns))
 
     def add(self, plane: int, free: np.ndarray, displacements: Array) -> None:
         """Add one node plane.

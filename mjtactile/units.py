@@ -10,6 +10,8 @@ from mjtactile.errors import UnitError
 #: One gram-force [N], by definition of standard gravity.
 GRAM_FORCE = 9.80665e-3
 MILLIMETRE = 1e-3
+#: Smaller forces than this move nothing [N]: the weight of a microgram is ten times as much.
+LEAST_FORCE = 1e-9
 
 _FORCE_UNITS = {"gf": GRAM_FORCE, "n": 1.0, "mn": 1e-3}
 
@@ -18,7 +20,7 @@ def parse_force(text: str) -> float:
     """A pressing force [N] from text such as "100gf", "0.98N" or "980 mN".
 
     Raises:
-        UnitError: without a unit, or not a positive number.
+        UnitError: without a unit, or not a positive number of at least `LEAST_FORCE`.
     """
     match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:e[-+]?[0-9]+)?)\s*([a-z]*)\s*", text, flags=re.IGNORECASE)
     unit = match.group(2).lower() if match else ""
@@ -27,7 +29,10 @@ def parse_force(text: str) -> float:
         raise UnitError(f"force {text!r} is not a number with a unit; expected for example 100gf, 0.98N or 980mN.")
     if not (math.isfinite(value) and value > 0.0):
         raise UnitError(f"force {text!r} does not press; expected a positive force. Its direction is set by --tilt.")
-    return value * _FORCE_UNITS[unit]
+    force = value * _FORCE_UNITS[unit]
+    if not (math.isfinite(force) and force >= LEAST_FORCE):
+        raise UnitError(f"force {text!r} is too small to press; expected at least {LEAST_FORCE:g} N.")
+    return force
 
 
 def parse_millimetres(name: str, text: str) -> tuple[float, float]:

@@ -22,10 +22,10 @@ from arguments import parsed
 from mjtactile.basis import WrenchBasis
 from mjtactile.cache import influence_matrices
 from mjtactile.errors import ContactWarning
+from mjtactile.files import write_atomically
 from mjtactile.footprint import Footprint
 from mjtactile.pad import Array, Pad
 from mjtactile.progress import progress_bar
-from mjtactile.report import write_atomically
 
 #: Presses of one job.
 _PER_JOB = 500

@@ -26,7 +26,7 @@ from policy_environment import StackedLifts
 from policy_report import draw_curves, success_table
 
 from mjtactile.bench_tables import rewrite_table
-from mjtactile.report import write_atomically
+from mjtactile.files import write_atomically
 
 #: What is compared: with touch, and without.
 ARMS = {"touch": "readings", "no touch": "none"}

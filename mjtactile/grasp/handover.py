@@ -14,7 +14,7 @@ from mjtactile.grasp.lift import OFFSETS, LiftTask, lift_task
 from mjtactile.grasp.robot import Robot
 from mjtactile.grasp.scene import GraspObject, grasp_spec
 from mjtactile.grasp.statistics import Bound, Report, median, share
-from mjtactile.grasp.touch import Touch, TrueTouch, make_touch
+from mjtactile.grasp.touch import Touch, TrueTouch, grasp_recogniser, make_touch
 from mjtactile.grasp.trials import Experiment, Result, Settings
 
 #: How far below what is held the shelf stands [m].
@@ -136,4 +136,10 @@ def report(results: dict[str, list[Result]]) -> Report:
     )
 
 
-HANDOVER = Experiment(name="handover", conditions=("recognised", "true", "blind"), trial=trial, report=report)
+HANDOVER = Experiment(
+    name="handover",
+    conditions=("recognised", "true", "blind"),
+    trial=trial,
+    report=report,
+    recognisers=grasp_recogniser,
+)

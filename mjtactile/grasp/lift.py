@@ -14,7 +14,7 @@ from mjtactile.grasp.judge import CRUSHING, Judge
 from mjtactile.grasp.robot import Robot
 from mjtactile.grasp.scene import GraspObject, grasp_spec
 from mjtactile.grasp.statistics import Bound, Report, median, share
-from mjtactile.grasp.touch import Touch, make_touch
+from mjtactile.grasp.touch import Touch, grasp_recogniser, make_touch
 from mjtactile.grasp.trials import Experiment, Result, Settings
 
 #: Ranges of mass [kg] and friction [-]. All of them can be lifted: 0.5 kg at 0.2 takes 12.3 N from each finger.
@@ -184,5 +184,10 @@ def report(results: dict[str, list[Result]]) -> Report:
 
 
 LIFT = Experiment(
-    name="lift", conditions=("recognised", "true", *BLIND_GRIPS), trial=trial, report=report, figure=lift_figure
+    name="lift",
+    conditions=("recognised", "true", *BLIND_GRIPS),
+    trial=trial,
+    report=report,
+    figure=lift_figure,
+    recognisers=grasp_recogniser,
 )

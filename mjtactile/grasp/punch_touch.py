@@ -27,7 +27,7 @@ class PunchTouch:
     reads = True
 
     def __init__(self, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> None:
-        self._force, self._shape = _recognisers(weights)
+        self._force, self._shape = punch_recognisers(weights)
         self._noise, self._drawn = noise, np.random.default_rng(seed)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
@@ -54,6 +54,7 @@ class PunchTouch:
 
 
 @lru_cache(maxsize=1)
-def _recognisers(weights: str | None) -> tuple[ForceRecogniser, ShapeRecogniser]:
+def punch_recognisers(weights: str | None) -> tuple[ForceRecogniser, ShapeRecogniser]:
+    """What feels forces and sees shapes; arguments and errors as of `touch.grasp_recogniser`."""
     folder = None if weights is None else Path(weights)
     return load("force", pad=Pad(), folder=folder), load("shape", pad=Pad(), folder=folder)

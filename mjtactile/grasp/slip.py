@@ -15,7 +15,7 @@ from mjtactile.grasp.lift import LiftTask, lift_task
 from mjtactile.grasp.reflex import SlipReflex
 from mjtactile.grasp.robot import Robot
 from mjtactile.grasp.statistics import Bound, Report, median, share
-from mjtactile.grasp.touch import Touch, TrueTouch, make_touch
+from mjtactile.grasp.touch import Touch, TrueTouch, grasp_recogniser, make_touch
 from mjtactile.grasp.trials import Experiment, Result, Settings
 
 #: Margin with which objects are held before [-].
@@ -188,4 +188,6 @@ def _quiet_row(condition: str, quiet: list[dict[str, Any]]) -> tuple[str, ...]:
     )
 
 
-SLIP = Experiment(name="slip", conditions=("recognised", "true", "blind"), trial=trial, report=report)
+SLIP = Experiment(
+    name="slip", conditions=("recognised", "true", "blind"), trial=trial, report=report, recognisers=grasp_recogniser
+)

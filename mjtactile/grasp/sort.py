@@ -10,19 +10,19 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import shapely
 
 from mjtactile.control import ShapeBelief
+from mjtactile.geom import SHOWN
 from mjtactile.grasp.control import GripLaw, Ride, close, hold, let_go, lower, raise_object, rub
 from mjtactile.grasp.judge import CRUSHING, Judge
-from mjtactile.grasp.punch_touch import PunchTouch
+from mjtactile.grasp.punch_touch import PunchTouch, punch_recognisers
 from mjtactile.grasp.robot import STEPS_PER_TICK, Robot
 from mjtactile.grasp.scene import OBJECT_PRIORITY, GraspObject, grasp_spec
 from mjtactile.grasp.statistics import Bound, Report, median, share
 from mjtactile.grasp.touch import Touch, TrueTouch
 from mjtactile.grasp.trials import Experiment, Result, Settings
 from mjtactile.gripper import GRIPPER_PADS
-from mjtactile.indenter import convex_pieces, indenter_outline
+from mjtactile.indenter import indenter_outline, indenter_solid
 from mjtactile.mjcf import FOOT_RADIUS
 from mjtactile.outlines import INDENTER_NAMES
 from mjtactile.pad import Array
@@ -43,8 +43,6 @@ _RISE, _SPEED, _CARRYING, _LOWERING = 0.04, 0.08, 0.15, 0.02
 _GRIPS, _PLACE_LOOKS, _SEEMING = 2, 5, -0.55
 #: Steps between ticks while it is carried: 100 Hz are enough for what happens there.
 _CARRYING_STEPS = 10
-#: Shapes of several convex pieces.
-_IN_PIECES = ("star", "doughnut")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,13 +153,13 @@ def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
     core = GraspObject(size=(SIZE[0] - 2.0 * PROUD, *SIZE[1:]), mass=task.mass, friction=task.friction)
     spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, fidelity=fidelity)
     body, block = spec.body("object"), spec.geom("object")
-    pieces = convex_pieces(task.shape) if task.shape in _IN_PIECES else [indenter_outline(task.shape)]
+    solid = indenter_solid(task.shape, height=PROUD)
     for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
-        for number, piece in enumerate(pieces):
-            name = f"{pad}_boss_{number}"
-            spec.add_mesh(name=name, uservert=_boss(piece, side).ravel())
-            boss = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=1e-4)
-            boss.contype, boss.conaffinity, boss.group, boss.rgba = 0, 0, 2, [0.7, 0.4, 0.25, 1.0]
+        # It does not collide, and presses by its name (geom.py).
+        name = f"{pad}_boss{SHOWN}"
+        spec.add_mesh(name=name, uservert=_boss(solid.vertices, side).ravel(), userface=np.ravel(solid.faces))
+        boss = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=1e-4)
+        boss.contype, boss.conaffinity, boss.group, boss.rgba = 0, 0, 2, [0.7, 0.4, 0.25, 1.0]
         # As punches do elsewhere (mjcf.py), a boss touches with small feet spread over its face.
         for number, (u, v) in enumerate(support_points(indenter_outline(task.shape))):
             foot = body.add_geom(name=f"{pad}_foot_{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=0.0, group=3)
@@ -176,11 +174,10 @@ def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
     return spec.compile()
 
 
-def _boss(piece: shapely.Polygon, side: float) -> Array:
-    """Corners of a punch that stands out of a block's left (-1) or right (1) face, as that side's pad sees it."""
-    rim = shapely.get_coordinates(piece)[:-1]
-    inner, outer = side * (SIZE[0] / 2 - PROUD), side * SIZE[0] / 2
-    return np.vstack([np.column_stack([np.full(len(rim), x), -side * rim[:, 0], rim[:, 1]]) for x in (inner, outer)])
+def _boss(vertices: Array, side: float) -> Array:
+    """Corners of a punch, face at z = 0, where it stands out of a block's left (-1) or right (1) face, (n, 3) [m]."""
+    u, v, above = vertices.T
+    return np.column_stack([side * (SIZE[0] / 2 - above), -side * u, v])
 
 
 def trial(settings: Settings, condition: str, number: int) -> Result:
@@ -217,4 +214,6 @@ def report(results: dict[str, list[Result]]) -> Report:
     )
 
 
-SORT = Experiment(name="sort", conditions=("recognised", "true", "blind"), trial=trial, report=report)
+SORT = Experiment(
+    name="sort", conditions=("recognised", "true", "blind"), trial=trial, report=report, recognisers=punch_recognisers
+)

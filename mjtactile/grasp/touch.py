@@ -154,12 +154,20 @@ def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str |
         weights: folder of the recogniser's weights; by default those shipped.
     """
     if kind == "recognised":
-        return RecognisedTouch(_recogniser(weights), noise=noise, seed=seed)
+        return RecognisedTouch(grasp_recogniser(weights), noise=noise, seed=seed)
     return TrueTouch() if kind == "true" else NoTouch()
 
 
 @lru_cache(maxsize=2)
-def _recogniser(weights: str | None) -> GraspRecogniser:
+def grasp_recogniser(weights: str | None) -> GraspRecogniser:
+    """What feels what a hand holds.
+
+    Args:
+        weights: folder of weights of one's own; None: those shipped.
+
+    Raises:
+        RecognitionError: there are none, or they fit another pad.
+    """
     return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from mjtactile import __version__
 from mjtactile.distribute import Workers, distributed
 from mjtactile.errors import MjTactileError
+from mjtactile.files import read_text, write_atomically
 from mjtactile.progress import progress_bar
 
 Result = dict[str, Any]
@@ -50,6 +51,7 @@ class Experiment:
         trial: settings, condition and number to plain numbers; a function of a module, for other processes to find.
         report: results by condition, in order of their numbers, to what is printed.
         figure: the same to a matplotlib figure, for experiments that have one.
+        recognisers: loads what the trials feel with from a folder of weights; it raises where they are unusable.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Experiment:
     trial: Callable[[Settings, str, int], Result]
     report: Callable[[dict[str, list[Result]]], Any]
     figure: Callable[[dict[str, list[Result]]], Any] | None = None
+    recognisers: Callable[[str | None], Any] | None = None
 
 
 def run_trials(
@@ -112,19 +115,32 @@ def _tried(task: tuple[Callable[[Settings, str, int], Result], Settings, tuple[s
 
 
 def _read(path: Path, about: dict[str, Any]) -> dict[tuple[str, int], Result]:
-    """Results in a file by condition and number; a last line that was cut off is mended away."""
+    """Results in a file by condition and number; lines that are damaged or were cut off are mended away."""
     if not path.exists():
         return {}
-    lines = path.read_text().split("\n")
     try:
+        lines = read_text(path).split("\n")
         head = json.loads(lines[0])
-    except ValueError:
+    except (OSError, ValueError, RecursionError):
         raise TrialsError(f"{path} is not a file of trials. Choose another name.") from None
     if head != about:
         other = [key for key in about if head.get(key) != about[key]] if isinstance(head, dict) else list(about)
         raise TrialsError(f"{path} holds trials of other settings ({', '.join(other)}). Choose another name.")
-    whole = [line for line in lines[1:-1] if line]
-    if lines[-1]:  # cut off while it was written
-        path.write_text("\n".join([lines[0], *whole]) + "\n")
-    entries = [json.loads(line) for line in whole]
-    return {(entry["condition"], entry["trial"]): entry["result"] for entry in entries}
+    done = {line: _entry(line) for line in lines[1:-1]}
+    whole = {line: entry for line, entry in done.items() if entry is not None}
+    if len(whole) < len(lines) - 2 or lines[-1]:
+        content = "\n".join([lines[0], *whole]) + "\n"
+        write_atomically(path, lambda file: file.write(content.encode()))
+    return dict(whole.values())
+
+
+def _entry(line: str) -> tuple[tuple[str, int], Result] | None:
+    """A trial's condition and number, and its result; None for a line that is damaged."""
+    try:
+        entry = json.loads(line)
+        condition, number, result = entry["condition"], entry["trial"], entry["result"]
+    except (ValueError, LookupError, TypeError, RecursionError):
+        return None
+    if not (isinstance(condition, str) and isinstance(number, int) and isinstance(result, dict)):
+        return None
+    return (condition, number), result

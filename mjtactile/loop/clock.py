@@ -27,6 +27,18 @@ CONTACT_THRESHOLD = 50.0
 KNOWN_STIFFNESS = ARM_STIFFNESS
 
 
+def steps_between(rate: int) -> int:
+    """Steps of MuJoCo from one tick to the next at a rate of ticks [Hz].
+
+    Raises:
+        MjTactileError: for a rate that does not divide 1000.
+    """
+    every = round(1.0 / (TIMESTEP * rate)) if 0 < rate <= 1.0 / TIMESTEP else 0
+    if every < 1 or abs(every * TIMESTEP * rate - 1.0) > 1e-9:
+        raise MjTactileError(f"rate = {rate} Hz does not divide 1000 Hz; expected for example 200, 250 or 500.")
+    return every
+
+
 @dataclass(frozen=True, eq=False)
 class Felt:
     """What was recognised at one tick."""
@@ -81,9 +93,7 @@ class Loop:
         seed: int = 0,
         watch: Callable[[Loop], None] = lambda loop: None,
     ) -> None:
-        every = round(1.0 / (TIMESTEP * rate)) if rate > 0 else 0
-        if every < 1 or abs(every * TIMESTEP * rate - 1.0) > 1e-9:
-            raise MjTactileError(f"rate = {rate} Hz does not divide 1000 Hz; expected for example 200, 250 or 500.")
+        every = steps_between(rate)
         self.scene, self.sensor = scene, sensor
         self.data = mujoco.MjData(scene.model)
         self.period = every * TIMESTEP

@@ -13,8 +13,8 @@ from mjtactile.loop.clock import Log, Loop
 from mjtactile.loop.scene import LoopScene, bin_place, loop_scene
 from mjtactile.loop.tasks import Held, Sorted, commanded_forces, press_forces, sort_punches
 from mjtactile.outlines import INDENTER_NAMES
-from mjtactile.pad import Array
-from mjtactile.recognition import load
+from mjtactile.pad import Array, Pad
+from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
 from mjtactile.sensor import TactileSensor
 from mjtactile.transducer import Transducer
 from mjtactile.units import GRAM_FORCE
@@ -23,8 +23,6 @@ from mjtactile.units import GRAM_FORCE
 JUDGED_TIME = 0.1
 #: A commanded force is reached when it stays within this of it, over its magnitude.
 REACHED_WITHIN = 0.05
-#: The arms creep a little under oblique forces; a footprint is kept over this [m], as far as a reading does not notice.
-POSE_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,12 +79,11 @@ def run_loop(
         MjTactileError: for a rate that does not divide 1000 Hz.
     """
     scene = loop_scene(settings.seed)
-    sensor = TactileSensor(scene.model, preset=settings.preset, pose_tolerance=POSE_TOLERANCE)
+    sensor = TactileSensor(scene.model, preset=settings.preset)
     loop = Loop(
         scene,
         sensor,
-        load("force", layers=settings.layers, pad=sensor.pad, folder=folder),
-        load("shape", layers=settings.layers, pad=sensor.pad, folder=folder),
+        *loop_recognisers(settings.layers, folder, sensor.pad),
         rate=settings.rate,
         noise=settings.noise,
         transducer=transducer,
@@ -96,6 +93,13 @@ def run_loop(
     held = press_forces(loop, 0, commanded_forces(settings.presses, settings.seed)) if settings.presses else []
     put_away = sort_punches(loop) if settings.sort else []
     return LoopResult(settings, scene, loop.log, held, put_away, judge(settings, loop, held, put_away))
+
+
+def loop_recognisers(
+    layers: str, folder: Path | None = None, pad: Pad | None = None
+) -> tuple[ForceRecogniser, ShapeRecogniser]:
+    """What the loop feels with; arguments and errors as of `recognition.load`."""
+    return load("force", layers=layers, pad=pad, folder=folder), load("shape", layers=layers, pad=pad, folder=folder)
 
 
 def judge(settings: LoopSettings, loop: Loop, held: list[Held], put_away: list[Sorted]) -> dict[str, Any]:

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.errors import OutputError
+from mjtactile.files import write_atomically
 from mjtactile.loop.clock import Loop
 from mjtactile.pad import Array
 from mjtactile.render import context_class, working_backend
-from mjtactile.report import write_atomically
 from mjtactile.units import GRAM_FORCE
 
 Picture = npt.NDArray[np.uint8]

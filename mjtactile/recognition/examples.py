@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from mjtactile.recognition.presses import Presses
+from mjtactile.recognition.registry import REGISTRY, read_registry, stored_module
 from mjtactile.recognition.store import Stored, read_weights
 from mjtactile.recognition.view import View
 
@@ -92,7 +93,11 @@ class Examples:
 
 def read_examples(folder: Path, view: View) -> Examples | None:
     """The examples in a folder of weights; None where there are none."""
-    return Examples.from_stored(read_weights(folder / EXAMPLES), view) if (folder / EXAMPLES).is_file() else None
+    if not (folder / EXAMPLES).is_file():
+        return None
+    entry = read_registry(folder).get("examples") if (folder / REGISTRY).is_file() else None
+    stored = read_weights(folder / EXAMPLES) if entry is None else stored_module(folder, entry)
+    return Examples.from_stored(stored, view)
 
 
 def choose(presses: Presses, count: int, rare: tuple[str, ...], seed: int) -> np.ndarray:

@@ -6,6 +6,7 @@ were.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,6 +15,8 @@ from typing import Any
 from mjtactile.recognition.store import RecognitionError, Stored, file_hash, read_weights
 
 REGISTRY = "registry.json"
+#: The registry's entry by which damage to it is found.
+_CHECKSUM = "sha256 of modules"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +53,7 @@ def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
     Raises:
         RecognitionError: the file is no module.
     """
-    from mjtactile.report import write_atomically
+    from mjtactile.files import write_atomically
 
     stored = read_weights(folder / file)
     kind = stored.metadata["kind"]
@@ -59,7 +62,8 @@ def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
         name=name, kind=kind, file=file, sha256=file_hash(folder / file), needs=needed(kind), optional=optional
     )
     entries = {**(read_registry(folder) if (folder / REGISTRY).is_file() else {}), name: entry}
-    content = json.dumps({"modules": [asdict(entries[key]) for key in sorted(entries)]}, indent=2) + "\n"
+    modules = [asdict(entries[key]) for key in sorted(entries)]
+    content = json.dumps({"modules": modules, _CHECKSUM: _checksum(modules)}, indent=2) + "\n"
     write_atomically(folder / REGISTRY, lambda out: out.write(content.encode()))
     return entry
 
@@ -72,7 +76,11 @@ def read_registry(folder: Path) -> dict[str, Entry]:
     """
     path = folder / REGISTRY
     try:
-        listed: list[dict[str, Any]] = json.loads(path.read_text())["modules"]
+        content = json.loads(path.read_text())
+        listed: list[dict[str, Any]] = content["modules"]
+        # Registries from before there were checksums have the modules alone.
+        if set(content) != {"modules"} and content.get(_CHECKSUM) != _checksum(listed):
+            raise ValueError("it does not match its checksum")
         return {one["name"]: Entry(**{**one, "needs": tuple(one["needs"])}) for one in listed}
     except FileNotFoundError:
         raise RecognitionError(f"there are no recognisers in {folder}. Train them: make weights") from None
@@ -87,10 +95,14 @@ def stored_module(folder: Path, entry: Entry) -> Stored:
         RecognitionError: the file is not there, or not the one that was entered.
     """
     path = folder / entry.file
-    stored = read_weights(path)
-    if file_hash(path) != entry.sha256:
+    if path.is_file() and file_hash(path) != entry.sha256:
         raise RecognitionError(
-            f"{path} is not the file its registry knows. Restore it, or enter it anew: "
-            "mjtactile.recognition.registry.register"
+            f"{path} is not the file its registry knows. Restore it or train it again (make weights); if it was "
+            "changed on purpose, enter it anew: mjtactile.recognition.registry.register"
         )
-    return stored
+    return read_weights(path)
+
+
+def _checksum(modules: list[dict[str, Any]]) -> str:
+    """SHA-256 of the registry's entries."""
+    return hashlib.sha256(json.dumps(modules, sort_keys=True).encode()).hexdigest()

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mjtactile.checksum import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
 from mjtactile.errors import MjTactileError
 from mjtactile.pad import Pad
 
@@ -42,14 +43,14 @@ class Stored:
 
 
 def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str, Any], pad: Pad) -> None:
-    """Write weights that appear whole or not at all, with their pad's fingerprint and how they were made.
+    """Write weights that appear whole or not at all, with their pad's fingerprint, how they were made, and checksums.
 
     Raises:
         OSError: the file cannot be written.
     """
     from safetensors.numpy import save
 
-    from mjtactile.report import write_atomically
+    from mjtactile.files import write_atomically
 
     path.parent.mkdir(parents=True, exist_ok=True)
     about = {
@@ -60,14 +61,15 @@ def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str,
         "fingerprint_of_layers": replace(pad, depths=tuple(pad.depths[k] for k in metadata["layers"])).fingerprint,
         "reading_shape": pad.reading_shape,
     }
-    content = save(
-        {name: np.ascontiguousarray(array) for name, array in arrays.items()}, {"mjtactile": json.dumps(about)}
-    )
+    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    content = save(arrays, with_checksums(arrays, json.dumps(about)))
     write_atomically(path, lambda file: file.write(content))
 
 
 def read_weights(path: Path) -> Stored:
-    """Weights and what is known of them.
+    """Weights and what is known of them, compared with the file's checksums.
+
+    A file from before there were checksums is read as it is; `registry.stored_module` knows those by their hash.
 
     Args:
         path: of a file by `write_weights`.
@@ -81,9 +83,13 @@ def read_weights(path: Path) -> Stored:
         raise RecognitionError(f"there are no weights {path}. Train them: make weights")
     try:
         with safe_open(path, framework="np") as file:
-            metadata = json.loads((file.metadata() or {})["mjtactile"])
+            about = file.metadata() or {}
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    except (SafetensorError, KeyError, ValueError) as error:
+        if not has_no_checksums(about):
+            check_header(arrays, about)
+            check_arrays(arrays, about)
+        metadata = json.loads(about[METADATA])
+    except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise RecognitionError(f"{path} holds no whole weights ({error}). Train them again: make weights") from error
     return Stored(arrays, metadata, path)
 

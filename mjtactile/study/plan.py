@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from mjtactile.cache import cache_directory, influence_matrices
+from mjtactile.files import write_atomically
 from mjtactile.influence import InfluenceMatrices
-from mjtactile.report import write_atomically
 from mjtactile.study.protocol import (
     INITIALISATIONS,
     LAYERS,

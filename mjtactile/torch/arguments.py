@@ -11,6 +11,7 @@ from mjtactile.cache import influence_matrices
 from mjtactile.errors import InfluenceError, PresetError
 from mjtactile.influence import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
+from mjtactile.pad_json import names_file
 from mjtactile.preset import Fidelity
 
 #: Fidelity of a pad when none is named, as in MuJoCo models.
@@ -24,7 +25,7 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
         PresetError: for a fidelity that does not exist, or one beside matrices, which have their own.
         SceneError: when no pad or file has that name.
     """
-    is_file = isinstance(pad, Path) or (isinstance(pad, str) and Path(pad).is_file())
+    is_file = isinstance(pad, Path) or (isinstance(pad, str) and names_file(pad))
     if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
         raise PresetError(
             f"fidelity {fidelity!r} was given beside influence matrices, which have their own. Drop it, or give a pad."

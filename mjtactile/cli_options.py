@@ -1,0 +1,24 @@
+"""The command line: options that several commands take, and what they may be."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import typer
+
+
+def finite(value: float | None) -> float | None:
+    """The same number, for `typer.Option(callback=finite)`: the parser itself takes "nan" and "inf" for numbers."""
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"{value} is not a finite number.")
+    return value
+
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+WorkersOption = Annotated[int, typer.Option(min=1, help="Processes, one core each; the results do not depend on it.")]
+RayOption = Annotated[bool, typer.Option("--ray", help="Let Ray distribute the work; a worker lost costs only time.")]
+RayAddressOption = Annotated[
+    str | None,
+    typer.Option(help='Of a running Ray cluster, "auto" for the one here.  [default: one on this machine]'),
+]
