@@ -160,7 +160,7 @@ def test_options_are_refused_when_the_basis_is_made(coarse_square):
 
 
 def test_moving_by_the_sensors_tolerance_changes_readings_by_less_than_a_thousandth(draft):
-    from mjtactile.imprint import POSE_TOLERANCE
+    from mjtactile.native_reader import POSE_TOLERANCE
 
     for law, make in (("uniform", star_at), ("elastic", star_at), ("elastic", ball_at)):
         there, moved = (

@@ -6,11 +6,13 @@ import errno
 import os
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from filelock import FileLock
 from small_pads import COARSE, LAYERED_PAD
 
 import mjtactile.build
@@ -257,6 +259,61 @@ print("sum", found.tables["compliance ++"].sum().hex(), flush=True)
     assert len(sums) == 1
     assert sum(lines.count("builds") for lines in output) == 1
     assert len(files(cache)) == 1
+
+
+def test_what_killed_builders_left_is_removed_unless_somebody_writes_it(cache):
+    """The same table's and other tables', but not one whose lock is held, nor anybody else's file."""
+    cache.mkdir()
+    own, other = cached_path(Pad(), TINY), cached_path(LAYERED_PAD, COARSE)
+    busy = cache / "influence-0123456789abcdef0123.safetensors"
+    dead = [cache / f".{path.stem}-k2_x1a8z.partial" for path in (own, other)]
+    alive = [cache / f".{busy.stem}-abcdefgh.partial", cache / ".another-program.partial"]
+    for partial in (*dead, *alive):
+        partial.write_bytes(b"half")
+    with FileLock(busy.with_suffix(".lock")):
+        tiny()
+    assert [p.exists() for p in dead] == [False, False]
+    assert [p.exists() for p in alive] == [True, True]
+    tiny(replace(Pad(), sampling_radius=0.5e-3))
+    assert [p.exists() for p in alive] == [False, True]
+
+
+def test_builder_killed_while_it_writes_leaves_nothing_for_long(cache):
+    code = """
+import os, signal
+import safetensors.numpy
+import mjtactile.cache as cache
+from mjtactile.mesh import MeshDensity
+write = safetensors.numpy.save_file
+def die(*args, **kwargs):
+    write(*args, **kwargs)
+    os.kill(os.getpid(), signal.SIGKILL)
+safetensors.numpy.save_file = die
+density = MeshDensity(in_plane_size=2.0, through_size=0.5, rim_grading=1.0, base_grading=1.0, points_per_axis=(1,))
+cache.influence_matrices(mesh=density, progress=False)
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert run.returncode == -9
+    assert [name.endswith(".partial") for name in files(cache)] == [True]
+    tiny()
+    assert files(cache) == [cached_path(Pad(), TINY).name]
+
+
+def test_who_waits_for_another_builder_says_for_what(cache, capfd, monkeypatch):
+    """As for a builder that was stopped; one that is quick is waited for in silence."""
+    monkeypatch.setattr(mjtactile.cache, "_SILENT_WAIT", 0.2)
+    cache.mkdir()
+    lock = FileLock(cached_path(Pad(), TINY).with_suffix(".lock"), thread_local=False)
+    for held, lines in ((0.05, 0), (0.6, 1)):
+        lock.acquire()
+        released = threading.Timer(held, lock.release)
+        released.start()
+        tiny()
+        released.join()
+        said = capfd.readouterr().err
+        assert said.count("waiting for another process") == lines
+        assert (lock.lock_file in said and CACHE_VARIABLE in said) == bool(lines)
+        cached_path(Pad(), TINY).unlink()
 
 
 def test_oblong_layered_pads_are_cached_too():

@@ -58,7 +58,7 @@ def test_solution_is_that_of_refined_sparse_factors(pad, tolerance):
     ("make", "message"),
     [
         (lambda: pad_of((5, 3e6, 0.5)), r"poisson = 0\.5 is outside \[0, 0\.5\)\. .* use 0\.49"),
-        (lambda: pad_of((0.9e-3, 3e6, 0.49)), "at least 1e-06 m"),
+        (lambda: pad_of((0.9e-3, 3e6, 0.49)), "layer thickness = 9e-07 m; expected 1e-06 to 10 m"),
     ],
     ids=["incompressible", "thinner than 1 um"],
 )
@@ -368,4 +368,4 @@ def test_table_shows_errors_and_distances():
     rows = [attempt("a", "b", lambda: ("c", 1.5e-3)), attempt("d", "e", lambda: (pad_of((5, -1, 0.3)).summary, None))]
     table = extremes_table([row._asdict() for row in rows])
     assert "| a | c | 1.5e-03 | b |" in table
-    assert "| d | PadError: young = -1 Pa" in table
+    assert "| d | PadError: young = -1.0 Pa; expected" in table

@@ -90,7 +90,7 @@ def pad_of(top: float, bottom: float, scale: float = 1.0) -> Pad:
 
 @pytest.mark.parametrize(
     ("top", "bottom", "scale"),
-    [(1e-3, 1e-3, 1.0), (1e12, 1e12, 1.0), (1e-3, 1e3, 1.0), (1e12, 1e6, 1.0), (3e6, 3e6, 1e-3), (3e6, 3e6, 1e3)],
+    [(1.0, 1.0, 1.0), (1e15, 1e15, 1.0), (1.0, 1e6, 1.0), (1e12, 1e6, 1.0), (3e6, 3e6, 1e-2), (3e6, 3e6, 5e2)],
     ids=str,
 )
 @pytest.mark.filterwarnings("ignore::mjtactile.errors.ContactWarning")  # soft pads leave the linear range

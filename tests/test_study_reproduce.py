@@ -154,7 +154,7 @@ def test_the_command_prints_tables_and_writes_json_and_page(cache, tmp_path):
         (["--preset", "quick"], "fast, balanced, precise, accurate"),
         (["--seeds", "0"], "seeds"),
         (["--json", "/nonexistent/s.json"], "cannot write"),
-        (["--page", "/nonexistent/study.md"], "bench study"),
+        (["--page", "/nonexistent/study.md"], "Name a Markdown file that is there"),
     ],
 )
 def test_wrong_input_is_refused_before_any_training(arguments, says, cache):

@@ -1,5 +1,8 @@
 """Pads attached to models of other people."""
 
+import subprocess
+import sys
+
 import mujoco
 import numpy as np
 import pytest
@@ -75,6 +78,63 @@ def test_a_pad_of_ones_own():
     assert mjtactile.TactileSensor(model, "ff").read(data).shape == (2, 13, 13)
 
 
+THIN = mjtactile.Pad(
+    size=(12e-3, 1e-2),
+    layers=(
+        mjtactile.Layer(thickness=1e-3, young=1e6 / 3, poisson=0.45),
+        mjtactile.Layer(thickness=2e-3, young=2e6, poisson=0.3),
+    ),
+    taxels=mjtactile.TaxelGrid(rows=3, columns=4, pitch=(2e-3, 2.5e-3)),
+    depths=(1e-3,),
+)
+OPEN = """
+import sys, mujoco, mjtactile
+model = mujoco.MjModel.from_xml_path(sys.argv[1])
+data = mujoco.MjData(model)
+data.ctrl[0] = 0.5
+mujoco.mj_step(model, data, 500)
+mujoco.mj_forward(model, data)
+sys.stdout.buffer.write(data.sensor("ff").data.tobytes())
+"""
+
+
+@pytest.mark.parametrize("registered", [False, True])
+def test_a_model_with_a_pad_of_ones_own_is_opened_by_a_process_that_does_not_know_it(tmp_path, registered):
+    if registered:
+        mjtactile.register_pad("thin", THIN)
+    spec, _ = hand(pad="thin" if registered else THIN)
+    expected = pressed(spec.compile()).sensor("ff").data
+    (tmp_path / "hand.xml").write_text(spec.to_xml())
+    run = subprocess.run([sys.executable, "-c", OPEN, tmp_path / "hand.xml"], capture_output=True, check=True)
+    found = np.frombuffer(run.stdout)
+    assert found.shape == (12,)
+    assert found.max() > 0.0
+    assert found == pytest.approx(expected, rel=1e-3)  # XML has six digits
+
+
+def test_a_file_of_saved_matrices_stays_a_file(tmp_path):
+    path = str(tmp_path / "pad.safetensors")
+    mjtactile.influence_matrices(preset="fast").save(path)
+    spec, _ = hand(pad=path)
+    assert f'<config key="pad" value="{path}"/>' in (spec.compile(), spec.to_xml())[1]
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        (mjtactile.pad_text(THIN).replace('"depths"', '"depth"'), 'lacks "depths"'),
+        (mjtactile.pad_text(THIN)[:-1], "not JSON"),
+        (mjtactile.pad_text(THIN).replace("[0.001]", "[0.005]"), "0.005 m lies outside the sheet"),
+    ],
+)
+def test_a_damaged_pad_in_a_model_says_what_is_wrong(value, says):
+    spec, _ = hand(pad=THIN)
+    spec.compile()
+    quoted = spec.to_xml().replace(*(text.replace('"', "&quot;") for text in (mjtactile.pad_text(THIN), value)))
+    with pytest.raises(ValueError, match=f'attribute "pad".*{says}'):
+        mujoco.MjModel.from_xml_string(quoted)
+
+
 def test_attached_pads_go_along_when_specs_are_attached():
     parent = mujoco.MjSpec.from_string('<mujoco><option timestep="0.001" integrator="implicitfast"/></mujoco>')
     for prefix in ("left_", "right_"):
@@ -94,6 +154,7 @@ def test_attached_pads_go_along_when_specs_are_attached():
         ({"output": "force"}, "von_mises, stress, wrench"),
         ({"pad": "none"}, "default"),
         ({"pos": (0, 0)}, "three lengths"),
+        ({"contact": "hard"}, "stiff, soft"),
     ],
 )
 def test_wrong_arguments_say_the_right_ones(options, says):
@@ -114,3 +175,5 @@ def test_names_of_pads_stay_what_they_are():
         mjtactile.register_pad("mine", mjtactile.Pad(size=(0.02, 0.02)))
     with pytest.raises(mjtactile.SceneError, match="no name"):
         mjtactile.register_pad("pads/mine.mjt", mjtactile.Pad())
+    with pytest.raises(mjtactile.SceneError, match="no name"):
+        mjtactile.register_pad("{mine}", mjtactile.Pad())

@@ -71,7 +71,7 @@ def test_punches_have_flat_faces_with_their_outlines(name, coarse_square):
     mujoco.mj_forward(model, data)
     pad = model.geom("pad").id
     imprints = GapImprints(model, pad, coarse_square, facing_gap=FACING_GAP, level=True)
-    body = int(model.geom_bodyid[model.geom(f"{name}_solid").id])
+    body = int(model.geom_bodyid[model.geom(f"{name}_tactile").id])
     footprint = imprints.footprint(data, geom_frame(model, data, pad), body, np.array([], dtype=np.int64))
     sheet = shapely.box(-EDGE, -EDGE, EDGE, EDGE)
     expected = indenter_outline(name, shift=(1e-3, -2e-3), rotate_deg=25.0).intersection(sheet)
@@ -264,19 +264,6 @@ def test_colliding_geoms_that_do_not_touch_yet_are_part_of_the_body(coarse_squar
     assert footprint.gap is not None
     heights = np.asarray(footprint.gap(np.array([0.0, 5e-3]), np.zeros(2)))
     np.testing.assert_allclose(heights - heights[0], [0.0, 3e-5], atol=1e-12)
-
-
-def test_footprints_are_kept_while_the_pose_stays(coarse_square):
-    there = Standing(world('<geom type="sphere" size=".006"/>'), coarse_square, (0, 0, 6e-3))
-    first = there.footprint()
-    there.move((0.9e-6, 0, 6e-3))
-    assert there.footprint() is first
-    there.move((1.8e-6, 0, 6e-3))  # counted from where it was made, not from where it was last
-    assert there.footprint() is not first
-    there.move((0, 0, 6e-3))
-    again = there.footprint()
-    there.imprints.forget()
-    assert there.footprint() is not again
 
 
 KINDS = [

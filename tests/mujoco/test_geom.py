@@ -58,12 +58,12 @@ def test_a_sphere_presses_with_its_cap():
 
 def test_a_body_with_shown_geoms_presses_with_them_and_not_with_its_feet():
     model = model_of(
-        '<geom type="box" size=".004 .004 .001" contype="0" conaffinity="0" pos="0 0 .001"/>'
+        '<geom name="true_tactile" type="box" size=".004 .004 .001" contype="0" conaffinity="0" pos="0 0 .001"/>'
         '<geom type="sphere" size=".0005" pos=".003 0 .0005"/>'
     )
-    np.testing.assert_array_equal(pressing_geoms(model, 1, np.array([1])), [[0], [1]])
+    np.testing.assert_array_equal(pressing_geoms(model, 1, np.array([1])), [0])
     bare = model_of('<geom type="sphere" size=".001"/><geom type="sphere" size=".001" pos=".01 0 0"/>')
-    np.testing.assert_array_equal(pressing_geoms(bare, 1, np.array([1])), [[1]])
+    np.testing.assert_array_equal(pressing_geoms(bare, 1, np.array([1])), [1])
 
 
 def test_an_open_mesh_is_refused_by_name():

@@ -18,7 +18,7 @@ from mjtactile.errors import MjTactileError, OutputError, SceneError
 from mjtactile.loop import tasks
 from mjtactile.loop.clock import Loop
 from mjtactile.loop.figure import loop_figure
-from mjtactile.loop.run import POSE_TOLERANCE, LoopResult, LoopSettings, judge
+from mjtactile.loop.run import LoopResult, LoopSettings, judge
 from mjtactile.loop.scene import bin_place, home, loop_scene
 from mjtactile.loop.video import LoopVideo
 from mjtactile.outlines import INDENTER_NAMES
@@ -53,7 +53,7 @@ class Oracle:
 
 def looped(influence, seed=0, rate=200, noise=0.0, watch=lambda loop: None, **oracle):
     scene = loop_scene(seed)
-    sensor = TactileSensor(scene.model, influence=influence, law="uniform", pose_tolerance=POSE_TOLERANCE)
+    sensor = TactileSensor(scene.model, influence=influence, law="uniform")
     told: Any = Oracle(scene, **oracle)
     told.loop = Loop(scene, sensor, told.force, told.shape, rate=rate, noise=noise, watch=watch)
     return told.loop, told

@@ -6,6 +6,9 @@ import resource
 import subprocess
 import sys
 import threading
+import warnings
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
@@ -74,6 +77,7 @@ def test_readings_are_those_of_the_numpy_sensor(shape):
         name="touch", type=mujoco.mjtSensor.mjSENS_PLUGIN, objtype=mujoco.mjtObj.mjOBJ_GEOM, objname="pad"
     )
     sensor.plugin, sensor.plugin.active = plugin, True
+    sensor.plugin.name, sensor.plugin.plugin_name = "pad_plugin", "mjtactile.pad"  # older MuJoCo needs the names
     pressed = spec.compile()
     data = mujoco.MjData(pressed)
     mjtactile.press(pressed, data, mjtactile.force_vector(0.5, 10, 40))
@@ -95,8 +99,10 @@ CURVED = [
 
 @pytest.mark.parametrize("geom", CURVED)
 def test_curved_bodies_are_read_too(geom):
-    body = f'<body name="box{{n}}" pos="{{x}} 0 .00501">{geom}<freejoint/></body>'
-    round_model = mujoco.MjModel.from_xml_string(scene(body=body))
+    body = f'<body name="box{{n}}" pos="{{x}} 0 .00501">{geom}{PRESS}</body>'
+    # Older MuJoCo needs the flag to see that a cylinder lies on more than one point.
+    text = scene(body=body).replace("<worldbody>", '<option><flag multiccd="enable"/></option><worldbody>')
+    round_model = mujoco.MjModel.from_xml_string(text)
     data = stepped(round_model, 40)
     mujoco.mj_forward(round_model, data)
     expected = mjtactile.TactileSensor(round_model, geom="pad0", preset="fast").read(data)
@@ -166,9 +172,13 @@ def test_a_basis_reads_what_a_solution_reads(model):
 
 def test_too_large_a_pressure_warns_once():
     heavy = mujoco.MjModel.from_xml_string(scene().replace('mass=".05"', 'mass="20"'))
-    with pytest.warns(mjtactile.ContactWarning, match="strains are no longer small") as caught:
-        stepped(heavy, 20)
-    assert len(caught) == 1
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        data = stepped(heavy, 20)
+    texts = [str(one.message) for one in caught if issubclass(one.category, mjtactile.ContactWarning)]
+    assert sum("pad 'pad0', body 'box0': strains are no longer small" in text for text in texts) == 1
+    assert len(set(texts)) == len(texts)
+    assert data.sensordata.max() > 0.0
 
 
 def test_forward_twice_gives_the_same_bits(model):
@@ -239,10 +249,11 @@ def test_keyframes_and_resets(model):
 def test_copies_go_on_alike(model, tmp_path):
     data = stepped(model)
     copies = [copy.copy(data), copy.deepcopy(data), pickle.loads(pickle.dumps(data))]
-    other = mujoco.MjData(model)
-    mujoco.mj_copyData(other, model, data)
+    if hasattr(mujoco, "mj_copyData"):  # not in older bindings
+        copies.append(mujoco.MjData(model))
+        mujoco.mj_copyData(copies[-1], model, data)
     mujoco.mj_step(model, data, 30)
-    for one in (*copies, other):
+    for one in copies:
         mujoco.mj_step(model, one, 30)
         assert (one.sensordata == data.sensordata).all()
 
@@ -297,7 +308,10 @@ def test_rollouts_read_what_a_loop_reads(model):
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("persistent", [False, True])
 def test_batches_read_what_a_loop_reads(model, threads, persistent):
-    batch = pytest.importorskip("mujoco.batch").Batch(model, nsim=6, nthread=threads, persistent=persistent)
+    module = find_spec("mujoco.batch")
+    if module is None or module.origin is None or Path(module.origin).parent != Path(mujoco.__file__).parent:
+        pytest.skip("this MuJoCo has no batches")
+    batch = import_module("mujoco.batch").Batch(model, nsim=6, nthread=threads, persistent=persistent)
     for seed in range(6):
         batch.qvel[seed, :2] = np.random.default_rng(seed).uniform(-0.05, 0.05, 2)
     readings = batch.bind("sensordata")
@@ -334,7 +348,7 @@ def test_a_mujoco_that_describes_itself_wrongly_is_refused(monkeypatch):
     shorter = copy.copy(structs.STRUCTS["mjModel"])
     object.__setattr__(shorter, "fields", tuple(model_fields[1:]))
     monkeypatch.setitem(structs.STRUCTS, "mjModel", shorter)
-    with pytest.raises(mjtactile.NativeError, match=r"Tested are 3\.17 and 4\.0"):
+    with pytest.raises(mjtactile.NativeError, match=r"Tested are 3\.3\.7 to 4\.0"):
         mujoco_layout()
 
 

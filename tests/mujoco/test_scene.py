@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
+from mujoco_versions import older_than
 
 from mjtactile.assets import asset_path, available_assets
 from mjtactile.errors import IndenterError, SceneError
@@ -40,6 +41,8 @@ def centre_of_pressure(wrench: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("tilt_free", [False, True], ids=["upright", "free"])
 @pytest.mark.parametrize("shape", [*INDENTER_NAMES, *OTHERS], ids=lambda shape: getattr(shape, "name", shape))
 def test_force_is_reached_within_50_ms_and_stays(shape, tilt_free):
+    if shape is LYING_CYLINDER and tilt_free and older_than("3.17"):
+        pytest.skip("MuJoCo before 3.17: a lying cylinder touches in one point, which jumps from end to end")
     # MuJoCo 3.17 places the two contact points of a cylinder that rolls on its side unsteadily: 0.13 % was seen.
     tolerance = 5e-3 if shape is LYING_CYLINDER and tilt_free else 1e-3
     for shift, angle in POSES:
@@ -140,7 +143,7 @@ def test_the_solid_in_the_model_shows_the_true_outline_where_it_was_placed(shape
     model = press_scene(shape, shift=(1e-3, -2e-3), rotate_deg=25.0)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    geom = model.geom(f"{shape}_solid")
+    geom = model.geom(f"{shape}_tactile")
     assert geom.group[0] == 2
     assert geom.contype[0] == geom.conaffinity[0] == 0
     mesh = model.mesh(int(geom.dataid[0]))

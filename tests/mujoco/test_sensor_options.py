@@ -7,10 +7,14 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from shapely import box
 
 import mjtactile.sensor
-from mjtactile.basis import WrenchBasis
+from mjtactile.cache import influence_matrices
+from mjtactile.contact import contact_load
 from mjtactile.errors import ContactError, ContactWarning
+from mjtactile.footprint import Footprint
+from mjtactile.influence import InfluenceMatrices
 from mjtactile.scene import force_vector, press, press_scene
 from mjtactile.sensor import TactileSensor
 from mjtactile.wrench import contact_wrenches
@@ -27,19 +31,6 @@ def pressed(shape: str = "square") -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
-def captured_options(monkeypatch, influence) -> list[dict]:
-    """What each new WrenchBasis is asked for."""
-    seen = []
-
-    class Capturing(WrenchBasis):
-        def __init__(self, *args, **options) -> None:
-            seen.append(options)
-            super().__init__(*args, **options)
-
-    monkeypatch.setattr(mjtactile.sensor, "WrenchBasis", Capturing)
-    return seen
-
-
 def test_a_preset_reaches_the_influence_matrices_and_brings_its_law(draft, monkeypatch):
     asked = []
 
@@ -54,31 +45,61 @@ def test_a_preset_reaches_the_influence_matrices_and_brings_its_law(draft, monke
     assert TactileSensor(press_scene("square"), influence=draft, law="elastic").law == "elastic"
 
 
-def test_friction_is_the_contacts_own_unless_given(draft, monkeypatch):
-    seen = captured_options(monkeypatch, draft)
+@pytest.fixture(scope="module")
+def fast() -> InfluenceMatrices:
+    return influence_matrices(preset="fast")
+
+
+def shear_of(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    influence: InfluenceMatrices,
+    tangential: str = "coulomb",
+    **options: Any,
+) -> np.ndarray:
+    """Nodal forces under law elastic, by default with friction of Coulomb [N], (nodes y, nodes x, 3)."""
+    load = TactileSensor(model, influence=influence, law="elastic", tangential=tangential, **options).load(data)
+    assert load is not None
+    return load.forces
+
+
+@pytest.mark.xfail(strict=False, reason="on 400 cells shear spreads in proportion without a word")
+def test_fine_contacts_stick_too(draft):
+    assert draft.fidelity.cells == 400
+    model, data = pressed()
+    proportional, stick = (shear_of(model, data, draft, tangential) for tangential in ("proportional", "stick"))
+    assert np.abs(stick - proportional).max() > 0.1 * np.abs(proportional[..., 0]).max()
+
+
+def test_friction_is_the_contacts_own_unless_given(fast):
     model, data = pressed()
     data.contact.friction[:, :2] = 0.7
-    for friction in (None, 0.3):
-        TactileSensor(model, influence=draft, law="elastic", tangential="coulomb", friction=friction).load(data)
-    TactileSensor(model, influence=draft).load(data)
-    assert [options.get("friction") for options in seen] == [0.7, 0.3, None]
-    assert [options.get("tangential") for options in seen[:2]] == ["coulomb", "coulomb"]
+    own, same, less = (shear_of(model, data, fast, friction=friction) for friction in (None, 0.7, 0.2))
+    np.testing.assert_array_equal(own, same)
+    # Less friction lets more of it slip.
+    assert np.abs(own - less).max() > 0.1 * np.abs(own[..., 0]).max()
 
 
-def test_each_body_slides_with_its_own_friction(draft, monkeypatch):
-    seen = captured_options(monkeypatch, draft)
+def test_each_body_slides_with_its_own_friction(fast):
+    """Two bodies far from each other that are pushed sideways."""
     bodies = "".join(
-        f"""<body pos="{x} 0 0.002"><freejoint/><geom type="box" size=".001 .001 .002" mass=".01" priority="2"
-        friction="{friction} .001 .001"/></body>"""
-        for x, friction in ((-0.004, 0.2), (0.004, 0.9))
+        f"""<body pos="{x} 0 0.002"><joint type="slide" axis="1 0 0" damping="5"/><joint type="slide" axis="0 0 1"/>
+        <geom type="box" size=".001 .001 .002" mass=".01" priority="2" friction="{friction} .001 .001"/></body>"""
+        for x, friction in ((-0.006, 0.21), (0.006, 0.9))
     )
+    option = OPTION.replace("/>", ' gravity="2 0 -9.81"/>')
     model = mujoco.MjModel.from_xml_string(
-        f'<mujoco>{OPTION}<worldbody><geom {PAD_GEOM.format(0.5)} pos="0 0 -.0025"/>{bodies}</worldbody></mujoco>'
+        f'<mujoco>{option}<worldbody><geom {PAD_GEOM.format(0.5)} pos="0 0 -.0025"/>{bodies}</worldbody></mujoco>'
     )
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 50)
-    TactileSensor(model, influence=draft, law="elastic", tangential="coulomb").load(data)
-    assert sorted(options["friction"] for options in seen) == [0.2, 0.9]
+    own, low, high = (shear_of(model, data, fast, friction=friction)[..., 0] for friction in (None, 0.21, 0.9))
+    middle = own.shape[1] // 2
+    left, right = (slice(None), slice(0, middle)), (slice(None), slice(middle, None))
+    for half, expected, other in ((left, low, high), (right, high, low)):
+        size = np.abs(expected[half]).max()
+        assert np.abs(own[half] - expected[half]).max() <= 1e-2 * size
+        assert np.abs(own[half] - other[half]).max() > 3e-2 * size
 
 
 @pytest.mark.parametrize("option", ["law", "tangential", "tilt"])
@@ -93,14 +114,13 @@ def test_options_that_do_not_go_together_are_refused(draft):
         TactileSensor(press_scene("square"), influence=draft, law="uniform", tangential="stick")
 
 
-def test_a_body_whose_contact_is_not_found_warns_and_is_left_out(draft, monkeypatch):
-    def failing(*_args, **_options):
-        raise ContactError("no contact carries this wrench.")
-
-    monkeypatch.setattr(mjtactile.sensor.WrenchBasis, "response", failing)
+def test_a_force_that_is_not_finite_warns_and_reads_as_no_number(draft):
     model, data = pressed()
-    with pytest.warns(ContactWarning, match="body 'square' presses .* nothing is read from it: no contact carries"):
-        assert not TactileSensor(model, influence=draft).read(data).any()
+    sensor = TactileSensor(model, influence=draft)
+    data.efc_force[:] = np.nan
+    with pytest.warns(ContactWarning, match="pad 'pad', body 'square': nothing is read from it"):
+        assert np.isnan(sensor.read(data)).all()
+    assert sensor.health().refused == 1
 
 
 def pad_on_terrain() -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -166,19 +186,22 @@ def two_boxes(gap: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
-def test_coupled_bodies_feel_each_other(draft):
+def test_bodies_near_each_other_feel_each_other(draft):
+    """Each body deforms the surface under the other: together they read otherwise than one by one."""
     model, data = two_boxes(gap=2e-4)
-    alone = TactileSensor(model, influence=draft, law="elastic")
-    coupled = TactileSensor(model, influence=draft, law="elastic", coupled=True)
-    apart, together = alone.read(data), coupled.read(data)
-    assert 5e-3 < np.linalg.norm(together - apart) / np.linalg.norm(apart) < 0.1
-    load = coupled.load(data)
+    sensor = TactileSensor(model, influence=draft, law="elastic")
+    load = sensor.load(data)
     assert load is not None
-    np.testing.assert_allclose(load.resultant()[0], coupled.wrench(data)[:3], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(load.resultant()[0], sensor.wrench(data)[:3], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(load.resultant()[1], sensor.wrench(data)[3:], rtol=1e-6, atol=1e-9)
+    together = sensor.read(data)
     np.testing.assert_allclose(draft.readings(load), together, rtol=1e-6)
-
-
-def test_coupled_slip_needs_one_friction(draft):
-    model, _ = two_boxes(gap=1e-3)
-    with pytest.raises(ContactError, match="several coupled bodies slip with one friction"):
-        TactileSensor(model, influence=draft, law="elastic", tangential="coulomb", coupled=True)
+    contacts = contact_wrenches(model, data, model.geom("pad").id)
+    alone = []
+    for body, wrench in contacts.by_body(model).items():
+        side = -1 if body == 1 else 1
+        outline = box(side * 1.1e-3 - 1e-3, -2e-3, side * 1.1e-3 + 1e-3, 2e-3)
+        footprint = Footprint.from_outline(outline, draft)
+        alone.append(contact_load(draft, footprint, wrench[:3], moment=wrench[3:], law="elastic"))
+    apart = draft.readings(alone[0] + alone[1])
+    assert 5e-3 < np.linalg.norm(together - apart) / np.linalg.norm(apart) < 0.1

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mujoco_versions import since
 
 from mjtactile.errors import SceneError
 from mjtactile.wrench import PadFrame, contact_wrenches, geom_frame, site_frame
@@ -121,6 +122,7 @@ def test_oblique_weight_shows_its_tangential_part():
     np.testing.assert_allclose(block[:3], 0.01 * gravity, rtol=1e-6, atol=1e-8)
 
 
+@since("3.14", "a contact's place depends by 1 % on where the scene stands")
 @given(
     st.tuples(*[st.floats(-2.0, 2.0, allow_subnormal=False)] * 3),
     st.tuples(*[st.floats(-1.0, 1.0, allow_subnormal=False)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1),

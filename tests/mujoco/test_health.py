@@ -1,0 +1,59 @@
+"""What a pad's readings came to: counts of a simulation, and the switch of the warnings."""
+
+import warnings
+
+import mujoco
+import pytest
+
+import mjtactile
+from mjtactile.errors import ContactWarning, SceneError
+
+SCENE = """<mujoco><option timestep="0.001"/><worldbody><body name="finger"/>
+  <body name="anvil" pos="0 0 0.0049"><freejoint/><geom type="box" size="0.004 0.003 0.005" mass="{mass}"/></body>
+</worldbody><sensor><clock name="clock"/></sensor></mujoco>"""
+
+
+def pressed(mass: float, steps: int = 20) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    spec = mujoco.MjSpec.from_string(SCENE.format(mass=mass))
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, steps)
+    return model, data
+
+
+def test_health_counts_readings_with_contact_of_one_simulation():
+    model, data = pressed(0.02)
+    health = mjtactile.plugin_health(model, data, "ff")
+    assert health.readings == 20
+    assert (health.beyond_range, health.not_carried, health.bounded, health.refused) == (0, 0, 0, 0)
+    assert health.slowest > 0.0
+    assert mjtactile.plugin_health(model, mujoco.MjData(model), "ff").readings == 0
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(enabled):
+    mjtactile.set_warnings(enabled)
+    try:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            model, data = pressed(100.0 + enabled)
+    finally:
+        mjtactile.set_warnings(True)
+    assert mjtactile.plugin_health(model, data, "ff").beyond_range > 1
+    strains = [one for one in told if issubclass(one.category, ContactWarning) and "'anvil'" in str(one.message)]
+    assert len([one for one in strains if "no longer small" in str(one.message)]) == int(enabled)
+
+
+@pytest.mark.parametrize("name", ["clock", "absent"])
+def test_other_sensors_have_no_health(name):
+    model, data = pressed(0.02, steps=1)
+    with pytest.raises(SceneError, match=r"Available: \['ff'\]"):
+        mjtactile.plugin_health(model, data, name)
+
+
+def test_simulations_of_other_models_have_no_health():
+    model, _ = pressed(0.02, steps=1)
+    other = mujoco.MjModel.from_xml_string("<mujoco/>")
+    with pytest.raises(SceneError, match="made from this model"):
+        mjtactile.plugin_health(model, mujoco.MjData(other), "ff")

@@ -1,0 +1,58 @@
+"""The core compiled with AddressSanitizer and UndefinedBehaviorSanitizer, and how processes are run with it.
+
+python tests/native_core/sanitizers.py <folder of the build> <command> ...
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+COMPILER = shutil.which("g++")
+FLAGS = ["-std=c++17", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+def library(folder: Path) -> Path:
+    """The core compiled with sanitizers, without CMake: plain kernels and AVX2. Kept while no source changes."""
+    native, built = ROOT / "native", folder / "libmjtactile.so"
+    sources = [path for path in native.glob("*/*") if path.is_file()]
+    if built.is_file() and built.stat().st_mtime > max(path.stat().st_mtime for path in sources):
+        return built
+    folder.mkdir(parents=True, exist_ok=True)
+    includes = [f"-I{native / 'core'}", f"-I{native / 'plugin'}"]
+    wide = {"avx2": ["-mavx2", "-mfma", "-mf16c"], "avx512": ["-mavx512f", "-mavx2", "-mfma", "-mf16c"]}
+    objects, running = [], []
+    for source in sorted([*native.glob("core/*.cpp"), *native.glob("plugin/*.cpp")]):
+        target = folder / f"{source.stem}.o"
+        flags = [f for f in FLAGS if f != "-shared"] + wide.get(source.stem.removeprefix("kernels_"), [])
+        command = [str(COMPILER), *flags, "-DMJTACTILE_X86", *includes, "-c", str(source), "-o", str(target)]
+        running.append(subprocess.Popen(command))
+        objects.append(str(target))
+        if len(running) >= 2:
+            assert running.pop(0).wait() == 0
+    assert all(process.wait() == 0 for process in running)
+    subprocess.run([str(COMPILER), *FLAGS, *objects, "-o", str(built)], check=True)
+    return built
+
+
+def environment(built: Path) -> dict[str, str]:
+    """Variables of a process that uses such a core."""
+    runtime = [
+        subprocess.run([str(COMPILER), f"-print-file-name={name}"], capture_output=True, text=True, check=True).stdout
+        for name in ("libasan.so", "libubsan.so", "libstdc++.so")
+    ]
+    return os.environ | {
+        "MJTACTILE_LIBRARY": str(built),
+        "LD_PRELOAD": " ".join(path.strip() for path in runtime),
+        "ASAN_OPTIONS": "detect_leaks=0",  # Python's own
+        "UBSAN_OPTIONS": "print_stacktrace=1",
+    }
+
+
+if __name__ == "__main__":
+    library_of = library(Path(sys.argv[1]).resolve())
+    sys.exit(subprocess.run(sys.argv[2:], env=environment(library_of), check=False).returncode)

@@ -1,0 +1,249 @@
+"""Bodies in the compiled core against the NumPy code: heights of their lower surfaces, and contacts they press with."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import weakref
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from shapely import box
+
+import mjtactile
+from mjtactile.compliance import surface_compliance
+from mjtactile.envelope import TriangleSurface
+from mjtactile.facing import lower_surface
+from mjtactile.footprint import FACING_GAP, Footprint
+from mjtactile.foundation import foundation_springs
+from mjtactile.gap import Array, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
+from mjtactile.native import library, native_pad, pointer, without_native
+from mjtactile.native_reader import LAWS
+from mjtactile.search import Rectangle
+
+pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
+HALF = 7.5e-3
+SHEET = Rectangle(-HALF, -HALF, HALF, HALF)
+#: Between these the core looks [m].
+FLOOR, CEILING = -5e-3, 20e-3
+#: Meshes are looked at up to a part of that; this is ten times as deep as strains are small [m].
+NEAR = 5e-3
+CELLS = 60
+ROUGH = trimesh.creation.icosphere(2, radius=4e-3)
+TORUS = trimesh.creation.torus(4e-3, 1.5e-3, major_sections=40, minor_sections=24)
+CUBE = trimesh.creation.box(extents=(6e-3, 4e-3, 8e-3))
+SHAPES: dict[str, Shape | trimesh.Trimesh] = {
+    "sphere": Ellipsoid((5e-3, 5e-3, 5e-3)),
+    "ellipsoid": Ellipsoid((5e-3, 3e-3, 4e-3)),
+    "capsule": Capsule(3e-3, 2e-3),
+    "long capsule": Capsule(3e-3, 2e-2),
+    "cylinder": Cylinder(4e-3, 3e-3),
+    "box": Box((4e-3, 3e-3, 5e-3)),
+    "plane": HalfSpace(),
+    "mesh": ROUGH,
+    "torus": TORUS,
+    "cube mesh": CUBE,
+}
+#: Lying as they do on a table, half turns about x, y and z.
+LYING = {"capsule": (0, 0.5, 0), "long capsule": (0, 0.5, 0), "plane": (1, 0, 0)}
+
+
+def in_single(solid: trimesh.Trimesh) -> TriangleSurface:
+    """A mesh as MuJoCo keeps it."""
+    return TriangleSurface(
+        np.asarray(solid.vertices).astype(np.float32).astype(float), np.asarray(solid.faces), closed=True
+    )
+
+
+def reference(name: str) -> Shape:
+    shape = SHAPES[name]
+    return in_single(shape) if isinstance(shape, trimesh.Trimesh) else shape
+
+
+def posed(name: str, x: float, y: float, turn: Rotation) -> Pose:
+    """Where a shape just touches the sheet."""
+    rotation = (turn * Rotation.from_euler("xyz", np.pi * np.array(LYING.get(name, (0.0, 0.0, 0.0))))).as_matrix()
+    lowest = reference(name).lowest(Pose(np.array([x, y, 0.0]), rotation), SHEET, -np.inf)
+    return Pose(np.array([x, y, -lowest]), rotation)
+
+
+class CoreBody:
+    """A body of one shape, as the core holds it."""
+
+    def __init__(self, name: str) -> None:
+        core, shape = library(), SHAPES[name]
+        self.handle = ctypes.c_void_p(core.mjt_body_new())
+        here = numbers(Pose(np.zeros(3), np.eye(3)))
+        if isinstance(shape, trimesh.Trimesh):
+            points = np.ascontiguousarray(shape.vertices, dtype=np.float32)
+            corners = np.ascontiguousarray(shape.faces, dtype=np.int32)
+            core.mjt_body_add_mesh(
+                self.handle,
+                pointer(here),
+                ctypes.c_size_t(len(points)),
+                pointer(points),
+                ctypes.c_size_t(len(corners)),
+                pointer(corners),
+            )
+        else:
+            kind, size = _kind(shape)
+            core.mjt_body_add_shape(self.handle, ctypes.c_int(kind), pointer(np.array(size)), pointer(here))
+        self._finalizer = weakref.finalize(self, core.mjt_body_free, self.handle)
+
+    def heights(self, pose: Pose, points: Array, ceiling: float = CEILING) -> Array | None:
+        """Lower surface over points (count, 2) [m]; None where nothing of it is over the sheet."""
+        found = np.empty(len(points))
+        there = library().mjt_body_heights(
+            self.handle,
+            pointer(numbers(pose)),
+            pointer(np.array([*SHEET])),
+            ctypes.c_double(FLOOR),
+            ctypes.c_double(ceiling),
+            ctypes.c_size_t(len(points)),
+            pointer(np.ascontiguousarray(points)),
+            pointer(found),
+        )
+        return found if there else None
+
+    def press(self, influence: mjtactile.InfluenceMatrices, pose: Pose, wrench: Array, law: str) -> tuple[Array, Array]:
+        """Nodal forces (nodes y, nodes x, 3) [N], and the wrench carried (6,)."""
+        forces, carried = np.empty((*influence.surface.node_shape, 3)), np.empty(6)
+        whole = library().mjt_body_press(
+            native_pad(influence).handle,
+            self.handle,
+            pointer(numbers(pose)),
+            pointer(wrench),
+            ctypes.c_double(0.0),
+            ctypes.c_int(LAWS.index(law)),
+            ctypes.c_int(0),
+            ctypes.c_int(1),
+            ctypes.c_double(-1.0),
+            ctypes.c_double(0.0),
+            ctypes.c_double(FACING_GAP),
+            ctypes.c_size_t(CELLS),
+            pointer(forces),
+            pointer(carried),
+        )
+        assert whole
+        return forces, carried
+
+
+def _kind(shape: Shape) -> tuple[int, tuple[float, float, float]]:
+    match shape:
+        case Ellipsoid(semi_axes):
+            return 0, semi_axes
+        case Capsule(radius, half_length):
+            return 1, (radius, half_length, 0.0)
+        case Cylinder(radius, half_length):
+            return 2, (radius, half_length, 0.0)
+        case Box(half_sizes):
+            return 3, half_sizes
+    return 4, (0.0, 0.0, 0.0)
+
+
+def numbers(pose: Pose) -> npt.NDArray[np.float64]:
+    return np.concatenate([pose.position, pose.rotation.ravel()])
+
+
+@functools.cache
+def fast() -> mjtactile.InfluenceMatrices:
+    influence = mjtactile.influence_matrices(preset="fast")
+    native_pad(influence).set_foundation(*foundation_springs(surface_compliance(influence)))
+    return influence
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@settings(max_examples=15, deadline=None)
+@given(
+    place=st.tuples(st.floats(-5e-3, 5e-3), st.floats(-5e-3, 5e-3)),
+    turn=st.tuples(st.floats(-3, 3), st.floats(-0.6, 0.6), st.floats(-0.6, 0.6)),
+)
+def test_heights_are_those_of_the_reference(name, place, turn):
+    pose = posed(name, place[0], place[1], Rotation.from_euler("zyx", turn))
+    points = np.random.default_rng(0).uniform(-HALF, HALF, (500, 2))
+    found = CoreBody(name).heights(pose, points)
+    assert found is not None
+    expected = reference(name).heights(pose, points[:, 0], points[:, 1], FLOOR)
+    low = expected <= NEAR
+    assert low.any()
+    np.testing.assert_allclose(found[low], expected[low], rtol=0, atol=1e-12)
+    assert (found[~low] > NEAR - 1e-12).all()
+
+
+@pytest.mark.xfail(strict=False, reason="points near the far outline, over 6 mm up, have no height in the core")
+def test_a_leaning_torus_has_heights_up_to_its_far_outline():
+    pose = posed("torus", 0.0, 0.0, Rotation.from_euler("zyx", (0.0, 0.5, 0.5)))
+    points = np.array([[-0.00339226, 0.00303978], [-0.0033429, 0.00309162]])
+    expected = reference("torus").heights(pose, points[:, 0], points[:, 1], FLOOR)
+    assert np.isfinite(expected).all()
+    found = CoreBody("torus").heights(pose, points, ceiling=20e-3)
+    assert found is not None
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+def test_a_body_beside_the_sheet_has_no_heights():
+    assert CoreBody("sphere").heights(Pose(np.array([0.02, 0.0, 5e-3]), np.eye(3)), np.zeros((1, 2))) is None
+
+
+FORCE = np.array([0.02, -0.01, -0.25])
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("name", ["box", "cylinder", "cube mesh"])
+def test_flat_faces_press_as_in_the_reference(name, law):
+    influence = fast()
+    pose = posed(name, 0.7e-3, -1.1e-3, Rotation.from_euler("z", 0.5))
+    surface = lower_surface([(reference(name), pose)], SHEET, depth=5e-3, facing_gap=FACING_GAP)
+    outline = surface.flat_face(FACING_GAP)
+    assert outline is not None
+    check(name, pose, Footprint.from_outline(outline, influence), law)
+
+
+LONG = pytest.mark.xfail(strict=False, reason="a capsule under law foundation: 5 to 8 % apart, with 60 to 300 cells")
+
+
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [(name, law) for name in ("sphere", "ellipsoid", "mesh") for law in LAWS[:2]]
+    + [("capsule", "elastic"), pytest.param("capsule", "foundation", marks=LONG)],
+)
+def test_curved_bodies_press_as_in_the_reference(name, law):
+    influence = fast()
+    pose = posed(name, 0.7e-3, -1.1e-3, Rotation.from_euler("zyx", (0.5, 0.004, 0.01)))
+    surface = lower_surface([(reference(name), pose)], SHEET, depth=5e-3, facing_gap=FACING_GAP)
+    check(name, pose, Footprint.from_gap(surface.gap, influence, lowest=0.0), law)
+
+
+def check(name: str, pose: Pose, footprint: Footprint, law: str) -> None:
+    """A body pressed at its footprint's middle is read in both ways alike, and carries the wrench."""
+    influence = fast()
+    moment = np.cross([*footprint.centroid, 0.0], FORCE)
+    moment[2] += 2e-5
+    with without_native():
+        load = mjtactile.contact_load(influence, footprint, FORCE, moment=moment, law=law, cells=CELLS)
+        expected = influence.readings(load)
+    wrench = np.concatenate([FORCE, moment])
+    forces, carried = CoreBody(name).press(influence, pose, wrench, law)
+    np.testing.assert_allclose(carried, wrench, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(forces.sum(axis=(0, 1)), FORCE, rtol=1e-9)
+    found = native_pad(influence).readings(forces)
+    # Cells lie otherwise.
+    error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
+    assert error <= 0.05
+
+
+def test_law_uniform_on_a_whole_face_is_exact():
+    """It needs no cells: a pressure that is linear over the face."""
+    influence = fast()
+    footprint = Footprint.from_outline(box(-4e-3, -3e-3, 4e-3, 3e-3), influence)
+    moment = np.array([1e-4, -2e-4, 0.0])
+    forces, _ = CoreBody("box").press(
+        influence, posed("box", 0.0, 0.0, Rotation.identity()), np.concatenate([FORCE, moment]), "uniform"
+    )
+    load = mjtactile.contact_load(influence, footprint, FORCE, moment=moment, law="uniform")
+    np.testing.assert_allclose(forces, load.forces, atol=1e-9 * np.abs(load.forces).max())

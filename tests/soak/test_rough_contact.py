@@ -1,0 +1,131 @@
+"""Contacts that a new user meets on the first day are read, and read as they are: see rough_cases.py."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from bodies_of_model import compare
+from rough_cases import CASES, load
+
+import mjtactile
+from mjtactile.wrench import contact_wrenches
+
+pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
+TOP_MODULUS = mjtactile.Pad().layers[0].young
+SHAPE = mjtactile.Pad().reading_shape
+
+
+def read(name: str, sensor: str = "touch") -> np.ndarray:
+    """Readings of a case at rest, (layers, rows, columns) [Pa]; all default pads."""
+    model, data = load(name, output="von_mises")
+    mujoco.mj_forward(model, data)
+    return data.sensor(sensor).data.reshape(SHAPE).copy()
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if "rim" in name] + ["box from beside"])
+def test_what_meets_a_rim_is_read_without_harm(name):
+    model, data = load(name)
+    for _ in range(CASES[name].steps):
+        mujoco.mj_step(model, data)
+        readings, wrench = np.split(data.sensor("touch").data, [np.prod(SHAPE)])
+        assert np.isfinite(readings).all()
+        assert (readings >= 0.0).all()
+        expected = contact_wrenches(model, data, model.geom("pad").id).total
+        np.testing.assert_allclose(wrench, expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if name.startswith("ball ")])
+def test_geoms_that_do_not_collide_change_nothing(name):
+    expected = read("ball")
+    assert expected.max() > 1e4
+    np.testing.assert_allclose(read(name), expected, atol=1e-6 * expected.max())
+
+
+@pytest.mark.parametrize(
+    ("changed", "twin"),
+    [("size changed", "size as changed"), ("height field changed", "height field as changed")],
+)
+def test_a_model_that_changes_while_it_runs_is_followed(changed, twin):
+    expected, found = read(twin), read(changed)
+    assert expected.max() > 1e4
+    # Heights are stored in single precision, and MuJoCo settles in another way.
+    assert np.linalg.norm(found - expected) <= 1e-3 * np.linalg.norm(expected)
+
+
+def test_an_object_asleep_keeps_its_reading():
+    model, data = load("asleep", output="von_mises")
+    for _ in range(CASES["asleep"].steps):
+        mujoco.mj_step(model, data)
+        if data.ntree_awake == 0:
+            break
+    assert data.ntree_awake == 0
+    awake = data.sensor("touch").data.copy()
+    assert awake.max() > 1e3
+    mujoco.mj_step(model, data, 20)
+    asleep = data.sensor("touch").data.copy()
+    # A steady pose is answered by its wrench basis after a few steps.
+    np.testing.assert_allclose(asleep, awake, atol=1e-3 * awake.max())
+    mujoco.mj_step(model, data, 100)
+    assert data.ntree_awake == 0
+    np.testing.assert_array_equal(data.sensor("touch").data, asleep)
+
+
+SLIPS = pytest.mark.xfail(
+    strict=False,
+    reason="6 gf on an edge of 6 mm: 8.7 kPa is read near one end where the dense contact reads 4.2 kPa all along, and "
+    "a moment of 17 uN m is carried that MuJoCo's contacts do not have. 1.5 and 3 gf are read symmetrically.",
+)
+LAID = pytest.mark.xfail(strict=False, reason="cells along the rods are laid by what rounding decides: .5 %")
+CENTRED = [
+    "torus mesh", "two rods", pytest.param("four rods", marks=LAID),
+    "two balls", "two bodies", "frame", "ball", "15 x 15 x 5 mm",
+    "edge, 1.5 gf", "edge, 3 gf",
+    "2 feet", "3 feet", "4 feet", "5 feet", "6 feet", pytest.param("edge, 6 gf", marks=SLIPS),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CENTRED)
+def test_what_is_centred_is_read_symmetrically(name):
+    readings = read(name)
+    assert readings.max() > 1e3
+    for axis in CASES[name].mirrors:
+        mirrored = np.flip(readings, axis={"x": 2, "y": 1}[axis])
+        np.testing.assert_allclose(mirrored, readings, atol=1e-6 * readings.max(), err_msg=f"mirrored along {axis}")
+
+
+def test_a_ring_moved_by_two_micrometres_is_read_almost_alike():
+    centred, moved = read("torus mesh"), read("torus mesh, 2 um aside")
+    assert 0.0 < np.linalg.norm(moved - centred) < 0.01 * np.linalg.norm(centred)
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if name.startswith("grip")])
+def test_no_grip_is_read_harder_than_the_pad_bears(name):
+    model, data = load(name, output="von_mises")
+    mujoco.mj_forward(model, data)
+    for sensor in ("touch", "touch2"):
+        readings = data.sensor(sensor).data
+        assert 1e3 < readings.max() <= TOP_MODULUS
+
+
+def test_an_edge_at_45_degrees_is_read_below_the_pads_modulus():
+    for name in CASES:
+        if name.startswith("edge"):
+            assert 1e3 < read(name).max() <= TOP_MODULUS
+
+
+DENSE = [
+    "ball", "torus mesh", "O-ring", "two rods", "four rods", "two balls", "two bodies", "3 feet", "4 feet", "6 feet",
+    "frame", "plane on a narrow pad", "edge, 1.5 gf", "edge, 3 gf", "capsule", "15 x 15 x 5 mm",
+    pytest.param("edge, 6 gf", marks=SLIPS),
+]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DENSE)
+def test_readings_are_those_of_the_dense_contact(name):
+    model, data = load(name, output="von_mises")
+    mujoco.mj_forward(model, data)
+    found = compare(model, data, cells=1000)
+    assert found.dense.readings.max() > 1e3
+    assert found.error <= 0.15, f"{100 * found.error:.1f} %"
