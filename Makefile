@@ -3,21 +3,27 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-OTHER_MUJOCO := 3.17.0
+# Beside the MuJoCo of constraints.txt: the oldest that works, on which most runs, and others for the plugin alone.
+OLDEST_MUJOCO := 3.3.7
+OTHER_MUJOCO := 3.8.0 3.10.0 3.17.0
+PLUGIN_TESTS := tests/mujoco/test_attach*.py tests/mujoco/test_plugin*.py
 NATIVE := $(wildcard native/CMakeLists.txt native/*/*)
 
-.PHONY: demo test check install install-dev models tables weights policies clean
+.PHONY: demo test check install install-dev models soak tables weights policies clean
 
 demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
 
-# Everything CI runs: style, types, all tests, and the MuJoCo side again on the oldest supported MuJoCo.
-test: $(VENV)/installed-dev .mujoco-$(OTHER_MUJOCO)
+# Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo.
+test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest
-	PYTHONPATH=.mujoco-$(OTHER_MUJOCO) $(BIN)/python -m pytest tests/mujoco tests/cli -m "not slow"
+	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest tests/mujoco -m "not slow"
+	for version in $(OTHER_MUJOCO); do \
+		PYTHONPATH=.mujoco-$$version $(BIN)/python -m pytest $(PLUGIN_TESTS) -m "not slow" || exit 1; \
+	done
 
 # What a developer runs between edits.
 check: $(VENV)/installed-dev
@@ -40,10 +46,26 @@ $(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIV
 	$(PIP) install -c constraints.txt -e '.[dev]'
 	touch $@ $(VENV)/installed
 
-# A second MuJoCo beside the first: found first on PYTHONPATH, its dependencies shared.
-.mujoco-$(OTHER_MUJOCO): | $(VENV)/installed-dev
-	$(PIP) install --no-deps --target $@.partial mujoco==$(OTHER_MUJOCO)
+# Another MuJoCo beside the first: found first on PYTHONPATH, its dependencies shared.
+.mujoco-%: | $(VENV)/installed-dev
+	rm -rf $@.partial
+	$(PIP) install --no-deps --target $@.partial mujoco==$*
 	mv $@.partial $@
+
+# Random scenes, invariants on them, and hands of other packages under random actions: hours. Shorter, or in part:
+# make soak SCENES=100 STEPS=200 SEED=7 CLIENTS=
+SCENES := 2000
+STEPS := 500
+SEED := 0
+CLIENTS := shadow-block shadow-egg shadow-pen shadow-reach panda-lift inspire-lift jaco
+CLIENT_STEPS := 20000
+SANITIZED := 500
+soak: $(VENV)/installed-dev
+	$(BIN)/python tests/soak/soak.py --scenes $(SCENES) --steps $(STEPS) --seed $(SEED) --hold-times
+	$(BIN)/python tests/soak/invariants.py --scenes $(SCENES) --seed $(SEED)
+	$(if $(filter-out 0,$(SANITIZED)),$(BIN)/python tests/soak/soak.py --scenes $(SANITIZED) --steps 100 --seed $(SEED) \
+		--limit 300 --out build/soak/sanitized --sanitize)
+	$(if $(strip $(CLIENTS)),$(BIN)/python tests/soak/clients.py $(CLIENTS) --steps $(CLIENT_STEPS) --seed $(SEED))
 
 models: $(VENV)/installed
 	$(BIN)/python models/generate.py
