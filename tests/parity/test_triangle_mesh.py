@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 import shapely
 import trimesh
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from shapely import Polygon
@@ -468,10 +468,13 @@ def test_facets_are_those_of_trimesh_on_which_a_body_can_lie(name, turn):
             assert np.abs(loop @ facet.normal - facet.offset).max() <= 10 * ROUNDING
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), count=st.integers(4, 25))
 def test_every_face_of_a_convex_body_is_a_facet(seed, count):
     hull = trimesh.convex.convex_hull(8e-3 * np.random.default_rng(seed).normal(size=(count, 3)))
+    # Faces that lie in one plane to a micrometre are one facet: slivers, and those that hardly bend.
+    longest = hull.edges_unique_length.max()
+    assume(2.0 * hull.area_faces.min() / longest > 2e-5 and hull.face_adjacency_angles.min() > 2e-2)
     mesh = soup(hull)
     facets = mesh.facets()
     # Whether one at the limit is looked at is a matter of rounding.
