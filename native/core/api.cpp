@@ -127,7 +127,7 @@ void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centr
   Scratch& kept = scratch();
   pad->pad->compliance().normal(centroids, 1, areas, cells, inverse_distance, scale, kept.compliance, kept.matrix);
   for (size_t i = 0; i < cells; ++i) {
-    for (size_t j = i; j < cells; ++j) compliance[i * cells + j] = compliance[j * cells + i] = kept.matrix[i][j];
+    std::copy(kept.matrix[i], kept.matrix[i] + cells, compliance + i * cells);
   }
 }
 
@@ -137,7 +137,10 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
   Scratch& kept = scratch();
   kept.matrix.resize(cells, cells);
   copy(compliance, kept.matrix);
-  if (!kept.contact.exchange(kept.matrix, modes, motions, heights, resultants, start, false)) return 0;
+  const mjtactile::RigidProblem problem = {&kept.matrix, modes, motions, heights, resultants};
+  kept.contact.forget();
+  if (!kept.contact.exchange(problem, start, false)) return 0;
+  kept.contact.make_maps(problem);
   std::copy(kept.contact.pressed().begin(), kept.contact.pressed().end(), pressed);
   copy(kept.contact.map_forces(), map_forces);
   copy(kept.contact.map_motion(), map_motion);

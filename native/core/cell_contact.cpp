@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "small.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -62,6 +64,7 @@ void CellContact::place(const Face& face, const Placement& placement, const Surf
         workspace.quadrature.insert(workspace.quadrature.end(), {at.x, at.y});
       }
     }
+    contact_.forget();
     compliance.normal(spread ? workspace.quadrature.data() : workspace.placed.data(),
                       spread ? face.quadrature.size() / cells : 1, face.areas.data(), cells,
                       face.inverse_distance.data(), 1.0, workspace.compliance, workspace.matrix);
@@ -75,52 +78,40 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   force_ = -wrench[2];
   double wanted[kMostPressures];
   resultants(face, wrench, wanted);
-  normal_.resize(cells);
   slopes_[0] = slopes_[1] = 0.0;
   length_ = face.length;
-  linear_ = exact_ = solve_contact(face, compliance, options, wanted, heights, start, workspace);
-  if (options.law == Law::uniform) {
-    linear_ = false;
-  } else if (exact_) {
-    contact_.under(wanted, normal_.data());
-    pressed_ = contact_.pressed();
-  }
+  normal_.assign(cells, 0.0);
+  const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
+  exact_ = solve_contact(face, compliance, options.law, problem, start);
+  linear_ = exact_ && options.law == Law::elastic;
   // Shear takes a part of the strength.
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
   if (exact_ && strength_ > 0.0) {
     bool over = false;
     for (std::size_t i = 0; i < cells; ++i) over = over || normal_[i] > strength_ * face.areas[i];
-    if (over) linear_ = false, exact_ = bound_pressure(face, options, wanted, heights, workspace);
+    if (over) linear_ = false, exact_ = bound_pressure(face, options.law, problem, workspace);
   }
   if (!exact_) {
+    slopes_[0] = slopes_[1] = 0.0;
     fill_nearest(face, wrench, workspace);
-  } else if (linear_) {
-    double moved[kMostMotions] = {};
-    for (std::size_t m = 0; m < motions(); ++m) {
-      moved[m] = contact_.map_motion()[m][motions()];
-      for (std::size_t n = 0; n < motions(); ++n) moved[m] += contact_.map_motion()[m][n] * wanted[n];
-    }
-    set_slopes(moved);
-    if (!curved_) add_grams(face);
   }
   pressed_area_ = 0.0;
   for (std::size_t i = 0; i < cells; ++i) {
     normal_[i] = pressed_[i] ? std::max(normal_[i], 0.0) : 0.0;
     if (normal_[i] > 0.0) pressed_area_ += face.areas[i];
   }
-  measure(options, workspace.matrix);
+  measure(face, options.law, workspace.matrix);
 }
 
 // How deep the surface lies under the pressed cells, and whether the tilt found is one.
-void CellContact::measure(const LawOptions& options, const Matrix& compliance) {
+void CellContact::measure(const Face& face, Law law, const Matrix& compliance) {
   indentation_ = 0.0;
-  if (options.law == Law::uniform) return;
+  if (law == Law::uniform) return;
   for (std::size_t i = 0; i < normal_.size(); ++i) {
     if (!(normal_[i] > 0.0)) continue;
-    double depth = 0.0;
-    for (std::size_t j = 0; j < i; ++j) depth += compliance[j][i] * normal_[j];
-    for (std::size_t j = i; j < normal_.size(); ++j) depth += compliance[i][j] * normal_[j];
+    const double depth = law == Law::elastic ? dot(compliance[i], normal_.data(), normal_.size())
+                                             : normal_[i] / (stiffness_ * face.areas[i]);
     indentation_ = std::max(indentation_, depth);
   }
   double widest = 0.0;
@@ -134,7 +125,8 @@ void CellContact::set_slopes(const double* motion) {
   if (tilting_) slopes_[0] = motion[1], slopes_[1] = motion[2];
 }
 
-void CellContact::add_grams(const Face& face) {
+void CellContact::make_parts(const Face& face, const Workspace& workspace) {
+  contact_.make_maps({&workspace.matrix, workspace.modes.data(), motions(), nullptr, nullptr});
   gram_.assign(9 * motions(), 0.0);
   for (std::size_t i = 0; i < face.cells(); ++i) {
     double modes[2][3];
@@ -151,64 +143,70 @@ void CellContact::add_grams(const Face& face) {
   }
 }
 
-bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compliance, const LawOptions& options,
-                                const double* resultants, const double* heights, const std::uint8_t* start,
-                                Workspace& workspace) {
-  const double* modes = workspace.modes.data();
-  if (options.law == Law::uniform) {
+// Normal forces by a law where no pressure is too high, and the body's tilt; false where none were found.
+bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compliance, Law law,
+                                const RigidProblem& problem, const std::uint8_t* start) {
+  if (law == Law::elastic) {
+    if (!contact_.solve(problem, start)) return false;
+    pressed_ = contact_.pressed();
+    normal_ = contact_.forces();
+    set_slopes(contact_.motion());
+    return true;
+  }
+  if (law == Law::uniform) {
     // A pressure that is linear over the area, and zero where that would pull.
-    if (!bed_.solve(face.areas, modes, motions(), nullptr, resultants)) return false;
+    if (!bed_.solve(face.areas, problem.modes, problem.motions, nullptr, problem.resultants)) return false;
     normal_ = bed_.forces();
     pressed_ = bed_.pressed();
     return true;
   }
-  if (options.law == Law::elastic) {
-    return contact_.solve(workspace.matrix, modes, motions(), heights, resultants, start);
-  }
   // Springs whose stiffness fits the area that comes into contact.
-  const std::size_t cells = face.cells();
-  const auto pressed_area = [&](const std::uint8_t* pressed) {
-    double area = 0.0;
-    for (std::size_t i = 0; i < cells; ++i) area += pressed == nullptr || pressed[i] ? face.areas[i] : 0.0;
-    return area;
-  };
-  const bool known = start != nullptr && std::any_of(start, start + cells, [](std::uint8_t one) { return one != 0; });
-  double area = pressed_area(known ? start : nullptr);
+  double area = 0.0;
+  for (std::size_t i = 0; i < face.cells(); ++i) area += start == nullptr || start[i] ? face.areas[i] : 0.0;
+  bool found = false;
   for (int round = 0; round < kRounds; ++round) {
-    const double stiffness = compliance.foundation_stiffness(area);
-    workspace.matrix.resize(cells, cells);
-    for (std::size_t i = 0; i < cells; ++i) {
-      std::fill(workspace.matrix[i], workspace.matrix[i] + cells, 0.0);
-      workspace.matrix[i][i] = 1.0 / (stiffness * face.areas[i]);
-    }
-    if (!contact_.solve(workspace.matrix, modes, motions(), heights, resultants, start)) return false;
-    const double found = pressed_area(contact_.pressed().data());
-    if (std::abs(found - area) <= kSameArea * area) break;
-    area = std::abs(found - area) < 0.1 * area ? (area + found) / 2 : found;
+    stiffness_ = compliance.foundation_stiffness(area);
+    springs_.resize(face.cells());
+    for (std::size_t i = 0; i < face.cells(); ++i) springs_[i] = stiffness_ * face.areas[i];
+    found = bed_.solve(springs_, problem.modes, problem.motions, problem.heights, problem.resultants);
+    if (!found) break;
+    double pressed = 0.0;
+    for (std::size_t i = 0; i < face.cells(); ++i) pressed += bed_.pressed()[i] ? face.areas[i] : 0.0;
+    if (std::abs(pressed - area) <= kSameArea * area) break;
+    area = std::abs(pressed - area) < 0.1 * area ? (area + pressed) / 2 : pressed;
   }
-  return true;
+  normal_ = bed_.forces();
+  pressed_ = bed_.pressed();
+  set_slopes(bed_.motion());
+  return found;
 }
 
 // Cells bear no more than the strength; where all of them together bear less than the load, the rest is not carried.
-bool CellContact::bound_pressure(const Face& face, const LawOptions& options, const double* resultants,
-                                 const double* heights, Workspace& workspace) {
-  const double area = std::accumulate(face.areas.begin(), face.areas.end(), 0.0);
-  workspace.most.resize(face.cells());
-  for (std::size_t i = 0; i < face.cells(); ++i) workspace.most[i] = strength_ * face.areas[i];
-  if (resultants[0] >= kNearlyAll * strength_ * area) {
-    const double share = std::min(1.0, resultants[0] / (strength_ * area));
-    for (std::size_t i = 0; i < face.cells(); ++i) normal_[i] = share * workspace.most[i];
-    pressed_.assign(face.cells(), 1);
+bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace) {
+  const std::size_t cells = face.cells();
+  const double area = std::accumulate(face.areas.begin(), face.areas.end(), 0.0), load = problem.resultants[0];
+  workspace.most.resize(cells);
+  for (std::size_t i = 0; i < cells; ++i) workspace.most[i] = strength_ * face.areas[i];
+  slopes_[0] = slopes_[1] = 0.0;
+  if (load >= kNearlyAll * strength_ * area) {
+    const double share = std::min(1.0, load / (strength_ * area));
+    for (std::size_t i = 0; i < cells; ++i) normal_[i] = share * workspace.most[i];
+    pressed_.assign(cells, 1);
     return true;
   }
-  double moved[kMostMotions] = {};
-  if (options.law == Law::uniform) return false;  // the nearest cells bear it
-  if (!contact_.solve_bounded(workspace.matrix, workspace.modes.data(), motions(), heights, resultants,
-                              workspace.most.data(), pressed_, normal_, moved)) {
-    return false;
+  if (law == Law::uniform) return false;  // the nearest cells bear it
+  if (law == Law::foundation) {
+    contact_.forget();
+    workspace.matrix.resize(cells, cells);
+    for (std::size_t i = 0; i < cells; ++i) {
+      std::fill(workspace.matrix[i], workspace.matrix[i] + workspace.matrix.stride(), 0.0);
+      workspace.matrix[i][i] = 1.0 / (stiffness_ * face.areas[i]);
+    }
   }
+  if (!contact_.solve_bounded(problem, workspace.most.data(), pressed_)) return false;
   pressed_ = contact_.pressed();
-  set_slopes(moved);
+  normal_ = contact_.forces();
+  set_slopes(contact_.motion());
   return true;
 }
 
@@ -361,28 +359,20 @@ bool CellContact::weights(const Face& face, const LawOptions& options, const dou
   std::copy(pressing, pressing + pressures, weights.begin());
   const double torsion = wrench[5] - (centre_.x * wrench[1] - centre_.y * wrench[0]);
   if (wrench[0] == 0.0 && wrench[1] == 0.0 && torsion == 0.0) return true;
-  Matrix &gram = workspace.gram, &motion = workspace.motion;
-  gram.resize(3, 3);
-  motion.resize(3, 1);
-  motion[0][0] = wrench[0];
-  motion[1][0] = wrench[1];
-  motion[2][0] = torsion / face.length;
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t b = 0; b < 3; ++b) {
-      gram[a][b] = 0.0;
-      for (std::size_t n = 0; n < pressures; ++n) gram[a][b] += pressing[n] * gram_[9 * n + 3 * a + b];
-    }
+  double motion[3] = {wrench[0], wrench[1], torsion / face.length}, gram[9] = {};
+  for (std::size_t n = 0; n < pressures; ++n) {
+    for (std::size_t k = 0; k < 9; ++k) gram[k] += pressing[n] * gram_[9 * n + k];
   }
-  if (!solve_small(gram, motion, kOpen)) return false;
+  if (!solve_small(3, gram, motion, 1, kOpen)) return false;
   const double sliding = std::hypot(wrench[0], wrench[1]) / -wrench[2];
   const double limit = std::max(kMostTwist, kTwistOverSliding * sliding);
   for (std::size_t i = 0; i < face.cells(); ++i) {
     if (!contact_.pressed()[i]) continue;
-    const double x = motion[0][0] - points_[i].y * motion[2][0], y = motion[1][0] + points_[i].x * motion[2][0];
+    const double x = motion[0] - points_[i].y * motion[2], y = motion[1] + points_[i].x * motion[2];
     if (std::hypot(x, y) > limit) return false;
   }
   for (std::size_t j = 0; j < 3; ++j) {
-    for (std::size_t n = 0; n < pressures; ++n) weights[pressures + pressures * j + n] = motion[j][0] * pressing[n];
+    for (std::size_t n = 0; n < pressures; ++n) weights[pressures + pressures * j + n] = motion[j] * pressing[n];
   }
   return true;
 }

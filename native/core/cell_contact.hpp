@@ -22,6 +22,7 @@ struct LawOptions {
   double friction = -1.0;   // coefficient that bounds shear and torsion; negative: none
   std::size_t cells = 0;    // wanted
   double strength = 0.0;    // pressure that no cell bears more than [Pa]; 0: no bound
+  double facing_gap = 0.0;  // law "uniform" presses with what is no higher than this above the first touch [m]
   double narrowest = 0.0;   // width of cells below which taxels do not tell them apart [m]
 
   bool operator==(const LawOptions& other) const {
@@ -36,7 +37,7 @@ class CellContact {
   struct Workspace {
     SurfaceCompliance::Workspace compliance;
     SurfaceGrid::Workspace grid;
-    Matrix matrix, gram, motion;   // `matrix`: the compliance between the cells that were placed last
+    Matrix matrix;   // the compliance between the cells that were placed last
     std::vector<double> placed, quadrature, modes, forces, tractions, most;
     std::vector<TractionEdge> edges;
     std::vector<std::size_t> order;
@@ -67,6 +68,8 @@ class CellContact {
   void nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, Workspace& workspace,
                     double* nodal) const;
 
+  // Make the parts of a linear contact on a flat face, of which weights() and part_forces() tell.
+  void make_parts(const Face& face, const Workspace& workspace);
   // Weights of the parts under another wrench, (parts()); false where other cells press, or more than the strength.
   bool weights(const Face& face, const LawOptions& options, const double* wrench, std::vector<double>& weights,
                Workspace& workspace) const;
@@ -90,14 +93,12 @@ class CellContact {
  private:
   void resultants(const Face& face, const double* wrench, double* resultants) const;
   Point through(const double* wrench) const;
-  bool solve_contact(const Face& face, const SurfaceCompliance& compliance, const LawOptions& options,
-                     const double* resultants, const double* heights, const std::uint8_t* start, Workspace& workspace);
-  bool bound_pressure(const Face& face, const LawOptions& options, const double* resultants, const double* heights,
-                      Workspace& workspace);
+  bool solve_contact(const Face& face, const SurfaceCompliance& compliance, Law law, const RigidProblem& problem,
+                     const std::uint8_t* start);
+  bool bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace);
   void fill_nearest(const Face& face, const double* wrench, Workspace& workspace);
-  void add_grams(const Face& face);
   void set_slopes(const double* motion);
-  void measure(const LawOptions& options, const Matrix& compliance);
+  void measure(const Face& face, Law law, const Matrix& compliance);
   std::size_t motions() const { return tilting_ ? 3 : 1; }
 
   Placement placement_;
@@ -107,7 +108,9 @@ class CellContact {
   double pressed_area_ = 0.0, force_ = 0.0, length_ = 1.0, strength_ = 0.0;
   double indentation_ = 0.0, slopes_[2] = {};
   RigidContact contact_;
-  SpringBed bed_;                 // of law "uniform"
+  SpringBed bed_;                 // of laws "uniform" and "foundation"
+  std::vector<double> springs_;   // of law "foundation" [N/m]
+  double stiffness_ = 0.0;        // the same per area [Pa/m]
   std::vector<std::uint8_t> pressed_;
   std::vector<double> normal_;
   std::vector<double> gram_;      // motions times motions of the shear under each of the pressures

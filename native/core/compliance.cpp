@@ -95,6 +95,9 @@ void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const
                            workspace.transposed.stride(), compliance[first] + first, compliance.stride(),
                            last - first, compliance.stride() - first, patches);
   }
+  for (std::size_t i = 0; i < cells; ++i) {
+    for (std::size_t j = 0; j < i; ++j) compliance[i][j] = compliance[j][i];
+  }
 }
 
 void SurfaceCompliance::full(const double* centroids, const double* areas, std::size_t cells,

@@ -48,7 +48,7 @@ class SurfaceCompliance {
     std::vector<double> x, y, patches, smooth;
   };
 
-  // Mean normal displacement of each cell per normal force on each cell [m/N], upper triangle.
+  // Mean normal displacement of each cell per normal force on each cell [m/N].
   // `points` (cells, per_cell, 2) [m]: whose mean stands for each cell; `areas` (cells) [m^2]; `inverse_distance`:
   // integrals of 1/r over pairs of cells of the same shape elsewhere [m^3], (cells, cells), to be multiplied by
   // `scale`^3.

@@ -39,35 +39,6 @@ bool factor(Matrix& matrix) {
   return true;
 }
 
-void solve_factored(const Matrix& upper, Matrix& right) {
-  const std::size_t size = upper.rows(), sides = right.rows();
-  for (std::size_t i = 0; i < size; ++i) {
-    const double* row = upper[i];
-    const double inverse = 1.0 / row[i];
-    for (std::size_t s = 0; s < sides; ++s) {
-      double* x = right[s];
-      x[i] *= inverse;
-      const double known = x[i];
-      for (std::size_t j = i + 1; j < size; ++j) x[j] -= row[j] * known;
-    }
-  }
-  for (std::size_t i = size; i-- > 0;) {
-    const double* row = upper[i];
-    const double inverse = 1.0 / row[i];
-    for (std::size_t s = 0; s < sides; ++s) {
-      double* x = right[s];
-      // Four sums side by side: one would wait for itself.
-      double sums[4] = {0.0, 0.0, 0.0, 0.0};
-      std::size_t j = i + 1;
-      for (; j + 4 <= size; j += 4) {
-        for (std::size_t k = 0; k < 4; ++k) sums[k] += row[j + k] * x[j + k];
-      }
-      for (; j < size; ++j) sums[0] += row[j] * x[j];
-      x[i] = (x[i] - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) * inverse;
-    }
-  }
-}
-
 void solve_forward(const Matrix& upper, Matrix& right) {
   constexpr std::size_t kBlock = 16;
   const std::size_t size = upper.rows(), sides = right.rows();
@@ -103,71 +74,6 @@ void solve_backward(const Matrix& upper, double* x) {
     for (std::size_t k = 1; k < 8; ++k) sums[0] += sums[k];
     x[i] = (x[i] - sums[0]) / row[i];
   }
-}
-
-bool solve_small(const Matrix& matrix, Matrix& right, double least) {
-  const std::size_t size = matrix.rows(), sides = right.columns();
-  double a[3][3], largest = 0.0;
-  for (std::size_t i = 0; i < size; ++i) {
-    for (std::size_t j = 0; j < size; ++j) a[i][j] = matrix[i][j];
-    largest = std::max(largest, a[i][i]);
-  }
-  for (std::size_t k = 0; k < size; ++k) {
-    if (!(a[k][k] > least * largest)) return false;
-    for (std::size_t i = k + 1; i < size; ++i) {
-      const double ratio = a[i][k] / a[k][k];
-      for (std::size_t j = k; j < size; ++j) a[i][j] -= ratio * a[k][j];
-      for (std::size_t s = 0; s < sides; ++s) right[i][s] -= ratio * right[k][s];
-    }
-  }
-  for (std::size_t i = size; i-- > 0;) {
-    for (std::size_t j = i + 1; j < size; ++j) {
-      for (std::size_t s = 0; s < sides; ++s) right[i][s] -= a[i][j] * right[j][s];
-    }
-    for (std::size_t s = 0; s < sides; ++s) right[i][s] /= a[i][i];
-  }
-  return true;
-}
-
-// Jacobi's rotations, one pair of axes after the other.
-void eigen_small(const Matrix& matrix, double* values, double vectors[3][3]) {
-  constexpr int kSweeps = 20;
-  const std::size_t size = matrix.rows();
-  double a[3][3] = {};
-  for (std::size_t i = 0; i < size; ++i) {
-    for (std::size_t j = 0; j < size; ++j) {
-      a[i][j] = matrix[i][j];
-      vectors[i][j] = i == j ? 1.0 : 0.0;
-    }
-  }
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    bool turned = false;
-    for (std::size_t p = 0; p < size; ++p) {
-      for (std::size_t q = p + 1; q < size; ++q) {
-        if (!(std::abs(a[p][q]) > 1e-17 * std::sqrt(std::abs(a[p][p] * a[q][q])))) continue;
-        turned = true;
-        const double angle = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
-        const double c = std::cos(angle), s = std::sin(angle);
-        for (std::size_t k = 0; k < size; ++k) {
-          const double first = a[k][p], second = a[k][q];
-          a[k][p] = c * first - s * second;
-          a[k][q] = s * first + c * second;
-        }
-        for (std::size_t k = 0; k < size; ++k) {
-          const double first = a[p][k], second = a[q][k];
-          a[p][k] = c * first - s * second;
-          a[q][k] = s * first + c * second;
-        }
-        for (std::size_t k = 0; k < size; ++k) {
-          const double first = vectors[k][p], second = vectors[k][q];
-          vectors[k][p] = c * first - s * second;
-          vectors[k][q] = s * first + c * second;
-        }
-      }
-    }
-    if (!turned) break;
-  }
-  for (std::size_t i = 0; i < size; ++i) values[i] = a[i][i];
 }
 
 }  // namespace mjtactile

@@ -37,19 +37,9 @@ class Matrix {
 // False where the matrix is not positive definite.
 bool factor(Matrix& matrix);
 
-// Solve U^T U x = b for several b at once, each a row of `right`, which x replaces.
-void solve_factored(const Matrix& upper, Matrix& right);
-
-// The two halves of that: U^T y = b for several b at once, each a row of `right`, which y replaces, and U x = y for one.
-// Products y . y of the first half already are those of b with the solutions.
+// The two halves of solving U^T U x = b: U^T y = b for several b at once, each a row of `right`, which y replaces, and
+// U x = y for one. Products y . y of the first half already are those of b with the solutions.
 void solve_forward(const Matrix& upper, Matrix& right);
 void solve_backward(const Matrix& upper, double* x);
-
-// Solve a symmetric positive definite system of at most 3 unknowns for several right sides, each a column of `right`.
-// False where a pivot is less than `least` of the largest diagonal entry.
-bool solve_small(const Matrix& matrix, Matrix& right, double least);
-
-// Eigenvalues (at most 3, in no order) and unit eigenvectors, as columns, of a symmetric matrix of at most 3 unknowns.
-void eigen_small(const Matrix& matrix, double* values, double vectors[3][3]);
 
 }  // namespace mjtactile

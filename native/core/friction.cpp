@@ -214,6 +214,7 @@ bool SurfaceShear::slipping(const PressedCells& cells, const Matrix& compliance,
 ShearOutcome SurfaceShear::coulomb(const PressedCells& cells, const Matrix& compliance, const double* wrench,
                                    double friction, double* forces) {
   const std::size_t count = cells.count, reached = reached_.size(), motions = cells.tilting ? 3 : 1;
+  contact_.forget();
   pressed_.resize(reached, reached);
   modes_.resize(reached * motions);
   gaps_.assign(reached, 0.0);
@@ -227,7 +228,7 @@ ShearOutcome SurfaceShear::coulomb(const PressedCells& cells, const Matrix& comp
   for (std::size_t i = 0; i < reached; ++i) {
     const std::size_t place = reached_[i];
     const double* from = compliance[2 * count + place] + 2 * count;
-    for (std::size_t j = i; j < reached; ++j) pressed_[i][j] = from[reached_[j]];
+    for (std::size_t j = 0; j < reached; ++j) pressed_[i][j] = from[reached_[j]];
     if (cells.heights != nullptr) gaps_[i] = cells.heights[place] - lowest;
     double* modes = modes_.data() + i * motions;
     modes[0] = 1.0;
@@ -261,16 +262,11 @@ ShearOutcome SurfaceShear::coulomb(const PressedCells& cells, const Matrix& comp
         start_[i] = normal_[reached_[i]] > 0.0 ? 1 : 0;
       }
       if (!limit_.factorisation(reached) ||
-          !contact_.solve(pressed_, modes_.data(), motions, heights_.data(), resultants, start_.data())) {
+          !contact_.solve({&pressed_, modes_.data(), motions, heights_.data(), resultants}, start_.data())) {
         break;
       }
       for (std::size_t i = 0; i < reached; ++i) {
-        double force = 0.0;
-        if (contact_.pressed()[i]) {
-          const double* map = contact_.map_forces()[i];
-          force = map[motions];
-          for (std::size_t m = 0; m < motions; ++m) force += map[m] * resultants[m];
-        }
+        const double force = contact_.forces()[i];
         changed = std::max(changed, std::abs(force - normal_[reached_[i]]));
         normal_[reached_[i]] = force;
       }

@@ -28,15 +28,22 @@ double Region::stretch() const {
 }
 
 Lattice Region::lattice(double cell_area, double narrowest) const {
-  const double longer = stretch();
-  const double size = std::max(std::sqrt(cell_area * longer), narrowest * longer);
+  const double c = std::cos(angle), s = std::sin(angle);
   const auto cells = [](double extent, double step) {
     return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(extent / step - kMostRounding)));
   };
+  if (height < narrowest && width > 0.0 && height > 0.0) {
+    // Nobody can tell what there is across it, but along it.
+    const std::size_t columns = cells(width, std::max(cell_area / height, narrowest));
+    const double size = width / static_cast<double>(columns);
+    return {centre, angle, size, size / height, columns, 1, c, s};
+  }
+  const double longer = stretch();
+  const double size = std::max(std::sqrt(cell_area * longer), narrowest * longer);
   const std::size_t columns = cells(width, size), rows = cells(height, size / longer);
   const double fitting = std::max({width / static_cast<double>(columns), longer * height / static_cast<double>(rows),
                                    narrowest * longer});
-  return {centre, angle, fitting, longer, columns, rows, std::cos(angle), std::sin(angle)};
+  return {centre, angle, fitting, longer, columns, rows, c, s};
 }
 
 }  // namespace mjtactile

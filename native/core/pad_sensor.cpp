@@ -60,6 +60,7 @@ template <typename Value>
 PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance)
     : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance) {
   options_.narrowest = kNarrowest * pad_->depth();
+  options_.facing_gap = facing_gap_;
   response_.resize(pad_->template deviatoric<Value>().response_size);
   if (pad_->has_mean()) mean_response_.resize(pad_->template mean<Value>().response_size);
   forces_.resize(3 * pad_->surface().nodes_x() * pad_->surface().nodes_y());
@@ -302,6 +303,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     contact.place(*face, placement, pad_->compliance(), options_, workspace_);
     contact.press(*face, pad_->compliance(), options_, touch.wrench, workspace_);
     if (!contact.linear() || is_small(contact)) return false;  // its cells belong to this very load
+    contact.make_parts(*face, workspace_);
     if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
     const auto& map = pad_->template deviatoric<Value>();
     // One scale for all layers: bytes would leave the deep ones too few digits.

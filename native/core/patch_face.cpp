@@ -13,17 +13,20 @@ constexpr double kLeastShare = 1e-3;
 // Lines through a cell on which it is looked at what is covered (Gauss points), steps along them, and bisections.
 constexpr double kLines[3] = {-0.38729833462074168852, 0.0, 0.38729833462074168852};
 constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-constexpr int kSteps = 4, kBisections = 10;
+constexpr int kSteps = 4, kBisections = 6;
 // Steps from a region's sides inward in which it is looked where the body comes as low as counts.
 constexpr int kTrimSteps = 8;
+// Lines along a region on which it is looked, over its breadth.
+constexpr double kTrimLines[] = {0.0, -0.25, 0.25, -0.45, 0.45};
 // Parts of cells this many times as long as wide (as variances) are turned along their length.
 constexpr double kSlanted = 2.25;
 // Distance over the sum of the cells' half diagonals from which on a series stands for integrals; nearer ones that are
 // turned against each other are cut into at most so many parts along each side.
 constexpr double kFar = 1.5;
 constexpr int kMostParts = 4;
-// Where it is looked whether a body goes on beyond a lattice, from the middle of its outermost cell.
-constexpr double kBeyond = 0.75;
+// How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
+constexpr double kBeyond = 0.25;
+constexpr int kGrowths = 8;
 
 struct Box {
   Point middle;
@@ -129,7 +132,10 @@ bool within(const Region& region, const Point& at) {
 void PatchFace::clear() {
   lattices_.clear();
   firsts_.clear();
+  first_nodes_.clear();
   places_.clear();
+  nodes_.clear();
+  sounded_ = 0;
   cells_.clear();
   heights_.clear();
   face_.centroids.clear();
@@ -142,59 +148,114 @@ double PatchFace::seen(const View& view, const Point& at) const {
          view.slopes[1] * (at.y - view.middle.y) - view.lowest;
 }
 
-bool PatchFace::add(const Lattice& lattice, const View& view, const std::vector<Region>& taken) {
-  const std::size_t number = lattices_.size(), before = cells_.size(), across = 2 * lattice.columns + 1;
+// More cells on the sides on which the body goes on beyond the lattice, until it does nowhere.
+void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice& lattice) const {
+  const auto counts = [&](double column, double row) {
+    const Point at = lattice.at(column, row);
+    return seen(view, at) <= view.highest &&
+           std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return within(one, at); });
+  };
+  for (int growth = 0; growth < kGrowths; ++growth) {
+    const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
+    bool beyond[4] = {};   // west, east, south, north
+    for (double row = 0.5; row < rows; ++row) {
+      beyond[0] = beyond[0] || (counts(-kBeyond, row) && counts(0.5, row));
+      beyond[1] = beyond[1] || (counts(columns + kBeyond, row) && counts(columns - 0.5, row));
+    }
+    for (double column = 0.5; column < columns; ++column) {
+      beyond[2] = beyond[2] || (counts(column, -kBeyond) && counts(column, 0.5));
+      beyond[3] = beyond[3] || (counts(column, rows + kBeyond) && counts(column, rows - 0.5));
+    }
+    if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return;
+    // Its middle lies between the new ends.
+    const double along = (columns + (beyond[1] ? 1.0 : 0.0) - (beyond[0] ? 1.0 : 0.0)) / 2;
+    const double across = (rows + (beyond[3] ? 1.0 : 0.0) - (beyond[2] ? 1.0 : 0.0)) / 2;
+    const Point centre = lattice.at(along, across);
+    lattice.columns += (beyond[0] ? 1u : 0u) + (beyond[1] ? 1u : 0u);
+    lattice.rows += (beyond[2] ? 1u : 0u) + (beyond[3] ? 1u : 0u);
+    lattice.centre = centre;
+  }
+}
+
+void PatchFace::sound(Lattice lattice, const View& view, const std::vector<Region>& taken) {
+  grow(view, taken, lattice);
+  const std::size_t across = 2 * lattice.columns + 1, first = nodes_.size();
   lattices_.push_back(lattice);
+  first_nodes_.push_back(first);
   firsts_.push_back(places_.size());
-  places_.insert(places_.end(), lattice.cells(), -1);
-  // Heights at the cells' corners, middles and middles of sides, over the highest that counts.
-  nodes_.resize(across * (2 * lattice.rows + 1));
+  nodes_.resize(first + across * (2 * lattice.rows + 1));
   for (std::size_t row = 0; row <= 2 * lattice.rows; ++row) {
     for (std::size_t column = 0; column < across; ++column) {
       const Point at = lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2);
-      nodes_[row * across + column] = seen(view, at) - view.highest;
+      nodes_[first + row * across + column] = seen(view, at) - view.highest;
     }
   }
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
     const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
-    double over[9];
-    int under = 0, finite = 0;
-    for (std::size_t k = 0; k < 9; ++k) {
-      over[k] = nodes_[(2 * (place / lattice.columns) + k / 3) * across + 2 * (place % lattice.columns) + k % 3];
-      under += over[k] <= 0.0 ? 1 : 0;
-      finite += std::isfinite(over[k]) ? 1 : 0;
-    }
-    if (under == 0) continue;
-    Cell cell = {number, static_cast<std::uint32_t>(place), under == 9, lattice.cosine, lattice.sine,
-                 {lattice.size, lattice.width()}};
-    Point middle = lattice.at(column + 0.5, row + 0.5);
-    if (!cell.whole) {
-      Covered covered;
-      if (!cover(lattice, view, column, row, finite == 9 ? over : nullptr, covered)) continue;
-      middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
-      const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
-      double longer = covered.xx, shorter = covered.yy;
-      if (mean + apart > kSlanted * (mean - apart)) {
-        const double angle = 0.5 * std::atan2(2.0 * covered.xy, covered.xx - covered.yy);
-        const double c = std::cos(angle), s = std::sin(angle);
-        cell.cosine = lattice.cosine * c - lattice.sine * s;
-        cell.sine = lattice.sine * c + lattice.cosine * s;
-        longer = mean + apart;
-        shorter = covered.area * covered.area / (144.0 * longer);  // of a rectangle of that length and area
-      }
-      cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
-      cell.sides[1] = covered.area / cell.sides[0];
-    }
-    if (std::any_of(taken.begin(), taken.end(), [&](const Region& one) { return within(one, middle); })) continue;
-    const double height = mean_height(view, cell, middle);
-    if (!std::isfinite(height)) continue;
-    places_[firsts_.back() + place] = static_cast<std::int32_t>(cells_.size());
-    cells_.push_back(cell);
-    face_.centroids.push_back(middle);
-    face_.areas.push_back(cell.sides[0] * cell.sides[1]);
-    heights_.push_back(height);
+    const bool counts = nodes_of(lattices_.size() - 1, place).under > 0 &&
+                        std::none_of(taken.begin(), taken.end(), [&](const Region& one) {
+                          return within(one, lattice.at(column + 0.5, row + 0.5));
+                        });
+    places_.push_back(counts ? kSounded : kNone);
+    sounded_ += counts ? 1 : 0;
   }
-  return cells_.size() > before;
+}
+
+PatchFace::Nodes PatchFace::nodes_of(std::size_t number, std::size_t place) const {
+  const Lattice& lattice = lattices_[number];
+  const std::size_t across = 2 * lattice.columns + 1;
+  const double* nodes = nodes_.data() + first_nodes_[number];
+  Nodes found = {{}, 0, 0};
+  for (std::size_t k = 0; k < 9; ++k) {
+    const double over = nodes[(2 * (place / lattice.columns) + k / 3) * across + 2 * (place % lattice.columns) + k % 3];
+    found.over[k] = over;
+    found.under += over <= 0.0 ? 1 : 0;
+    found.finite += std::isfinite(over) ? 1 : 0;
+  }
+  return found;
+}
+
+void PatchFace::lay(const View& view) {
+  for (std::size_t number = 0; number < lattices_.size(); ++number) {
+    for (std::size_t place = 0; place < lattices_[number].cells(); ++place) {
+      std::int32_t& counts = places_[firsts_[number] + place];
+      if (counts == kSounded) counts = lay_cell(view, number, place);
+    }
+  }
+}
+
+// One more cell; its number among the face's, or that of none where too little of it counts.
+std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size_t place) {
+  const Lattice& lattice = lattices_[number];
+  const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
+  const Nodes nodes = nodes_of(number, place);
+  Cell cell = {number, static_cast<std::uint32_t>(place), nodes.under == 9, lattice.cosine, lattice.sine,
+               {lattice.size, lattice.width()}};
+  Point middle = lattice.at(column + 0.5, row + 0.5);
+  if (!cell.whole) {
+    Covered covered;
+    if (!cover(lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr, covered)) return kNone;
+    middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
+    const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
+    double longer = covered.xx, shorter = covered.yy;
+    if (mean + apart > kSlanted * (mean - apart)) {
+      const double angle = 0.5 * std::atan2(2.0 * covered.xy, covered.xx - covered.yy);
+      const double c = std::cos(angle), s = std::sin(angle);
+      cell.cosine = lattice.cosine * c - lattice.sine * s;
+      cell.sine = lattice.sine * c + lattice.cosine * s;
+      longer = mean + apart;
+      shorter = covered.area * covered.area / (144.0 * longer);  // of a rectangle of that length and area
+    }
+    cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
+    cell.sides[1] = covered.area / cell.sides[0];
+  }
+  const double height = mean_height(view, cell, middle);
+  if (!std::isfinite(height)) return kNone;
+  cells_.push_back(cell);
+  face_.centroids.push_back(middle);
+  face_.areas.push_back(cell.sides[0] * cell.sides[1]);
+  heights_.push_back(height);
+  return static_cast<std::int32_t>(cells_.size() - 1);
 }
 
 // The part of a cell under the view's height: along lines in both directions, so that turning the scene turns the cell.
@@ -301,23 +362,29 @@ double PatchFace::mean_height(const View& view, const Cell& cell, const Point& m
   return count > 0 ? sum / count : seen(view, middle);
 }
 
-void PatchFace::trim(const View& view, Region& region) const {
+void PatchFace::trim(const View& view, double least, double most, Region& region) const {
   const double c = std::cos(region.angle), s = std::sin(region.angle);
   double ends[2][2];
   for (int axis = 0; axis < 2; ++axis) {
     const double half = (axis == 0 ? region.width : region.height) / 2;
+    const double breadth = axis == 0 ? region.height : region.width;
     for (int side = 0; side < 2; ++side) {
       const double sign = side == 0 ? -1.0 : 1.0;
       const auto counts = [&](double away) {
-        const double x = axis == 0 ? sign * away : 0.0, y = axis == 0 ? 0.0 : sign * away;
-        return seen(view, {region.centre.x + c * x - s * y, region.centre.y + s * x + c * y}) <= view.highest;
+        return std::any_of(std::begin(kTrimLines), std::end(kTrimLines), [&](double line) {
+          const double along = sign * away, across = line * breadth;
+          const double x = axis == 0 ? along : across, y = axis == 0 ? across : along;
+          return seen(view, {region.centre.x + c * x - s * y, region.centre.y + s * x + c * y}) <= view.highest;
+        });
       };
-      double outside = half, inside = half;
-      for (int step = 1; step <= kTrimSteps && !counts(inside); ++step) {
+      double outside = most * half, inside = outside;
+      bool found = counts(inside);
+      for (int step = 1; step <= kTrimSteps && !found; ++step) {
         outside = inside;
-        inside = half * (1.0 - static_cast<double>(step) / kTrimSteps);
+        inside = half * (most + (least - most) * static_cast<double>(step) / kTrimSteps);
+        found = counts(inside);
       }
-      if (inside <= 0.0) outside = inside = half;  // nothing lies on this line
+      if (!found) outside = inside = half;  // nothing lies on these lines
       for (int step = 0; step < kBisections && outside > inside; ++step) {
         const double middle = (inside + outside) / 2;
         (counts(middle) ? inside : outside) = middle;
@@ -332,37 +399,7 @@ void PatchFace::trim(const View& view, Region& region) const {
 
 std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::size_t row) const {
   const Lattice& own = lattices_[lattice];
-  return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : -1;
-}
-
-bool PatchFace::is_too_small(const View& view, const std::vector<std::uint8_t>& pressed) const {
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (!pressed[i] || !cells_[i].whole) continue;
-    const Lattice& lattice = lattices_[cells_[i].lattice];
-    const auto column = static_cast<std::int64_t>(cells_[i].place % lattice.columns);
-    const auto row = static_cast<std::int64_t>(cells_[i].place / lattice.columns);
-    for (const auto& [across, up] : {std::pair{-1, 0}, std::pair{1, 0}, std::pair{0, -1}, std::pair{0, 1}}) {
-      const std::int64_t to_column = column + across, to_row = row + up;
-      if (to_column >= 0 && to_row >= 0 && to_column < static_cast<std::int64_t>(lattice.columns) &&
-          to_row < static_cast<std::int64_t>(lattice.rows)) {
-        continue;  // what is not among the cells there stands too high
-      }
-      const Point at = lattice.at(static_cast<double>(column) + 0.5 + kBeyond * across,
-                                  static_cast<double>(row) + 0.5 + kBeyond * up);
-      if (!(seen(view, at) <= view.highest)) continue;
-      // Another lattice may have it.
-      bool elsewhere = false;
-      for (std::size_t other = 0; other < lattices_.size() && !elsewhere; ++other) {
-        const Lattice& its = lattices_[other];
-        const double x = its.cosine * (at.x - its.centre.x) + its.sine * (at.y - its.centre.y);
-        const double y = its.cosine * (at.y - its.centre.y) - its.sine * (at.x - its.centre.x);
-        elsewhere = other != cells_[i].lattice && 2.0 * std::abs(x) <= static_cast<double>(its.columns) * its.size &&
-                    2.0 * std::abs(y) <= static_cast<double>(its.rows) * its.width();
-      }
-      if (!elsewhere) return true;
-    }
-  }
-  return false;
+  return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
 }
 
 void PatchFace::finish(const Rectangle& sheet) {

@@ -16,18 +16,24 @@ class PatchFace {
  public:
   // Begin anew.
   void clear();
-  // Add those cells of a lattice over which the body is and stands below a height: over `plane` (slopes about a point),
-  // counted from `lowest` [m]. Of a cell of which that holds for a part, the rectangle of the same area, middle and inertia
-  // as that part stands in. Cells in the regions `taken` by others are left out. False if there are none.
+  // How a body is looked at: heights over a plane (slopes about a point), counted from `lowest` [m]; those up to
+  // `highest` count.
   struct View {
     const HeightMap* map;
     double slopes[2];
     Point middle;
     double lowest, highest;
   };
-  bool add(const Lattice& lattice, const View& view, const std::vector<Region>& taken);
-  // Let a region end where the body, on the lines through its middle, is no longer over it or stands too high.
-  void trim(const View& view, Region& region) const;
+  // Look at one more lattice, grown as far as the body goes on: how many of its cells that stands over low enough, but
+  // for those in regions that are taken by others.
+  void sound(Lattice lattice, const View& view, const std::vector<Region>& taken);
+  std::size_t sounded() const { return sounded_; }   // such cells of all lattices
+  // Lay these cells. For one of which only a part counts, the rectangle of the same area, middle and inertia as that part
+  // stands in; what is hardly covered is left out.
+  void lay(const View& view);
+  // Let a region end where the body, on some lines along it, is no longer over it or stands too high: between `least` and
+  // `most` times its size, or where it is.
+  void trim(const View& view, double least, double most, Region& region) const;
   // Integrals over pairs of cells and edges, after the last lattice.
   void finish(const Rectangle& sheet);
 
@@ -37,8 +43,6 @@ class PatchFace {
   // The cells as a face in the pad frame, and mean heights of the body over each, seen from the view's plane [m].
   const Face& face() const { return face_; }
   const std::vector<double>& heights() const { return heights_; }
-  // Whether a whole pressed cell lies at the end of its lattice while the body goes on as low beyond it.
-  bool is_too_small(const View& view, const std::vector<std::uint8_t>& pressed) const;
 
  private:
   struct Cell {
@@ -51,6 +55,13 @@ class PatchFace {
   struct Covered {            // the part of a cell that counts, in the lattice's axes from the cell's middle
     double area, x, y, xx, xy, yy;   // [m^2], [m], [m^2]
   };
+  struct Nodes {              // heights over the highest that counts, at a cell's corners, middles of sides and middle
+    double over[9];
+    int under, finite;        // how many count, and over how many the body is at all
+  };
+  void grow(const View& view, const std::vector<Region>& taken, Lattice& lattice) const;
+  Nodes nodes_of(std::size_t number, std::size_t place) const;
+  std::int32_t lay_cell(const View& view, std::size_t number, std::size_t place);
   double seen(const View& view, const Point& at) const;
   bool cover(const Lattice& lattice, const View& view, double column, double row, const double* over,
              Covered& covered) const;
@@ -67,7 +78,10 @@ class PatchFace {
   Face face_;
   std::vector<Lattice> lattices_;
   std::vector<std::size_t> firsts_;      // where each lattice's places begin
-  std::vector<std::int32_t> places_;     // of the lattices' cells among the face's, -1 for none
+  std::vector<std::size_t> first_nodes_; // and its nodes
+  static constexpr std::int32_t kNone = -1, kSounded = -2;
+  std::vector<std::int32_t> places_;     // of the lattices' cells among the face's, or one of these
+  std::size_t sounded_ = 0;
   std::vector<Cell> cells_;
   std::vector<double> heights_, offsets_, nodes_;
 };

@@ -11,6 +11,12 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kLooks = 4;
 // Cells reach up to where the body stands this many times as high as the level of the spots, at first and at most.
 constexpr double kGenerous = 2.5, kMostGenerous = 64.0;
+// Where a contact turns out so many times as deep as that, cells reach up to this share of the depth, but no more than so
+// many times as high at once.
+constexpr double kDeep = 2.0, kShareOfDepth = 0.75, kMostWider = 8.0;
+// Regions looked at for cells, over the size of the spots, at least; and what is left at least of those that are open,
+// which are not this many times as long as wide.
+constexpr double kLeastWider = 1.5, kTrimmed = 0.6, kElongated = 3.0;
 // Cells that stand lower than this share of the level are likely to be pressed.
 constexpr double kLikely = 0.8;
 // Area of the cells over what the force needs at the pad's strength.
@@ -23,8 +29,10 @@ constexpr double kFilled = 0.7, kMostFor = 3.0;
 // A spot that fills less of its rectangle than this is narrow and bent; cells that a line askew to them meets, over those
 // along it.
 constexpr double kOpen = 0.5, kAskew = 1.27;
-// Cells are made larger up to this factor where they come out too many.
-constexpr double kCoarsest = 12.0;
+// Cells are made larger where they come out too many, by this factor at least, for so many rounds; symmetric bodies may
+// have a few more.
+constexpr double kLeastCoarser = 1.25, kNearly = 1.1;
+constexpr int kRounds = 10;
 // A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
 // than this many levels at once.
 constexpr double kSmallTilt = 0.2, kMostTilt = 2.0;
@@ -102,8 +110,9 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 }
 
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
-  seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
-           search_.level() * view.generosity};
+  const double highest = options.law == Law::uniform ? std::max(search_.level(), options.facing_gap)
+                                                     : search_.level() * view.generosity;
+  seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one.
   double wanted = 0.0;
   for (const Spot& spot : spots_) {
@@ -112,47 +121,66 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
   }
   const double most = kMostCells * static_cast<double>(options.cells) + static_cast<double>(kMoreCells);
   wanted = std::min(wanted, most);
-  for (double coarser = 1.0; coarser <= kCoarsest; coarser *= 1.5) {
-    lay_cells(options, view, wanted, coarser);
-    if (static_cast<double>(cells_.heights().size()) <= most) break;
+  reach_out();
+  double coarser = 1.0;
+  for (int round = 0; round < kRounds; ++round) {
+    cells_.clear();
+    for (std::size_t k = 0; k < spots_.size(); ++k) {
+      cells_.sound(lattice_over(k, options, view, wanted, coarser), seen_, taken_by_others(k));
+    }
+    const auto count = static_cast<double>(cells_.sounded());
+    if (count <= kNearly * most) break;
+    coarser *= std::max(kLeastCoarser, count / most);
   }
+  cells_.lay(seen_);
   if (cells_.heights().empty()) return false;
   cells_.finish(sheet);
   return true;
 }
 
-// Cells on all spots, larger by a factor than wanted.
-void PatchPress::lay_cells(const LawOptions& options, const View& view, double wanted, double coarser) {
-  const double wider = std::sqrt(view.generosity) * 1.1;
-  double roots = 0.0;
-  for (const Spot& spot : spots_) roots += std::sqrt(spot.area);
-  cells_.clear();
-  for (std::size_t k = 0; k < spots_.size(); ++k) {
-    const Spot& spot = spots_[k];
+// Regions about the spots as far as the body may touch there: what stands linearly higher from the spot on is reached.
+void PatchPress::reach_out() {
+  // Flat faces stand nowhere higher.
+  const double wider = search_.level() > 0.0 ? std::max(seen_.highest / search_.level(), kLeastWider) : kLeastWider;
+  regions_.clear();
+  for (const Spot& spot : spots_) {
     Region region = spot.region.lengthwise();
-    const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
-    double cell = coarser * spot.area * std::sqrt(view.generosity) / share;
-    // So many cells of one size lie along a line that runs askew to them.
-    const double askew = coarser * kAskew * spot.length / share;
-    if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
-    const double margin = (wider - 1.0) * spot.area / region.width;
-    region.width += margin;
-    region.height += margin;
-    cells_.trim(seen_, region);
-    if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
-    taken_.clear();
-    for (std::size_t other = 0; other < spots_.size(); ++other) {
-      const Region& its = spots_[other].region;
-      if (other != k && (its.area() < spot.region.area() || (its.area() == spot.region.area() && other < k))) {
-        taken_.push_back(its);
-      }
-    }
-    cells_.add(region.lattice(cell, options.narrowest), seen_, taken_);
+    // On lines through what is bent or hollow there may be nothing far into it.
+    const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
+    cells_.trim(seen_, open ? kTrimmed : 0.0, wider, region);
+    regions_.push_back(region);
   }
 }
 
-// How to look next; false where the contact found is the one that was looked at: not at the rim of its cells, on enough
-// of them, and not tilted away from them.
+// Cells on a spot, larger by a factor than wanted.
+Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
+                                 double coarser) const {
+  const Spot& spot = spots_[number];
+  double roots = 0.0;
+  for (const Spot& one : spots_) roots += std::sqrt(one.area);
+  const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
+  double cell = coarser * spot.area * std::sqrt(view.generosity) / share;
+  // So many cells of one size lie along a line that runs askew to them.
+  const double askew = coarser * kAskew * spot.length / share;
+  if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
+  Region region = regions_[number];
+  if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
+  return region.lattice(cell, options.narrowest);
+}
+
+// Where spots overlap the smaller one has the cells.
+const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
+  const double area = regions_[number].area();
+  taken_.clear();
+  for (std::size_t other = 0; other < regions_.size(); ++other) {
+    const Region& its = regions_[other];
+    if (other != number && (its.area() < area || (its.area() == area && other < number))) taken_.push_back(its);
+  }
+  return taken_;
+}
+
+// How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
+// not tilted away from them.
 bool PatchPress::next_view(View& view) const {
   const double* slopes = contact_.slopes();
   std::size_t pressed = 0;
@@ -169,15 +197,16 @@ bool PatchPress::next_view(View& view) const {
   const double lifted = pressed > 0 ? most - least : 0.0;
   const bool tilted = lifted > kSmallTilt * level;
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
-  const bool small = cells_.is_too_small(seen_, contact_.pressed());
   if (tilted) {
     const double share = std::min(1.0, kMostTilt * level / lifted);
     view.plane.slopes[0] += share * slopes[0];
     view.plane.slopes[1] += share * slopes[1];
     return true;
   }
-  if (small && view.generosity < kMostGenerous) {
-    view.generosity *= 2.0;
+  if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {
+    // Where the surface was pressed this deep, what stands a good part of that higher touches as well.
+    const double deeper = kShareOfDepth * contact_.indentation() / seen_.highest;
+    view.generosity = std::min(view.generosity * std::min(deeper, kMostWider), kMostGenerous);
     return true;
   }
   if (few && view.generosity >= kGenerous) {

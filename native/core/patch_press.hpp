@@ -36,7 +36,10 @@ class PatchPress {
   };
   Plane first_plane(const SearchLoad& load);
   bool add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view);
-  void lay_cells(const LawOptions& options, const View& view, double wanted, double coarser);
+  void reach_out();
+  Lattice lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
+                       double coarser) const;
+  const std::vector<Region>& taken_by_others(std::size_t number);
   bool next_view(View& view) const;
 
   ContactSearch search_;
@@ -44,7 +47,7 @@ class PatchPress {
   CellContact contact_;
   PatchFace::View seen_ = {};
   std::vector<Spot> spots_;
-  std::vector<Region> taken_;
+  std::vector<Region> regions_, taken_;
   std::vector<double> heights_;
   std::vector<std::uint8_t> start_;
 };

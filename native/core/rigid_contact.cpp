@@ -4,19 +4,23 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels.hpp"
+#include "small.hpp"
+
 namespace mjtactile {
 namespace {
 
-// The same limits as the readable reference's: mjtactile/rigid.py, mjtactile/complementarity.py.
+// Forces that pull and separations that overlap count from this share of the largest on.
 constexpr double kTolerance = 1e-11;
 constexpr double kBalanced = 1e-9;
-constexpr std::size_t kExchanges = 40, kPatience = 3;
+// Exchanges of cells, and those that may leave as many wrong ones before single cells are exchanged.
+constexpr std::size_t kExchanges = 24, kPatience = 3;
 // Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
-constexpr std::size_t kDescents = 20, kBounded = 40;
+constexpr std::size_t kDescents = 20, kBounded = 30;
 // Springs that start the search, over the stiffness of single cells.
 constexpr double kSprings = 0.2;
 // Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
-// limit it is, and loaded by what is more than the third of the resultants (mjtactile/rigid.py).
+// limit it is, and loaded by what is more than the third of the resultants.
 constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
 
 std::uint64_t fingerprint(const std::vector<std::uint8_t>& cells) {
@@ -33,33 +37,27 @@ double along(const double* map, const double* resultants, std::size_t motions) {
 
 }  // namespace
 
-bool RigidContact::solve(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
-                         const double* resultants, const std::uint8_t* start) {
-  if ((start != nullptr || heights == nullptr) &&
-      exchange(compliance, modes, motions, heights, resultants, start)) {
-    return true;
-  }
-  stiffnesses_.resize(compliance.rows());
-  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) stiffnesses_[i] = kSprings / compliance[i][i];
-  if (!springs_.solve(stiffnesses_, modes, motions, heights, resultants)) return false;
-  if (exchange(compliance, modes, motions, heights, resultants, springs_.pressed().data())) return true;
-  return descend(compliance, modes, heights, resultants) && balances(modes, resultants);
+bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start) {
+  if ((start != nullptr || problem.heights == nullptr) && exchange(problem, start)) return true;
+  stiffnesses_.resize(problem.cells());
+  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) stiffnesses_[i] = kSprings / (*problem.compliance)[i][i];
+  const bool balanced = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, problem.resultants);
+  if (exchange(problem, springs_.pressed().data())) return true;
+  return balanced && descend(problem) && balances(problem);
 }
 
 // Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
 // conditions change sides while that leaves fewer; where it does not for a few times, only the last of them does.
-bool RigidContact::exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
-                            const double* resultants, const std::uint8_t* start, bool flexible) {
-  const std::size_t cells = compliance.rows();
+bool RigidContact::exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible) {
+  const std::size_t cells = problem.cells();
   flexible_ = flexible;
-  motions_ = motions;
   pressed_.assign(cells, 1);
   if (start != nullptr) pressed_.assign(start, start + cells);
   std::size_t fewest = cells + 1, patience = kPatience;
   for (std::size_t trial = 0; trial < kExchanges; ++trial) {
-    if (!on(compliance, modes, heights, resultants)) return false;
-    const std::size_t wrong = violated(resultants, exchange_);
-    if (wrong == 0) return balances(modes, resultants);
+    if (!on(problem)) return false;
+    const std::size_t wrong = violated(exchange_);
+    if (wrong == 0) return balances(problem);
     if (wrong < fewest) {
       fewest = wrong;
       patience = kPatience;
@@ -75,54 +73,47 @@ bool RigidContact::exchange(const Matrix& compliance, const double* modes, std::
 }
 
 // Whether what rounding leaves of the resultants is rounding.
-bool RigidContact::balances(const double* modes, const double* resultants) const {
+bool RigidContact::balances(const RigidProblem& problem) const {
   double left = 0.0, size = 0.0;
   for (std::size_t m = 0; m < motions_; ++m) {
-    double sum = -resultants[m];
-    for (std::size_t i = 0; i < cells(); ++i) {
-      sum += modes[i * motions_ + m] * along(map_forces_[i], resultants, motions_);
-    }
+    double sum = -problem.resultants[m];
+    for (std::size_t i = 0; i < cells(); ++i) sum += problem.modes[i * motions_ + m] * forces_[i];
     left = std::max(left, std::abs(sum));
-    size = std::max(size, std::abs(resultants[m]));
+    size = std::max(size, std::abs(problem.resultants[m]));
   }
   return left <= kBalanced * size;
 }
 
 // Primal active-set method from the springs' forces, which carry the resultants: the energy falls at every step, so
 // that it cannot cycle.
-bool RigidContact::descend(const Matrix& compliance, const double* modes, const double* heights,
-                           const double* resultants) {
-  forces_ = springs_.forces();
-  for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = forces_[i] > 0.0 ? 1 : 0;
+bool RigidContact::descend(const RigidProblem& problem) {
+  reached_ = springs_.forces();
+  for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = reached_[i] > 0.0 ? 1 : 0;
   for (std::size_t trial = 0; trial < std::min(cells(), kDescents); ++trial) {
-    if (!on(compliance, modes, heights, resultants)) return false;
+    if (!on(problem)) return false;
     double largest = 0.0, length = 1.0;
-    for (std::size_t i = 0; i < cells(); ++i) {
-      largest = std::max(largest, std::abs(along(map_forces_[i], resultants, motions_)));
-    }
+    for (const double force : forces_) largest = std::max(largest, std::abs(force));
     // As far towards the solution on these cells as none of them pulls.
     for (std::size_t i = 0; i < cells(); ++i) {
-      const double wanted = along(map_forces_[i], resultants, motions_);
-      if (pressed_[i] && wanted < -kTolerance * largest) length = std::min(length, forces_[i] / (forces_[i] - wanted));
+      const double wanted = forces_[i];
+      if (pressed_[i] && wanted < -kTolerance * largest) length = std::min(length, reached_[i] / (reached_[i] - wanted));
     }
     double most = 0.0;
     for (std::size_t i = 0; i < cells(); ++i) {
-      const double wanted = along(map_forces_[i], resultants, motions_);
-      forces_[i] = std::max(forces_[i] + length * (wanted - forces_[i]), 0.0);
-      most = std::max(most, forces_[i]);
+      reached_[i] = std::max(reached_[i] + length * (forces_[i] - reached_[i]), 0.0);
+      most = std::max(most, reached_[i]);
     }
     if (length < 1.0) {
       for (std::size_t i = 0; i < cells(); ++i) {
-        if (pressed_[i] && forces_[i] <= kTolerance * most) pressed_[i] = 0, forces_[i] = 0.0;
+        if (pressed_[i] && reached_[i] <= kTolerance * most) pressed_[i] = 0, reached_[i] = 0.0;
       }
       continue;
     }
-    if (violated(resultants, exchange_) == 0) return true;
+    if (violated(exchange_) == 0) return true;
     std::size_t worst = cells();
     double deepest = 0.0;
     for (std::size_t i = 0; i < cells(); ++i) {
-      const double separation = pressed_[i] ? 0.0 : along(map_separation_[i], resultants, motions_);
-      if (exchange_[i] && separation < deepest) deepest = separation, worst = i;
+      if (exchange_[i] && !pressed_[i] && separation_[i] < deepest) deepest = separation_[i], worst = i;
     }
     if (worst == cells()) return false;
     pressed_[worst] = 1;
@@ -130,60 +121,48 @@ bool RigidContact::descend(const Matrix& compliance, const double* modes, const 
   return false;
 }
 
-bool RigidContact::solve_bounded(const Matrix& compliance, const double* modes, std::size_t motions,
-                                 const double* heights, const double* resultants, const double* most,
-                                 const std::vector<std::uint8_t>& start, std::vector<double>& forces, double* motion) {
-  const std::size_t cells = compliance.rows();
-  const auto give = [&](std::size_t i, std::size_t j) { return i < j ? compliance[i][j] : compliance[j][i]; };
-  motions_ = motions;
+bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most,
+                                 const std::vector<std::uint8_t>& start) {
+  const std::size_t cells = problem.cells(), motions = problem.motions;
+  const Matrix& compliance = *problem.compliance;
   flexible_ = true;
   pressed_ = start;
   full_.assign(cells, 0);
   pushed_.resize(cells);
-  forces.assign(cells, 0.0);
   seen_.clear();
   for (std::size_t round = 0; round < kBounded; ++round) {
     // What the full cells carry is taken off the load, and the surface lies lower where they push it.
     double left[kMostMotions];
-    std::copy(resultants, resultants + motions, left);
-    for (std::size_t i = 0; i < cells; ++i) {
-      pushed_[i] = heights == nullptr ? 0.0 : heights[i];
-      if (!full_[i]) continue;
-      for (std::size_t m = 0; m < motions; ++m) left[m] -= most[i] * modes[i * motions + m];
-    }
+    std::copy(problem.resultants, problem.resultants + motions, left);
+    for (std::size_t i = 0; i < cells; ++i) pushed_[i] = problem.height(i);
     for (std::size_t j = 0; j < cells; ++j) {
       if (!full_[j]) continue;
-      for (std::size_t i = 0; i < cells; ++i) pushed_[i] += most[j] * give(i, j);
+      for (std::size_t m = 0; m < motions; ++m) left[m] -= most[j] * problem.modes[j * motions + m];
+      for (std::size_t i = 0; i < cells; ++i) pushed_[i] += most[j] * compliance[j][i];
     }
-    if (!on(compliance, modes, pushed_.data(), left)) return false;
-    for (std::size_t m = 0; m < motions; ++m) motion[m] = along(map_motion_[m], left, motions);
-    double scale = std::abs(motion[0]);
-    for (std::size_t i = 0; i < cells; ++i) scale = std::max(scale, std::abs(pushed_[i]));
+    if (!on({&compliance, problem.modes, motions, pushed_.data(), left})) return false;
+    double scale = std::abs(motion_[0]);
+    for (const double pushed : pushed_) scale = std::max(scale, std::abs(pushed));
     bool changed = false;
     for (std::size_t i = 0; i < cells; ++i) {
       if (full_[i]) {
         // Let go where the surface would be pushed deeper than the body is.
-        double separation = pushed_[i];
-        for (std::size_t m = 0; m < motions; ++m) separation -= modes[i * motions + m] * motion[m];
-        for (const std::size_t j : places_) separation += give(i, j) * along(map_forces_[j], left, motions);
-        forces[i] = most[i];
-        if (separation > kTolerance * scale) full_[i] = 0, pressed_[i] = 1, changed = true;
+        if (separation_[i] > kTolerance * scale) full_[i] = 0, pressed_[i] = 1, changed = true;
       } else if (pressed_[i]) {
-        forces[i] = along(map_forces_[i], left, motions);
-        if (forces[i] > most[i] * (1.0 + kTolerance)) pressed_[i] = 0, full_[i] = 1, changed = true;
-        if (forces[i] < -kTolerance * most[i]) pressed_[i] = 0, changed = true;
-      } else {
-        forces[i] = 0.0;
-        if (along(map_separation_[i], left, motions) < -kTolerance * scale) pressed_[i] = 1, changed = true;
+        const double force = forces_[i];
+        if (force > most[i] * (1.0 + kTolerance)) pressed_[i] = 0, full_[i] = 1, changed = true;
+        if (force < -kTolerance * most[i]) pressed_[i] = 0, changed = true;
+      } else if (separation_[i] < -kTolerance * scale) {
+        pressed_[i] = 1, changed = true;
       }
     }
     if (!changed) {
-      double sum = -resultants[0];
+      double sum = -problem.resultants[0];
       for (std::size_t i = 0; i < cells; ++i) {
-        pressed_[i] |= full_[i];
-        sum += forces[i];
+        if (full_[i]) forces_[i] = most[i], pressed_[i] = 1;
+        sum += forces_[i];
       }
-      return std::abs(sum) <= kBalanced * resultants[0];
+      return std::abs(sum) <= kBalanced * problem.resultants[0];
     }
     std::uint64_t known = fingerprint(pressed_);
     for (const std::uint8_t one : full_) known = (known ^ one) * 1099511628211u;
@@ -191,6 +170,146 @@ bool RigidContact::solve_bounded(const Matrix& compliance, const double* modes, 
     seen_.push_back(known);
   }
   return false;
+}
+
+// The solution if exactly the pressed cells were in contact; false where they cannot carry resultants.
+bool RigidContact::on(const RigidProblem& problem) {
+  const std::size_t motions = problem.motions;
+  motions_ = motions;
+  if (!factor_pressed(problem)) return false;
+  const std::size_t count = places_.size();
+  column_.assign(factor_.stride(), 0.0);
+  std::fill(pressed_heights_, pressed_heights_ + kMostMotions, 0.0);
+  if (problem.heights != nullptr) {
+    heights_.resize(1, count);
+    for (std::size_t a = 0; a < count; ++a) heights_[0][a] = problem.heights[places_[a]];
+    solve_forward(factor_, heights_);
+    for (std::size_t m = 0; m < motions; ++m) pressed_heights_[m] = dot(modes_[m], heights_[0], count);
+    for (std::size_t a = 0; a < count; ++a) column_[a] = -heights_[0][a];
+  }
+  // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
+  double wanted[kMostMotions] = {};
+  for (std::size_t m = 0; m < motions; ++m) wanted[m] = problem.resultants[m] + pressed_heights_[m];
+  if (!invert_stiffness(wanted)) return false;
+  for (std::size_t m = 0; m < motions; ++m) {
+    motion_[m] = 0.0;
+    for (std::size_t n = 0; n < motions; ++n) motion_[m] += flexibility_[m][n] * wanted[n];
+    for (std::size_t a = 0; a < count; ++a) column_[a] += motion_[m] * modes_[m][a];
+  }
+  solve_backward(factor_, column_.data());
+  forces_.assign(problem.cells(), 0.0);
+  for (std::size_t a = 0; a < count; ++a) forces_[places_[a]] = column_[a];
+  separation_.assign(problem.compliance->stride(), 0.0);
+  if (count < problem.cells()) {
+    separate(problem, forces_.data(), motion_, separation_.data());
+    if (problem.heights != nullptr) {
+      for (std::size_t i = 0; i < problem.cells(); ++i) separation_[i] += problem.heights[i];
+    }
+  }
+  return true;
+}
+
+// The factor of the pressed cells' compliance and what does not depend on heights, unless they are known.
+bool RigidContact::factor_pressed(const RigidProblem& problem) {
+  const std::size_t motions = problem.motions;
+  places_.clear();
+  for (std::size_t i = 0; i < pressed_.size(); ++i) {
+    if (pressed_[i]) places_.push_back(i);
+  }
+  const std::size_t count = places_.size();
+  if (count == 0) return false;
+  if (factored_ && places_ == factored_places_) return true;
+  factored_ = false;
+  factor_.resize(count, count);
+  modes_.resize(motions, count);
+  for (std::size_t a = 0; a < count; ++a) {
+    const double* from = (*problem.compliance)[places_[a]];
+    double* to = factor_[a];
+    for (std::size_t b = a; b < count; ++b) to[b] = from[places_[b]];
+    for (std::size_t m = 0; m < motions; ++m) modes_[m][a] = problem.modes[places_[a] * motions + m];
+  }
+  if (!factor(factor_)) return false;
+  solve_forward(factor_, modes_);
+  for (std::size_t m = 0; m < motions; ++m) {
+    for (std::size_t n = 0; n < motions; ++n) stiffness_[m][n] = dot(modes_[m], modes_[n], count);
+  }
+  factored_places_ = places_;
+  factored_ = true;
+  return true;
+}
+
+// The inverse of the stiffness. Where pressed cells in one row leave a tilt open, it stays as it is, unless what is wanted
+// loads it: then it goes far, until other cells come into contact.
+bool RigidContact::invert_stiffness(const double* wanted) {
+  const std::size_t motions = motions_;
+  double values[kMostMotions], vectors[kMostMotions * kMostMotions], matrix[kMostMotions * kMostMotions];
+  for (std::size_t m = 0; m < motions; ++m) {
+    for (std::size_t n = 0; n < motions; ++n) {
+      matrix[m * motions + n] = stiffness_[m][n];
+      flexibility_[m][n] = m == n ? 1.0 : 0.0;
+    }
+  }
+  if (solve_small(motions, matrix, &flexibility_[0][0], kMostMotions, kOpen)) return true;
+  if (!flexible_) return false;
+  symmetric_eigen(motions, matrix, values, vectors);
+  const double largest = std::max(*std::max_element(values, values + motions), std::numeric_limits<double>::min());
+  double size = 0.0;
+  for (std::size_t m = 0; m < motions; ++m) size = std::max(size, std::abs(wanted[m]));
+  for (auto& row : flexibility_) std::fill(row, row + kMostMotions, 0.0);
+  for (std::size_t k = 0; k < motions; ++k) {
+    double along_it = 0.0, inverse = 1.0 / std::max(values[k], kOpenMotion * largest);
+    for (std::size_t m = 0; m < motions; ++m) along_it += vectors[m * motions + k] * wanted[m];
+    if (values[k] < kOpenMotion * largest) inverse = std::abs(along_it) > kLoaded * size ? 1.0 / (kOpenMotion * largest) : 0.0;
+    for (std::size_t m = 0; m < motions; ++m) {
+      for (std::size_t n = 0; n < motions; ++n) {
+        flexibility_[m][n] += inverse * vectors[m * motions + k] * vectors[n * motions + k];
+      }
+    }
+  }
+  return true;
+}
+
+// What forces and a motion leave between surface and body, (padded cells), 0 under pressed cells.
+void RigidContact::separate(const RigidProblem& problem, const double* forces, const double* motion,
+                            double* separation) const {
+  const Matrix& compliance = *problem.compliance;
+  kernels().multiply_add(forces, 0, 1, compliance.data(), compliance.stride(), separation, compliance.stride(), 1,
+                         compliance.stride(), compliance.rows());
+  for (std::size_t i = 0; i < compliance.rows(); ++i) {
+    for (std::size_t m = 0; m < motions_; ++m) separation[i] -= problem.modes[i * motions_ + m] * motion[m];
+  }
+}
+
+void RigidContact::make_maps(const RigidProblem& problem) {
+  const std::size_t cells = problem.cells(), motions = motions_, entries = motions + 1, count = places_.size();
+  map_motion_.resize(motions, entries);
+  map_forces_.resize(cells, entries);
+  map_separation_.resize(cells, entries);
+  std::vector<double> forces(cells), apart(problem.compliance->stride());
+  for (std::size_t n = 0; n < entries; ++n) {
+    const bool constant = n == motions;
+    double motion[kMostMotions];
+    for (std::size_t m = 0; m < motions; ++m) {
+      motion[m] = 0.0;
+      for (std::size_t k = 0; k < motions; ++k) {
+        motion[m] += flexibility_[m][k] * (constant ? pressed_heights_[k] : k == n ? 1.0 : 0.0);
+      }
+      map_motion_[m][n] = motion[m];
+    }
+    for (std::size_t a = 0; a < count; ++a) {
+      column_[a] = constant && problem.heights != nullptr ? -heights_[0][a] : 0.0;
+      for (std::size_t m = 0; m < motions; ++m) column_[a] += motion[m] * modes_[m][a];
+    }
+    solve_backward(factor_, column_.data());
+    std::fill(forces.begin(), forces.end(), 0.0);
+    for (std::size_t a = 0; a < count; ++a) forces[places_[a]] = column_[a];
+    std::fill(apart.begin(), apart.end(), 0.0);
+    separate(problem, forces.data(), motion, apart.data());
+    for (std::size_t i = 0; i < cells; ++i) {
+      map_forces_[i][n] = forces[i];
+      map_separation_[i][n] = pressed_[i] ? 0.0 : apart[i] + (constant ? problem.height(i) : 0.0);
+    }
+  }
 }
 
 bool RigidContact::under(const double* resultants, double* forces) const {
@@ -212,124 +331,20 @@ bool RigidContact::under(const double* resultants, double* forces) const {
   return overlap <= kTolerance * scale;
 }
 
-// The solution if exactly the pressed cells were in contact; false where they cannot carry resultants.
-bool RigidContact::on(const Matrix& compliance, const double* modes, const double* heights,
-                      const double* resultants) {
-  const std::size_t cells = pressed_.size(), motions = motions_, entries = motions + 1;
-  places_.clear();
-  for (std::size_t i = 0; i < cells; ++i) {
-    if (pressed_[i]) places_.push_back(i);
-  }
-  const std::size_t count = places_.size();
-  if (count == 0) return false;
-  factor_.resize(count, count);
-  right_.resize(entries, count);
-  for (std::size_t a = 0; a < count; ++a) {
-    const double* from = compliance[places_[a]];
-    double* to = factor_[a];
-    if (count == cells) {
-      std::copy(from + a, from + cells, to + a);
-    } else {
-      for (std::size_t b = a; b < count; ++b) to[b] = from[places_[b]];
-    }
-    for (std::size_t m = 0; m < motions; ++m) right_[m][a] = modes[places_[a] * motions + m];
-    right_[motions][a] = heights == nullptr ? 0.0 : heights[places_[a]];
-  }
-  if (!factor(factor_)) return false;
-  solve_factored(factor_, right_);
-
-  // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
-  stiffness_.resize(motions, motions);
-  map_motion_.resize(motions, entries);
-  for (std::size_t m = 0; m < motions; ++m) {
-    for (std::size_t n = 0; n < entries; ++n) {
-      double sum = 0.0;
-      for (std::size_t a = 0; a < count; ++a) sum += modes[places_[a] * motions + m] * right_[n][a];
-      if (n < motions) {
-        stiffness_[m][n] = sum;
-        map_motion_[m][n] = m == n ? 1.0 : 0.0;
-      } else {
-        map_motion_[m][n] = pressed_heights_[m] = sum;
-      }
-    }
-  }
-  if (!solve_small(stiffness_, map_motion_, kOpen)) {
-    if (!flexible_) return false;
-    to_flexible_motion(resultants);
-  }
-  map_forces_.resize(cells, entries);
-  map_separation_.resize(cells, entries);
-  std::fill(map_forces_.data(), map_forces_.data() + cells * map_forces_.stride(), 0.0);
-  std::fill(map_separation_.data(), map_separation_.data() + cells * map_separation_.stride(), 0.0);
-  for (std::size_t a = 0; a < count; ++a) {
-    double* force = map_forces_[places_[a]];
-    for (std::size_t n = 0; n < entries; ++n) {
-      double sum = n == motions ? -right_[motions][a] : 0.0;
-      for (std::size_t m = 0; m < motions; ++m) sum += right_[m][a] * map_motion_[m][n];
-      force[n] = sum;
-    }
-  }
-  for (std::size_t i = 0; i < cells; ++i) {
-    if (pressed_[i]) continue;
-    double* separation = map_separation_[i];
-    for (std::size_t a = 0; a < count; ++a) {
-      const std::size_t j = places_[a];
-      const double give = i < j ? compliance[i][j] : compliance[j][i];
-      for (std::size_t n = 0; n < entries; ++n) separation[n] += give * map_forces_[j][n];
-    }
-    for (std::size_t m = 0; m < motions; ++m) {
-      for (std::size_t n = 0; n < entries; ++n) separation[n] -= modes[i * motions + m] * map_motion_[m][n];
-    }
-    if (heights != nullptr) separation[motions] += heights[i];
-  }
-  return true;
-}
-
-// The motion where pressed cells in one row leave a tilt open. It stays as it is, unless the resultants load it: then it
-// goes far, until other cells come into contact.
-void RigidContact::to_flexible_motion(const double* resultants) {
-  const std::size_t motions = motions_, entries = motions + 1;
-  double values[kMostMotions], vectors[3][3], flexibility[kMostMotions][kMostMotions] = {};
-  eigen_small(stiffness_, values, vectors);
-  const double largest = std::max(*std::max_element(values, values + motions), std::numeric_limits<double>::min());
-  double wanted[kMostMotions], size = 0.0;
-  for (std::size_t m = 0; m < motions; ++m) {
-    wanted[m] = resultants[m] + pressed_heights_[m];
-    size = std::max(size, std::abs(wanted[m]));
-  }
-  for (std::size_t k = 0; k < motions; ++k) {
-    double along_it = 0.0, inverse = 1.0 / std::max(values[k], kOpenMotion * largest);
-    for (std::size_t m = 0; m < motions; ++m) along_it += vectors[m][k] * wanted[m];
-    if (values[k] < kOpenMotion * largest) inverse = std::abs(along_it) > kLoaded * size ? 1.0 / (kOpenMotion * largest) : 0.0;
-    for (std::size_t m = 0; m < motions; ++m) {
-      for (std::size_t n = 0; n < motions; ++n) flexibility[m][n] += inverse * vectors[m][k] * vectors[n][k];
-    }
-  }
-  for (std::size_t m = 0; m < motions; ++m) {
-    double constant = 0.0;
-    for (std::size_t n = 0; n < motions; ++n) {
-      map_motion_[m][n] = flexibility[m][n];
-      constant += flexibility[m][n] * pressed_heights_[n];
-    }
-    map_motion_[m][entries - 1] = constant;
-  }
-}
-
 // Which cells pull although pressed, or overlap although not; how many.
-std::size_t RigidContact::violated(const double* resultants, std::vector<std::uint8_t>& violated) const {
+std::size_t RigidContact::violated(std::vector<std::uint8_t>& violated) const {
   violated.assign(cells(), 0);
-  double largest = 0.0, scale = std::abs(along(map_motion_[0], resultants, motions_));
+  double largest = 0.0, scale = std::abs(motion_[0]);
   for (std::size_t i = 0; i < cells(); ++i) {
     if (pressed_[i]) {
-      largest = std::max(largest, std::abs(along(map_forces_[i], resultants, motions_)));
+      largest = std::max(largest, std::abs(forces_[i]));
     } else {
-      scale = std::max(scale, std::abs(along(map_separation_[i], resultants, motions_)));
+      scale = std::max(scale, std::abs(separation_[i]));
     }
   }
   std::size_t count = 0;
   for (std::size_t i = 0; i < cells(); ++i) {
-    const bool wrong = pressed_[i] ? along(map_forces_[i], resultants, motions_) < -kTolerance * largest
-                                   : along(map_separation_[i], resultants, motions_) < -kTolerance * scale;
+    const bool wrong = pressed_[i] ? forces_[i] < -kTolerance * largest : separation_[i] < -kTolerance * scale;
     violated[i] = wrong ? 1 : 0;
     count += wrong;
   }

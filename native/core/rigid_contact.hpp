@@ -17,54 +17,70 @@ namespace mjtactile {
 
 constexpr std::size_t kMostMotions = 3;
 
+// What is pressed on what.
+struct RigidProblem {
+  const Matrix* compliance;    // symmetric (cells, cells) [m/N]
+  const double* modes;         // (cells, motions), of which the first moves every cell by 1
+  std::size_t motions;
+  const double* heights;       // (cells) [m]; null where they are all zero
+  const double* resultants;    // (motions) [N]
+
+  std::size_t cells() const { return compliance->rows(); }
+  double height(std::size_t cell) const { return heights == nullptr ? 0.0 : heights[cell]; }
+};
+
 class RigidContact {
  public:
-  // Find the cells that press. `compliance`: symmetric, upper triangle (cells, cells) [m/N]; `modes`: (cells, motions),
-  // of which the first moves every cell by 1; `heights`: (cells) [m], null where they are all zero; `resultants`:
-  // (motions) [N]. `start`: cells likely pressed, (cells), null where nothing is known. False where no contact is found:
-  // slower, surer ways remain then.
-  bool solve(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
-             const double* resultants, const std::uint8_t* start);
+  // The compliance or the modes of the next problem are others: what was factored is of no use.
+  void forget() { factored_ = false; }
+  // Find the cells that press. `start`: cells likely pressed, (cells), null where nothing is known. False where no contact
+  // is found.
+  bool solve(const RigidProblem& problem, const std::uint8_t* start);
   // The same, by exchanging cells that violate their conditions only; `start` null for all cells.
   // `flexible`: go on where pressed cells leave a tilt open.
-  bool exchange(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
-                const double* resultants, const std::uint8_t* start, bool flexible = true);
-
+  bool exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible = true);
   // The same where no cell bears more than `most` (cells) [N]: those that would bear just that, and others help them.
-  // `start`: of the unbounded contact. Forces (cells) [N], the body's motion (motions); false where no contact is found.
-  bool solve_bounded(const Matrix& compliance, const double* modes, std::size_t motions, const double* heights,
-                     const double* resultants, const double* most, const std::vector<std::uint8_t>& start,
-                     std::vector<double>& forces, double* motion);
+  // `start`: of the unbounded contact.
+  bool solve_bounded(const RigidProblem& problem, const double* most, const std::vector<std::uint8_t>& start);
 
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
-  // (q, 1) to forces pressing on each cell [N], to the body's motion into the pad, and to its separation from each
-  // cell [m]; (cells or motions, motions + 1).
+  const std::vector<double>& forces() const { return forces_; }  // pressing on each cell [N]
+  const double* motion() const { return motion_; }               // of the body into the pad, by mode
+
+  // Linear maps of the contact that was found last, without bounds: (q, 1) to forces pressing on each cell [N], to the
+  // body's motion, and to its separation from each cell [m]; (cells or motions, motions + 1).
+  void make_maps(const RigidProblem& problem);
   const Matrix& map_forces() const { return map_forces_; }
   const Matrix& map_motion() const { return map_motion_; }
   const Matrix& map_separation() const { return map_separation_; }
-
-  // Forces (cells) [N] under other resultants; false where other cells would be pressed.
+  // Forces (cells) [N] under other resultants, by the maps; false where other cells would be pressed.
   bool under(const double* resultants, double* forces) const;
 
  private:
-  bool on(const Matrix& compliance, const double* modes, const double* heights, const double* resultants);
-  void to_flexible_motion(const double* resultants);
-  bool descend(const Matrix& compliance, const double* modes, const double* heights, const double* resultants);
-  bool balances(const double* modes, const double* resultants) const;
-  std::size_t violated(const double* resultants, std::vector<std::uint8_t>& violated) const;
+  bool on(const RigidProblem& problem);
+  bool factor_pressed(const RigidProblem& problem);
+  bool invert_stiffness(const double* wanted);
+  void separate(const RigidProblem& problem, const double* forces, const double* motion, double* separation) const;
+  bool descend(const RigidProblem& problem);
+  bool balances(const RigidProblem& problem) const;
+  std::size_t violated(std::vector<std::uint8_t>& violated) const;
 
   std::size_t motions_ = 0;
-  bool flexible_ = true;
-  std::vector<std::uint8_t> pressed_, exchange_;
+  bool flexible_ = true, factored_ = false;
+  std::vector<std::uint8_t> pressed_, exchange_, full_;
+  std::vector<double> forces_, separation_, reached_, pushed_, stiffnesses_, column_;
+  double motion_[kMostMotions] = {};
+  double pressed_heights_[kMostMotions] = {};             // B^T A^-1 g of the pressed cells
+  double stiffness_[kMostMotions][kMostMotions] = {};     // B^T A^-1 B of the pressed cells
+  double flexibility_[kMostMotions][kMostMotions] = {};   // its inverse
   SpringBed springs_;
-  std::vector<double> stiffnesses_, forces_, pushed_;
-  std::vector<std::uint8_t> full_;
-  double pressed_heights_[kMostMotions] = {};  // B^T A^-1 g of the pressed cells
   std::vector<std::uint64_t> seen_;
-  std::vector<std::size_t> places_;
-  Matrix factor_, right_, stiffness_, map_forces_, map_motion_, map_separation_;
+  std::vector<std::size_t> places_, factored_places_;
+  // Of the pressed cells: the factor U of their compliance, and U^-T B and U^-T g by row.
+  Matrix factor_, modes_, heights_;
+  Matrix map_forces_, map_motion_, map_separation_;
 };
 
 }  // namespace mjtactile

@@ -10,6 +10,11 @@ constexpr std::size_t kMostSmall = 6;
 // Scalar product of two vectors.
 double dot(const double* a, const double* b, std::size_t count);
 
+// Solve a symmetric positive definite system (size, size), at most kMostSmall, for several right sides, each a column of
+// `right` (size, sides), which the solutions replace. False where a pivot is less than `least` of the largest diagonal
+// entry; `right` means nothing then.
+bool solve_small(std::size_t size, const double* matrix, double* right, std::size_t sides, double least);
+
 // Eigenvalues (in no order) and unit eigenvectors, as columns, of a symmetric matrix (size, size), at most kMostSmall.
 void symmetric_eigen(std::size_t size, const double* matrix, double* values, double* vectors);
 

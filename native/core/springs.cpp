@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "small.hpp"
+
 namespace mjtactile {
 namespace {
 
-// As the readable reference has them: mjtactile/winkler.py.
 constexpr int kIterations = 60;
 constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-12;
 constexpr std::size_t kMost = 3;
@@ -31,25 +32,20 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
   double least = energy(motion);
   bool balanced = false;
   for (int iteration = 0; iteration < kIterations && !balanced; ++iteration) {
-    curvature_.resize(motions, motions);
-    step_.resize(motions, 1);
-    double gradient[kMost] = {};
-    for (std::size_t m = 0; m < motions; ++m) {
-      gradient[m] = -resultants[m];
-      std::fill(curvature_[m], curvature_[m] + motions, 0.0);
-    }
+    double gradient[kMost] = {}, curvature[kMost * kMost] = {}, step[kMost] = {};
+    for (std::size_t m = 0; m < motions; ++m) gradient[m] = -resultants[m];
     for (std::size_t i = 0; i < cells; ++i) {
       const double depth = overlap(i, motion);
       if (!(depth > 0.0)) continue;
       const double* own = modes + i * motions;
       for (std::size_t m = 0; m < motions; ++m) {
         gradient[m] += stiffness[i] * depth * own[m];
-        for (std::size_t n = 0; n < motions; ++n) curvature_[m][n] += stiffness[i] * own[m] * own[n];
+        for (std::size_t n = 0; n < motions; ++n) curvature[m * motions + n] += stiffness[i] * own[m] * own[n];
       }
     }
     double trace = 0.0, largest = 0.0;
     for (std::size_t m = 0; m < motions; ++m) {
-      trace += curvature_[m][m];
+      trace += curvature[m * motions + m];
       largest = std::max(largest, std::abs(gradient[m]));
     }
     balanced = largest <= kTolerance * resultants[0];
@@ -57,14 +53,14 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     // Where the springs under pressure leave a tilt open, damping sends the body far along it, to the next springs.
     double slope = 0.0;
     for (std::size_t m = 0; m < motions; ++m) {
-      curvature_[m][m] += kDamping * (trace + total);
-      step_[m][0] = -gradient[m];
+      curvature[m * motions + m] += kDamping * (trace + total);
+      step[m] = -gradient[m];
     }
-    if (!solve_small(curvature_, step_, 0.0)) return false;
-    for (std::size_t m = 0; m < motions; ++m) slope += gradient[m] * step_[m][0];
+    if (!solve_small(motions, curvature, step, 1, 0.0)) break;
+    for (std::size_t m = 0; m < motions; ++m) slope += gradient[m] * step[m];
     double length = 1.0, trial[kMost];
     for (;; length /= 2) {
-      for (std::size_t m = 0; m < motions; ++m) trial[m] = motion[m] + length * step_[m][0];
+      for (std::size_t m = 0; m < motions; ++m) trial[m] = motion[m] + length * step[m];
       if (length < kShortest || energy(trial) <= least + kSufficientDecrease * length * slope) break;
     }
     std::copy(trial, trial + motions, motion);
@@ -78,7 +74,7 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     pressed_[i] = depth > 0.0 ? 1 : 0;
     forces_[i] = depth > 0.0 ? stiffness[i] * depth : 0.0;
   }
-  return std::any_of(pressed_.begin(), pressed_.end(), [](std::uint8_t one) { return one != 0; });
+  return balanced;
 }
 
 double SpringBed::overlap(std::size_t cell, const double* motion) const {

@@ -1,18 +1,17 @@
-// A rigid body in a bed of springs that do not pull: a quick guess at which cells of an elastic surface it presses.
+// A rigid body in a bed of springs that do not pull: law "foundation", and a quick guess at which cells of an elastic
+// surface it presses.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "dense.hpp"
-
 namespace mjtactile {
 
 class SpringBed {
  public:
   // Press a body into springs of a stiffness each (cells) [N/m]; the rest as in RigidContact, the first mode moves every
-  // cell by 1. False where no motion carries the resultants.
+  // cell by 1. False where no motion was found that carries the resultants; what was found last is there all the same.
   bool solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions, const double* heights,
              const double* resultants);
 
@@ -28,7 +27,6 @@ class SpringBed {
   const double *modes_ = nullptr, *heights_ = nullptr, *resultants_ = nullptr;
   std::size_t motions_ = 0;
   double motion_[3] = {};
-  Matrix curvature_, step_;
   std::vector<std::uint8_t> pressed_;
   std::vector<double> forces_;
 };

@@ -86,9 +86,8 @@ double lowest_over(const double corner[3][3], const Rectangle& part, double floo
 void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part, double floor,
                           double reach) {
   mesh_ = &mesh, pose_ = pose, part_ = part, floor_ = floor;
-  per_[0] = static_cast<double>(kFinest) / (part.east - part.west);
-  per_[1] = static_cast<double>(kFinest) / (part.north - part.south);
   triangles_.clear();
+  spans_.clear();
   bottom_[0] = bottom_[1] = 0.0, bottom_[2] = lowest_ = kInfinite;
   if (!mesh.boxes.empty()) {
     slack_ = 0.0;
@@ -101,6 +100,7 @@ void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rect
     ceiling_ = lowest_ + reach;
     if (std::isfinite(lowest_)) gather();
   }
+  place_buckets();
   fill_buckets();
 }
 
@@ -259,13 +259,31 @@ void TriangleShadow::take(std::uint32_t triangle) {
   made.third[2] = -(made.third[0] * corner[0][0] + made.third[1] * corner[0][1]);
   made.height = corner[0][2], made.second_rise = a[2], made.third_rise = b[2];
   made.number = triangle;
-  made.first[0] = finest_bucket(x.low, 0), made.last[0] = finest_bucket(x.high, 0);
-  made.first[1] = finest_bucket(y.low, 1), made.last[1] = finest_bucket(y.high, 1);
+  spans_.push_back({x, y});
+}
+
+// Buckets cover what of the part lies under triangles, and no more: a small body has as many of them as a large one.
+void TriangleShadow::place_buckets() {
+  grid_ = {kInfinite, kInfinite, -kInfinite, -kInfinite};
+  for (const auto& [x, y] : spans_) {
+    grid_ = {std::min(grid_.west, x.low), std::min(grid_.south, y.low), std::max(grid_.east, x.high),
+             std::max(grid_.north, y.high)};
+  }
+  grid_ = {std::max(grid_.west, part_.west), std::max(grid_.south, part_.south), std::min(grid_.east, part_.east),
+           std::min(grid_.north, part_.north)};
+  per_[0] = static_cast<double>(kFinest) / (grid_.east - grid_.west);
+  per_[1] = static_cast<double>(kFinest) / (grid_.north - grid_.south);
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (int axis = 0; axis < 2; ++axis) {
+      triangles_[t].first[axis] = finest_bucket(spans_[t][axis].low, axis);
+      triangles_[t].last[axis] = finest_bucket(spans_[t][axis].high, axis);
+    }
+  }
 }
 
 std::uint8_t TriangleShadow::finest_bucket(double at, int axis) const {
-  const double place = (at - (axis == 0 ? part_.west : part_.south)) * per_[axis];
-  if (!(place > 0.0)) return 0;  // a part of no extent has one bucket
+  const double place = (at - (axis == 0 ? grid_.west : grid_.south)) * per_[axis];
+  if (!(place > 0.0)) return 0;  // a grid of no extent has one bucket
   return static_cast<std::uint8_t>(place < static_cast<double>(kFinest) ? static_cast<int>(place) : kFinest - 1);
 }
 
@@ -298,7 +316,7 @@ void TriangleShadow::fill_buckets() {
 
 double TriangleShadow::height(double x, double y, double floor) const {
   double lowest = kInfinite;
-  if (!part_.holds(x, y)) return lowest;
+  if (!grid_.holds(x, y)) return lowest;
   const std::size_t finer = kFinest / side_;
   const std::size_t at = finest_bucket(y, 1) / finer * side_ + finest_bucket(x, 0) / finer;
   for (std::uint32_t e = starts_[at]; e < starts_[at + 1]; ++e) {

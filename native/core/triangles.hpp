@@ -60,6 +60,7 @@ class TriangleShadow {
   void find_lowest();
   void gather();
   void take(std::uint32_t triangle);
+  void place_buckets();
   void fill_buckets();
   std::uint8_t finest_bucket(double at, int axis) const;
 
@@ -68,12 +69,14 @@ class TriangleShadow {
   Rectangle part_ = {};
   double floor_ = 0.0, ceiling_ = 0.0, lowest_ = 0.0;
   double slack_ = 0.0;                // rounding of a box's place [m]
+  Rectangle grid_ = {};               // that the buckets cover
   double per_[2] = {};                // finest buckets per length along x and y [1/m]
   std::size_t side_ = 1;              // buckets along each side
   double bottom_[3] = {};
   std::vector<std::pair<double, std::uint32_t>> queue_;  // boxes still to be looked into, by how low they may be
   std::vector<std::uint32_t> stack_;
   std::vector<Triangle> triangles_;
+  std::vector<std::array<Span, 2>> spans_;   // of each, along x and y
   std::vector<std::uint32_t> starts_, entries_, fill_;
   // Of `bottoms`: by vertex, the last call in which it was passed over or done with; candidates by bucket.
   std::vector<std::uint32_t> done_;
