@@ -21,6 +21,8 @@ constexpr double kMostTwist = 1.0, kTwistOverSliding = 1.5;
 constexpr int kBisections = 40;
 // Tilts that lift the rim of the cells by more than so many indentations are none: pressed cells in one row leave it open.
 constexpr double kOpenTilt = 1e3;
+// Shares by which cells are taken to be softer where their compliance is not positive definite, the first and the most.
+constexpr double kSofter = 1e-3, kSoftest = 1.0;
 // Share of what all cells can bear above which none of them is left to search with.
 constexpr double kNearlyAll = 0.98;
 
@@ -82,20 +84,22 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   length_ = face.length;
   normal_.assign(cells, 0.0);
   const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
-  exact_ = solve_contact(face, compliance, options.law, problem, start);
+  exact_ = solve_contact(face, compliance, options.law, problem, start, workspace.matrix);
   linear_ = exact_ && options.law == Law::elastic;
   // Shear takes a part of the strength.
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
+  bool spread = false;
   if (exact_ && strength_ > 0.0) {
     bool over = false;
     for (std::size_t i = 0; i < cells; ++i) over = over || normal_[i] > strength_ * face.areas[i];
-    if (over) linear_ = false, exact_ = bound_pressure(face, options.law, problem, workspace);
+    if (over) {
+      linear_ = false;
+      spread = bound_pressure(face, options.law, problem, workspace);
+    }
   }
-  if (!exact_) {
-    slopes_[0] = slopes_[1] = 0.0;
-    fill_nearest(face, wrench, workspace);
-  }
+  if (!exact_) slopes_[0] = slopes_[1] = 0.0;
+  if (!exact_ && !spread) fill_nearest(face, wrench, workspace);
   pressed_area_ = 0.0;
   for (std::size_t i = 0; i < cells; ++i) {
     normal_[i] = pressed_[i] ? std::max(normal_[i], 0.0) : 0.0;
@@ -145,9 +149,16 @@ void CellContact::make_parts(const Face& face, const Workspace& workspace) {
 
 // Normal forces by a law where no pressure is too high, and the body's tilt; false where none were found.
 bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compliance, Law law,
-                                const RigidProblem& problem, const std::uint8_t* start) {
+                                const RigidProblem& problem, const std::uint8_t* start, Matrix& compliances) {
   if (law == Law::elastic) {
-    if (!contact_.solve(problem, start)) return false;
+    double softer = kSofter;
+    while (!contact_.solve(problem, start)) {
+      if (contact_.definite() || softer > kSoftest) return false;
+      // Under layers far from a half space what tables and cells leave out can outweigh a cell's own compliance.
+      for (std::size_t i = 0; i < face.cells(); ++i) compliances[i][i] *= 1.0 + softer;
+      softer *= 4.0;
+      contact_.forget();
+    }
     pressed_ = contact_.pressed();
     normal_ = contact_.forces();
     set_slopes(contact_.motion());
@@ -182,6 +193,7 @@ bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compl
 }
 
 // Cells bear no more than the strength; where all of them together bear less than the load, the rest is not carried.
+// False where nothing was found that bears it; exact_ says whether it is a contact.
 bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace) {
   const std::size_t cells = face.cells();
   const double area = std::accumulate(face.areas.begin(), face.areas.end(), 0.0), load = problem.resultants[0];
@@ -194,6 +206,7 @@ bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& 
     pressed_.assign(cells, 1);
     return true;
   }
+  exact_ = false;
   if (law == Law::uniform) return false;  // the nearest cells bear it
   if (law == Law::foundation) {
     contact_.forget();
@@ -203,7 +216,8 @@ bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& 
       workspace.matrix[i][i] = 1.0 / (stiffness_ * face.areas[i]);
     }
   }
-  if (!contact_.solve_bounded(problem, workspace.most.data(), pressed_)) return false;
+  exact_ = contact_.solve_bounded(problem, workspace.most.data(), pressed_);
+  if (!contact_.carries()) return false;
   pressed_ = contact_.pressed();
   normal_ = contact_.forces();
   set_slopes(contact_.motion());

@@ -94,7 +94,7 @@ class CellContact {
   void resultants(const Face& face, const double* wrench, double* resultants) const;
   Point through(const double* wrench) const;
   bool solve_contact(const Face& face, const SurfaceCompliance& compliance, Law law, const RigidProblem& problem,
-                     const std::uint8_t* start);
+                     const std::uint8_t* start, Matrix& compliances);
   bool bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace);
   void fill_nearest(const Face& face, const double* wrench, Workspace& workspace);
   void set_slopes(const double* motion);

@@ -36,8 +36,9 @@ constexpr int kRounds = 10;
 // A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
 // than this many levels at once.
 constexpr double kSmallTilt = 0.2, kMostTilt = 2.0;
-// Share of the cells that must be pressed.
-constexpr double kLeastPressed = 0.12;
+// Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
+// anew, up to a little over that.
+constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
 
@@ -184,10 +185,11 @@ const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
 bool PatchPress::next_view(View& view) const {
   const double* slopes = contact_.slopes();
   std::size_t pressed = 0;
-  double least = kNowhere, most = -kNowhere;
+  double least = kNowhere, most = -kNowhere, lowest = kNowhere;
   for (std::size_t i = 0; i < heights_.size(); ++i) {
     if (!contact_.pressed()[i]) continue;
     ++pressed;
+    lowest = std::min(lowest, heights_[i]);
     const Point& at = cells_.face().centroids[i];
     const double lift = slopes[0] * at.x + slopes[1] * at.y;
     least = std::min(least, lift);
@@ -209,8 +211,10 @@ bool PatchPress::next_view(View& view) const {
     view.generosity = std::min(view.generosity * std::min(deeper, kMostWider), kMostGenerous);
     return true;
   }
-  if (few && view.generosity >= kGenerous) {
-    view.generosity /= 2.0;
+  // What stands higher than the body sinks in at its lowest is not touched.
+  const double sinks = kSinks * (contact_.indentation() + lowest);
+  if (few && search_.level() > 0.0 && sinks < kMuchLower * seen_.highest) {
+    view.generosity = sinks / search_.level();
     return true;
   }
   return false;

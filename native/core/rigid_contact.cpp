@@ -17,6 +17,8 @@ constexpr double kBalanced = 1e-9;
 constexpr std::size_t kExchanges = 24, kPatience = 3;
 // Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
 constexpr std::size_t kDescents = 20, kBounded = 30;
+// Bisections of how far a load is moved that the cells cannot bear where it is.
+constexpr int kMoves = 7;
 // Springs that start the search, over the stiffness of single cells.
 constexpr double kSprings = 0.2;
 // Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
@@ -39,11 +41,15 @@ double along(const double* map, const double* resultants, std::size_t motions) {
 
 bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start) {
   if ((start != nullptr || problem.heights == nullptr) && exchange(problem, start)) return true;
-  stiffnesses_.resize(problem.cells());
-  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) stiffnesses_[i] = kSprings / (*problem.compliance)[i][i];
+  set_springs(problem);
   const bool balanced = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, problem.resultants);
   if (exchange(problem, springs_.pressed().data())) return true;
   return balanced && descend(problem) && balances(problem);
+}
+
+void RigidContact::set_springs(const RigidProblem& problem) {
+  stiffnesses_.resize(problem.cells());
+  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) stiffnesses_[i] = kSprings / (*problem.compliance)[i][i];
 }
 
 // Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
@@ -123,11 +129,43 @@ bool RigidContact::descend(const RigidProblem& problem) {
 
 bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most,
                                  const std::vector<std::uint8_t>& start) {
-  const std::size_t cells = problem.cells(), motions = problem.motions;
-  const Matrix& compliance = *problem.compliance;
+  const std::size_t cells = problem.cells();
   flexible_ = true;
+  carries_ = true;
   pressed_ = start;
   full_.assign(cells, 0);
+  if (exchange_bounded(problem, most)) return true;
+  // Springs that yield tell which cells are full. Where they cannot carry the load either, it is moved towards the cells'
+  // middle, as far as it must be.
+  set_springs(problem);
+  double nearer[kMostMotions];
+  const auto carried = [&](double share) {
+    nearer[0] = problem.resultants[0];
+    for (std::size_t m = 1; m < problem.motions; ++m) nearer[m] = (1.0 - share) * problem.resultants[m];
+    return springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
+  };
+  if (!carried(0.0)) {
+    double low = 0.0, high = 1.0;
+    for (int step = 0; step < kMoves; ++step) {
+      const double middle = (low + high) / 2;
+      (carried(middle) ? high : low) = middle;
+    }
+    carries_ = carried(high);
+  }
+  const RigidProblem moved = {problem.compliance, problem.modes, problem.motions, problem.heights, nearer};
+  for (std::size_t i = 0; i < cells; ++i) {
+    full_[i] = springs_.forces()[i] >= most[i] ? 1 : 0;
+    pressed_[i] = springs_.pressed()[i] && !full_[i] ? 1 : 0;
+  }
+  if (carries_ && exchange_bounded(moved, most)) return true;
+  forces_ = springs_.forces();
+  pressed_ = springs_.pressed();
+  return false;
+}
+
+bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most) {
+  const std::size_t cells = problem.cells(), motions = problem.motions;
+  const Matrix& compliance = *problem.compliance;
   pushed_.resize(cells);
   seen_.clear();
   for (std::size_t round = 0; round < kBounded; ++round) {
@@ -228,7 +266,7 @@ bool RigidContact::factor_pressed(const RigidProblem& problem) {
     for (std::size_t b = a; b < count; ++b) to[b] = from[places_[b]];
     for (std::size_t m = 0; m < motions; ++m) modes_[m][a] = problem.modes[places_[a] * motions + m];
   }
-  if (!factor(factor_)) return false;
+  if (!factor(factor_)) return definite_ = false;
   solve_forward(factor_, modes_);
   for (std::size_t m = 0; m < motions; ++m) {
     for (std::size_t n = 0; n < motions; ++n) stiffness_[m][n] = dot(modes_[m], modes_[n], count);

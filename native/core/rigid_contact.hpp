@@ -32,7 +32,7 @@ struct RigidProblem {
 class RigidContact {
  public:
   // The compliance or the modes of the next problem are others: what was factored is of no use.
-  void forget() { factored_ = false; }
+  void forget() { factored_ = false, definite_ = true; }
   // Find the cells that press. `start`: cells likely pressed, (cells), null where nothing is known. False where no contact
   // is found.
   bool solve(const RigidProblem& problem, const std::uint8_t* start);
@@ -40,9 +40,14 @@ class RigidContact {
   // `flexible`: go on where pressed cells leave a tilt open.
   bool exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible = true);
   // The same where no cell bears more than `most` (cells) [N]: those that would bear just that, and others help them.
-  // `start`: of the unbounded contact.
+  // `start`: of the unbounded contact. Cells that cannot bear the load where it is bear it as near to there as they can.
+  // Where no such contact is found forces are those of a bed of springs that yield.
   bool solve_bounded(const RigidProblem& problem, const double* most, const std::vector<std::uint8_t>& start);
 
+  // Whether the compliance was positive definite wherever it was factored since `forget`.
+  bool definite() const { return definite_; }
+  // Whether forces carry the resultants although solve_bounded() found no contact.
+  bool carries() const { return carries_; }
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
@@ -60,6 +65,8 @@ class RigidContact {
 
  private:
   bool on(const RigidProblem& problem);
+  void set_springs(const RigidProblem& problem);
+  bool exchange_bounded(const RigidProblem& problem, const double* most);
   bool factor_pressed(const RigidProblem& problem);
   bool invert_stiffness(const double* wanted);
   void separate(const RigidProblem& problem, const double* forces, const double* motion, double* separation) const;
@@ -68,7 +75,7 @@ class RigidContact {
   std::size_t violated(std::vector<std::uint8_t>& violated) const;
 
   std::size_t motions_ = 0;
-  bool flexible_ = true, factored_ = false;
+  bool flexible_ = true, factored_ = false, definite_ = true, carries_ = true;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
   std::vector<double> forces_, separation_, reached_, pushed_, stiffnesses_, column_;
   double motion_[kMostMotions] = {};

@@ -8,20 +8,21 @@
 namespace mjtactile {
 namespace {
 
-constexpr int kIterations = 60;
+constexpr int kIterations = 40;
 constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-12;
 constexpr std::size_t kMost = 3;
 
 }  // namespace
 
-// The motion d minimises 1/2 sum k (B d - g)_+^2 - q.d: Newton's method with a line search.
+// The motion d minimises 1/2 sum k (B d - g)_+^2 - q.d, less where springs yield: Newton's method with a line search.
 bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions,
-                      const double* heights, const double* resultants) {
+                      const double* heights, const double* resultants, const double* most) {
   stiffness_ = &stiffness;
   modes_ = modes;
   motions_ = motions;
   heights_ = heights;
   resultants_ = resultants;
+  most_ = most;
   const std::size_t cells = stiffness.size();
   double motion[kMost] = {}, total = 0.0, highest = 0.0;
   for (std::size_t i = 0; i < cells; ++i) {
@@ -39,7 +40,8 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
       if (!(depth > 0.0)) continue;
       const double* own = modes + i * motions;
       for (std::size_t m = 0; m < motions; ++m) {
-        gradient[m] += stiffness[i] * depth * own[m];
+        gradient[m] += force(i, depth) * own[m];
+        if (yields(i, depth)) continue;
         for (std::size_t n = 0; n < motions; ++n) curvature[m * motions + n] += stiffness[i] * own[m] * own[n];
       }
     }
@@ -72,7 +74,7 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
   for (std::size_t i = 0; i < cells; ++i) {
     const double depth = overlap(i, motion);
     pressed_[i] = depth > 0.0 ? 1 : 0;
-    forces_[i] = depth > 0.0 ? stiffness[i] * depth : 0.0;
+    forces_[i] = force(i, depth);
   }
   return balanced;
 }
@@ -87,7 +89,9 @@ double SpringBed::energy(const double* motion) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < stiffness_->size(); ++i) {
     const double depth = overlap(i, motion);
-    if (depth > 0.0) sum += 0.5 * (*stiffness_)[i] * depth * depth;
+    if (!(depth > 0.0)) continue;
+    const double elastic = yields(i, depth) ? most_[i] / (*stiffness_)[i] : depth;
+    sum += (*stiffness_)[i] * elastic * (depth - elastic / 2);
   }
   for (std::size_t m = 0; m < motions_; ++m) sum -= resultants_[m] * motion[m];
   return sum;

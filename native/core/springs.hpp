@@ -12,8 +12,9 @@ class SpringBed {
  public:
   // Press a body into springs of a stiffness each (cells) [N/m]; the rest as in RigidContact, the first mode moves every
   // cell by 1. False where no motion was found that carries the resultants; what was found last is there all the same.
+  // `most`: forces above which springs yield (cells) [N]; null for none.
   bool solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions, const double* heights,
-             const double* resultants);
+             const double* resultants, const double* most = nullptr);
 
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
   const std::vector<double>& forces() const { return forces_; }  // (cells) [N]
@@ -22,9 +23,13 @@ class SpringBed {
  private:
   double energy(const double* motion) const;
   double overlap(std::size_t cell, const double* motion) const;
+  bool yields(std::size_t cell, double depth) const { return most_ != nullptr && (*stiffness_)[cell] * depth > most_[cell]; }
+  double force(std::size_t cell, double depth) const {
+    return !(depth > 0.0) ? 0.0 : yields(cell, depth) ? most_[cell] : (*stiffness_)[cell] * depth;
+  }
 
   const std::vector<double>* stiffness_ = nullptr;
-  const double *modes_ = nullptr, *heights_ = nullptr, *resultants_ = nullptr;
+  const double *modes_ = nullptr, *heights_ = nullptr, *resultants_ = nullptr, *most_ = nullptr;
   std::size_t motions_ = 0;
   double motion_[3] = {};
   std::vector<std::uint8_t> pressed_;
