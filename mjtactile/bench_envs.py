@@ -63,8 +63,7 @@ class _Runner:
 
     def __init__(self, envs: Any) -> None:
         self._envs, self._drawn = envs, np.random.default_rng(0)
-        env = envs.envs[0].unwrapped
-        self.model, self.substeps = env.simulation.model, env.SUBSTEPS
+        self.model, self.substeps = envs.task.simulation.model, envs.task.SUBSTEPS
         envs.reset(seed=0)
 
     def run(self, steps: int) -> float:

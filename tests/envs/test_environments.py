@@ -94,20 +94,18 @@ def test_randomisation_changes_the_body():
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"observation": "pictures"}, "readings, wrench, recognised, none"),
+        ({"observation": "pictures"}, "readings, pascals, wrench, recognised, none"),
         ({"fidelity": "slow"}, "fast, balanced"),
         ({"transducer": "optical"}, "capacitive, piezoresistive"),
-        ({"transducer": "capacitive", "observation": "wrench"}, "'readings' or 'recognised'"),
+        ({"transducer": "capacitive", "observation": "wrench"}, "'pascals' or 'recognised'"),
         ({"noise": -1.0}, "at least 0"),
         ({"randomise": 2.0}, "0 .none. to 1"),
         ({"render_mode": "ascii"}, "rgb_array"),
     ],
 )
 def test_wrong_options_are_refused(options, told):
-    from mjtactile.envs.press_identify import PressIdentify
-
     with pytest.raises(EnvError, match=told):
-        PressIdentify(**options)
+        TactileEnv("mjtactile/PressIdentify-v0", **options)
 
 
 def test_wrong_actions_are_refused():
@@ -139,7 +137,7 @@ def test_pictures_are_drawn():
 def test_every_environment_has_the_camera_that_draws_it(name):
     env = gymnasium.make(name, observation="none").unwrapped
     assert isinstance(env, TactileEnv)
-    assert env.simulation.model.camera(env.CAMERA).id >= 0
+    assert env.task.simulation.model.camera(env.task.CAMERA).id >= 0
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mjtactile.envs import TactileEnv
 from mjtactile.envs.features import moments
 from mjtactile.envs.press_identify import FORCE, PressIdentify
 
@@ -11,7 +12,7 @@ PRESS = np.array([0.0, 0.0, 0.0, 1.0, -1.0, *[0.0] * 7])
 
 def pressed(**options):
     """What is seen of a star pressed with the most force, at rest."""
-    env = PressIdentify(**options)
+    env = TactileEnv(PressIdentify, **options)
     env.reset(seed=2, options={"shape": "star"})
     return [env.step(PRESS)[0] for _ in range(10)][-1]["tactile"][0]
 
@@ -46,22 +47,22 @@ def test_transducers_report_what_they_can(ideal, kind):
 
 
 def test_pads_differ_in_sensitivity_under_randomisation(ideal):
-    env = PressIdentify(noise=0.0, randomise=1.0)
+    env = TactileEnv(PressIdentify, noise=0.0, randomise=1.0)
     gains = []
     for seed in range(4):
         env.reset(seed=seed, options={"shape": "star"})
-        gains.append(float(env.touch._gains[0]))
+        gains.append(float(env.task.touch._gains[0, 0]))
     assert len(set(gains)) == 4
     assert all(0.9 <= gain <= 1.1 for gain in gains)
     felt = [env.step(PRESS)[0] for _ in range(10)][-1]["tactile"]
-    env.touch._gains[:] = 1.0
-    assert felt == pytest.approx(gains[-1] * env.touch.observe(env.simulation.sensordata, env.np_random), rel=1e-5)
+    env.task.touch._gains[:] = 1.0
+    assert felt == pytest.approx(gains[-1] * env.task.observe(np.array([0]))["tactile"][0], rel=1e-5)
 
 
 def test_nothing_is_felt_above_the_punch():
-    seen = PressIdentify().reset(seed=0)[0]
+    seen = TactileEnv(PressIdentify).reset(seed=0)[0]
     assert (seen["tactile"] == 0.0).all()
-    assert (PressIdentify(observation="recognised").reset(seed=0)[0]["tactile"] == 0.0).all()
+    assert (TactileEnv(PressIdentify, observation="recognised").reset(seed=0)[0]["tactile"] == 0.0).all()
 
 
 def test_moments_say_how_much_where_how_wide_and_how_lopsided():
