@@ -13,7 +13,7 @@ from mjtactile.envs.bands import Bands
 from mjtactile.envs.grasp_scene import HANDLE, PAD_FORCES, gripper_spec
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Mask, Task, Told
+from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
 from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 from mjtactile.pad import Array
@@ -49,7 +49,7 @@ def least_grip(mass: Array, friction: Array) -> Array:
 
 def crushing_grip(mass: Array, friction: Array) -> Array:
     """Force of a finger under which the object breaks [N]."""
-    return np.clip(FRAGILITY * least_grip(mass, friction), HARMLESS, CRUSHING)
+    return within(FRAGILITY * least_grip(mass, friction), HARMLESS, CRUSHING)
 
 
 class GraspLift(Task):
@@ -104,6 +104,8 @@ class GraspLift(Task):
         count = self.simulation.count
         # Of the objects: mass [kg], friction, and how far off their places they stand along y and z [m].
         self._mass, self._friction, self._off = np.ones(count), np.ones(count), np.zeros((count, 2))
+        # The grips that just hold them, as logarithms over the first one, and those that crush them [N].
+        self._needed, self._crushing = np.ones(count), np.ones(count)
         # Commanded: height [m], speed upwards [m/s], grip [N]. Sensed: opening [m], its change [m/s].
         self._target, self._speed, self._grip = np.zeros(count), np.zeros(count), np.full(count, FIRST_GRIP)
         self._opening, self._closing = np.zeros(count), np.zeros(count)
@@ -138,6 +140,8 @@ class GraspLift(Task):
         self._mass[rows] = np.exp(draws[:, 0]) if mass is None else mass
         self._friction[rows] = draws[:, 1] if friction is None else friction
         self._off[rows] = draws[:, 2:]
+        self._needed[rows] = np.log(least_grip(self._mass[rows], self._friction[rows]) / FIRST_GRIP)
+        self._crushing[rows] = crushing_grip(self._mass[rows], self._friction[rows])
         self._target[rows] = self._speed[rows] = self._closing[rows] = 0.0
         self._grip[rows] = FIRST_GRIP
         self._opening[rows] = _rounded(np.array(HANDLE[0] + 2 * _GAP - CLOSED_GAP), OPENING_RESOLUTION)
@@ -157,31 +161,33 @@ class GraspLift(Task):
         self._command()
 
     def _act(self, actions: Array) -> None:
-        self._grip = np.clip(self._grip * GRIP_FACTOR ** actions[:, 0], *GRIPS)
-        target = np.clip(self._target + self.period * LIFT_SPEED * actions[:, 1], 0.0, REACH)
+        self._grip = within(self._grip * GRIP_FACTOR ** actions[:, 0], *GRIPS)
+        target = within(self._target + self.period * LIFT_SPEED * actions[:, 1], 0.0, REACH)
         self._speed, self._target = (target - self._target) / self.period, target
         self._command()
 
     def _command(self) -> None:
-        self.simulation.ctrl[:, self._controls] = np.column_stack([self._grip, self._speed])
+        ctrl, (grip, lift) = self.simulation.ctrl, self._controls
+        ctrl[:, grip], ctrl[:, lift] = self._grip, self._speed
 
     def _proprioception(self) -> Array:
         height = _rounded(self.simulation.sensordata[:, self._places["wrist_z"]] - self._off[:, 1], RESOLUTION)
         own = [self._opening, self._closing, height, self._target, np.log(self._grip), self._time_left()]
-        return np.column_stack(own)
+        return np.array(own).T
 
     def _judge(self) -> tuple[Array, Mask, Told]:
         qpos, sensed = self.simulation.qpos, self.simulation.sensordata
         opening = _rounded(sensed[:, self._places["opening"]], OPENING_RESOLUTION)
         self._closing, self._opening = (opening - self._opening) / self.period, opening
-        self._most = np.maximum(self._most, np.abs(sensed[:, self._forces]).max(axis=1))
+        for force in self._forces:
+            self._most = np.maximum(self._most, np.abs(sensed[:, force]))
         risen = qpos[:, self._height] - _HEIGHT
         slipped = qpos[:, self._wrist] - self._off[:, 1] - risen
-        crushed = self._most > crushing_grip(self._mass, self._friction)
+        crushed = self._most > self._crushing
         dropped = slipped > SLIPPED
         last = self.steps >= self.EPISODE_STEPS
         success = last & (risen >= LIFTED) & ~crushed & ~dropped
-        higher, firmer = np.clip(risen, self._risen, LIFTED), self._share_of_grip()
+        higher, firmer = within(risen, self._risen, LIFTED), self._share_of_grip()
         rewards = WAY * (higher - self._risen) / LIFTED + GRIP_WAY * (firmer - self._firm) + SUCCESS * success
         self._risen, self._firm = higher, firmer
         told = {**self.told(), "success": success, "crushed": crushed, "dropped": dropped, "slip": slipped}
@@ -189,9 +195,9 @@ class GraspLift(Task):
 
     def _share_of_grip(self) -> Array:
         """How far, in its logarithm, the grip has come to the one that just holds: from 0 to 1."""
-        needed = np.log(least_grip(self._mass, self._friction) / FIRST_GRIP)
-        come = np.minimum(np.log(np.maximum(self._most, FIRST_GRIP) / FIRST_GRIP), needed)
-        return np.divide(come, needed, out=np.ones_like(needed), where=needed > 0.0)
+        come = np.log(np.maximum(self._most, FIRST_GRIP) / FIRST_GRIP)
+        share, needed = np.ones(len(come)), self._needed
+        return np.divide(np.minimum(come, needed), needed, out=share, where=needed > 0.0)
 
     def told(self) -> Told:
         """Mass [kg] and friction of the objects, and the hardest grip so far [N]."""
@@ -199,4 +205,4 @@ class GraspLift(Task):
 
 
 def _rounded(values: Array, step: float) -> Array:
-    return step * np.round(values / step)
+    return step * np.rint(values / step)

@@ -11,7 +11,7 @@ import numpy as np
 from mjtactile.envs.grasp_scene import HANDLE, gripper_spec
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Mask, Task, Told
+from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
 from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
 from mjtactile.pad import Array
@@ -122,9 +122,9 @@ class PegInsert(Task):
 
     def _act(self, actions: Array) -> None:
         low, high = np.array([-REACH, -REACH, -DEEP]), np.array([REACH, REACH, DEEP / 2])
-        target = np.clip(self._target + self.period * SPEED * actions[:, :3], low, high)
+        target = within(self._target + self.period * SPEED * actions[:, :3], low, high)
         step = (GRIPS[1] - GRIPS[0]) / GRIP_STEPS
-        self._grip = np.clip(self._grip + step * actions[:, 3], *GRIPS)
+        self._grip = within(self._grip + step * actions[:, 3], *GRIPS)
         self.simulation.ctrl[:, self._drives] = (target - self._target) / self.period
         self.simulation.ctrl[:, self._grip_drive] = self._grip
         self._target = target
@@ -142,7 +142,7 @@ class PegInsert(Task):
         tilt = 2.0 * np.arcsin(np.minimum(1.0, np.hypot(turn[:, 1], turn[:, 2])))
         depth = _TOP + LENGTH - place[:, 2]
         lost = (slip > LOST) | (tilt > TILTED)
-        deeper = np.clip(depth, self._deepest, INSERTED)
+        deeper = within(depth, self._deepest, INSERTED)
         inserted = (depth >= INSERTED) & ~lost
         rewards = WAY * (deeper - self._deepest) / INSERTED - STEP_COST + SUCCESS * inserted + LOSING * lost
         self._deepest = deeper

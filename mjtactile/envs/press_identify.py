@@ -12,7 +12,7 @@ import numpy as np
 from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Mask, Task, Told
+from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.indenter import punch
 from mjtactile.mjcf import indenter_mjcf
 from mjtactile.outlines import INDENTER_NAMES
@@ -99,7 +99,7 @@ class PressIdentify(Task):
     def _act(self, actions: Array) -> None:
         reach = np.array([REACH, REACH, TURN_REACH])
         moved = self._target + self.period * np.array([SPEED, SPEED, TURN_SPEED]) * actions[:, :3]
-        self._target = np.clip(moved, -reach, reach)
+        self._target = within(moved, -reach, reach)
         self._force = FORCE * np.maximum(0.0, actions[:, 3])
         self.simulation.ctrl[:] = np.column_stack([self._start + self._target, press_control(self._force)])
         self._answer = np.where(actions[:, 4] > 0.0, actions[:, 5:].argmax(axis=1), -1)

@@ -203,7 +203,7 @@ class Task(ABC):
             running = np.zeros_like(given)
             running[rows] = given[rows]
             given = running
-        self._act(np.clip(given, -1.0, 1.0))
+        self._act(within(given, -1.0, 1.0))
         self.simulation.step(rows, self.SUBSTEPS)
         self.steps += 1
         rewards, terminated, told = self._judge()
@@ -211,7 +211,7 @@ class Task(ABC):
 
     def observe(self, rows: Rows) -> Observation:
         """What some environments see now, (k, ...) by name; once a step of each, as each look has noise of its own."""
-        own = np.clip(self._proprioception()[rows].astype(np.float32), self._own.low, self._own.high)
+        own = within(self._proprioception()[rows].astype(np.float32, order="C"), self._own.low, self._own.high)
         if not self.options.touches:
             return {"proprioception": own}
         return {"proprioception": own, "tactile": self.touch.observe(self.simulation.sensordata, rows)}
@@ -230,6 +230,11 @@ class Task(ABC):
         damping = 1.0 + DAMPING_SPREAD * self.options.randomise * draws[:, actuators:]
         for name, factor in (("actuator_gainprm", strength), ("actuator_biasprm", strength), ("dof_damping", damping)):
             self.simulation.field(name)[rows] = self._nominal[name] * factor
+
+
+def within(values: Array, low: Array | float, high: Array | float) -> Array:
+    """Values cut off at the ends of a range; `np.clip`, which takes several times as long for one number."""
+    return np.minimum(np.maximum(values, low), high)
 
 
 def _box(channels: Sequence[Channel]) -> gymnasium.spaces.Box:

@@ -85,7 +85,9 @@ class Touch:
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options
         self.shape = (len(names), *(options.pad or Pad()).reading_shape)
-        self._sensors = [sensor_slice(model, name) for name in names] if options.touches else []
+        # Where all pads' values stand in `sensordata`, one pad after the other.
+        sensors = [sensor_slice(model, name) for name in names] if options.touches else []
+        self._columns = np.array([column for where in sensors for column in range(where.start, where.stop)], dtype=int)
         self._gains = np.ones((count, len(names)))
         # Of each environment: where its noise comes from, and its pads' transducers.
         self._drawn = [np.random.default_rng(0) for _ in range(count)]
@@ -95,14 +97,14 @@ class Touch:
     @property
     def space(self) -> gymnasium.spaces.Box | None:
         """Of the observation `tactile` of one environment; None where there is none."""
-        pads, observation = len(self._sensors), self.options.observation
+        observation = self.options.observation
         if observation == "none":
             return None
         if observation in ("readings", "pascals"):
             most = LARGEST_READING / (READING_SCALE if observation == "readings" else 1.0)
             return gymnasium.spaces.Box(-most, most, self.shape, np.float32)
         limits = _WRENCH_LIMITS if observation == "wrench" else _RECOGNISED_LIMITS
-        high = np.tile(limits, (pads, 1)).astype(np.float32)
+        high = np.tile(limits, (self.shape[0], 1)).astype(np.float32)
         return gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
     def begin(self, rows: Rows, drawn: Sequence[np.random.Generator]) -> None:
@@ -117,7 +119,7 @@ class Touch:
             self._drawn[row] = one
             self._gains[row] = 1.0 + spread * one.uniform(-1.0, 1.0, self._gains.shape[1])
             if self.options.transducer is not None:
-                seeds = one.integers(2**31, size=len(self._sensors))
+                seeds = one.integers(2**31, size=self.shape[0])
                 self._transducers[row] = [
                     _transducer(self.options.transducer, self.shape[1:], int(seed)) for seed in seeds
                 ]
@@ -132,24 +134,26 @@ class Touch:
         Returns:
             Shape (k, *space.shape).
         """
-        sensed = np.stack([sensordata[rows, where] for where in self._sensors], axis=1)
+        sensed = sensordata[rows[:, None], self._columns].reshape(len(rows), self.shape[0], -1)
         if self.options.observation == "wrench":
             wrenches = self._noisy_wrenches(sensed * self._gains[rows, :, None], rows)
             return np.clip(wrenches, -_WRENCH_LIMITS, _WRENCH_LIMITS).astype(np.float32)
         readings = self._readings(sensed.reshape(len(rows), *self.shape), rows)
         if self._recognise is not None:
             return np.array([[self._recognised(pad) for pad in pads] for pads in readings], np.float32)
-        np.clip(readings, -LARGEST_READING, LARGEST_READING, out=readings)
+        seen = readings.astype(np.float32)
+        np.minimum(np.maximum(seen, -LARGEST_READING, out=seen), LARGEST_READING, out=seen)
         if self.options.observation == "readings":
-            readings /= READING_SCALE
-        return readings.astype(np.float32)
+            seen /= READING_SCALE
+        return seen
 
     def _readings(self, readings: Array, rows: Rows) -> Array:
         """Readings (k, pads, layers, rows, columns) [Pa] as the pads report them; written into the same array."""
         readings *= self._gains[rows][:, :, None, None, None]
-        for row, pads in zip(rows, readings, strict=True):
-            for transducer, pad in zip(self._transducers[row], pads, strict=False):
-                pad[:] = transducer(pad)
+        if self.options.transducer is not None:
+            for row, pads in zip(rows, readings, strict=True):
+                for transducer, pad in zip(self._transducers[row], pads, strict=True):
+                    pad[:] = transducer(pad)
         if self.options.noise > 0.0:
             peaks = self.options.noise * readings.max(axis=(2, 3, 4), keepdims=True)
             readings += peaks * self._normal(rows, self.shape, np.float32)
