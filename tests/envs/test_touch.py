@@ -1,11 +1,14 @@
 """What is made of the pads' readings before an agent sees them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from mjtactile.envs import TactileEnv
 from mjtactile.envs.features import moments
 from mjtactile.envs.press_identify import FORCE, PressIdentify
+from mjtactile.envs.touch import READING_SCALE
 
 PRESS = np.array([0.0, 0.0, 0.0, 1.0, -1.0, *[0.0] * 7])
 
@@ -25,6 +28,21 @@ def ideal():
 def test_noise_is_a_share_of_the_largest_reading(ideal):
     noisy = pressed(noise=0.05)
     assert (noisy - ideal).std() == pytest.approx(0.05 * ideal.max(), rel=0.1)
+
+
+def test_readings_are_scaled_unless_pascals_are_asked_for(ideal):
+    assert 0.3 < ideal.max() < 10.0
+    assert pressed(noise=0.0, observation="pascals") == pytest.approx(READING_SCALE * ideal, rel=1e-6)
+    spaces: Any = [TactileEnv(PressIdentify, observation=one).observation_space for one in ("readings", "pascals")]
+    assert spaces[1]["tactile"].high.max() == pytest.approx(READING_SCALE * spaces[0]["tactile"].high.max())
+
+
+@pytest.mark.parametrize("observation", ["readings", "pascals"])
+def test_readings_stay_within_their_space_whatever_is_felt(observation):
+    task: Any = TactileEnv(PressIdentify, noise=0.0, observation=observation).task
+    felt = np.full_like(task.simulation.sensordata, 1e9)
+    assert (task.touch.observe(felt, np.array([0]))[0] == task.observation_space["tactile"].high).all()
+    assert (task.touch.observe(-felt, np.array([0]))[0] == task.observation_space["tactile"].low).all()
 
 
 def test_a_wrench_is_the_force_pressed_with():
