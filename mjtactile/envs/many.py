@@ -105,7 +105,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         self.single_observation_space: gymnasium.Space[Any] = self.task.observation_space
         self.action_space: gymnasium.Space[Any] = batch_space(self.single_action_space, num_envs)
         self.observation_space: gymnasium.Space[Any] = batch_space(self.single_observation_space, num_envs)
-        self._drawn: list[np.random.Generator | None] = [None] * num_envs
+        self._drawn = [seeding.np_random()[0] for _ in range(num_envs)]
         self._copy = copy
         self._seen: Observation = {
             name: np.zeros((num_envs, *(space.shape or ())), np.float32)
@@ -133,9 +133,8 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
             raise EnvError(f"reset_mask = {mask}; expected {self.num_envs} of bool, one of them true at least.")
-        for k in map(int, np.flatnonzero(mask)):
-            one = None if seeds is None else seeds[k]
-            if one is not None or self._drawn[k] is None:
+        for k, one in enumerate(seeds or ()):
+            if one is not None and mask[k]:
                 self._drawn[k] = seeding.np_random(one)[0]
         infos: dict[str, Any] = {}
         self._begin(mask, infos, options)
@@ -148,14 +147,14 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         """Act in every environment, advance all simulations, and say what came of it.
 
         Raises:
-            EnvError: the actions are not of the space's shape, or not finite; or one has ended, nothing begins by
-                itself, and it was not reset.
+            EnvError: the actions are not of the space's shape, or not finite; or one was not reset, at first or, where
+                nothing begins by itself, after it had ended.
         """
         waiting = self._ended
         if self.autoreset_mode == AutoresetMode.DISABLED and waiting.any():
             raise EnvError(f"environments {np.flatnonzero(waiting)} have ended: reset them, with reset_mask.")
         rewards, terminated, truncated, told = self.task.step(actions, _rows(~waiting))
-        rewards, terminated, truncated = rewards * ~waiting, terminated & ~waiting, truncated & ~waiting
+        rewards, terminated, truncated = np.where(waiting, 0.0, rewards), terminated & ~waiting, truncated & ~waiting
         ended, infos = terminated | truncated, {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             self._look(~waiting)
@@ -192,7 +191,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
     def _begin(self, mask: Mask, infos: dict[str, Any], options: dict[str, Any]) -> None:
         """Begin episodes where the mask says, and say of them what there is to say."""
         rows = _rows(mask)
-        self.task.begin(rows, [drawn for k in rows if (drawn := self._drawn[k]) is not None], options)
+        self.task.begin(rows, [self._drawn[k] for k in rows], options)
         _add(infos, self.task.told(), mask)
 
     def _look(self, mask: Mask) -> None:

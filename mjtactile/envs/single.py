@@ -88,7 +88,7 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Act for one control period.
 
         Raises:
-            EnvError: the action is not of the space's shape, or not finite.
+            EnvError: the action is not of the space's shape, or not finite; or nothing was ever reset.
         """
         rewards, terminated, truncated, told = self.task.step(np.asarray(action)[None], _ROW)
         self._show()

@@ -67,7 +67,7 @@ class Task(ABC):
         options: what is seen of the pads.
         simulation: of all environments.
         touch: their pads.
-        steps: since the episode began, shape (n,).
+        steps: since the episode began, shape (n,); -1 where none ever did.
         action_space, observation_space: of one environment.
 
     Raises:
@@ -101,7 +101,7 @@ class Task(ABC):
         self.simulation = simulate(self.model(self.options))
         model, count = self.simulation.model, self.simulation.count
         self.touch = Touch(model, self.PADS, self.options, count)
-        self.steps = np.zeros(count, dtype=int)
+        self.steps = np.full(count, -1)
         self.action_space = _box(self.ACTIONS)
         self._own = _box(self.PROPRIOCEPTION)
         spaces: dict[str, gymnasium.Space[Any]] = {"proprioception": self._own}
@@ -188,8 +188,11 @@ class Task(ABC):
             that do not run, nothing of it means anything.
 
         Raises:
-            EnvError: actions are not of the space's shape, or not finite where something runs.
+            EnvError: actions are not of the space's shape, or not finite where something runs; or there is an
+                environment that was never reset.
         """
+        if self.steps.min() < 0:
+            raise EnvError("no episode has begun: reset first.")
         given = np.asarray(actions, dtype=float)
         shape = (self.simulation.count, len(self.ACTIONS))
         if given.shape != shape or not np.isfinite(given[rows]).all():
@@ -211,7 +214,8 @@ class Task(ABC):
 
     def observe(self, rows: Rows) -> Observation:
         """What some environments see now, (k, ...) by name; once a step of each, as each look has noise of its own."""
-        own = within(self._proprioception()[rows].astype(np.float32, order="C"), self._own.low, self._own.high)
+        own = self._proprioception()[rows].astype(np.float32, order="C")
+        own = np.minimum(np.maximum(own, self._own.low), self._own.high)
         if not self.options.touches:
             return {"proprioception": own}
         return {"proprioception": own, "tactile": self.touch.observe(self.simulation.sensordata, rows)}

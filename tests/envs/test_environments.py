@@ -12,7 +12,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import mjtactile  # noqa: F401  registers the environments
-from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv
+from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.errors import RenderError
 from mjtactile.pad import Pad
 from mjtactile.render import working_backend
@@ -116,6 +116,15 @@ def test_wrong_actions_are_refused():
             env.step(action)
     with pytest.raises(EnvError, match="triangle"):
         env.reset(options={"plate": "cube"})
+
+
+@pytest.mark.parametrize("batched", [True, False])
+def test_a_step_before_the_first_reset_is_refused(batched):
+    if batched:
+        pytest.importorskip("mujoco.batch")
+    env: Any = make_vec(NAMES[0], 2, observation="none") if batched else TactileEnv(NAMES[0], observation="none")
+    with pytest.raises(EnvError, match="reset first"):
+        env.step(np.zeros(env.action_space.shape, np.float32))
 
 
 def test_pictures_are_drawn():
