@@ -18,6 +18,8 @@ _NAMES = ("mjtactile/GraspLift-v0", "mjtactile/PressIdentify-v0")
 _OBSERVATIONS = ("none", "wrench", "readings")
 #: Random actions have this share of their range, so that things are held and pressed rather than thrown about.
 _STIR = 0.3
+#: Actions that end an episode whenever they are above 0, by environment: left at -1, as steps are measured, not resets.
+_ENDING = {"mjtactile/PressIdentify-v0": [4]}
 #: Environments at once, turns that all cases take one after the other, and steps of many, and of one, in a turn.
 _COUNT, _TURNS, _STEPS, _STEPS_OF_ONE = 64, 25, 2, 40
 
@@ -48,13 +50,10 @@ def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
     rows = []
     for name in names:
         plain = {n: _Plain(name, n, threads) for n in (1, count)}
-        cases: dict[Any, _Environments | _Plain] = {
-            (seen, n): plain[n]
-            if seen == "plain"
-            else _Environments(make_vec(name, n, threads=threads, observation=seen))
-            for seen in ("plain", *_OBSERVATIONS)
-            for n in (1, count)
-        }
+        cases: dict[Any, _Environments | _Plain] = {("plain", n): one for n, one in plain.items()}
+        for seen in _OBSERVATIONS:
+            for n in (1, count):
+                cases[seen, n] = _Environments(name, make_vec(name, n, threads=threads, observation=seen))
         times: dict[Any, list[float]] = {key: [] for key in cases}
         for _ in range(turns):
             for key, case in cases.items():
@@ -80,18 +79,20 @@ def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
 class _Actions:
     """Random actions, the same for all that is compared."""
 
-    def __init__(self, shape: tuple[int, ...]) -> None:
-        self._drawn, self._shape = np.random.default_rng(0), shape
+    def __init__(self, name: str, shape: tuple[int, ...]) -> None:
+        self._drawn, self._shape, self._ending = np.random.default_rng(0), shape, _ENDING.get(name, [])
 
     def __call__(self) -> Any:
-        return (_STIR * self._drawn.uniform(-1.0, 1.0, self._shape)).astype(np.float32)
+        actions = (_STIR * self._drawn.uniform(-1.0, 1.0, self._shape)).astype(np.float32)
+        actions[:, self._ending] = -1.0
+        return actions
 
 
 class _Environments:
     """A vector environment under random actions."""
 
-    def __init__(self, envs: Any) -> None:
-        self._envs, self._actions = envs, _Actions(envs.action_space.shape)
+    def __init__(self, name: str, envs: Any) -> None:
+        self._envs, self._actions = envs, _Actions(name, envs.action_space.shape)
         envs.reset(seed=0)
 
     def run(self, steps: int) -> float:
@@ -118,7 +119,7 @@ class _Plain:
             env.reset(seed=k)
         self.substeps = self._envs[0].task.SUBSTEPS
         shape = self._envs[0].action_space.shape or ()
-        self._actions, self._threads = _Actions((count, *shape)), min(threads, count)
+        self._actions, self._threads = _Actions(name, (count, *shape)), min(threads, count)
         self._pool = ThreadPoolExecutor(max(1, self._threads - 1))
 
     def run(self, steps: int) -> float:
