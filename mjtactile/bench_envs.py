@@ -1,8 +1,11 @@
-"""How fast environments step: one and many, with pads and without, beside a plain step of MuJoCo."""
+"""How fast environments step: one and many, with pads and without, beside `mj_step` alone in the same states."""
 
 from __future__ import annotations
 
+import os
 import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import mujoco
@@ -15,14 +18,24 @@ _NAMES = ("mjtactile/GraspLift-v0", "mjtactile/PressIdentify-v0")
 _OBSERVATIONS = ("none", "wrench", "readings")
 #: Random actions have this share of their range, so that things are held and pressed rather than thrown about.
 _STIR = 0.3
-_COUNT, _RUNS = 64, 5
+#: Actions that end an episode whenever they are above 0, by environment: left at -1, as steps are measured, not resets.
+_ENDING = {"mjtactile/PressIdentify-v0": [4]}
+#: Environments at once, turns that all cases take one after the other, and steps of many, and of one, in a turn.
+_COUNT, _TURNS, _STEPS, _STEPS_OF_ONE = 64, 25, 2, 40
 
 
 def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
-    """Steps per second, by environment and by what is seen of the pads; medians of runs that take turns.
+    """Times by environment and by what is seen of the pads; medians of turns.
 
     Args:
-        quick: few and short runs, for tests.
+        quick: few and short turns, for tests.
+
+    Returns:
+        `mujoco_version`, `count` of environments at once, `threads` of those and of what they are compared with, and
+        `rows`, each with `name`, `observation`, `substeps` (MuJoCo's in a step), times [s] of a step of one environment
+        alone and of one among many, `one_s` and `many_s`; of one step of MuJoCo without anything around it, on one
+        thread and on all, `plain_s` and `plain_many_s`; and the speeds over that of MuJoCo, turn by turn, `one_share`
+        and `many_share`.
 
     Raises:
         MjTactileError: gymnasium is not installed.
@@ -32,44 +45,59 @@ def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
     except ImportError as error:
         raise MjTactileError(f"environments need gymnasium: pip install 'mjtactile[envs]' ({error}).") from error
     names = _NAMES[:1] if quick else _NAMES
-    count, runs, steps = (4, 1, 10) if quick else (_COUNT, _RUNS, 100)
+    count, turns = (4, 2) if quick else (_COUNT, _TURNS)
+    threads = os.cpu_count() or 1
     rows = []
     for name in names:
-        cases = {(seen, n): _Runner(make_vec(name, n, observation=seen)) for seen in _OBSERVATIONS for n in (1, count)}
-        plain = _Plain(cases["none", 1].model)
-        times: dict[Any, list[float]] = {key: [] for key in (*cases, "plain")}
-        for _ in range(runs):
-            times["plain"].append(plain.run(steps))
-            for (seen, n), case in cases.items():
-                times[seen, n].append(case.run(max(5, steps // 10) if n > 1 else steps))
-        medians = {key: float(np.median(values)) for key, values in times.items()}
-        substeps = cases["none", 1].substeps
+        plain = {n: _Plain(name, n, threads) for n in (1, count)}
+        cases: dict[Any, _Environments | _Plain] = {("plain", n): one for n, one in plain.items()}
+        for seen in _OBSERVATIONS:
+            for n in (1, count):
+                cases[seen, n] = _Environments(name, make_vec(name, n, threads=threads, observation=seen))
+        times: dict[Any, list[float]] = {key: [] for key in cases}
+        for _ in range(turns):
+            for key, case in cases.items():
+                times[key].append(case.run(_STEPS_OF_ONE if key[1] == 1 else _STEPS))
+        substeps = plain[1].substeps
         rows += [
             {
                 "name": name,
                 "observation": seen,
                 "substeps": substeps,
-                "plain_s": medians["plain"],
-                "one_s": medians[seen, 1],
-                "many_s": medians[seen, count] / count,
+                "one_s": float(np.median(times[seen, 1])),
+                "many_s": float(np.median(times[seen, count])) / count,
+                "plain_s": float(np.median(times["plain", 1])) / substeps,
+                "plain_many_s": float(np.median(times["plain", count])) / (count * substeps),
+                "one_share": float(np.median(np.divide(times["plain", 1], times[seen, 1]))),
+                "many_share": float(np.median(np.divide(times["plain", count], times[seen, count]))),
             }
             for seen in _OBSERVATIONS
         ]
-    return {"mujoco_version": mujoco.__version__, "count": count, "rows": rows}
+    return {"mujoco_version": mujoco.__version__, "count": count, "threads": threads, "rows": rows}
 
 
-class _Runner:
+class _Actions:
+    """Random actions, the same for all that is compared."""
+
+    def __init__(self, name: str, shape: tuple[int, ...]) -> None:
+        self._drawn, self._shape, self._ending = np.random.default_rng(0), shape, _ENDING.get(name, [])
+
+    def __call__(self) -> Any:
+        actions = (_STIR * self._drawn.uniform(-1.0, 1.0, self._shape)).astype(np.float32)
+        actions[:, self._ending] = -1.0
+        return actions
+
+
+class _Environments:
     """A vector environment under random actions."""
 
-    def __init__(self, envs: Any) -> None:
-        self._envs, self._drawn = envs, np.random.default_rng(0)
-        env = envs.envs[0].unwrapped
-        self.model, self.substeps = env.simulation.model, env.SUBSTEPS
+    def __init__(self, name: str, envs: Any) -> None:
+        self._envs, self._actions = envs, _Actions(name, envs.action_space.shape)
         envs.reset(seed=0)
 
     def run(self, steps: int) -> float:
         """Time of a step of all environments [s]."""
-        actions = _STIR * self._drawn.uniform(-1.0, 1.0, (steps, *self._envs.action_space.shape)).astype(np.float32)
+        actions = [self._actions() for _ in range(steps)]
         start = time.perf_counter()
         for action in actions:
             self._envs.step(action)
@@ -77,33 +105,69 @@ class _Runner:
 
 
 class _Plain:
-    """`mj_step` on the same model without pads' sensors, from the model's rest."""
+    """`mj_step` alone, from the states and under the controls of environments without pads, on threads.
 
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self._model, self._data = model, mujoco.MjData(model)
+    Each step is an environment's, not timed; then its simulation is wound back, and what MuJoCo does of it is done
+    again, timed. At the model's rest a step costs a fraction of what it costs with something in the hand.
+    """
+
+    def __init__(self, name: str, count: int, threads: int) -> None:
+        from mjtactile.envs.single import TactileEnv
+
+        self._envs = [TactileEnv(name, observation="none") for _ in range(count)]
+        for k, env in enumerate(self._envs):
+            env.reset(seed=k)
+        self.substeps = self._envs[0].task.SUBSTEPS
+        shape = self._envs[0].action_space.shape or ()
+        self._actions, self._threads = _Actions(name, (count, *shape)), min(threads, count)
+        self._pool = ThreadPoolExecutor(max(1, self._threads - 1))
 
     def run(self, steps: int) -> float:
-        """Time of a step [s]."""
-        mujoco.mj_resetData(self._model, self._data)
+        """Time in which MuJoCo steps all simulations through one step of the environment [s]."""
+        return sum(self._step() for _ in range(steps)) / steps
+
+    def _step(self) -> float:
+        kind = mujoco.mjtState.mjSTATE_INTEGRATION.value
+        simulations = [env.task.simulation.state(0) for env in self._envs]
+        before = [np.empty(mujoco.mj_stateSize(model, kind)) for model, _ in simulations]
+        for (model, data), state in zip(simulations, before, strict=True):
+            mujoco.mj_getState(model, data, state, kind)
+        over = [any(env.step(action)[2:4]) for env, action in zip(self._envs, self._actions(), strict=True)]
+        for (model, data), state in zip(simulations, before, strict=True):
+            controls = data.ctrl.copy()
+            mujoco.mj_setState(model, data, state, kind)
+            data.ctrl[:] = controls
         start = time.perf_counter()
-        mujoco.mj_step(self._model, self._data, 20 * steps)
-        return (time.perf_counter() - start) / (20 * steps)
+        # One iterator for all threads: each takes what is next.
+        left = iter(simulations)
+        others = [self._pool.submit(self._advance, left) for _ in range(self._threads - 1)]
+        self._advance(left)
+        for other in others:
+            other.result()
+        taken = time.perf_counter() - start
+        for env, ended in zip(self._envs, over, strict=True):
+            if ended:
+                env.reset()
+        return taken
+
+    def _advance(self, simulations: Iterator[tuple[mujoco.MjModel, mujoco.MjData]]) -> None:
+        for model, data in simulations:
+            mujoco.mj_step(model, data, self.substeps)
 
 
 def envs_table(result: dict[str, Any]) -> str:
     """The benchmark's result as a Markdown table."""
-    count = result["count"]
+    count, threads = result["count"], result["threads"]
     lines = [
-        f"| environment | pads | one: steps/s | {count}: steps/s | MuJoCo's steps in one step | one: MuJoCo's "
-        f"steps/s | {count}: MuJoCo's steps/s | plain `mj_step`, steps/s |",
-        f"|{' --- |' * 8}",
+        f"| environment | pads | one: steps/s | one: of `mj_step` | {count}: steps/s | {count}: of `mj_step` | "
+        f"MuJoCo's steps in one step | `mj_step`, one thread: steps/s | `mj_step`, {threads} threads: steps/s |",
+        f"|{' --- |' * 9}",
     ]
     for row in result["rows"]:
         pads = "without" if row["observation"] == "none" else row["observation"]
-        one, many, plain = 1.0 / row["one_s"], 1.0 / row["many_s"], 1.0 / row["plain_s"]
-        inner = row["substeps"]
         lines.append(
-            f"| {row['name']} | {pads} | {one:,.0f} | {many:,.0f} | {inner} | {one * inner:,.0f} | {many * inner:,.0f} "
-            f"| {plain:,.0f} |"
+            f"| {row['name']} | {pads} | {1.0 / row['one_s']:,.0f} | {row['one_share']:.0%} | "
+            f"{1.0 / row['many_s']:,.0f} | {row['many_share']:.0%} | {row['substeps']} | {1.0 / row['plain_s']:,.0f} | "
+            f"{1.0 / row['plain_many_s']:,.0f} |"
         )
     return "\n".join(lines)

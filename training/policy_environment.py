@@ -42,7 +42,8 @@ class StackedLifts(VecEnv):
             threads=1,
             autoreset_mode=AutoresetMode.SAME_STEP,
             copy=False,
-            observation=observation,
+            # Moments are of readings in Pa.
+            observation="pascals" if observation == "readings" else observation,
             split=split,
         )
         space = self._envs.single_observation_space
@@ -114,7 +115,7 @@ class StackedLifts(VecEnv):
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """An attribute of each environment."""
-        return list(self._envs.get_attr(attr_name))  # type: ignore[attr-defined]
+        return [getattr(self._envs, attr_name)] * self.num_envs
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Not needed here."""

@@ -16,13 +16,32 @@ from typing import TYPE_CHECKING, Any
 from mjtactile.envs.registration import ENTRY_POINTS, register_environments
 
 if TYPE_CHECKING:
-    from mjtactile.envs.base import TactileEnv
-    from mjtactile.envs.many import make_vec
+    from mjtactile.envs.many import TactileVectorEnv, make_vec
     from mjtactile.envs.options import EnvError, TouchOptions
+    from mjtactile.envs.single import TactileEnv
+    from mjtactile.envs.task import Channel, Task
 
-__all__ = ["ENTRY_POINTS", "EnvError", "TactileEnv", "TouchOptions", "make_vec", "register_environments"]
+__all__ = [
+    "ENTRY_POINTS",
+    "Channel",
+    "EnvError",
+    "TactileEnv",
+    "TactileVectorEnv",
+    "Task",
+    "TouchOptions",
+    "make_vec",
+    "register_environments",
+]
 
-_MODULE_OF = {"TactileEnv": "base", "make_vec": "many", "EnvError": "options", "TouchOptions": "options"}
+_MODULE_OF = {
+    "Channel": "task",
+    "EnvError": "options",
+    "TactileEnv": "single",
+    "TactileVectorEnv": "many",
+    "Task": "task",
+    "TouchOptions": "options",
+    "make_vec": "many",
+}
 
 register_environments()
 

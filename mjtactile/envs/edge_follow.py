@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon, affinity
 
-from mjtactile.envs.base import TactileEnv
-from mjtactile.envs.channel import Channel
 from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
 from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.simulation import Rows
+from mjtactile.envs.task import Channel, Mask, Task, Told
 from mjtactile.pad import Array
 
 #: Speeds at full action [m/s, rad/s] and the most force [N].
@@ -43,7 +44,12 @@ PLATES: dict[str, Polygon] = {
 }
 
 
-class EdgeFollow(TactileEnv):
+#: Their rims, and the rims' lengths [m].
+_RIMS = np.array([outline.exterior for outline in PLATES.values()], dtype=object)
+_LENGTHS = shapely.length(_RIMS)
+
+
+class EdgeFollow(Task):
     """A finger over the rim of one of five plates, which one, where on it and how turned unknown.
 
     The plate lies to the left of its way: the rim is followed counter-clockwise. Success: once around.
@@ -69,6 +75,15 @@ class EdgeFollow(TactileEnv):
         Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
     )
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        count = self.simulation.count
+        self._plate = np.zeros(count, dtype=int)
+        # Where the finger starts, and its target: x, y [m], turn [rad]; the force commanded [N].
+        self._start, self._target, self._force = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+        # Along the rim [m]: where the finger is, how far it has come, and how far it ever was.
+        self._arc, self._way, self._farthest = np.zeros(count), np.zeros(count), np.zeros(count)
+
     @classmethod
     def model(cls, options: TouchOptions) -> mujoco.MjModel:
         """The finger, and the plates in a row."""
@@ -81,60 +96,76 @@ class EdgeFollow(TactileEnv):
             plate.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=[0.85, 0.55, 0.3, 1.0])
         return spec.compile()
 
-    def _draw_episode(self, options: dict[str, Any]) -> None:
-        drawn, names = self.np_random, list(PLATES)
-        chosen = int(drawn.integers(len(names)))
-        name = options.pop("plate", names[chosen])
-        if name not in PLATES or options:
+    def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
+        names = list(PLATES)
+        name = options.pop("plate", None)
+        if (name is not None and name not in PLATES) or options:
             raise EnvError(f"reset options plate={name!r}, {options}; expected none but plate, one of {names}.")
-        self._plate = names.index(name)
-        self._rim = PLATES[name].exterior
-        begin = drawn.random() * self._rim.length
-        off, heading = drawn.uniform(-OFFSET, OFFSET), drawn.uniform(-HEADING, HEADING)
-        here = self._at(begin)
-        along = self._at(begin + 1e-5) - here
-        across = np.array([-along[1], along[0]]) / np.linalg.norm(along)
-        place = here + off * across
-        self._start = np.array([place[0] + self._plate * _SPACING, place[1], math.atan2(along[1], along[0]) + heading])
-        self._target, self._force = self._start.copy(), 0.0
-        self._arc, self._way, self._farthest = begin, 0.0, 0.0
+        draws = np.array(
+            [
+                [
+                    one.integers(len(names)),
+                    one.random(),
+                    one.uniform(-OFFSET, OFFSET),
+                    one.uniform(-HEADING, HEADING),
+                ]
+                for one in drawn
+            ]
+        )
+        self._plate[rows] = plates = draws[:, 0].astype(int) if name is None else np.full(len(rows), names.index(name))
+        begin, off, heading = draws[:, 1] * _LENGTHS[plates], draws[:, 2], draws[:, 3]
+        here = rim_points(plates, begin)
+        along = rim_points(plates, begin + 1e-5) - here
+        across = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(along[:, 0], along[:, 1])[:, None]
+        place = here + off[:, None] * across
+        turn = np.arctan2(along[:, 1], along[:, 0]) + heading
+        self._start[rows] = np.column_stack([place[:, 0] + plates * _SPACING, place[:, 1], turn])
+        self._target[rows], self._force[rows] = self._start[rows], 0.0
+        self._arc[rows], self._way[rows], self._farthest[rows] = begin, 0.0, 0.0
 
-    def _place(self) -> None:
-        self.simulation.qpos[:] = [*self._start, HOVER]
-        self.simulation.ctrl[:] = [*self._start, 0.0]
+    def _place(self, rows: Rows) -> None:
+        self.simulation.qpos[rows] = np.column_stack([self._start[rows], np.full(len(rows), HOVER)])
+        self.simulation.ctrl[rows] = np.column_stack([self._start[rows], np.zeros(len(rows))])
 
-    def _act(self, action: Array) -> None:
-        period = self.TIMESTEP * self.SUBSTEPS
-        heading = self._target[2]
-        forward = np.array([math.cos(heading), math.sin(heading)])
-        left = np.array([-forward[1], forward[0]])
-        self._target[:2] += period * SPEED * (action[0] * forward + action[1] * left)
-        self._target[2] += period * TURN_SPEED * action[2]
-        self._force = FORCE * max(0.0, float(action[3]))
-        self.simulation.ctrl[:] = [*self._target, press_control(self._force)]
+    def _act(self, actions: Array) -> None:
+        heading = self._target[:, 2]
+        forward = np.column_stack([np.cos(heading), np.sin(heading)])
+        left = np.column_stack([-forward[:, 1], forward[:, 0]])
+        self._target[:, :2] += self.period * SPEED * (actions[:, :1] * forward + actions[:, 1:2] * left)
+        self._target[:, 2] += self.period * TURN_SPEED * actions[:, 2]
+        self._force = FORCE * np.maximum(0.0, actions[:, 3])
+        self.simulation.ctrl[:] = np.column_stack([self._target, press_control(self._force)])
 
     def _proprioception(self) -> Array:
-        x, y, turn, height = self.simulation.qpos
-        cosine, sine = math.cos(self._start[2]), math.sin(self._start[2])
-        dx, dy = x - self._start[0], y - self._start[1]
-        moved = [cosine * dx + sine * dy, cosine * dy - sine * dx]
-        return np.array([*moved, turn - self._start[2], height, self._force, 1.0 - self.steps / self.EPISODE_STEPS])
+        qpos, (x, y, turn) = self.simulation.qpos, self._start.T
+        cosine, sine = np.cos(turn), np.sin(turn)
+        dx, dy = qpos[:, 0] - x, qpos[:, 1] - y
+        moved = [cosine * dx + sine * dy, cosine * dy - sine * dx, qpos[:, 2] - turn]
+        return np.column_stack([*moved, qpos[:, 3], self._force, self._time_left()])
 
-    def _judge(self) -> tuple[float, bool, dict[str, Any]]:
-        x, y = self.simulation.qpos[:2]
-        here = shapely.Point(x - self._plate * _SPACING, y)
-        distance = float(self._rim.distance(here))
-        arc, length = float(self._rim.project(here)), self._rim.length
+    def _judge(self) -> tuple[Array, Mask, Told]:
+        qpos, rims, lengths = self.simulation.qpos, _RIMS[self._plate], _LENGTHS[self._plate]
+        here = shapely.points(qpos[:, 0] - self._plate * _SPACING, qpos[:, 1])
+        distance, arc = shapely.distance(rims, here), shapely.line_locate_point(rims, here)
         # The way along the rim since the last step, the short way round; back and forth pays once.
-        self._way += (arc - self._arc + length / 2) % length - length / 2
+        self._way = self._way + (arc - self._arc + lengths / 2) % lengths - lengths / 2
         self._arc = arc
-        gained, self._farthest = max(self._way - self._farthest, 0.0), max(self._way, self._farthest)
-        done, lost = self._farthest >= length, distance > LOST
-        reward = LAP * gained / length + DISTANCE * distance + (DONE if done else 0.0) + (LOSING if lost else 0.0)
-        share = min(self._farthest / length, 1.0)
-        return reward, done or lost, {"success": done, "lost": lost, "share": share, "distance": distance}
+        gained = np.maximum(self._way - self._farthest, 0.0)
+        self._farthest = np.maximum(self._way, self._farthest)
+        done, lost = self._farthest >= lengths, distance > LOST
+        rewards = LAP * gained / lengths + DISTANCE * distance + DONE * done + LOSING * lost
+        share = np.minimum(self._farthest / lengths, 1.0)
+        return rewards, done | lost, {"success": done, "lost": lost, "share": share, "distance": distance}
 
-    def _at(self, arc: float) -> Array:
-        """The point of the rim after so much of its length [m]."""
-        point = self._rim.interpolate(arc % self._rim.length)
-        return np.array([point.x, point.y])
+
+def rim_points(plates: npt.NDArray[np.int_], arcs: Array) -> Array:
+    """The points of plates' rims after so much of their lengths.
+
+    Args:
+        plates: places in PLATES, shape (k,).
+        arcs: from the rims' beginnings [m], shape (k,).
+
+    Returns:
+        x and y from the plates' middles [m], shape (k, 2).
+    """
+    return shapely.get_coordinates(shapely.line_interpolate_point(_RIMS[plates], arcs % _LENGTHS[plates]))

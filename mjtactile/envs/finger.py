@@ -6,10 +6,11 @@ The middle of the pad's surface is the finger's origin; at rest it hovers, held 
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
-from mjtactile.pad import Pad
+from mjtactile.pad import Array, Pad
 
 #: How high the finger hovers [m], and the stiffness of the spring that lifts it there [N/m].
 HOVER, LIFT = 2e-3, 20.0
@@ -49,9 +50,9 @@ _WORLD = """
 """
 
 
-def press_control(force: float) -> float:
-    """The control [N] under which the finger presses a plane at height 0 with a force [N], against its spring."""
-    return force + LIFT * HOVER if force > 0.0 else 0.0
+def press_control(force: Array) -> Array:
+    """The controls [N] under which fingers press a plane at height 0 with forces [N], against their springs."""
+    return np.where(force > 0.0, force + LIFT * HOVER, 0.0)
 
 
 def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> mujoco.MjSpec:

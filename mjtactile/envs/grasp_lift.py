@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from mjtactile.envs.bands import Bands
-from mjtactile.envs.base import TactileEnv
-from mjtactile.envs.channel import Channel
 from mjtactile.envs.grasp_scene import HANDLE, PAD_FORCES, gripper_spec
 from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.simulation import Rows
+from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
 from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 from mjtactile.pad import Array
@@ -41,24 +42,24 @@ _HEIGHT, _BASE = 0.055, (0.0055, 0.03, 0.0185)
 _GAP = 1e-4
 
 
-def least_grip(mass: float, friction: float) -> float:
+def least_grip(mass: Array, friction: Array) -> Array:
     """Force of each finger that just holds an object at rest [N]: friction of two pads carries its weight."""
     return mass * _GRAVITY / (2.0 * friction)
 
 
-def crushing_grip(mass: float, friction: float) -> float:
+def crushing_grip(mass: Array, friction: Array) -> Array:
     """Force of a finger under which the object breaks [N]."""
-    return min(CRUSHING, max(HARMLESS, FRAGILITY * least_grip(mass, friction)))
+    return within(FRAGILITY * least_grip(mass, friction), HARMLESS, CRUSHING)
 
 
-class GraspLift(TactileEnv):
+class GraspLift(Task):
     """The gripper stands around a handle. The object is fragile for its weight, so that no one grip does for all.
 
     Success: at the episode's end it has risen by 10 mm, and was neither dropped nor crushed.
 
     Args:
         split: "all" masses and frictions, or those to "train" with, or those to "test" with: bands that alternate.
-        others: see `TactileEnv`.
+        options: see `Task`.
 
     Options of `reset`: `mass` [kg] and `friction` [-] in place of drawn ones.
     """
@@ -100,6 +101,16 @@ class GraspLift(TactileEnv):
         self._controls = [model.actuator(name).id for name in ("grip", "wrist_z")]
         self._activation = int(model.actuator("wrist_z").actadr[0])
         self._shape = np.array(model.body_inertia[self._object]) / model.body_mass[self._object]
+        count = self.simulation.count
+        # Of the objects: mass [kg], friction, and how far off their places they stand along y and z [m].
+        self._mass, self._friction, self._off = np.ones(count), np.ones(count), np.zeros((count, 2))
+        # The grips that just hold them, as logarithms over the first one, and those that crush them [N].
+        self._needed, self._crushing = np.ones(count), np.ones(count)
+        # Commanded: height [m], speed upwards [m/s], grip [N]. Sensed: opening [m], its change [m/s].
+        self._target, self._speed, self._grip = np.zeros(count), np.zeros(count), np.full(count, FIRST_GRIP)
+        self._opening, self._closing = np.zeros(count), np.zeros(count)
+        # So far: the hardest grip [N], the highest rise [m], the share of the way to the grip that holds.
+        self._most, self._risen, self._firm = np.zeros(count), np.zeros(count), np.zeros(count)
 
     @classmethod
     def model(cls, options: TouchOptions) -> mujoco.MjModel:
@@ -115,82 +126,83 @@ class GraspLift(TactileEnv):
         body.add_geom(name="neck", type=box, size=neck, pos=[0, 0, -neck[2]], mass=0.0, rgba=handle.rgba, **contact)
         return spec.compile()
 
-    def _draw_episode(self, options: dict[str, Any]) -> None:
-        drawn = self.np_random
-        mass, friction = math.exp(self._masses.draw(drawn)), self._frictions.draw(drawn)
-        self._mass, self._friction = options.pop("mass", mass), options.pop("friction", friction)
-        numbers = all(isinstance(value, int | float) and value > 0.0 for value in (self._mass, self._friction))
+    def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
+        draws = np.array(
+            [[self._masses.draw(one), self._frictions.draw(one), *one.uniform(-OFFSET, OFFSET, 2)] for one in drawn]
+        )
+        mass, friction = options.pop("mass", None), options.pop("friction", None)
+        numbers = all(value is None or (isinstance(value, int | float) and value > 0.0) for value in (mass, friction))
         if options or not numbers:
             raise EnvError(
-                f"reset options mass={self._mass!r}, friction={self._friction!r}, {options}; expected none but mass "
-                "[kg] and friction [-], positive numbers."
+                f"reset options mass={mass!r}, friction={friction!r}, {options}; expected none but mass [kg] and "
+                "friction [-], positive numbers."
             )
-        self._off = drawn.uniform(-OFFSET, OFFSET, 2)
-        self._target, self._speed, self._grip = 0.0, 0.0, FIRST_GRIP
-        self._most = self._risen = self._firm = 0.0
-        self._opening = _rounded(HANDLE[0] + 2 * _GAP - CLOSED_GAP, OPENING_RESOLUTION)
-        simulation = self.simulation
-        simulation.field("body_mass")[self._object] = self._mass
-        simulation.field("body_inertia")[self._object] = self._shape * self._mass
-        simulation.field("geom_friction")[self._geoms, 0] = self._friction
-        simulation.field("geom_friction")[self._geoms, 1] = 5e-4 * self._friction
+        self._mass[rows] = np.exp(draws[:, 0]) if mass is None else mass
+        self._friction[rows] = draws[:, 1] if friction is None else friction
+        self._off[rows] = draws[:, 2:]
+        self._needed[rows] = np.log(least_grip(self._mass[rows], self._friction[rows]) / FIRST_GRIP)
+        self._crushing[rows] = crushing_grip(self._mass[rows], self._friction[rows])
+        self._target[rows] = self._speed[rows] = self._closing[rows] = 0.0
+        self._grip[rows] = FIRST_GRIP
+        self._opening[rows] = _rounded(np.array(HANDLE[0] + 2 * _GAP - CLOSED_GAP), OPENING_RESOLUTION)
+        self._most[rows] = self._risen[rows] = self._firm[rows] = 0.0
+        simulation, object_mass, each = self.simulation, self._mass[rows], rows[:, None]
+        simulation.field("body_mass")[rows, self._object] = object_mass
+        simulation.field("body_inertia")[rows, self._object] = self._shape * object_mass[:, None]
+        simulation.field("geom_friction")[each, self._geoms, 0] = self._friction[each]
+        simulation.field("geom_friction")[each, self._geoms, 1] = 5e-4 * self._friction[each]
 
-    def _place(self) -> None:
-        qpos = self.simulation.qpos
+    def _place(self, rows: Rows) -> None:
+        qpos, off = self.simulation.qpos, self._off[rows]
         # The object stands on the table; the hand is the one that is off in height.
-        qpos[self._height - 1] = self._off[0]
-        qpos[self._wrist] = self.simulation.act[self._activation] = self._off[1]
-        qpos[self._fingers] = (HANDLE[0] - CLOSED_GAP) / 2 + _GAP
+        qpos[rows, self._height - 1] = off[:, 0]
+        qpos[rows, self._wrist] = self.simulation.act[rows, self._activation] = off[:, 1]
+        qpos[rows[:, None], self._fingers] = (HANDLE[0] - CLOSED_GAP) / 2 + _GAP
         self._command()
 
-    def _act(self, action: Array) -> None:
-        self._grip = float(np.clip(self._grip * GRIP_FACTOR ** action[0], *GRIPS))
-        period = self.TIMESTEP * self.SUBSTEPS
-        target = float(np.clip(self._target + period * LIFT_SPEED * action[1], 0.0, REACH))
-        self._speed, self._target = (target - self._target) / period, target
+    def _act(self, actions: Array) -> None:
+        self._grip = within(self._grip * GRIP_FACTOR ** actions[:, 0], *GRIPS)
+        target = within(self._target + self.period * LIFT_SPEED * actions[:, 1], 0.0, REACH)
+        self._speed, self._target = (target - self._target) / self.period, target
         self._command()
 
     def _command(self) -> None:
-        self.simulation.ctrl[self._controls] = [self._grip, self._speed]
+        ctrl, (grip, lift) = self.simulation.ctrl, self._controls
+        ctrl[:, grip], ctrl[:, lift] = self._grip, self._speed
 
     def _proprioception(self) -> Array:
-        sensed = self.simulation.sensordata
-        height = _rounded(float(sensed[self._places["wrist_z"]] - self._off[1]), RESOLUTION)
-        opening = _rounded(float(sensed[self._places["opening"]]), OPENING_RESOLUTION)
-        closing, self._opening = (opening - self._opening) / (self.TIMESTEP * self.SUBSTEPS), opening
-        return np.array(
-            [
-                opening,
-                closing,
-                height,
-                self._target,
-                math.log(self._grip),
-                1.0 - self.steps / self.EPISODE_STEPS,
-            ]
-        )
+        height = _rounded(self.simulation.sensordata[:, self._places["wrist_z"]] - self._off[:, 1], RESOLUTION)
+        own = [self._opening, self._closing, height, self._target, np.log(self._grip), self._time_left()]
+        return np.array(own).T
 
-    def _judge(self) -> tuple[float, bool, dict[str, Any]]:
+    def _judge(self) -> tuple[Array, Mask, Told]:
         qpos, sensed = self.simulation.qpos, self.simulation.sensordata
-        self._most = max(self._most, *(abs(float(sensed[at])) for at in self._forces))
-        risen = float(qpos[self._height]) - _HEIGHT
-        slipped = float(qpos[self._wrist] - self._off[1]) - risen
-        crushed = self._most > crushing_grip(self._mass, self._friction)
+        opening = _rounded(sensed[:, self._places["opening"]], OPENING_RESOLUTION)
+        self._closing, self._opening = (opening - self._opening) / self.period, opening
+        for force in self._forces:
+            self._most = np.maximum(self._most, np.abs(sensed[:, force]))
+        risen = qpos[:, self._height] - _HEIGHT
+        slipped = qpos[:, self._wrist] - self._off[:, 1] - risen
+        crushed = self._most > self._crushing
         dropped = slipped > SLIPPED
         last = self.steps >= self.EPISODE_STEPS
-        success = last and risen >= LIFTED and not crushed and not dropped
-        over = crushed or dropped or last
-        higher = min(max(risen, self._risen), LIFTED)
-        needed = math.log(least_grip(self._mass, self._friction) / FIRST_GRIP)
-        firmer = min(math.log(max(self._most, FIRST_GRIP) / FIRST_GRIP), needed) / needed if needed > 0.0 else 1.0
-        reward = WAY * (higher - self._risen) / LIFTED + GRIP_WAY * (firmer - self._firm)
-        reward += SUCCESS if success else 0.0
+        success = last & (risen >= LIFTED) & ~crushed & ~dropped
+        higher, firmer = within(risen, self._risen, LIFTED), self._share_of_grip()
+        rewards = WAY * (higher - self._risen) / LIFTED + GRIP_WAY * (firmer - self._firm) + SUCCESS * success
         self._risen, self._firm = higher, firmer
-        info = {**self._info(), "success": success, "crushed": crushed, "dropped": dropped, "slip": slipped}
-        return reward, over, info
+        told = {**self.told(), "success": success, "crushed": crushed, "dropped": dropped, "slip": slipped}
+        return rewards, crushed | dropped | last, told
 
-    def _info(self) -> dict[str, Any]:
-        return {"mass": float(self._mass), "friction": float(self._friction), "peak_grip": float(self._most)}
+    def _share_of_grip(self) -> Array:
+        """How far, in its logarithm, the grip has come to the one that just holds: from 0 to 1."""
+        come = np.log(np.maximum(self._most, FIRST_GRIP) / FIRST_GRIP)
+        share, needed = np.ones(len(come)), self._needed
+        return np.divide(np.minimum(come, needed), needed, out=share, where=needed > 0.0)
+
+    def told(self) -> Told:
+        """Mass [kg] and friction of the objects, and the hardest grip so far [N]."""
+        return {"mass": self._mass, "friction": self._friction, "peak_grip": self._most}
 
 
-def _rounded(value: float, step: float) -> float:
-    return step * round(value / step)
+def _rounded(values: Array, step: float) -> Array:
+    return step * np.rint(values / step)

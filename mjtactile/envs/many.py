@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
 import gymnasium
-from gymnasium.envs.registration import load_env_creator
+import numpy as np
+import numpy.typing as npt
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.vector.utils import batch_space
 
+from mjtactile.envs.drawing import Drawing
 from mjtactile.envs.options import EnvError
-from mjtactile.envs.registration import ENTRY_POINTS
+from mjtactile.envs.registration import task_of
+from mjtactile.envs.simulation import BatchSimulations, Rows
+from mjtactile.envs.single import TactileEnv, check_render_mode
+from mjtactile.envs.task import Mask, Observation, Task, Told
+from mjtactile.pad import Array
 
 
 def make_vec(
-    name: str,
-    count: int,
+    task: str | type[Task],
+    num_envs: int = 1,
     *,
     threads: int = 0,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
@@ -28,31 +38,198 @@ def make_vec(
     Environment i of `reset(seed=s)` is `gymnasium.make(name)` with `reset(seed=s + i)`.
 
     Args:
-        name: id of one of the environments here.
-        count: how many.
+        task: id of one of the environments here, or a task of one's own.
+        num_envs: how many.
         threads: that simulate, on `mujoco.batch`; 0 for as many as there are processors.
         autoreset_mode: see `gymnasium.vector.AutoresetMode`.
-        copy: whether observations are copies; if not, the next step overwrites them.
+        copy: whether observations may be kept; if not, the next step may overwrite them.
         batched: whether on `mujoco.batch`; None: where there is one.
         options: of the environments, see `TactileEnv`.
 
     Raises:
         EnvError: there is no such environment, or no `mujoco.batch` where it was asked for, or fewer than one.
     """
-    if name not in ENTRY_POINTS:
-        raise EnvError(f"environment {name!r} does not exist here. Available: {', '.join(ENTRY_POINTS)}.")
-    if count < 1:
-        raise EnvError(f"count = {count}; expected at least one environment.")
+    kind = task_of(task)
+    if num_envs < 1:
+        raise EnvError(f"num_envs = {num_envs}; expected at least one environment.")
     mode = AutoresetMode(autoreset_mode)
-    kind: Any = load_env_creator(ENTRY_POINTS[name])
-    if batched is None:
-        batched = find_spec("mujoco.batch") is not None
-    if not batched:
-        return SyncVectorEnv([lambda: kind(**options)] * count, copy=copy, autoreset_mode=mode)
-    try:
-        from mjtactile.envs.batch import BatchVectorEnv
-    except ImportError as error:
-        raise EnvError(f"this MuJoCo has no mujoco.batch ({error}): update it, or leave out batched=True.") from error
-    many = BatchVectorEnv(kind, count, threads=threads, autoreset_mode=mode, copy=copy, **options)
-    many.spec = gymnasium.spec(name) if name in gymnasium.registry else None
+    there = find_spec("mujoco.batch") is not None
+    if batched and not there:
+        raise EnvError("this MuJoCo has no mujoco.batch: update it, or leave out batched=True.")
+    if not (there if batched is None else batched):
+        return SyncVectorEnv([partial(TactileEnv, kind, **options)] * num_envs, copy=copy, autoreset_mode=mode)
+    many = TactileVectorEnv(kind, num_envs, threads=threads, autoreset_mode=mode, copy=copy, **options)
+    many.spec = gymnasium.spec(task) if isinstance(task, str) and task in gymnasium.registry else None
     return many
+
+
+class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArray[Any]]):
+    """A task many times over, on a batch: simulations advance on threads, all else is done on arrays.
+
+    Seeds, infos and autoreset are those of `gymnasium.vector.SyncVectorEnv`.
+
+    Args:
+        kind: the task.
+        num_envs: how many.
+        threads: that simulate, this one included; 0 for as many as there are processors.
+        autoreset_mode: when an environment that has ended begins anew.
+        copy: whether observations may be kept; if not, the next step may overwrite them.
+        render_mode, width, height: see `TactileEnv`.
+        options: of the task.
+
+    Attributes:
+        task: with the simulations of all environments.
+
+    Raises:
+        EnvError: for an option that makes no sense.
+    """
+
+    def __init__(
+        self,
+        kind: type[Task],
+        num_envs: int,
+        *,
+        threads: int = 0,
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
+        copy: bool = True,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 360,
+        **options: Any,
+    ) -> None:
+        check_render_mode(render_mode)
+        self.task = kind(simulate=lambda model: BatchSimulations(model, num_envs, threads), **options)
+        self.num_envs, self.autoreset_mode, self.render_mode = num_envs, autoreset_mode, render_mode
+        self.metadata = {**TactileEnv.metadata, "autoreset_mode": autoreset_mode}
+        self.single_action_space: gymnasium.Space[Any] = self.task.action_space
+        self.single_observation_space: gymnasium.Space[Any] = self.task.observation_space
+        self.action_space: gymnasium.Space[Any] = batch_space(self.single_action_space, num_envs)
+        self.observation_space: gymnasium.Space[Any] = batch_space(self.single_observation_space, num_envs)
+        self._drawn = [seeding.np_random()[0] for _ in range(num_envs)]
+        self._copy = copy
+        self._seen: Observation = {
+            name: np.zeros((num_envs, *(space.shape or ())), np.float32)
+            for name, space in self.task.observation_space.items()
+        }
+        self._ended = np.zeros(num_envs, dtype=bool)
+        self._drawings = [Drawing(kind.CAMERA, width, height) for _ in range(num_envs)]
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin episodes; environment i with the same seed begins the same one.
+
+        Args:
+            seed: of environment 0, the others one more each; or one for each; None: go on drawing.
+            options: of the task, for all; `reset_mask`, shape (num_envs,) bool, says which begin, by default all.
+
+        Raises:
+            EnvError: for options the task does not know, a mask or seeds that do not fit.
+        """
+        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
+        if seeds is not None and len(seeds) != self.num_envs:
+            raise EnvError(f"{len(seeds)} seeds; expected one for each of {self.num_envs} environments.")
+        options = dict(options or {})
+        mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, dtype=bool)))
+        if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
+            raise EnvError(f"reset_mask = {mask}; expected {self.num_envs} of bool, one of them true at least.")
+        for k, one in enumerate(seeds or ()):
+            if one is not None and mask[k]:
+                self._drawn[k] = seeding.np_random(one)[0]
+        infos: dict[str, Any] = {}
+        self._begin(mask, infos, options)
+        self._look(mask)
+        self._ended[mask] = False
+        self._show()
+        return self._shown(), infos
+
+    def step(self, actions: npt.NDArray[np.float32]) -> tuple[Observation, Array, Mask, Mask, dict[str, Any]]:
+        """Act in every environment, advance all simulations, and say what came of it.
+
+        Raises:
+            EnvError: the actions are not of the space's shape, or not finite; or one was not reset, at first or, where
+                nothing begins by itself, after it had ended.
+        """
+        waiting = self._ended
+        if self.autoreset_mode == AutoresetMode.DISABLED and waiting.any():
+            raise EnvError(f"environments {np.flatnonzero(waiting)} have ended: reset them, with reset_mask.")
+        rewards, terminated, truncated, told = self.task.step(actions, _rows(~waiting))
+        rewards, terminated, truncated = np.where(waiting, 0.0, rewards), terminated & ~waiting, truncated & ~waiting
+        ended, infos = terminated | truncated, {}
+        if self.autoreset_mode == AutoresetMode.SAME_STEP:
+            self._look(~waiting)
+            _add(infos, told, ~ended)
+            if ended.any():
+                _add_final(infos, self._seen, told, ended)
+                self._begin(ended, infos, {})
+                self._look(ended)
+            self._ended = np.zeros_like(ended)
+        else:
+            _add(infos, told, ~waiting)
+            if waiting.any():
+                self._begin(waiting, infos, {})
+            self._look(np.ones_like(waiting))
+            self._ended = ended
+        self._show()
+        return self._shown(), rewards, terminated, truncated, infos
+
+    def render(self) -> tuple[Any, ...] | None:
+        """A picture (height, width, 3) uint8 of each environment; of "human", None.
+
+        Raises:
+            RenderError: there is no working OpenGL.
+        """
+        if self.render_mode != "rgb_array":
+            return None
+        return tuple(one.picture(*self.task.simulation.state(k)) for k, one in enumerate(self._drawings))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Free what drawing took."""
+        for drawing in self._drawings:
+            drawing.close()
+
+    def _begin(self, mask: Mask, infos: dict[str, Any], options: dict[str, Any]) -> None:
+        """Begin episodes where the mask says, and say of them what there is to say."""
+        rows = _rows(mask)
+        self.task.begin(rows, [self._drawn[k] for k in rows], options)
+        _add(infos, self.task.told(), mask)
+
+    def _look(self, mask: Mask) -> None:
+        """See anew what the mask says."""
+        seen = self.task.observe(_rows(mask))
+        if mask.all():
+            self._seen = seen
+            return
+        for name, values in seen.items():
+            self._seen[name][mask] = values
+
+    def _shown(self) -> Observation:
+        return {name: values.copy() for name, values in self._seen.items()} if self._copy else self._seen
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            for k, drawing in enumerate(self._drawings):
+                drawing.show(*self.task.simulation.state(k))
+
+
+def _rows(mask: Mask) -> Rows:
+    return np.flatnonzero(mask).astype(np.int32)
+
+
+def _add(infos: dict[str, Any], told: Told, mask: Mask) -> None:
+    """Say something of some environments as gymnasium has it: under `_name` stands of which `name` says something."""
+    if not mask.any():
+        return
+    for name, values in told.items():
+        infos.setdefault(name, np.zeros_like(values))[mask] = values[mask]
+        infos.setdefault(f"_{name}", np.zeros_like(mask))[mask] = True
+
+
+def _add_final(infos: dict[str, Any], seen: Observation, told: Told, ended: Mask) -> None:
+    """What was seen, and what there was to say, at the end of those episodes that begin anew in the same step."""
+    final = np.full(len(ended), None, dtype=object)
+    for k in np.flatnonzero(ended):
+        final[k] = {name: values[k].copy() for name, values in seen.items()}
+    last: dict[str, Any] = {}
+    _add(last, told, ended)
+    infos.update(final_obs=final, _final_obs=ended.copy(), final_info=last, _final_info=ended.copy())

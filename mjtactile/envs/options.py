@@ -10,7 +10,7 @@ from mjtactile.pad import Pad
 from mjtactile.preset import PRESETS
 
 #: What is seen of the pads.
-OBSERVATIONS = ("readings", "wrench", "recognised", "none")
+OBSERVATIONS = ("readings", "pascals", "wrench", "recognised", "none")
 #: What the readings go through.
 TRANSDUCERS = ("capacitive", "piezoresistive")
 
@@ -27,8 +27,9 @@ class TouchOptions:
         EnvError: for a value that makes no sense; the message says which do.
     """
 
-    #: "readings": von Mises stress at every taxel; "wrench": contact force and moment on each pad; "recognised": force,
-    #: place and confidence, recognised from the readings; "none": nothing, and no pad is simulated.
+    #: "readings": von Mises stress at every taxel over 10 kPa, "pascals": the same in Pa; "wrench": contact force and
+    #: moment on each pad; "recognised": force, place and confidence, recognised from the readings; "none": nothing, and
+    #: no pad is simulated.
     observation: str = "readings"
     fidelity: str = "fast"  #: of the readings, a preset by name
     transducer: str | None = None  #: readings go through "capacitive" or "piezoresistive" cells, imperfect ones
@@ -49,7 +50,7 @@ class TouchOptions:
         if self.transducer is not None and self.observation in ("wrench", "none"):
             raise EnvError(
                 f"transducer = {self.transducer!r} is for readings, but observation = {self.observation!r} has none. "
-                "Leave it out, or observe 'readings' or 'recognised'."
+                "Leave it out, or observe 'readings', 'pascals' or 'recognised'."
             )
         for name in ("noise", "randomise"):
             value = getattr(self, name)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from mjtactile.envs.base import TactileEnv
-from mjtactile.envs.channel import Channel
 from mjtactile.envs.grasp_scene import HANDLE, gripper_spec
 from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.simulation import Rows
+from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
 from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
 from mjtactile.pad import Array
@@ -32,7 +32,7 @@ _FRICTION, _WALL, _TOP, _MASS = 0.8, 0.012, 0.03, 0.03
 _AXES = ("wrist_x", "wrist_y", "wrist_z")
 
 
-class PegInsert(TactileEnv):
+class PegInsert(Task):
     """A gripper that holds a square peg over a block with a square hole, which may be 2 mm off along x and y.
 
     Success: the peg's tip is 8 mm deep in the hole.
@@ -72,6 +72,9 @@ class PegInsert(TactileEnv):
         self._grip_drive = model.actuator("grip").id
         self._grip_force = int(model.actuator("grip").actadr[0])
         self._opening = sensor_slice(model, "opening").start
+        count = self.simulation.count
+        # Commanded: the hand's place [m] and grip [N]; and the deepest that the peg has been [m].
+        self._target, self._grip, self._deepest = np.zeros((count, 3)), np.full(count, FIRST_GRIP), np.zeros(count)
 
     @classmethod
     def model(cls, options: TouchOptions) -> mujoco.MjModel:
@@ -102,48 +105,46 @@ class PegInsert(TactileEnv):
             )
         return spec.compile()
 
-    def _draw_episode(self, options: dict[str, Any]) -> None:
-        hole = self.np_random.uniform(-OFFSET, OFFSET, 2)
-        hole = np.asarray(options.pop("hole", hole), dtype=float)
+    def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
+        holes = np.array([one.uniform(-OFFSET, OFFSET, 2) for one in drawn])
+        given = "hole" in options
+        hole = np.asarray(options.pop("hole", (0.0, 0.0)), dtype=float)
         if hole.shape != (2,) or not (np.abs(hole) <= REACH).all() or options:
             raise EnvError(f"reset options hole={hole}, {options}; expected none but hole, (x, y) within {REACH} m.")
-        self.simulation.field("body_pos")[self._block, :2] = hole
-        self._target, self._grip, self._deepest = np.zeros(3), FIRST_GRIP, 0.0
+        self.simulation.field("body_pos")[rows, self._block, :2] = hole if given else holes
+        self._target[rows], self._grip[rows], self._deepest[rows] = 0.0, FIRST_GRIP, 0.0
 
-    def _place(self) -> None:
+    def _place(self, rows: Rows) -> None:
         simulation = self.simulation
-        simulation.qpos[self._fingers] = (HANDLE[0] - CLOSED_GAP) / 2
-        simulation.act[self._grip_force] = FIRST_GRIP
-        simulation.ctrl[self._grip_drive] = FIRST_GRIP
+        simulation.qpos[rows[:, None], self._fingers] = (HANDLE[0] - CLOSED_GAP) / 2
+        simulation.act[rows, self._grip_force] = FIRST_GRIP
+        simulation.ctrl[rows, self._grip_drive] = FIRST_GRIP
 
-    def _act(self, action: Array) -> None:
-        period = self.TIMESTEP * self.SUBSTEPS
+    def _act(self, actions: Array) -> None:
         low, high = np.array([-REACH, -REACH, -DEEP]), np.array([REACH, REACH, DEEP / 2])
-        target = np.clip(self._target + period * SPEED * action[:3], low, high)
+        target = within(self._target + self.period * SPEED * actions[:, :3], low, high)
         step = (GRIPS[1] - GRIPS[0]) / GRIP_STEPS
-        self._grip = float(np.clip(self._grip + step * action[3], *GRIPS))
-        self.simulation.ctrl[self._drives] = (target - self._target) / period
-        self.simulation.ctrl[self._grip_drive] = self._grip
+        self._grip = within(self._grip + step * actions[:, 3], *GRIPS)
+        self.simulation.ctrl[:, self._drives] = (target - self._target) / self.period
+        self.simulation.ctrl[:, self._grip_drive] = self._grip
         self._target = target
 
     def _proprioception(self) -> Array:
-        left = 1.0 - self.steps / self.EPISODE_STEPS
-        opening = self.simulation.sensordata[self._opening]
-        return np.array([*self.simulation.qpos[self._wrist], opening, self._grip, left])
+        opening = self.simulation.sensordata[:, self._opening]
+        return np.column_stack([self.simulation.qpos[:, self._wrist], opening, self._grip, self._time_left()])
 
-    def _judge(self) -> tuple[float, bool, dict[str, Any]]:
+    def _judge(self) -> tuple[Array, Mask, Told]:
         qpos = self.simulation.qpos
-        place, turn = qpos[self._peg : self._peg + 3], qpos[self._peg + 3 : self._peg + 7]
+        place, turn = qpos[:, self._peg : self._peg + 3], qpos[:, self._peg + 3 : self._peg + 7]
         start = np.array([0.0, 0.0, _TOP + ABOVE + LENGTH])
-        slip = float(np.linalg.norm(place - start - qpos[self._wrist]))
+        slip = np.linalg.norm(place - start - qpos[:, self._wrist], axis=1)
         # The angle between the peg's axis and the vertical.
-        tilt = 2.0 * math.asin(min(1.0, math.hypot(turn[1], turn[2])))
-        depth = _TOP + LENGTH - float(place[2])
-        lost = slip > LOST or tilt > TILTED
-        deeper = min(max(depth, self._deepest), INSERTED)
-        inserted = depth >= INSERTED and not lost
-        reward = WAY * (deeper - self._deepest) / INSERTED - STEP_COST
-        reward += (SUCCESS if inserted else 0.0) + (LOSING if lost else 0.0)
+        tilt = 2.0 * np.arcsin(np.minimum(1.0, np.hypot(turn[:, 1], turn[:, 2])))
+        depth = _TOP + LENGTH - place[:, 2]
+        lost = (slip > LOST) | (tilt > TILTED)
+        deeper = within(depth, self._deepest, INSERTED)
+        inserted = (depth >= INSERTED) & ~lost
+        rewards = WAY * (deeper - self._deepest) / INSERTED - STEP_COST + SUCCESS * inserted + LOSING * lost
         self._deepest = deeper
-        info = {"success": inserted, "lost": lost, "depth": depth, "slip": slip, "tilt": tilt}
-        return reward, inserted or lost, info
+        told = {"success": inserted, "lost": lost, "depth": depth, "slip": slip, "tilt": tilt}
+        return rewards, inserted | lost, told

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from mjtactile.envs.base import TactileEnv
-from mjtactile.envs.channel import Channel
 from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
 from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.simulation import Rows
+from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.indenter import punch
 from mjtactile.mjcf import indenter_mjcf
 from mjtactile.outlines import INDENTER_NAMES
@@ -28,7 +29,7 @@ STEP_COST, RIGHT, WRONG = 0.01, 1.0, -1.0
 _SPACING = 0.05
 
 
-class PressIdentify(TactileEnv):
+class PressIdentify(Task):
     """A finger over one of seven punches, which one, where and how turned unknown.
 
     Options of `reset`: `shape`, the name of a punch, in place of a drawn one.
@@ -58,6 +59,15 @@ class PressIdentify(TactileEnv):
         Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
     )
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        count = self.simulation.count
+        self._shape = np.zeros(count, dtype=int)
+        # Where the finger starts, and its target from there: x, y [m], turn [rad]; the force commanded [N].
+        self._start, self._target, self._force = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+        # The shape answered; -1 for none.
+        self._answer = np.full(count, -1)
+
     @classmethod
     def model(cls, options: TouchOptions) -> mujoco.MjModel:
         """The finger, and seven punches in a row, their faces up."""
@@ -68,41 +78,37 @@ class PressIdentify(TactileEnv):
             spec.attach(face_up, prefix="on_table_", frame=station)
         return spec.compile()
 
-    def _draw_episode(self, options: dict[str, Any]) -> None:
-        drawn = self.np_random
+    def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
         name = options.pop("shape", None)
         if (name is not None and name not in INDENTER_NAMES) or options:
             raise EnvError(
                 f"reset options shape={name!r}, {options}; expected none but shape, one of {', '.join(INDENTER_NAMES)}."
             )
-        shape = int(drawn.integers(len(INDENTER_NAMES)))
-        self._shape = shape if name is None else INDENTER_NAMES.index(name)
-        self._start = np.array([*drawn.uniform(-OFFSET, OFFSET, 2), drawn.uniform(-np.pi, np.pi)])
-        self._start[0] += self._shape * _SPACING
-        self._target = np.zeros(3)
-        self._force = 0.0
-        self._answer: int | None = None
+        for row, one in zip(rows, drawn, strict=True):
+            self._shape[row] = one.integers(len(INDENTER_NAMES))
+            self._start[row] = [*one.uniform(-OFFSET, OFFSET, 2), one.uniform(-np.pi, np.pi)]
+        if name is not None:
+            self._shape[rows] = INDENTER_NAMES.index(name)
+        self._start[rows, 0] += self._shape[rows] * _SPACING
+        self._target[rows], self._force[rows], self._answer[rows] = 0.0, 0.0, -1
 
-    def _place(self) -> None:
-        self.simulation.qpos[:] = [*self._start, HOVER]
-        self.simulation.ctrl[:] = [*self._start, 0.0]
+    def _place(self, rows: Rows) -> None:
+        self.simulation.qpos[rows] = np.column_stack([self._start[rows], np.full(len(rows), HOVER)])
+        self.simulation.ctrl[rows] = np.column_stack([self._start[rows], np.zeros(len(rows))])
 
-    def _act(self, action: Array) -> None:
-        period = self.TIMESTEP * self.SUBSTEPS
+    def _act(self, actions: Array) -> None:
         reach = np.array([REACH, REACH, TURN_REACH])
-        moved = self._target + period * np.array([SPEED, SPEED, TURN_SPEED]) * action[:3]
-        self._target = np.clip(moved, -reach, reach)
-        self._force = FORCE * max(0.0, float(action[3]))
-        self.simulation.ctrl[:] = [*(self._start + self._target), press_control(self._force)]
-        self._answer = int(action[5:].argmax()) if action[4] > 0.0 else None
+        moved = self._target + self.period * np.array([SPEED, SPEED, TURN_SPEED]) * actions[:, :3]
+        self._target = within(moved, -reach, reach)
+        self._force = FORCE * np.maximum(0.0, actions[:, 3])
+        self.simulation.ctrl[:] = np.column_stack([self._start + self._target, press_control(self._force)])
+        self._answer = np.where(actions[:, 4] > 0.0, actions[:, 5:].argmax(axis=1), -1)
 
     def _proprioception(self) -> Array:
-        x, y, turn, height = self.simulation.qpos
-        left = 1.0 - self.steps / self.EPISODE_STEPS
-        return np.array([*(np.array([x, y, turn]) - self._start), height, self._force, left])
+        qpos = self.simulation.qpos
+        return np.column_stack([qpos[:, :3] - self._start, qpos[:, 3], self._force, self._time_left()])
 
-    def _judge(self) -> tuple[float, bool, dict[str, Any]]:
-        info = {"shape": self._shape, "success": self._answer == self._shape}
-        if self._answer is None:
-            return -STEP_COST, False, info
-        return (RIGHT if info["success"] else WRONG) - STEP_COST, True, info
+    def _judge(self) -> tuple[Array, Mask, Told]:
+        answered, right = self._answer >= 0, self._answer == self._shape
+        rewards = np.where(answered, np.where(right, RIGHT, WRONG), 0.0) - STEP_COST
+        return rewards, answered, {"shape": self._shape, "success": right}

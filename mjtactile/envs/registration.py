@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 import gymnasium
 
 if TYPE_CHECKING:
-    from gymnasium.vector import VectorEnv
+    from mjtactile.envs.task import Task
 
-#: Where each environment is.
+#: Where the task of each environment is.
 ENTRY_POINTS = {
     "mjtactile/PressIdentify-v0": "mjtactile.envs.press_identify:PressIdentify",
     "mjtactile/GraspLift-v0": "mjtactile.envs.grasp_lift:GraspLift",
@@ -22,14 +21,28 @@ ENTRY_POINTS = {
 
 def register_environments() -> None:
     """Make the ids known; once is enough, twice is harmless."""
-    for name, entry in ENTRY_POINTS.items():
+    for name in ENTRY_POINTS:
         if name not in gymnasium.registry:
-            many: Callable[..., Any] = partial(_many, name)
-            gymnasium.register(id=name, entry_point=entry, vector_entry_point=many)
+            gymnasium.register(
+                id=name,
+                entry_point="mjtactile.envs.single:TactileEnv",
+                vector_entry_point="mjtactile.envs.many:make_vec",
+                kwargs={"task": name},
+            )
 
 
-def _many(name: str, num_envs: int = 1, **options: Any) -> VectorEnv[Any, Any, Any]:
-    """What `gymnasium.make_vec` calls."""
-    from mjtactile.envs.many import make_vec
+def task_of(task: str | type[Task]) -> type[Task]:
+    """The task of an id; a task itself is its own.
 
-    return make_vec(name, num_envs, **options)
+    Raises:
+        EnvError: there is no such id.
+    """
+    if not isinstance(task, str):
+        return task
+    if task not in ENTRY_POINTS:
+        # Imported here: whoever registers these ids wants nothing of SciPy yet.
+        from mjtactile.envs.options import EnvError
+
+        raise EnvError(f"environment {task!r} does not exist here. Available: {', '.join(ENTRY_POINTS)}.")
+    module, name = ENTRY_POINTS[task].split(":")
+    return getattr(import_module(module), name)

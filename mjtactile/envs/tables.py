@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import gymnasium
-from gymnasium.envs.registration import load_env_creator
-
-from mjtactile.envs.base import TactileEnv
-from mjtactile.envs.channel import Channel
 from mjtactile.envs.options import OBSERVATIONS
-from mjtactile.envs.registration import ENTRY_POINTS
+from mjtactile.envs.registration import ENTRY_POINTS, task_of
+from mjtactile.envs.task import Channel, Task
+from mjtactile.envs.touch import READING_SCALE
 
 #: What stands in the rows of `tactile`, by observation.
 _TACTILE = {
-    "readings": ("(pads, layers, rows, columns)", "Pa", "von Mises stress at every taxel, pad frame, top layer first"),
+    "readings": (
+        "(pads, layers, rows, columns)",
+        f"{READING_SCALE / 1e3:g} kPa",
+        "von Mises stress at every taxel, pad frame, top layer first",
+    ),
+    "pascals": ("(pads, layers, rows, columns)", "Pa", "the same, not scaled"),
     "wrench": ("(pads, 6)", "N, N m", "contact force (3) and moment (3) on each pad, pad frame"),
     "recognised": ("(pads, 6)", "N, m, -", "force (3) and position (2) as recognised, confidence; 0 without contact"),
 }
@@ -23,11 +25,10 @@ _TACTILE = {
 
 def environment_tables() -> str:
     """Every environment: what it is about, its actions, its observations, its episodes."""
-    return "\n\n".join(_environment(name, load_env_creator(entry)) for name, entry in ENTRY_POINTS.items())
+    return "\n\n".join(_environment(name, task_of(name)) for name in ENTRY_POINTS)
 
 
-def _environment(name: str, kind: Any) -> str:
-    assert issubclass(kind, TactileEnv)
+def _environment(name: str, kind: type[Task]) -> str:
     period = kind.TIMESTEP * kind.SUBSTEPS
     return "\n".join(
         [
@@ -57,21 +58,17 @@ def _row(channel: Channel) -> str:
     return f"| {channel.name} | {channel.unit} | {channel.low:g} | {channel.high:g} | {channel.meaning} |"
 
 
-def _tactile_rows(kind: type[TactileEnv]) -> list[str]:
+def _tactile_rows(kind: type[Task]) -> list[str]:
     lines = []
     for observation in OBSERVATIONS:
-        if observation not in _TACTILE:
+        space = kind(observation=observation).touch.space
+        if space is None:
             continue
-        env = kind(observation=observation)
-        assert isinstance(env.observation_space, gymnasium.spaces.Dict)
-        space = env.observation_space["tactile"]
-        assert isinstance(space, gymnasium.spaces.Box)
         shape, unit, meaning = _TACTILE[observation]
         sizes = ", ".join(map(str, space.shape))
         lines.append(
             f"| {observation} | {shape} = ({sizes}) | {unit} | {_ends(space.low)} | {_ends(space.high)} | {meaning} |"
         )
-        env.close()
     return lines
 
 

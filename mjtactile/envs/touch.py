@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import mujoco
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from mjtactile.attach import add_pad_sensor, pad_table
 from mjtactile.envs.options import TouchOptions
+from mjtactile.envs.simulation import Rows
 from mjtactile.pad import Array, Pad
 from mjtactile.transducer import TYPICAL, CapacitiveCell, PiezoresistiveElement, Transducer
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Largest reading shown [Pa], force [N] and moment [N m]; what is beyond is cut off.
 LARGEST_READING, LARGEST_FORCE, LARGEST_MOMENT = 4e6, 100.0, 1.0
+#: Readings are scaled by this [Pa]: the tasks' own, a light touch to a firm grip, then read some .1 to 10.
+READING_SCALE = 10e3
 #: Of transducers that readings go through [Pa]: a grip of 20 N reads some hundred kPa.
 FULL_SCALE = 200e3
 #: Nothing is recognised while the mean of a pad's readings is below this [Pa], some 3 gf.
@@ -32,7 +35,7 @@ _WRENCH_LIMITS = np.array([LARGEST_FORCE] * 3 + [LARGEST_MOMENT] * 3)
 _RECOGNISED_LIMITS = np.array([LARGEST_FORCE] * 3 + [0.02, 0.02, 1.0])
 #: MuJoCo's contact sensor, reduce="netforce".
 _NET_FORCE = 3
-_OUTPUTS = {"readings": "von_mises", "recognised": "von_mises", "wrench": "wrench"}
+_OUTPUTS = {"readings": "von_mises", "pascals": "von_mises", "recognised": "von_mises", "wrench": "wrench"}
 
 
 def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
@@ -70,63 +73,104 @@ def sensor_slice(model: mujoco.MjModel, name: str) -> slice:
 
 
 class Touch:
-    """The pads of one environment, as it observes them.
+    """The pads of n environments, as these observe them.
 
     Args:
         model: compiled.
         names: of the pads' sensors, in the order of the observation.
         options: what is seen of them.
+        count: of environments, n.
     """
 
-    def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions) -> None:
+    def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options
         self.shape = (len(names), *(options.pad or Pad()).reading_shape)
-        self._sensors = [sensor_slice(model, name) for name in names] if options.touches else []
-        self._gains = np.ones(len(names))
-        self._transducers: list[Transducer] = []
+        # Where all pads' values stand in `sensordata`, one pad after the other.
+        sensors = [sensor_slice(model, name) for name in names] if options.touches else []
+        self._columns = np.array([column for where in sensors for column in range(where.start, where.stop)], dtype=int)
+        self._gains = np.ones((count, len(names)))
+        # Of each environment: where its noise comes from, and its pads' transducers.
+        self._drawn = [np.random.default_rng(0) for _ in range(count)]
+        self._transducers: list[list[Transducer]] = [[] for _ in range(count)]
         self._recognise = self._recogniser() if options.observation == "recognised" else None
 
     @property
     def space(self) -> gymnasium.spaces.Box | None:
-        """Of the observation `tactile`; None where there is none."""
-        pads = len(self._sensors)
-        if self.options.observation == "readings":
-            return gymnasium.spaces.Box(-LARGEST_READING, LARGEST_READING, self.shape, np.float32)
-        if self.options.observation == "none":
+        """Of the observation `tactile` of one environment; None where there is none."""
+        observation = self.options.observation
+        if observation == "none":
             return None
-        most = _WRENCH_LIMITS if self.options.observation == "wrench" else _RECOGNISED_LIMITS
-        high = np.tile(most, (pads, 1)).astype(np.float32)
+        if observation in ("readings", "pascals"):
+            most = LARGEST_READING / (READING_SCALE if observation == "readings" else 1.0)
+            return gymnasium.spaces.Box(-most, most, self.shape, np.float32)
+        limits = _WRENCH_LIMITS if observation == "wrench" else _RECOGNISED_LIMITS
+        high = np.tile(limits, (self.shape[0], 1)).astype(np.float32)
         return gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
-    def begin(self, drawn: np.random.Generator) -> None:
-        """A new episode: sensitivities, and transducers with what is wrong with them."""
+    def begin(self, rows: Rows, drawn: Sequence[np.random.Generator]) -> None:
+        """New episodes: sensitivities, and transducers with what is wrong with them.
+
+        Args:
+            rows: of the environments, shape (k,).
+            drawn: k generators, from which their noise is drawn from now on.
+        """
         spread = GAIN_SPREAD * self.options.randomise
-        self._gains = 1.0 + spread * drawn.uniform(-1.0, 1.0, len(self._gains))
-        if self.options.transducer is not None:
-            seeds = drawn.integers(2**31, size=len(self._sensors))
-            self._transducers = [_transducer(self.options.transducer, self.shape[1:], int(seed)) for seed in seeds]
+        for row, one in zip(rows, drawn, strict=True):
+            self._drawn[row] = one
+            self._gains[row] = 1.0 + spread * one.uniform(-1.0, 1.0, self._gains.shape[1])
+            if self.options.transducer is not None:
+                seeds = one.integers(2**31, size=self.shape[0])
+                self._transducers[row] = [
+                    _transducer(self.options.transducer, self.shape[1:], int(seed)) for seed in seeds
+                ]
 
-    def observe(self, sensordata: Array, drawn: np.random.Generator) -> npt.NDArray[np.float32]:
-        """What is seen now, of the space's shape."""
+    def observe(self, sensordata: Array, rows: Rows) -> npt.NDArray[np.float32]:
+        """What some environments see now.
+
+        Args:
+            sensordata: of all, shape (n, nsensordata).
+            rows: of the environments, shape (k,).
+
+        Returns:
+            Shape (k, *space.shape).
+        """
+        sensed = sensordata[rows[:, None], self._columns].reshape(len(rows), self.shape[0], -1)
         if self.options.observation == "wrench":
-            wrenches = np.array([sensordata[where] for where in self._sensors]) * self._gains[:, None]
-            return np.clip(self._noisy_wrenches(wrenches, drawn), -_WRENCH_LIMITS, _WRENCH_LIMITS).astype(np.float32)
-        readings = np.array([sensordata[where] for where in self._sensors]).reshape(self.shape)
-        readings *= self._gains[:, None, None, None]
-        for transducer, pad in zip(self._transducers, readings, strict=False):
-            pad[:] = transducer(pad)
-        if self.options.noise > 0.0:
-            peaks = self.options.noise * readings.max(axis=(1, 2, 3), keepdims=True)
-            readings += peaks * drawn.standard_normal(readings.shape, dtype=np.float32)
+            wrenches = self._noisy_wrenches(sensed * self._gains[rows, :, None], rows)
+            return np.clip(wrenches, -_WRENCH_LIMITS, _WRENCH_LIMITS).astype(np.float32)
+        readings = self._readings(sensed.reshape(len(rows), *self.shape), rows)
         if self._recognise is not None:
-            return np.array([self._recognised(pad) for pad in readings], np.float32)
-        return np.clip(readings, -LARGEST_READING, LARGEST_READING).astype(np.float32)
+            return np.array([[self._recognised(pad) for pad in pads] for pads in readings], np.float32)
+        seen = readings.astype(np.float32)
+        np.minimum(np.maximum(seen, -LARGEST_READING, out=seen), LARGEST_READING, out=seen)
+        if self.options.observation == "readings":
+            seen /= READING_SCALE
+        return seen
 
-    def _noisy_wrenches(self, wrenches: Array, drawn: np.random.Generator) -> Array:
+    def _readings(self, readings: Array, rows: Rows) -> Array:
+        """Readings (k, pads, layers, rows, columns) [Pa] as the pads report them; written into the same array."""
+        readings *= self._gains[rows][:, :, None, None, None]
+        if self.options.transducer is not None:
+            for row, pads in zip(rows, readings, strict=True):
+                for transducer, pad in zip(self._transducers[row], pads, strict=True):
+                    pad[:] = transducer(pad)
+        if self.options.noise > 0.0:
+            peaks = self.options.noise * readings.max(axis=(2, 3, 4), keepdims=True)
+            readings += peaks * self._normal(rows, self.shape, np.float32)
+        return readings
+
+    def _noisy_wrenches(self, wrenches: Array, rows: Rows) -> Array:
         """Forces with noise relative to the largest of their components, and so moments."""
-        parts = wrenches.reshape(-1, 2, 3)
-        deviation = self.options.noise * np.abs(parts).max(axis=2, keepdims=True)
-        return (parts + deviation * drawn.standard_normal(parts.shape)).reshape(-1, 6)
+        parts = wrenches.reshape(len(rows), -1, 2, 3)
+        deviation = self.options.noise * np.abs(parts).max(axis=3, keepdims=True)
+        return (parts + deviation * self._normal(rows, parts.shape[1:], np.float64)).reshape(wrenches.shape)
+
+    def _normal(self, rows: Rows, shape: tuple[int, ...], kind: type[np.floating[Any]]) -> npt.NDArray[Any]:
+        """Standard normal numbers, each environment's from its own generator, (k, *shape)."""
+        numbers = np.empty((len(rows), *shape), kind)
+        for row, out in zip(rows, numbers, strict=True):
+            self._drawn[row].standard_normal(dtype=kind, out=out)
+        return numbers
 
     def _recognised(self, readings: Array) -> Array:
         if self._recognise is None or readings.mean() < CONTACT_THRESHOLD:

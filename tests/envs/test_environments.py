@@ -12,7 +12,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import mjtactile  # noqa: F401  registers the environments
-from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv
+from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.errors import RenderError
 from mjtactile.pad import Pad
 from mjtactile.render import working_backend
@@ -94,20 +94,18 @@ def test_randomisation_changes_the_body():
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"observation": "pictures"}, "readings, wrench, recognised, none"),
+        ({"observation": "pictures"}, "readings, pascals, wrench, recognised, none"),
         ({"fidelity": "slow"}, "fast, balanced"),
         ({"transducer": "optical"}, "capacitive, piezoresistive"),
-        ({"transducer": "capacitive", "observation": "wrench"}, "'readings' or 'recognised'"),
+        ({"transducer": "capacitive", "observation": "wrench"}, "'pascals' or 'recognised'"),
         ({"noise": -1.0}, "at least 0"),
         ({"randomise": 2.0}, "0 .none. to 1"),
         ({"render_mode": "ascii"}, "rgb_array"),
     ],
 )
 def test_wrong_options_are_refused(options, told):
-    from mjtactile.envs.press_identify import PressIdentify
-
     with pytest.raises(EnvError, match=told):
-        PressIdentify(**options)
+        TactileEnv("mjtactile/PressIdentify-v0", **options)
 
 
 def test_wrong_actions_are_refused():
@@ -118,6 +116,15 @@ def test_wrong_actions_are_refused():
             env.step(action)
     with pytest.raises(EnvError, match="triangle"):
         env.reset(options={"plate": "cube"})
+
+
+@pytest.mark.parametrize("batched", [True, False])
+def test_a_step_before_the_first_reset_is_refused(batched):
+    if batched:
+        pytest.importorskip("mujoco.batch")
+    env: Any = make_vec(NAMES[0], 2, observation="none") if batched else TactileEnv(NAMES[0], observation="none")
+    with pytest.raises(EnvError, match="reset first"):
+        env.step(np.zeros(env.action_space.shape, np.float32))
 
 
 def test_pictures_are_drawn():
@@ -139,7 +146,7 @@ def test_pictures_are_drawn():
 def test_every_environment_has_the_camera_that_draws_it(name):
     env = gymnasium.make(name, observation="none").unwrapped
     assert isinstance(env, TactileEnv)
-    assert env.simulation.model.camera(env.CAMERA).id >= 0
+    assert env.task.simulation.model.camera(env.task.CAMERA).id >= 0
 
 
 @pytest.mark.parametrize(

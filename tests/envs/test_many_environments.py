@@ -1,13 +1,26 @@
 """Many environments are so many single ones, bit by bit, however they are run."""
 
+from typing import Any
+
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from mjtactile.envs import ENTRY_POINTS, EnvError, make_vec
+from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
+from mjtactile.envs.grasp_lift import GraspLift
+from mjtactile.errors import RenderError
+from mjtactile.render import working_backend
 
 COUNT = 3
+#: Actions under which episodes end soon: an answer now and then, a grip that crushes, away from the edge, a peg pulled
+#: off its way; and where noise is added to them.
+ENDING = {
+    "mjtactile/PressIdentify-v0": ([0.0, 0.0, 0.0, 0.5, -0.5, *[0.0] * 7], 1.0),
+    "mjtactile/GraspLift-v0": ([0.9, 0.3], 0.3),
+    "mjtactile/EdgeFollow-v0": ([0.2, -0.8, 0.0, 1.0], 0.3),
+    "mjtactile/PegInsert-v0": ([0.8, 0.5, -0.9, 0.0], 0.3),
+}
 
 
 def actions(envs, steps):
@@ -21,34 +34,79 @@ def actions(envs, steps):
 
 
 def log(envs, steps):
-    seen, _ = envs.reset(seed=7)
-    out = [{**{key: value.copy() for key, value in seen.items()}}]
+    """All that a vector environment says, step by step; those that ended are reset where that is not done for them."""
+    told = [envs.reset(seed=7)]
     for action in actions(envs, steps):
-        seen, rewards, terminated, truncated, info = envs.step(action)
-        values = {**seen, "rewards": rewards, "terminated": terminated, "truncated": truncated}
-        if "success" in info:
-            values["success"] = info["success"]
-        out.append({key: np.array(value) for key, value in values.items()})
+        told.append(envs.step(action))
+        ended = told[-1][2] | told[-1][3]
+        if envs.metadata["autoreset_mode"] == AutoresetMode.DISABLED and ended.any():
+            told.append(envs.reset(options={"reset_mask": ended}))
     envs.close()
-    return out
+    return told
 
 
-def assert_same(one, other):
-    for k, (a, b) in enumerate(zip(one, other, strict=True)):
-        assert a.keys() == b.keys()
-        for key in a:
-            assert (a[key] == b[key]).all(), f"{key} at step {k}"
+def assert_same(one, other, where=""):
+    """Equal to the bit, in numbers, types and names."""
+    assert type(one) is type(other), where
+    if isinstance(one, dict):
+        assert one.keys() == other.keys(), where
+        for key in one:
+            assert_same(one[key], other[key], f"{where} {key}")
+    elif isinstance(one, list | tuple):
+        assert len(one) == len(other), where
+        for k, (a, b) in enumerate(zip(one, other, strict=True)):
+            assert_same(a, b, f"{where} {k}")
+    elif isinstance(one, np.ndarray):
+        assert (one.dtype, one.shape) == (other.dtype, other.shape), where
+        if one.dtype == object:
+            assert_same(list(one), list(other), where)
+        else:
+            assert np.array_equal(one, other), where
+    else:
+        assert one == other, where
+
+
+def one_by_one(name, seeds, steps, **options):
+    """What single environments say, each on its own, reset in the step after one that ended it."""
+    for k, seed in enumerate(seeds):
+        env: Any = TactileEnv(name, **options)
+        told, over = [env.reset(seed=seed)], False
+        for action in steps:
+            told.append((env.reset()[0], 0.0, False, False, {}) if over else env.step(action[k]))
+            over = told[-1][2] or told[-1][3]
+        yield told
 
 
 @pytest.mark.parametrize("name", ENTRY_POINTS)
-def test_a_batch_gives_what_single_environments_give(name):
+@pytest.mark.parametrize("observation", ["readings", "wrench"])
+def test_each_of_many_is_the_one_of_its_seed_to_the_bit(name, observation):
     pytest.importorskip("mujoco.batch")
-    many = log(make_vec(name, COUNT, threads=2, randomise=1.0), 12)
+    middle, spread = ENDING[name]
+    drawn = np.random.default_rng(3)
+    steps = (middle + spread * drawn.uniform(-1.0, 1.0, (24, 5, len(middle)))).astype(np.float32)
+    envs = make_vec(name, 5, observation=observation, randomise=1.0)
+    many: list[Any] = [envs.reset(seed=11), *(envs.step(action) for action in steps)]
+    alone = list(one_by_one(name, range(11, 16), steps, observation=observation, randomise=1.0))
+    assert sum(int(told[2].sum()) for told in many[1:]) >= 2
+    for k, told in enumerate(alone):
+        for step, (a, b) in enumerate(zip(many, told, strict=True)):
+            for seen in a[0]:
+                assert np.array_equal(a[0][seen][k], b[0][seen]), f"{seen} of {k} at step {step}"
+            for of_many, of_one in zip(a[1:4], b[1:4] if step else (), strict=False):
+                assert of_many[k] == of_one, f"{k} at step {step}"
+            for key, value in b[-1].items():
+                assert a[-1][f"_{key}"][k], f"{key} of {k} at step {step}"
+                assert a[-1][key][k] == value, f"{key} of {k} at step {step}"
+
+
+@pytest.mark.parametrize("name", ENTRY_POINTS)
+def test_a_batch_says_what_gymnasium_says_of_single_environments(name):
+    pytest.importorskip("mujoco.batch")
     makers = [lambda: gymnasium.make(name, disable_env_checker=True, randomise=1.0)] * COUNT
-    assert_same(many, log(SyncVectorEnv(makers), 12))
+    assert_same(log(make_vec(name, COUNT, threads=2, randomise=1.0), 12), log(SyncVectorEnv(makers), 12))
 
 
-@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+@pytest.mark.parametrize("mode", AutoresetMode)
 def test_episodes_begin_anew_as_gymnasium_has_it(mode):
     pytest.importorskip("mujoco.batch")
     name = "mjtactile/PressIdentify-v0"
@@ -56,20 +114,94 @@ def test_episodes_begin_anew_as_gymnasium_has_it(mode):
         log(make_vec(name, COUNT, batched=batched, autoreset_mode=mode, observation="wrench"), 20)
         for batched in (True, False)
     )
-    assert sum(step["terminated"].sum() for step in batched[1:]) >= 3
+    assert sum(told[2].sum() for told in batched if len(told) == 5) >= 3
     assert_same(batched, plain)
+
+
+def test_what_was_given_stays_as_it_was():
+    pytest.importorskip("mujoco.batch")
+    envs: Any = make_vec("mjtactile/GraspLift-v0", 2, autoreset_mode="Disabled")
+    envs.reset(seed=0)
+    seen = envs.step(np.ones((2, 2), np.float32))[0]["proprioception"]
+    kept = seen.copy()
+    anew = envs.reset(options={"reset_mask": np.array([True, False])})[0]["proprioception"]
+    assert np.array_equal(seen, kept)
+    assert (anew[0] != kept[0]).any()
+    anew[:] = 0.0
+    again = envs.reset(options={"reset_mask": np.array([True, False])})[0]["proprioception"]
+    assert np.array_equal(again[1], kept[1])
+
+
+def test_what_waits_may_be_told_anything_and_what_runs_may_not():
+    pytest.importorskip("mujoco.batch")
+    envs = make_vec("mjtactile/PressIdentify-v0", 2, observation="none")
+    envs.reset(seed=0)
+    answer = np.zeros((2, 12), np.float32)
+    answer[0, 4] = 1.0
+    assert envs.step(answer)[2].tolist() == [True, False]
+    answer[0] = np.nan
+    _, rewards, terminated, _, _ = envs.step(answer)
+    assert rewards[0] == 0.0
+    assert not terminated.any()
+    for wrong in (answer, np.zeros((2, 11)), np.zeros((3, 12))):
+        with pytest.raises(EnvError, match="12 finite numbers"):
+            envs.step(wrong)
+
+
+def test_what_has_ended_is_reset_by_hand_where_nothing_else_does():
+    pytest.importorskip("mujoco.batch")
+    envs: Any = make_vec("mjtactile/PressIdentify-v0", 2, observation="none", autoreset_mode="Disabled")
+    envs.reset(seed=0)
+    answer = np.zeros((2, 12), np.float32)
+    answer[0, 4] = 1.0
+    envs.step(answer)
+    with pytest.raises(EnvError, match=r"\[0\] have ended"):
+        envs.step(answer)
+    for mask in (np.zeros(2, bool), np.ones(3, bool), np.ones(2)):
+        with pytest.raises(EnvError, match="reset_mask"):
+            envs.reset(options={"reset_mask": mask})
+    with pytest.raises(EnvError, match="3 seeds"):
+        envs.reset(seed=[1, 2, 3])
+    envs.reset(options={"reset_mask": np.array([True, False])})
+    assert envs.task.steps.tolist() == [0, 1]
 
 
 def test_threads_change_nothing():
     pytest.importorskip("mujoco.batch")
-    assert_same(*(log(make_vec("mjtactile/GraspLift-v0", 5, threads=n, observation="wrench"), 15) for n in (1, 2)))
+    one, two = (log(make_vec("mjtactile/GraspLift-v0", 5, threads=n, observation="wrench"), 15) for n in (1, 2))
+    assert_same(one, two)
+
+
+def test_each_of_many_is_drawn():
+    pytest.importorskip("mujoco.batch")
+    try:
+        working_backend()
+    except RenderError as error:
+        pytest.skip(str(error))
+    envs: Any = make_vec(
+        "mjtactile/PressIdentify-v0", 2, observation="none", render_mode="rgb_array", width=96, height=64
+    )
+    envs.reset(seed=0)
+    first = envs.render()
+    for _ in range(5):
+        envs.step(np.array([[1.0, 1.0, 1.0, 1.0, -1.0, *[0.0] * 7], [0.0] * 12], np.float32))
+    then = envs.render()
+    assert [picture.shape for picture in then] == [(64, 96, 3)] * 2
+    assert (first[0] != then[0]).any()
+    envs.close()
 
 
 def test_gymnasium_makes_them_too():
-    envs = gymnasium.make_vec("mjtactile/GraspLift-v0", num_envs=2, observation="none")
+    envs: VectorEnv[Any, Any, Any] = gymnasium.make_vec("mjtactile/GraspLift-v0", num_envs=2, observation="none")
     assert envs.num_envs == 2
     assert envs.spec is not None
     envs.close()
+
+
+def test_a_task_of_ones_own_is_made_like_those_here():
+    envs: Any = make_vec(GraspLift, 2, observation="none", split="test")
+    assert envs.spec is None
+    assert envs.reset(seed=0)[0]["proprioception"].shape == (2, 6)
 
 
 def test_without_a_batch_they_run_one_after_the_other(monkeypatch):
@@ -77,6 +209,8 @@ def test_without_a_batch_they_run_one_after_the_other(monkeypatch):
     envs = make_vec("mjtactile/GraspLift-v0", 2, observation="none")
     assert type(envs) is SyncVectorEnv
     envs.close()
+    with pytest.raises(EnvError, match=r"no mujoco\.batch"):
+        make_vec("mjtactile/GraspLift-v0", 2, batched=True)
 
 
 def test_wrong_requests_are_refused():
@@ -84,3 +218,6 @@ def test_wrong_requests_are_refused():
         make_vec("mjtactile/GraspLift-v9", 2)
     with pytest.raises(EnvError, match="at least one"):
         make_vec("mjtactile/GraspLift-v0", 0)
+    for batched in (True, False):
+        with pytest.raises(EnvError, match="rgb_array"):
+            make_vec("mjtactile/GraspLift-v0", 2, batched=batched, render_mode="ascii")

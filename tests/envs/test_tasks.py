@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import shapely
 
-from mjtactile.envs import EnvError
+from mjtactile.envs import EnvError, TactileEnv
 from mjtactile.envs.bands import Bands
-from mjtactile.envs.edge_follow import PLATES, SPEED, EdgeFollow
+from mjtactile.envs.edge_follow import PLATES, SPEED, EdgeFollow, rim_points
 from mjtactile.envs.grasp_lift import FRICTIONS, GRIP_FACTOR, MASSES, GraspLift, crushing_grip, least_grip
 from mjtactile.envs.peg_insert import PegInsert
 from mjtactile.envs.press_identify import PressIdentify
@@ -30,7 +30,7 @@ def lift(env, grip):
     """Grip so hard [N], then lift; the last info and the sum of rewards."""
     total = 0.0
     while True:
-        to_go = math.log(grip / env._grip) / math.log(GRIP_FACTOR)
+        to_go = math.log(grip / env.task._grip[0]) / math.log(GRIP_FACTOR)
         there = abs(to_go) < 1e-9
         _, reward, terminated, truncated, info = env.step(np.array([np.clip(to_go, -1, 1), 1.0 if there else 0.0]))
         total += reward
@@ -40,7 +40,7 @@ def lift(env, grip):
 
 @pytest.mark.parametrize(("mass", "friction"), [(0.02, 0.3), (0.15, 1.1), (0.2, 0.6), (0.45, 0.25)])
 def test_a_grip_a_little_over_the_least_lifts_less_drops_more_crushes(mass, friction):
-    env = GraspLift(observation="none")
+    env = TactileEnv(GraspLift, observation="none")
     told = {}
     for share in (0.7, 1.6, 2.8):
         env.reset(seed=1, options={"mass": mass, "friction": friction})
@@ -60,8 +60,7 @@ def test_no_one_grip_does_for_all():
     drawn = np.random.default_rng(0)
     masses = np.exp(drawn.uniform(math.log(MASSES[0]), math.log(MASSES[1]), 2000))
     frictions = drawn.uniform(*FRICTIONS, 2000)
-    least = np.array([least_grip(m, f) for m, f in zip(masses, frictions, strict=True)])
-    most = np.array([crushing_grip(m, f) for m, f in zip(masses, frictions, strict=True)])
+    least, most = least_grip(masses, frictions), crushing_grip(masses, frictions)
     for grip in np.geomspace(0.05, 20.0, 60):
         assert ((least < grip) & (grip < most)).mean() < 0.4
 
@@ -78,7 +77,7 @@ def test_nothing_is_tested_that_was_trained():
 def test_splits_reach_the_environment():
     masses = {}
     for split in ("train", "test"):
-        env = GraspLift(observation="none", split=split)
+        env = TactileEnv(GraspLift, observation="none", split=split)
         told = [env.reset(seed=seed)[1] for seed in range(40)]
         bands = [np.log(np.array([one["mass"] for one in told]) / MASSES[0]) / np.log(MASSES[1] / MASSES[0])]
         bands.append((np.array([one["friction"] for one in told]) - FRICTIONS[0]) / (FRICTIONS[1] - FRICTIONS[0]))
@@ -88,7 +87,7 @@ def test_splits_reach_the_environment():
 
 @pytest.mark.parametrize(("friction", "slides"), [(0.2, True), (1.2, False)])
 def test_slip_changes_the_pattern_on_the_pads_and_holding_does_not(friction, slides):
-    env = GraspLift(noise=0.0)
+    env = TactileEnv(GraspLift, noise=0.0)
     env.reset(seed=2, options={"mass": 0.15, "friction": friction})
     repeated(env, np.array([1.0, 0.0]), 8)
     patterns, slips = [], []
@@ -105,7 +104,7 @@ def test_slip_changes_the_pattern_on_the_pads_and_holding_does_not(friction, sli
 
 @pytest.mark.parametrize("shape", ["star", "circle"])
 def test_a_right_answer_earns_and_a_wrong_one_costs(shape):
-    env = PressIdentify(observation="none")
+    env = TactileEnv(PressIdentify, observation="none")
     for answer in ("star", "circle"):
         env.reset(seed=0, options={"shape": shape})
         action = np.full(12, -1.0)
@@ -122,7 +121,7 @@ def test_wherever_the_finger_goes_the_whole_punch_presses():
 
     recognise = recognition.load("shape")
     for corner in ((1, 1), (-1, 1)):
-        env = PressIdentify(noise=0.0)
+        env = TactileEnv(PressIdentify, observation="pascals", noise=0.0)
         env.reset(seed=5, options={"shape": "square"})
         for _ in range(4):
             env.step(np.array([*corner, 1.0, -1.0, -1.0, *[0.0] * 7]))
@@ -132,15 +131,21 @@ def test_wherever_the_finger_goes_the_whole_punch_presses():
 
 def follow(env, ahead=1.5e-3, turn=0.0):
     """Go towards a point a little ahead on the rim; a policy that knows where the rim is."""
-    here = env.simulation.qpos[:2] - np.array([0.15 * env._plate, 0.0])
-    aim = env._at(env._rim.project(shapely.Point(here)) + ahead) - here
-    angle = math.atan2(aim[1], aim[0]) + turn - env._target[2]
+    task = env.task
+    here = task.simulation.qpos[0, :2] - np.array([0.15 * task._plate[0], 0.0])
+    arc = rim(env).project(shapely.Point(here))
+    aim = rim_points(task._plate, np.array([arc + ahead]))[0] - here
+    angle = math.atan2(aim[1], aim[0]) + turn - task._target[0, 2]
     return np.array([math.cos(angle), math.sin(angle), np.clip(angle, -1, 1), -1.0])
+
+
+def rim(env):
+    return list(PLATES.values())[env.task._plate[0]].exterior
 
 
 @pytest.mark.parametrize("plate", PLATES)
 def test_a_lap_around_the_rim_is_success(plate):
-    env = EdgeFollow(observation="none")
+    env = TactileEnv(EdgeFollow, observation="none")
     env.reset(seed=1, options={"plate": plate})
     total, over, info = 0.0, False, {}
     while not over:
@@ -149,11 +154,11 @@ def test_a_lap_around_the_rim_is_success(plate):
         assert not truncated
     assert info["success"]
     assert total > 10.5
-    assert env.steps * env.TIMESTEP * env.SUBSTEPS * SPEED == pytest.approx(env._rim.length, rel=0.15)
+    assert env.task.steps[0] * env.task.period * SPEED == pytest.approx(rim(env).length, rel=0.15)
 
 
 def test_backwards_earns_nothing_and_losing_the_edge_ends_it():
-    env = EdgeFollow(observation="none")
+    env = TactileEnv(EdgeFollow, observation="none")
     env.reset(seed=1)
     rewards = [env.step(follow(env, ahead=-1.5e-3))[1] for _ in range(20)]
     assert max(rewards[2:]) <= 0.0
@@ -167,7 +172,7 @@ def test_backwards_earns_nothing_and_losing_the_edge_ends_it():
 def test_a_peg_over_its_hole_goes_in_and_one_beside_it_does_not():
     told = {}
     for hole in ((0.0, 0.0), (1.5e-3, 0.0)):
-        env = PegInsert(observation="none")
+        env = TactileEnv(PegInsert, observation="none")
         env.reset(seed=1, options={"hole": hole})
         _, reward, _, _, info = repeated(env, np.array([0.0, 0.0, -0.4, 0.0]))
         told[hole] = info, reward
@@ -180,10 +185,10 @@ def test_a_peg_over_its_hole_goes_in_and_one_beside_it_does_not():
 
 def test_options_of_a_reset_are_checked():
     for env, options in (
-        (GraspLift(observation="none"), {"mass": -1.0}),
-        (PressIdentify(observation="none"), {"shape": "cube"}),
-        (PegInsert(observation="none"), {"hole": (1.0, 0.0)}),
-        (GraspLift(observation="none"), {"weight": 1.0}),
+        (TactileEnv(GraspLift, observation="none"), {"mass": -1.0}),
+        (TactileEnv(PressIdentify, observation="none"), {"shape": "cube"}),
+        (TactileEnv(PegInsert, observation="none"), {"hole": (1.0, 0.0)}),
+        (TactileEnv(GraspLift, observation="none"), {"weight": 1.0}),
     ):
         with pytest.raises(EnvError, match="expected none but"):
             env.reset(seed=0, options=options)

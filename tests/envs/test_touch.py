@@ -1,17 +1,21 @@
 """What is made of the pads' readings before an agent sees them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from mjtactile.envs import TactileEnv
 from mjtactile.envs.features import moments
 from mjtactile.envs.press_identify import FORCE, PressIdentify
+from mjtactile.envs.touch import READING_SCALE
 
 PRESS = np.array([0.0, 0.0, 0.0, 1.0, -1.0, *[0.0] * 7])
 
 
 def pressed(**options):
     """What is seen of a star pressed with the most force, at rest."""
-    env = PressIdentify(**options)
+    env = TactileEnv(PressIdentify, **options)
     env.reset(seed=2, options={"shape": "star"})
     return [env.step(PRESS)[0] for _ in range(10)][-1]["tactile"][0]
 
@@ -24,6 +28,21 @@ def ideal():
 def test_noise_is_a_share_of_the_largest_reading(ideal):
     noisy = pressed(noise=0.05)
     assert (noisy - ideal).std() == pytest.approx(0.05 * ideal.max(), rel=0.1)
+
+
+def test_readings_are_scaled_unless_pascals_are_asked_for(ideal):
+    assert 0.3 < ideal.max() < 10.0
+    assert pressed(noise=0.0, observation="pascals") == pytest.approx(READING_SCALE * ideal, rel=1e-6)
+    spaces: Any = [TactileEnv(PressIdentify, observation=one).observation_space for one in ("readings", "pascals")]
+    assert spaces[1]["tactile"].high.max() == pytest.approx(READING_SCALE * spaces[0]["tactile"].high.max())
+
+
+@pytest.mark.parametrize("observation", ["readings", "pascals"])
+def test_readings_stay_within_their_space_whatever_is_felt(observation):
+    task: Any = TactileEnv(PressIdentify, noise=0.0, observation=observation).task
+    felt = np.full_like(task.simulation.sensordata, 1e9)
+    assert (task.touch.observe(felt, np.array([0]))[0] == task.observation_space["tactile"].high).all()
+    assert (task.touch.observe(-felt, np.array([0]))[0] == task.observation_space["tactile"].low).all()
 
 
 def test_a_wrench_is_the_force_pressed_with():
@@ -46,22 +65,22 @@ def test_transducers_report_what_they_can(ideal, kind):
 
 
 def test_pads_differ_in_sensitivity_under_randomisation(ideal):
-    env = PressIdentify(noise=0.0, randomise=1.0)
+    env = TactileEnv(PressIdentify, noise=0.0, randomise=1.0)
     gains = []
     for seed in range(4):
         env.reset(seed=seed, options={"shape": "star"})
-        gains.append(float(env.touch._gains[0]))
+        gains.append(float(env.task.touch._gains[0, 0]))
     assert len(set(gains)) == 4
     assert all(0.9 <= gain <= 1.1 for gain in gains)
     felt = [env.step(PRESS)[0] for _ in range(10)][-1]["tactile"]
-    env.touch._gains[:] = 1.0
-    assert felt == pytest.approx(gains[-1] * env.touch.observe(env.simulation.sensordata, env.np_random), rel=1e-5)
+    env.task.touch._gains[:] = 1.0
+    assert felt == pytest.approx(gains[-1] * env.task.observe(np.array([0]))["tactile"][0], rel=1e-5)
 
 
 def test_nothing_is_felt_above_the_punch():
-    seen = PressIdentify().reset(seed=0)[0]
+    seen = TactileEnv(PressIdentify).reset(seed=0)[0]
     assert (seen["tactile"] == 0.0).all()
-    assert (PressIdentify(observation="recognised").reset(seed=0)[0]["tactile"] == 0.0).all()
+    assert (TactileEnv(PressIdentify, observation="recognised").reset(seed=0)[0]["tactile"] == 0.0).all()
 
 
 def test_moments_say_how_much_where_how_wide_and_how_lopsided():

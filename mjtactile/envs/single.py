@@ -1,0 +1,119 @@
+"""One environment, as gymnasium has it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile.envs.drawing import Drawing
+from mjtactile.envs.options import EnvError
+from mjtactile.envs.registration import task_of
+from mjtactile.envs.task import Observation, Task
+
+_ROW = np.zeros(1, dtype=np.int32)
+
+
+def render_modes() -> list[str]:
+    """Ways to draw that there are here: a window only where there is a screen."""
+    window = not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return ["rgb_array", "human"] if window else ["rgb_array"]
+
+
+def check_render_mode(render_mode: str | None) -> None:
+    """Whether something can be drawn like this here.
+
+    Raises:
+        EnvError: it cannot.
+    """
+    if render_mode is not None and render_mode not in render_modes():
+        raise EnvError(
+            f"render_mode = {render_mode!r} is not to be had here. Available: {', '.join(render_modes())}, or None. "
+            "'human' needs a screen."
+        )
+
+
+class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
+    """A task, alone; what `gymnasium.make` gives.
+
+    Args:
+        task: its id ("mjtactile/GraspLift-v0"), or a task of one's own.
+        render_mode: "rgb_array", "human" where there is a screen, or None.
+        width, height: of pictures [pixels].
+        options: of the task.
+
+    Attributes:
+        task: with a simulation of its own.
+
+    Raises:
+        EnvError: for an id or an option that does not exist.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": render_modes(), "render_fps": 25}  # type: ignore[misc]
+
+    def __init__(
+        self,
+        task: str | type[Task],
+        *,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 360,
+        **options: Any,
+    ) -> None:
+        check_render_mode(render_mode)
+        self.task = task_of(task)(**options)
+        self.action_space: gymnasium.Space[Any] = self.task.action_space
+        self.observation_space: gymnasium.Space[Any] = self.task.observation_space
+        self.render_mode = render_mode
+        self._drawing = Drawing(self.task.CAMERA, width, height)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode; the same seed begins the same one.
+
+        Raises:
+            EnvError: for options the task does not know.
+        """
+        super().reset(seed=seed)
+        self.task.begin(_ROW, [self.np_random], options)
+        self._show()
+        return self._seen(), {name: values[0].item() for name, values in self.task.told().items()}
+
+    def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Act for one control period.
+
+        Raises:
+            EnvError: the action is not of the space's shape, or not finite; or nothing was ever reset.
+        """
+        rewards, terminated, truncated, told = self.task.step(np.asarray(action)[None], _ROW)
+        self._show()
+        info = {name: values[0].item() for name, values in told.items()}
+        return self._seen(), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), info
+
+    def render(self) -> Any:
+        """A picture (height, width, 3) uint8 of "rgb_array"; of "human", None.
+
+        Raises:
+            RenderError: there is no working OpenGL.
+        """
+        if self.render_mode == "rgb_array":
+            return self._drawing.picture(*self.task.simulation.state(0))
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without a render_mode draws nothing: make(..., render_mode='rgb_array').")
+        return None
+
+    def close(self) -> None:
+        """Free what drawing took."""
+        self._drawing.close()
+
+    def _seen(self) -> Observation:
+        return {name: values[0] for name, values in self.task.observe(_ROW).items()}
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self._drawing.show(*self.task.simulation.state(0))
