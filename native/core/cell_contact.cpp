@@ -11,7 +11,7 @@ constexpr double kHullMargin = 1e-3;
 // A shear that pressed cells resist this much less than another is not carried.
 constexpr double kOpen = 1e-12;
 constexpr std::size_t kMostPressures = kMostMotions + 1;
-// Rounds in which contact area and stiffness of a foundation adapt to each other (mjtactile/foundation.py).
+// Rounds in which contact area and stiffness of a foundation adapt to each other.
 constexpr int kRounds = 30;
 constexpr double kSameArea = 1e-9;
 // Shear over pressure that a twist may bring at most, and over what the force along the surface takes on the average.
