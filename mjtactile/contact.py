@@ -67,13 +67,16 @@ def contact_load(
         cells: contact cells of laws "foundation" and "elastic"; by default as many as the preset says.
 
     Returns:
-        The load. What the contact cannot carry is left out, nearest first, and stands in its residual.
+        The load, by the compiled core: what a sensor of the plugin reads of the same contact. No cell bears more than
+        the top layer's modulus. What the contact cannot carry is left out, nearest first, and stands in its residual.
 
     Raises:
         ContactError: for an unknown name, a wrench that is not three finite numbers each, or no contact found.
+        Exception: what the footprint's gap map raises.
 
     Warns:
-        ContactWarning: when the wrench cannot be carried, or the contact is beyond small strains.
+        ContactWarning: when the wrench cannot be carried, no contact is found as the law wants it, or the contact is
+            beyond small strains.
     """
     options = contact_options(influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells)
     wrench = wanted_wrench(footprint, force, moment)

@@ -114,21 +114,23 @@ class _CurvedFootprint(_CoreFootprint):
     def __init__(self, footprint: Footprint) -> None:
         self._footprint, self._call = footprint, _HeightsFunction(self._heights)
         bounds = np.array(footprint.outline.bounds)
-        super().__init__(library().mjt_footprint_heights(self._call, pointer(bounds), pointer(None)))
+        super().__init__(library().mjt_footprint_heights(self._call, pointer(bounds)))
 
     def _heights(self, count: int, points: Any, to: Any) -> None:
-        if self.error is not None:
-            to[:count] = [np.inf] * count
-            return
+        heights: float | Array = np.inf
         try:
-            if count == 1:  # not worth an array
-                to[0] = self._footprint.height(points[0], points[1])
+            if self.error is not None:
+                pass
+            elif count == 1:  # not worth an array
+                heights = self._footprint.height(points[0], points[1])
             else:
-                found = self._footprint.heights(np.ctypeslib.as_array(points, (count, 2)))
-                np.ctypeslib.as_array(to, (count,))[:] = found
+                heights = self._footprint.heights(np.ctypeslib.as_array(points, (count, 2)))
         except BaseException as error:  # it must pass through C first
             self.error = error
-            to[:count] = [np.inf] * count
+        if count == 1:
+            to[0] = heights
+        else:
+            np.ctypeslib.as_array(to, (count,))[:] = heights
 
 
 def _core_footprint(footprint: Footprint, cells: int) -> _CoreFootprint:

@@ -153,3 +153,24 @@ def test_foundation_sinks_in_as_the_elastic_surface_does(default_influence):
         )
         assert springs.approach == pytest.approx(elastic.approach, rel=0.03)
         assert springs.peak_pressure == pytest.approx(0.05 / footprint.area, rel=1e-3)
+
+
+def test_what_a_gap_map_raises_reaches_the_user(coarse_square):
+    """Wherever it is: while the outline is traced, or while the core looks at heights."""
+    calls = []
+
+    def gap(x, y):
+        calls.append(1)
+        if len(calls) > limit:
+            raise KeyError("my own")
+        return (x**2 + y**2) / 12e-3
+
+    limit = 1
+    with pytest.raises(KeyError, match="my own"):
+        Footprint.from_gap(gap, coarse_square)
+    limit = 10**9
+    footprint = Footprint.from_gap(gap, coarse_square)
+    _ = footprint.centroid
+    limit = len(calls)
+    with pytest.raises(KeyError, match="my own"):
+        contact_load(coarse_square, footprint, (0.0, 0.0, -0.1), law="elastic", cells=60)

@@ -134,9 +134,9 @@ struct mjt_footprint;
 /* A flat face: contact cells where they stand at (x, y, angle); they may be freed before it. */
 MJT_API mjt_footprint* mjt_footprint_flat(const mjt_cells* cells, const double* place);
 /* A body by a function of its heights over points (count, 2) [m], infinite where it is not; it is called within bounds
-   (west, south, east, north), and the lowest point known (x, y) is looked at besides a grid over them, null for none. */
+   (west, south, east, north). */
 typedef void (*mjt_heights)(size_t count, const double* points, double* heights);
-MJT_API mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds, const double* lowest);
+MJT_API mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds);
 MJT_API void mjt_footprint_free(mjt_footprint* footprint);
 /* Presses footprints on one pad, see mjt_body_press for the numbers; narrowest: width of the narrowest cells [m], 0 for
    what the pad's taxels tell apart. Not for two threads at once. */

@@ -22,8 +22,7 @@ constexpr double kOpen = 1e-12;
 // Heights that a function of the caller gives.
 class CalledMap : public HeightMap {
  public:
-  CalledMap(mjt_heights call, const Rectangle& bounds, std::vector<Point> candidates)
-      : heights_(call), bounds_(bounds), candidates_(std::move(candidates)) {}
+  CalledMap(mjt_heights call, const Rectangle& bounds) : heights_(call), bounds_(bounds) {}
 
   double height(double x, double y) const override {
     if (!bounds_.holds(x, y)) return kNowhere;
@@ -193,12 +192,9 @@ mjt_footprint* mjt_footprint_flat(const mjt_cells* cells, const double* place) {
   return made.release();
 }
 
-mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds, const double* lowest) {
-  std::vector<Point> candidates;
-  if (lowest != nullptr) candidates.push_back({lowest[0], lowest[1]});
+mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds) {
   auto made = std::make_unique<mjt_footprint>();
-  made->map = std::make_unique<CalledMap>(heights, Rectangle{bounds[0], bounds[1], bounds[2], bounds[3]},
-                                          std::move(candidates));
+  made->map = std::make_unique<CalledMap>(heights, Rectangle{bounds[0], bounds[1], bounds[2], bounds[3]});
   return made.release();
 }
 
