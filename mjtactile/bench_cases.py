@@ -18,6 +18,7 @@ from mjtactile.errors import MjTactileError
 from mjtactile.footprint import Footprint, GapMap
 from mjtactile.gap import Box, Cylinder, Ellipsoid, Pose, Shape
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.laws import BY_NAME
 from mjtactile.load import Area
 from mjtactile.outlines import INDENTER_NAMES, ellipse, punch_outline
 from mjtactile.pad import Array
@@ -82,7 +83,10 @@ class PressCase:
 
     def contact(self, law: str) -> dict[str, Any]:
         """Arguments of contact_load besides the force and the law."""
-        return {"tilt": self.tilt, "tangential": self.tangential if law == "elastic" else "proportional"}
+        return {
+            "tilt": self.tilt,
+            "tangential": self.tangential if self.tangential in BY_NAME[law].tangentials else "proportional",
+        }
 
     def load(self, influence: InfluenceMatrices, body: Body | None = None) -> SurfaceLoad:
         """The tractions of this press by the law of the influence matrices' fidelity; of the body moved, if given."""

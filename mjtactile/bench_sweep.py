@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from mjtactile.errors import PresetError
+from mjtactile.laws import BY_NAME
 from mjtactile.mesh import MESHES
 from mjtactile.preset import PRESETS, Fidelity
 
@@ -68,7 +69,7 @@ class Choice:
                 return cls(
                     mesh=name,
                     law=fidelity.law,
-                    cells=0 if fidelity.law == "uniform" else fidelity.cells,
+                    cells=fidelity.cells if BY_NAME[fidelity.law].shapes else 0,
                     points=density.points_per_axis,
                     precision=fidelity.precision,
                     reduction=fidelity.reduction,

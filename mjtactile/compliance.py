@@ -1,6 +1,6 @@
 """How far the pad's surface gives under contact cells: closed form near by, finite elements for the rest.
 
-What a patch of traction does close to itself is the response of a half space, known exactly (half_space.py). What
+What a patch of traction does close to itself is the response of a half space, known exactly. What
 the sheet adds, its thickness, layers and free sides, varies slowly and is resolved by a coarse mesh. The compliance
 between cells is therefore the half space's plus a smooth remainder: the finite elements' response minus the half
 space's, averaged over coarse patches and interpolated by splines that keep these averages.
@@ -13,22 +13,20 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import shapely
+import numpy.typing as npt
 from scipy.interpolate import CubicSpline, PPoly
 
-from mjtactile.cells import Cells, cells_of
 from mjtactile.fem import PARITIES, free_in_plane
 from mjtactile.folding import fold_forces
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.line import Line
+from mjtactile.native import HalfSpace, half_space
 from mjtactile.pad import Array
 from mjtactile.table import table_name
 
 #: Patches along a side are half as many as elements, but no fewer than this: the remainder varies over the sheet's
 #: thickness. Twice as many change readings by .1 to .2 %, on the draft mesh by .4 %.
 _LEAST_PATCHES = 6
-#: Least square of a distance to another body's points, over the area of its smallest cell.
-_COINCIDENT = 1e-2
 #: A top layer thinner than this many patches is not what the surface feels like from a patch's distance.
 _THIN_LAYER = 0.5
 
@@ -54,79 +52,6 @@ class SurfaceCompliance:
         """Weights of the patches along x and along y."""
         return _averaging_spline(self.lines[0]), _averaging_spline(self.lines[1])
 
-    @cached_property
-    def _kept(self) -> weakref.WeakKeyDictionary[Cells, Array]:
-        return weakref.WeakKeyDictionary()
-
-    @cached_property
-    def _kept_full(self) -> weakref.WeakKeyDictionary[Cells, Array]:
-        return weakref.WeakKeyDictionary()
-
-    def normal(self, cells: Cells) -> Array:
-        """Mean normal displacement of each cell per normal force on each cell, (cells, cells) [m/N].
-
-        Kept as long as the cells are.
-        """
-        if cells not in self._kept:
-            self._kept[cells] = self._normal(cells)
-        return self._kept[cells]
-
-    def _normal(self, cells: Cells) -> Array:
-        weights = self._weights(cells.centroids)
-        compliance = weights @ (self._normal_remainder @ weights.T)
-        per_area = 1.0 / cells.areas
-        compliance += cells.half_space.inverse_distance * (self.normal_factor * per_area)[:, None] * per_area
-        return compliance
-
-    @cached_property
-    def _normal_remainder(self) -> Array:
-        return np.ascontiguousarray(self.remainder[2, :, 2, :])
-
-    def full(self, cells: Cells) -> Array:
-        """Mean displacement per force, (3, cells, 3, cells) [m/N], pad frame; kept as long as the cells are."""
-        if cells not in self._kept_full:
-            self._kept_full[cells] = self._full(cells)
-        return self._kept_full[cells]
-
-    def _full(self, cells: Cells) -> Array:
-        integrals, share = cells.half_space, self.poisson / (1 - self.poisson)
-        along, across = integrals.coupling
-        # Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
-        distance, slope = integrals.inverse_distance, (1 - 2 * self.poisson) / (2 * (1 - self.poisson))
-        compliance = np.empty((3, cells.count, 3, cells.count))
-        compliance[0, :, 0] = distance + share * integrals.yy
-        compliance[1, :, 1] = distance + share * integrals.xx
-        compliance[0, :, 1] = compliance[1, :, 0] = -share * integrals.xy
-        compliance[2, :, 2] = distance
-        compliance[0, :, 2], compliance[2, :, 0] = slope * along, -slope * along
-        compliance[1, :, 2], compliance[2, :, 1] = slope * across, -slope * across
-        compliance *= self.normal_factor / (cells.areas[:, None, None] * cells.areas)
-        weights = self._weights(cells.centroids)
-        return compliance + np.einsum("ap,ipjq,bq->iajb", weights, self.remainder, weights, optimize=True)
-
-    def sinking(self, points: Array, cells: Cells, forces: Array) -> Array:
-        """Downward displacement of points some way off (points, 2) [m] under forces on cells (cells, 3) [N], in m."""
-        sources = cells.quadrature.reshape(-1, 2)
-        quarters = np.repeat(forces, cells.quadrature.shape[1], axis=0) / cells.quadrature.shape[1]
-        offset = points[:, None, :] - sources
-        square = np.maximum(np.einsum("psi,psi->ps", offset, offset), float(cells.areas.min()) * _COINCIDENT)
-        slope = (1 - 2 * self.poisson) / (2 * (1 - self.poisson))
-        half_space = -quarters[:, 2] / np.sqrt(square)
-        half_space += slope * np.einsum("psi,si->ps", offset, quarters[:, :2]) / square
-        smooth = np.einsum(
-            "ap,pjq,qj->a",
-            self._weights(points),
-            self.remainder[2],
-            self._weights(cells.centroids).T @ forces,
-            optimize=True,
-        )
-        return self.normal_factor * half_space.sum(axis=1) - smooth
-
-    def _weights(self, points: Array) -> Array:
-        """Share of each patch in the remainder at each point, (points, patches)."""
-        along_x, along_y = (spline(points[:, axis]) for axis, spline in enumerate(self.splines))
-        return (along_y[:, :, None] * along_x[:, None, :]).reshape(len(points), -1)
-
 
 _known: weakref.WeakKeyDictionary[InfluenceMatrices, SurfaceCompliance] = weakref.WeakKeyDictionary()
 
@@ -142,13 +67,15 @@ def _make_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
     grid = influence.surface
     lines = _patch_ends(grid.x), _patch_ends(grid.y)
     sheet = _sheet_compliance(influence, lines)
-    patches = _rectangles(*lines)
+    areas = np.outer(np.diff(lines[1]), np.diff(lines[0])).ravel()
+    integrals = half_space(*_patch_edges(*lines), len(areas))
     top = influence.pad.layers[0]
     factor = (1 - top.poisson) / (2 * np.pi * top.shear_modulus)
     if top.thickness < _THIN_LAYER * min(np.diff(line).min() for line in lines):
-        factor = _felt_factor(sheet[2, :, 2], patches, (len(lines[1]) - 1, len(lines[0]) - 1))
-    half_space = SurfaceCompliance(factor, top.poisson, np.zeros_like(sheet), lines).full(patches)
-    return SurfaceCompliance(factor, top.poisson, sheet - half_space, lines)
+        shape = len(lines[1]) - 1, len(lines[0]) - 1
+        factor = _felt_factor(sheet[2, :, 2], integrals.inverse_distance, areas, shape)
+    remainder = sheet - _half_space_compliance(factor, top.poisson, integrals, areas)
+    return SurfaceCompliance(factor, top.poisson, remainder, lines)
 
 
 def _patch_ends(line: Line) -> Array:
@@ -185,14 +112,37 @@ def _nodal_shares(line: Line, ends: Array) -> Array:
     return shares / np.diff(ends)[:, None]
 
 
-def _rectangles(x: Array, y: Array) -> Cells:
-    low_x, low_y = (low.ravel() for low in np.meshgrid(x[:-1], y[:-1]))
-    high_x, high_y = (high.ravel() for high in np.meshgrid(x[1:], y[1:]))
-    boxes = shapely.box(low_x, low_y, high_x, high_y)
-    return cells_of(boxes, np.arange(len(boxes)))
+def _half_space_compliance(factor: float, poisson: float, integrals: HalfSpace, areas: Array) -> Array:
+    """Mean displacement per force on a half space, (3, cells, 3, cells) [m/N], z out of the pad.
+
+    Surface response to a point force: Johnson 1985, eqs. 3.18 and 3.75 to 3.77.
+    """
+    share, slope = poisson / (1 - poisson), (1 - 2 * poisson) / (2 * (1 - poisson))
+    distance = integrals.inverse_distance
+    compliance = np.empty((3, len(areas), 3, len(areas)))
+    compliance[0, :, 0] = distance + share * integrals.yy
+    compliance[1, :, 1] = distance + share * integrals.xx
+    compliance[0, :, 1] = compliance[1, :, 0] = -share * integrals.xy
+    compliance[2, :, 2] = distance
+    compliance[0, :, 2], compliance[2, :, 0] = slope * integrals.along, -slope * integrals.along
+    compliance[1, :, 2], compliance[2, :, 1] = slope * integrals.across, -slope * integrals.across
+    return compliance * factor / (areas[:, None, None] * areas)
 
 
-def _felt_factor(sheet: Array, patches: Cells, shape: tuple[int, int]) -> float:
+def _patch_edges(x: Array, y: Array) -> tuple[Array, npt.NDArray[np.int_]]:
+    """Edges of the patches, each once, (edges, 2 ends, 2) [m], and the patches to its left and right, -1 for none."""
+    columns, rows = len(x) - 1, len(y) - 1
+    patch = np.pad(np.arange(rows * columns).reshape(rows, columns), 1, constant_values=-1)
+    along = np.meshgrid(x, y)
+    corners = np.stack(along, axis=-1)
+    level = np.stack([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2, 2)
+    upright = np.stack([corners[:-1], corners[1:]], axis=2).reshape(-1, 2, 2)
+    level_sides = np.stack([patch[1:, 1:-1], patch[:-1, 1:-1]], axis=-1).reshape(-1, 2)
+    upright_sides = np.stack([patch[1:-1, :-1], patch[1:-1, 1:]], axis=-1).reshape(-1, 2)
+    return np.concatenate([level, upright]), np.concatenate([level_sides, upright_sides])
+
+
+def _felt_factor(sheet: Array, inverse_distance: Array, areas: Array, shape: tuple[int, int]) -> float:
     """Factor of the half space that gives like the sheet under a load that alternates in the middle of the surface.
 
     A skin thinner than the patches says little about how the surface gives at their distance.
@@ -203,7 +153,7 @@ def _felt_factor(sheet: Array, patches: Cells, shape: tuple[int, int]) -> float:
     for near_row, near_column in ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)):
         load[near_row % shape[0], near_column % shape[1]] -= 0.25
     force = load.ravel()
-    unit = patches.half_space.inverse_distance / np.outer(patches.areas, patches.areas)
+    unit = inverse_distance / np.outer(areas, areas)
     return float(force @ sheet @ force / (force @ unit @ force))
 
 

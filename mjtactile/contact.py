@@ -6,29 +6,26 @@ surface grid; these reproduce the traction's resultant force and moment to round
 
 from __future__ import annotations
 
+import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 from shapely import Polygon
 
-from mjtactile.cell_laws import CellLoad, cell_load
-from mjtactile.compliance import surface_compliance
 from mjtactile.errors import ContactWarning
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.linear_range import beyond_linear_range
 from mjtactile.load import ContactState, SurfaceLoad
+from mjtactile.native_press import press_of
 from mjtactile.options import LAWS, TANGENTIALS, TILTS, ContactOptions, Wrench, contact_options, wanted_wrench
-from mjtactile.pad import Array, Pad
-from mjtactile.uniform import uniform_load_within
+from mjtactile.pad import Array
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactState", "SurfaceLoad", "contact_load"]
 
-#: Mean pressure over the top layer's modulus above which strains are no longer small.
-LINEAR_RANGE = 0.1
-#: Indentation over the sheet's thickness above which they are not either.
-LINEAR_INDENTATION = 0.1
 #: A part of the wrench counts as not carried when it is larger than this fraction of the wrench.
 _RESIDUAL_TOLERANCE = 1e-9
 
@@ -70,56 +67,76 @@ def contact_load(
         cells: contact cells of laws "foundation" and "elastic"; by default as many as the preset says.
 
     Returns:
-        The load. What the contact cannot carry is left out, nearest first, and stands in its residual.
+        The load, by the compiled core: what a sensor of the plugin reads of the same contact. No cell bears more than
+        the top layer's modulus. What the contact cannot carry is left out, nearest first, and stands in its residual.
 
     Raises:
         ContactError: for an unknown name, a wrench that is not three finite numbers each, or no contact found.
+        Exception: what the footprint's gap map raises.
 
     Warns:
-        ContactWarning: when the wrench cannot be carried, or the contact is beyond small strains.
+        ContactWarning: when the wrench cannot be carried, no contact is found as the law wants it, or the contact is
+            beyond small strains.
     """
     options = contact_options(influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells)
     wrench = wanted_wrench(footprint, force, moment)
-    load, _ = solved_load(influence, footprint, wrench, options)
-    return reported(influence, footprint, load, wrench, options)
+    return reported(influence, footprint, solved_load(influence, footprint, wrench, options), wrench, options)
 
 
 def solved_load(
-    influence: InfluenceMatrices,
-    footprint: Footprint,
-    wrench: Wrench,
-    options: ContactOptions,
-    known: CellLoad | None = None,
-) -> tuple[SurfaceLoad, CellLoad | None]:
-    """The load by the law asked for, and its contact cells; None where there are none.
+    influence: InfluenceMatrices, footprint: Footprint, wrench: Wrench, options: ContactOptions
+) -> SurfaceLoad:
+    """The load by the law asked for; of a wrench that does not press, nothing.
 
     Raises:
         ContactError: when no contact was found.
     """
-    if options.law == "uniform":
-        return uniform_load_within(footprint.facing, wrench, options.friction), None
-    solved = None
-    if wrench.normal > 0.0:
-        solved = cell_load(surface_compliance(influence), footprint, wrench, options, known)
-    return cell_surface_load(influence, solved, wrench), solved
+    return solved_loads(influence, [footprint], [wrench], options)[0]
 
 
-def cell_surface_load(influence: InfluenceMatrices, solved: CellLoad | None, wrench: Wrench) -> SurfaceLoad:
-    """Forces on contact cells as a load of the pad's surface; of a wrench that does not press, nothing."""
+def solved_loads(
+    influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
+) -> list[SurfaceLoad]:
+    """Loads of bodies that press on one pad at once; see `solved_load`."""
+    loads = [_nothing(influence, wrench) for wrench in wrenches]
+    pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
+    if not pressing:
+        return loads
+    bodies = [footprints[k] if options.contact_law.shapes else footprints[k].facing for k in pressing]
+    with press_of(influence, options) as press:
+        solved = press.loads(bodies, [wrenches[k] for k in pressing])
+    for k, one in zip(pressing, solved, strict=True):
+        loads[k] = one.load
+        if one.bounded:
+            _warn(
+                "no contact was found as its law wants it: the pressure is spread over as much area next to where the "
+                "force passes as it needs.",
+                stacklevel=5,
+            )
+        elif one.simplified and options.tangential == "coulomb":
+            _warn(
+                "pressure and slip do not agree, as on few cells or with much friction: the pressure is that without "
+                "friction.",
+                stacklevel=5,
+            )
+    return loads
+
+
+def _nothing(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:
     surface = influence.surface
-    if solved is None:
-        nothing = np.zeros((*surface.node_shape, 3))
-        return SurfaceLoad(nothing, surface, Polygon(), wrench.force, wrench.moment, ContactState(stick_area=0.0))
-    nodal = solved.cells.nodal_forces(surface, solved.forces)
-    force, moment = SurfaceLoad(nodal, surface, Polygon()).resultant()
-    return SurfaceLoad(nodal, surface, solved.touching, wrench.force - force, wrench.moment - moment, solved.state)
+    nodal = np.zeros((*surface.node_shape, 3))
+    return SurfaceLoad(nodal, surface, Polygon(), wrench.force, wrench.moment, ContactState(stick_area=0.0))
+
+
+def _warn(text: str, stacklevel: int) -> None:
+    warnings.warn(text, ContactWarning, stacklevel=stacklevel)
 
 
 def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
     """The load, after warnings about what it does not carry and where it is out of range."""
-    answers = not options.tilting and options.law != "uniform"
+    answers = options.gives_moment
     if answers and not wrench.moment_given:
         # The moment is what a body that keeps its orientation answers with; none was asked for.
         load = replace(load, residual_moment=load.residual_moment * np.array([0.0, 0.0, 1.0]))
@@ -131,28 +148,31 @@ def reported(
 def _warn_unless_carried(
     load: SurfaceLoad, wrench: Wrench, footprint: Footprint, options: ContactOptions, answers: bool
 ) -> None:
-    length = np.sqrt(footprint.area)
-    size = np.linalg.norm(wrench.force) + np.linalg.norm(wrench.moment) / length
+    length = math.sqrt(footprint.area)
+    size = math.hypot(*wrench.force) + math.hypot(*wrench.moment) / length
     left_force = load.residual_force
     left_moment = load.residual_moment * np.array([0.0, 0.0, 1.0]) if answers else load.residual_moment
-    if np.linalg.norm(left_force) + np.linalg.norm(left_moment) / length <= _RESIDUAL_TOLERANCE * size:
+    if math.hypot(*left_force) + math.hypot(*left_moment) / length <= _RESIDUAL_TOLERANCE * size:
         return
-    pressing_left = abs(left_force[2]) + np.linalg.norm(left_moment[:2]) / length
+    pressing_left = abs(left_force[2]) + math.hypot(*left_moment[:2]) / length
     if wrench.normal < 0.0:
         reason = "the force pulls the indenter off the pad"
     elif wrench.normal == 0.0:
         reason = "there is a moment or shear but no force pressing"
+    elif abs(left_force[2]) > _RESIDUAL_TOLERANCE * size:
+        reason = "it is more than its area bears at the top layer's modulus"
     elif pressing_left > _RESIDUAL_TOLERANCE * size:
         x, y = np.round(wrench.through * 1e3, 6) + 0.0
         reason = f"the force passes through ({x:.4g}, {y:.4g}) mm, outside the area it spans"
+    elif options.friction is None:
+        reason = "its shear and torsion are more than what presses bears"
     else:
         reason = f"it slips: friction {options.friction} does not hold the shear and torsion"
-    warnings.warn(
+    _warn(
         f"the footprint cannot carry this wrench: {reason}. The nearest load that it can carry is used; "
         f"force {_format(left_force, size)} N and moment {_format(left_moment, size * length)} N m "
         "are left over.",
-        ContactWarning,
-        stacklevel=4,
+        stacklevel=5,
     )
 
 
@@ -168,23 +188,4 @@ def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state
         return
     reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.approach)
     if reason is not None:
-        warnings.warn(reason, ContactWarning, stacklevel=4)
-
-
-def linear_range(pad: Pad) -> tuple[float, float]:
-    """Mean pressure [Pa] and indentation [m] up to which strains count as small."""
-    return LINEAR_RANGE * pad.layers[0].young, LINEAR_INDENTATION * pad.thickness
-
-
-def beyond_linear_range(pad: Pad, pressure: float, approach: float) -> str | None:
-    """What is wrong with a contact of this mean pressure [Pa] and indentation [m]; None within the linear range."""
-    most_pressure, most_approach = linear_range(pad)
-    if pressure > most_pressure:
-        limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {pad.layers[0].young:.3g} Pa"
-        reason = f"the mean pressure, {pressure:.3g} Pa, is over {limit}"
-    elif approach > most_approach:
-        limit = f"{LINEAR_INDENTATION:.0%} of the pad's thickness, {pad.thickness * 1e3:.3g} mm"
-        reason = f"the indentation, {approach * 1e3:.3g} mm, is over {limit}"
-    else:
-        return None
-    return f"{reason}: strains are no longer small and the readings of this linear model are too simple there."
+        _warn(reason, stacklevel=5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -47,6 +48,8 @@ class Footprint:
         gap: height of the body above the surface at first touch; None for a flat face.
         lowest: least height, where the body touches first [m].
         reach: heights further than this above the lowest are out of reach [m].
+        bounded: whether the body may touch within the outline only, as whoever made it said; otherwise the outline is
+            traced from the gap map, which knows better.
     """
 
     outline: Polygon | MultiPolygon
@@ -54,6 +57,7 @@ class Footprint:
     gap: GapMap | None = None
     lowest: float = 0.0
     reach: float = 0.0
+    bounded: bool = False
 
     @classmethod
     def from_outline(cls, outline: BaseGeometry, influence: InfluenceMatrices) -> Footprint:
@@ -105,20 +109,37 @@ class Footprint:
                 raise FootprintError("what the gap map covers of the pad is too narrow to find. Pass its outline=...")
         else:
             area = _area_on_sheet(outline, sheet)
-        return cls(area, influence.surface, checked, lowest, reach)
+        return cls(area, influence.surface, checked, lowest, reach, bounded=outline is not None)
 
     def heights(self, points: Array) -> Array:
-        """Height of the body above the surface at first touch at points (..., 2) [m].
+        """Height of the body above the surface at first touch at points (n, 2) [m].
 
-        Infinite out of reach and, of a curved body, off the sheet.
+        Infinite out of reach and, of a curved body, off the sheet, or off its outline where that was given.
         """
         if self.gap is None:
-            return np.zeros(points.shape[:-1])
-        flat = points.reshape(-1, 2)
-        west, south, east, north = self.surface.sheet.bounds
-        heights = np.asarray(self.gap(flat[:, 0], flat[:, 1])) - self.lowest
-        within = (flat >= (west, south)).all(axis=1) & (flat <= (east, north)).all(axis=1)
-        return np.where((heights <= self.reach) & within, heights, np.inf).reshape(points.shape[:-1])
+            return np.zeros(len(points))
+        x, y = points[:, 0], points[:, 1]
+        heights = np.asarray(self.gap(x, y)) - self.lowest
+        west, south, east, north = self._bounds
+        within = (x >= west) & (x <= east) & (y >= south) & (y <= north) & (heights <= self.reach)
+        if self.bounded:
+            within &= shapely.intersects_xy(self.outline, x, y)
+        return np.where(within, heights, np.inf)
+
+    def height(self, x: float, y: float) -> float:
+        """The same at one point (x, y) [m], of a curved body."""
+        assert self.gap is not None
+        west, south, east, north = self._bounds
+        if not (west <= x <= east and south <= y <= north):
+            return math.inf
+        height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
+        if height > self.reach or (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
+            return math.inf
+        return height
+
+    @cached_property
+    def _bounds(self) -> tuple[float, float, float, float]:
+        return self.surface.sheet.bounds
 
     @cached_property
     def facing(self) -> Footprint:
@@ -164,8 +185,8 @@ def _checked(gap: GapMap) -> Callable[[Array, Array], Array]:
                 f"the gap map gave heights of shape {values.shape} for points of shape {x.shape}. It must take arrays "
                 "x and y and return one height per point."
             )
-        wrong = np.isnan(values) | (values == -np.inf)
-        if wrong.any():
+        if not (values > -np.inf).all():  # NaN is not, either
+            wrong = ~(values > -np.inf)
             first = int(np.flatnonzero(wrong)[0])
             raise FootprintError(
                 f"the gap map is {values[first]} at x = {x[first]:.6g} m, y = {y[first]:.6g} m. Heights are finite, or "

@@ -26,7 +26,7 @@ from mjtactile.forces import FoldedLoads, folded_loads, nodal_batch
 from mjtactile.layout import check_layout
 from mjtactile.matrix import StressMatrix, read_matrix
 from mjtactile.mesh import MeshDensity, SheetMesh, sheet_mesh
-from mjtactile.native import enabled, native_pad
+from mjtactile.native import native_pad
 from mjtactile.pad import Array, Pad
 from mjtactile.preset import Fidelity, mesh_name
 from mjtactile.provenance import check_provenance, influence_metadata
@@ -137,14 +137,6 @@ class InfluenceMatrices:
         """
         if _is_empty(load):
             return np.zeros((0, *self.pad.reading_shape))
-        if enabled():
-            return self._native_readings(load)
-        loads, single = self._folded(load)
-        layers = [self._averaged(self._deviatoric(loads, k), k) for k in range(len(self.pad.depths))]
-        readings = np.stack(layers, axis=1).reshape(-1, *self.pad.reading_shape)
-        return readings[0] if single else readings
-
-    def _native_readings(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
         single = not isinstance(load, Sequence)
         batch, core = nodal_batch([load] if single else load, self.surface), native_pad(self)
         readings = [core.readings(forces) for forces in batch]

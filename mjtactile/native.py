@@ -1,8 +1,4 @@
-"""The compiled core: the same arithmetic as the readable NumPy code, several times faster.
-
-What is here answers as the NumPy functions do that call it; those take over where the core is switched off, or where
-it hands a contact back that needs slower, surer ways. Switch it off with MJTACTILE_NATIVE=0, or with `without_native`.
-"""
+"""The compiled core, which presses bodies and reads pads: loaded, and called."""
 
 from __future__ import annotations
 
@@ -12,11 +8,10 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Iterator
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,30 +24,16 @@ if TYPE_CHECKING:
     from mjtactile.influence import InfluenceMatrices
 
 #: Version of the functions in native/core/api.h that this module calls.
-API_VERSION = 5
-#: Components of a force or a traction.
-COMPONENTS = 3
+API_VERSION = 6
 #: Forces within two to this power, up or down, of 1 N are read as they are.
 _COMMON_POWERS = 20
+#: Functions that give back a handle, and those that give back a number of something.
+_MADE = tuple(
+    f"mjt_{name}"
+    for name in ("pad_new", "body_new", "reader_new", "face_cells", "footprint_flat", "footprint_heights", "press_new")
+)
+_COUNTS = ("mjt_pad_bytes", "mjt_basis_bytes", "mjt_press_parts", "mjt_press_edges")
 _NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platform, "libmjtactile.so")
-
-_enabled = os.environ.get("MJTACTILE_NATIVE", "1") != "0"
-
-
-def enabled() -> bool:
-    """Whether the compiled core is in use."""
-    return _enabled
-
-
-@contextlib.contextmanager
-def without_native() -> Iterator[None]:
-    """Use the NumPy reference within this block, in all threads."""
-    global _enabled
-    before, _enabled = _enabled, False
-    try:
-        yield
-    finally:
-        _enabled = before
 
 
 def library_path() -> Path:
@@ -73,7 +54,7 @@ def library_path() -> Path:
     looked = ", ".join(str(candidate) for candidate in candidates)
     raise NativeError(
         f"the compiled core was not found (looked for {looked}). Install mjtactile with `pip install .`, which "
-        "compiles it. Only what needs no MuJoCo does without it, several times slower, where MJTACTILE_NATIVE=0 is set."
+        "compiles it."
     )
 
 
@@ -93,10 +74,10 @@ def library() -> ctypes.CDLL:
             "again with `pip install .`, so that both come from one source."
         )
     loaded.mjt_kernels.restype = ctypes.c_char_p
-    for name in ("mjt_pad_new", "mjt_body_new", "mjt_reader_new"):
+    for name in _MADE:
         getattr(loaded, name).restype = ctypes.c_void_p
-    loaded.mjt_pad_bytes.restype = ctypes.c_size_t
-    loaded.mjt_basis_bytes.restype = ctypes.c_size_t
+    for name in _COUNTS:
+        getattr(loaded, name).restype = ctypes.c_size_t
     return loaded
 
 
@@ -131,22 +112,40 @@ def traction_forces(x: Array, y: Array, edges: Array, tractions: Array) -> Array
     return forces
 
 
-def rigid_contact(
-    compliance: Array, modes: Array, heights: Array | None, resultants: Array, start: npt.NDArray[np.bool_] | None
-) -> tuple[npt.NDArray[np.bool_], Array, Array, Array] | None:
-    """Cells pressed and the maps of a RigidContact; None where exchanging cells finds no contact."""
-    cells, motions = modes.shape
-    compliance, modes, resultants = contiguous(compliance), contiguous(modes), contiguous(resultants)
-    heights = None if heights is None else contiguous(heights)
-    start = None if start is None else np.ascontiguousarray(start)
-    pressed = np.empty(cells, dtype=bool)
-    forces, motion, separation = (np.empty((count, motions + 1)) for count in (cells, motions, cells))
-    found = library().mjt_rigid_contact(
-        ctypes.c_size_t(cells),
-        ctypes.c_size_t(motions),
-        *(pointer(one) for one in (compliance, modes, heights, resultants, start, pressed, forces, motion, separation)),
+class HalfSpace(NamedTuple):
+    """Integrals over pairs of cells (cells, cells) [m^3], r and (x, y) from a point of the second to one of the first.
+
+    Attributes:
+        inverse_distance: of 1/r.
+        xx: of y^2/r^3.
+        xy: of -x y/r^3.
+        yy: of x^2/r^3.
+        along: of x/r^2.
+        across: of y/r^2.
+    """
+
+    inverse_distance: Array
+    xx: Array
+    xy: Array
+    yy: Array
+    along: Array
+    across: Array
+
+
+def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> HalfSpace:
+    """Integrals of a half space's response over pairs of cells.
+
+    Args:
+        edges: between cells, each once, (edges, 2 ends, 2) [m].
+        sides: cells to the left and right of each, (edges, 2); -1 for none.
+        cells: their number.
+    """
+    edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
+    integrals = np.empty((len(HalfSpace._fields), cells, cells))
+    library().mjt_half_space(
+        ctypes.c_size_t(cells), ctypes.c_size_t(len(edges)), pointer(edges), pointer(sides), pointer(integrals)
     )
-    return (pressed, forces, motion, separation) if found else None
+    return HalfSpace(*integrals)
 
 
 class NativePad:
@@ -193,21 +192,6 @@ class NativePad:
             self._has_tangential = True
             remainder = contiguous(compliance.remainder)
             library().mjt_pad_set_tangential(self.handle, ctypes.c_double(compliance.poisson), pointer(remainder))
-
-    def normal_compliance(self, centroids: Array, areas: Array, inverse_distance: Array, scale: float) -> Array:
-        """Normal compliance between cells [m/N]; `inverse_distance`: of their shape, `scale` times as large here."""
-        centroids, areas, inverse_distance = contiguous(centroids), contiguous(areas), contiguous(inverse_distance)
-        compliance = np.empty((len(areas), len(areas)))
-        library().mjt_normal_compliance(
-            self.handle,
-            ctypes.c_size_t(len(areas)),
-            pointer(centroids),
-            pointer(areas),
-            pointer(inverse_distance),
-            ctypes.c_double(scale),
-            pointer(compliance),
-        )
-        return compliance
 
 
 _pads: weakref.WeakKeyDictionary[InfluenceMatrices, dict[bool, NativePad]] = weakref.WeakKeyDictionary()

@@ -10,18 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mjtactile.compliance import surface_compliance
-from mjtactile.contact import linear_range
 from mjtactile.footprint import FACING_GAP
-from mjtactile.foundation import foundation_springs
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.linear_range import linear_range
 from mjtactile.native import library, native_pad, pointer
 from mjtactile.native_host import HEALTH_NUMBERS, Health, Names, deliver, register
 from mjtactile.options import TANGENTIALS, ContactOptions
 from mjtactile.pad import Array
 from mjtactile.plugin import Instance, ensure_registered
 
-#: Laws in the order the core numbers them.
-LAWS = ("elastic", "foundation", "uniform")
 #: Poses are the same up to this, where a wrench basis may answer [m or rad].
 POSE_TOLERANCE = 1e-6
 _WRENCH, _STATE = 6, 4
@@ -58,14 +55,13 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     influence, options = how.influence, how.options
     geometry, layer = influence.pad, influence.pad.layers[0]
     tables = native_pad(influence, stress=how.stress)
-    if options.law == "foundation":
-        tables.set_foundation(*foundation_springs(surface_compliance(influence)))
+    options.contact_law.prepare(tables, influence)
     if options.tangential != "proportional":
         tables.set_tangential(surface_compliance(influence))
     to.layers, to.rows, to.columns = geometry.reading_shape
     to.taxels = int(np.prod(geometry.reading_shape))
     to.pad = tables.handle.value
-    to.law, to.tangential, to.cells = LAWS.index(options.law), TANGENTIALS.index(options.tangential), options.cells
+    to.law, to.tangential, to.cells = options.contact_law.number, TANGENTIALS.index(options.tangential), options.cells
     to.friction = -1.0 if how.friction is None else how.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
     to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre

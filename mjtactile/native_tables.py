@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.compliance import surface_compliance
-from mjtactile.contact import linear_range
+from mjtactile.compliance import SurfaceCompliance, surface_compliance
 from mjtactile.fem import PARITIES
 from mjtactile.folding import QUADRANT_SIGNS, QUADRANTS
+from mjtactile.linear_range import linear_range
 from mjtactile.matrix import read_matrix
 from mjtactile.native import NativePad, contiguous, library, pointer
 from mjtactile.pad import Array
@@ -32,27 +32,7 @@ def make_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad
         CorruptInfluenceError: when the matrices are not those the pad and the fidelity need; the core does not look.
     """
     influence.check()
-    compliance, surface = surface_compliance(influence), influence.surface
-    ends = [contiguous(line.vertices) for line in (surface.x, surface.y)]
-    patches = [contiguous(line) for line in compliance.lines]
-    splines = [_coefficients(spline) for spline in compliance.splines]
-    remainder, signs = contiguous(compliance.remainder[2, :, 2, :]), contiguous(QUADRANT_SIGNS)
-    core, limits = library(), contiguous([*linear_range(influence.pad), influence.pad.thickness])
-    handle = core.mjt_pad_new(
-        ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
-        ctypes.c_int(influence.fidelity.loads == "corners"),
-        pointer(limits),
-        *(part for line in ends for part in (ctypes.c_size_t(len(line)), pointer(line))),
-        ctypes.c_double(compliance.normal_factor),
-        *(
-            part
-            for line, spline in zip(patches, splines, strict=True)
-            for part in (ctypes.c_size_t(len(line) - 1), pointer(line), pointer(spline))
-        ),
-        pointer(remainder),
-        pointer(signs),
-    )
-    pad = NativePad(handle, influence.pad.reading_shape)
+    pad = contact_pad(influence, surface_compliance(influence))
     orders = [_by_taxel(influence, k) for k in range(len(influence.pad.depths))]
     for k, order in enumerate(orders):
         _add_layer(pad, influence, k, order)
@@ -61,6 +41,40 @@ def make_pad(influence: InfluenceMatrices, *, stress: bool = False) -> NativePad
         if stress:
             _set_class(pad, influence, number, orders, "mean")
     return pad
+
+
+def contact_pad(influence: InfluenceMatrices, compliance: SurfaceCompliance | None) -> NativePad:
+    """What the core needs of a pad to press on it, without stress matrices.
+
+    Args:
+        influence: of the pad.
+        compliance: of its surface; None where no law asks for it.
+    """
+    surface = influence.surface
+    ends = [contiguous(line.vertices) for line in (surface.x, surface.y)]
+    if compliance is None:
+        patches, splines = [line[[0, -1]] for line in ends], [np.array([0.0, 0.0, 1.0])] * 2
+        remainder, factor = np.zeros((1, 1)), 0.0
+    else:
+        patches = [contiguous(line) for line in compliance.lines]
+        splines = [_coefficients(spline) for spline in compliance.splines]
+        remainder, factor = contiguous(compliance.remainder[2, :, 2, :]), compliance.normal_factor
+    signs, limits = contiguous(QUADRANT_SIGNS), contiguous([*linear_range(influence.pad), influence.pad.thickness])
+    handle = library().mjt_pad_new(
+        ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
+        ctypes.c_int(influence.fidelity.loads == "corners"),
+        pointer(limits),
+        *(part for line in ends for part in (ctypes.c_size_t(len(line)), pointer(line))),
+        ctypes.c_double(factor),
+        *(
+            part
+            for line, spline in zip(patches, splines, strict=True)
+            for part in (ctypes.c_size_t(len(line) - 1), pointer(line), pointer(spline))
+        ),
+        pointer(remainder),
+        pointer(signs),
+    )
+    return NativePad(handle, influence.pad.reading_shape)
 
 
 def _coefficients(spline: PPoly) -> Array:

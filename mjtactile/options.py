@@ -11,14 +11,13 @@ import numpy.typing as npt
 from mjtactile.errors import ContactError
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.laws import BY_NAME, TANGENTIALS, ContactLaw
 from mjtactile.pad import Array
 from mjtactile.preset import CONTACT_LAWS as LAWS
 from mjtactile.preset import Fidelity
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
 
-#: Names of the ways shear spreads over a contact.
-TANGENTIALS = ("proportional", "stick", "coulomb")
 #: Whether the body may tilt under its load.
 TILTS = ("free", "fixed")
 
@@ -32,6 +31,16 @@ class ContactOptions:
     friction: float | None
     tilting: bool
     cells: int
+
+    @property
+    def contact_law(self) -> ContactLaw:
+        """The law itself."""
+        return BY_NAME[self.law]
+
+    @property
+    def gives_moment(self) -> bool:
+        """Whether the moments about x and y are what comes of a body that keeps its orientation."""
+        return self.contact_law.shapes and not self.tilting
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +92,9 @@ def contact_options(
     ):
         if name not in known:
             raise ContactError(f"{kind} {name!r} does not exist. Available: {', '.join(known)}.")
-    if tangential != "proportional" and law != "elastic":
-        raise ContactError(f"tangential={tangential!r} needs law='elastic'; law {law!r} knows 'proportional' only.")
+    if tangential not in BY_NAME[law].tangentials:
+        able = " or ".join(repr(one.name) for one in BY_NAME.values() if tangential in one.tangentials)
+        raise ContactError(f"tangential={tangential!r} needs law={able}; law {law!r} knows 'proportional' only.")
     if friction is not None and not (_is_number(friction) and math.isfinite(friction) and friction >= 0.0):
         raise ContactError(f"friction = {friction!r}; expected a coefficient that is not negative, for example 0.8.")
     if tangential == "coulomb" and friction is None:
@@ -102,7 +112,8 @@ def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayL
     """
     wanted = _vector("force", force)
     if moment is None:
-        return Wrench(wanted, np.cross(np.array([*footprint.centroid, 0.0]), wanted), moment_given=False)
+        (x, y), (along, across, normal) = footprint.centroid, wanted
+        return Wrench(wanted, np.array([y * normal, -x * normal, x * across - y * along]), moment_given=False)
     return Wrench(wanted, _vector("moment", moment))
 
 

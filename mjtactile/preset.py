@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mjtactile.errors import PresetError
+from mjtactile.laws import BY_NAME
 from mjtactile.mesh import MESHES, MeshDensity, mesh_density
 
 #: Storage precisions of the stress matrices, coarse to fine.
@@ -20,7 +21,7 @@ AVERAGINGS = ("points", "deep", "mean")
 #: Where a load may act: on all nodes of the surface, or on the elements' corners only.
 LOADS = ("nodes", "corners")
 #: Contact laws a preset may name.
-CONTACT_LAWS = ("uniform", "foundation", "elastic")
+CONTACT_LAWS = tuple(BY_NAME)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mjtactile.basis import WrenchBasis
+from mjtactile.contact import contact_load
 from mjtactile.errors import ContactWarning
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
@@ -66,13 +66,22 @@ def _pose_readings(influence: InfluenceMatrices, presses: OutlinePresses, pose: 
         # One pressing component for the pose, under which no force exceeds the magnitude drawn first.
         down = pose.directions[:, 2]
         forces = pose.directions * (pose.magnitudes[0] * np.abs(down).min() / np.abs(down))[:, None]
-    basis = WrenchBasis(influence, footprint, law=presses.law, tangential=presses.tangential)
     pressing = -float(forces[0, 2])
     probes = pressing * np.array([(0.0, 0.0, -1.0), (_PROBE, 0.0, -1.0), (0.0, _PROBE, -1.0)])
     with warnings.catch_warnings():
         # Small hard spheres leave the range of small strains; the readings stay those of the linear model.
         warnings.simplefilter("ignore", ContactWarning)
-        loads = [basis.load(force, np.cross([*through, 0.0], force)) for force in probes]
+        loads = [
+            contact_load(
+                influence,
+                footprint,
+                force,
+                moment=np.cross([*through, 0.0], force),
+                law=presses.law,
+                tangential=presses.tangential,
+            )
+            for force in probes
+        ]
     down, with_x, with_y = influence.point_response(loads) / pressing
     parts = np.stack([(with_x - down) / _PROBE, (with_y - down) / _PROBE, -down]).astype(np.float32)
     # In single precision, as influence matrices store stress: half the memory traffic of a batch.

@@ -15,6 +15,7 @@ from mjtactile.footprint import FACING_GAP
 from mjtactile.geom import pad_geom
 from mjtactile.imprint import GapImprints, SectionImprints
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.laws import BY_NAME
 from mjtactile.load import ContactState, SurfaceLoad
 from mjtactile.mesh import MeshDensity
 from mjtactile.native_host import Health
@@ -141,7 +142,7 @@ class TactileSensor:
         """
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
-        if self.law == "uniform":
+        if not BY_NAME[self.law].shapes:
             imprints = SectionImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap)
         else:
             level = self.tilt == "fixed"

@@ -1,31 +1,18 @@
-"""Several bodies on one pad: each presses into a surface that the others have already bent.
-
-Bodies are solved in turn against the surface as the others leave it, until no force changes. What a body does to the
-surface some way off is smooth, so the point forces of its cells' quadrature points stand for it there.
-"""
+"""Several bodies on one pad: each presses into a surface that the others have already bent."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.cell_contact import CellContact
-from mjtactile.cell_laws import CellLoad, cell_load
-from mjtactile.compliance import SurfaceCompliance, surface_compliance
-from mjtactile.contact import cell_surface_load, reported, solved_load
+from mjtactile.contact import reported, solved_loads
 from mjtactile.errors import ContactError
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
 from mjtactile.load import SurfaceLoad
-from mjtactile.options import ContactOptions, Wrench, contact_options, wanted_wrench
-from mjtactile.pad import Array
-
-#: Rounds over all bodies, and the change of forces, over the normal force, at which they agree.
-_ROUNDS = 50
-_AGREED = 1e-9
+from mjtactile.options import contact_options, wanted_wrench
 
 
 def contact_loads(
@@ -72,49 +59,8 @@ def contact_loads(
         )
     triples = zip(footprints, wanted_forces, given, strict=True)
     wrenches = [wanted_wrench(footprint, force, moment) for footprint, force, moment in triples]
-    if options.law != "elastic" or sum(wrench.normal > 0.0 for wrench in wrenches) < 2:
-        pairs = zip(footprints, wrenches, strict=True)
-        loads = [solved_load(influence, footprint, wrench, options)[0] for footprint, wrench in pairs]
-    else:
-        solved = _coupled(surface_compliance(influence), footprints, wrenches, options)
-        loads = [cell_surface_load(influence, one, wrench) for one, wrench in zip(solved, wrenches, strict=True)]
+    loads = solved_loads(influence, footprints, wrenches, options)
     return [
         reported(influence, footprint, load, wrench, options)
         for footprint, load, wrench in zip(footprints, loads, wrenches, strict=True)
     ]
-
-
-def _coupled(
-    compliance: SurfaceCompliance, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
-) -> list[CellLoad | None]:
-    """Forces on the cells of each body; None for those that do not press."""
-    pairs = list(zip(footprints, wrenches, strict=True))
-    solved = [cell_load(compliance, *pair, options) if pair[1].normal > 0.0 else None for pair in pairs]
-    # Heights of each body above the unbent surface.
-    unbent = [None if one is None else one.pressed.at for one in solved]
-    for _ in range(_ROUNDS):
-        change = 0.0
-        for k, (footprint, wrench) in enumerate(pairs):
-            before, at = solved[k], unbent[k]
-            if before is None or at is None:
-                continue
-            others = [one for j, one in enumerate(solved) if one is not None and j != k]
-            sunk = sum(compliance.sinking(at.cells.centroids, one.cells, one.forces) for one in others)
-            known = replace(before, pressed=replace(before.pressed, at=_lifted(at, np.asarray(sunk))))
-            after = cell_load(compliance, footprint, wrench, options, known)
-            if after.cells is not at.cells:  # the contact grew or shrank: its cells were chosen anew
-                unbent[k], change = after.pressed.at, np.inf
-            else:
-                change = max(change, float(np.abs(after.forces - before.forces).max()) / wrench.normal)
-            solved[k] = after
-        if change <= _AGREED:
-            return solved
-    raise ContactError(
-        "the bodies on the pad did not come to rest beside each other. Are their footprints apart? Overlapping ones "
-        "are parts of one body: give their union."
-    )
-
-
-def _lifted(at: CellContact, sunk: Array) -> CellContact:
-    """The same cells under a body that is further above the surface where that has sunk."""
-    return replace(at, heights=at.heights + sunk)

@@ -19,10 +19,10 @@ from mjtactile.line import Line
 from mjtactile.pad import Array
 from mjtactile.planar import polygons_of, rings_of
 
-#: Highest power of a local coordinate: a quadratic shape function times a constant or a linear traction.
-_CONSTANT, _LINEAR = 2, 3
-#: Gauss rules by number of points, for both.
-_GAUSS = {count: np.polynomial.legendre.leggauss(count) for count in (_CONSTANT + 1, _LINEAR + 1)}
+#: Highest power of a local coordinate: a quadratic shape function times a linear traction.
+_DEGREE = 3
+#: The integrand along an edge has degree 2 * _DEGREE + 1.
+_GAUSS = np.polynomial.legendre.leggauss(_DEGREE + 1)
 #: Monomial coefficients (shape function, power) of the three quadratic shape functions on [-1, 1].
 _SHAPE_COEFFICIENTS = np.array([[0.0, -0.5, 0.5], [1.0, 0.0, -1.0], [0.0, 0.5, 0.5]])
 
@@ -60,7 +60,7 @@ class SurfaceGrid:
             forces of a unit traction; all three sums over nodes are the region's area and first moments.
         """
         edges = oriented_edges(region)
-        moments = self._cell_moments(edges, np.ones((len(edges), 1)), _LINEAR)[..., 0]
+        moments = self._cell_moments(edges)
         half_x, half_y = self.x.sizes / 2, self.y.sizes / 2
         middle_x = (self.x.vertices[:-1] + self.x.vertices[1:]) / 2
         middle_y = (self.y.vertices[:-1] + self.y.vertices[1:]) / 2
@@ -77,17 +77,12 @@ class SurfaceGrid:
 
         Args:
             edges: of all polygons, polygon on the left, shape (edges, 2 ends, 2) [m].
-            tractions: of the polygon each edge belongs to, shape (edges, components) [Pa].
+            tractions: of the polygon each edge belongs to, shape (edges, 3) [Pa].
 
         Returns:
-            shape (nodes along y, nodes along x, components) [N].
+            shape (nodes along y, nodes along x, 3) [N].
         """
-        if native.enabled() and tractions.shape[1] == native.COMPONENTS:
-            return native.traction_forces(self.x.vertices, self.y.vertices, edges, tractions)
-        moments = self._cell_moments(edges, tractions, _CONSTANT)
-        along_y = np.tensordot(moments, _SHAPE_COEFFICIENTS, axes=([2], [1]))  # (j, i, a, m, k)
-        per_cell = np.tensordot(along_y, _SHAPE_COEFFICIENTS, axes=([2], [1])).transpose(2, 0, 1, 3, 4)
-        return np.moveaxis(self._gather(per_cell), 0, -1)
+        return native.traction_forces(self.x.vertices, self.y.vertices, edges, tractions)
 
     def _gather(self, per_cell: Array) -> Array:
         """Sum (k, cells y, cells x, 3, 3) over the nodes that cells share, shape (k, nodes y, nodes x)."""
@@ -98,64 +93,59 @@ class SurfaceGrid:
                 nodal[:, k : k + rows : 2, m : m + columns : 2] += per_cell[..., k, m]
         return nodal
 
-    def _cell_moments(self, edges: Array, weights: Array, degree: int) -> Array:
-        """Weighted integrals of eta^b xi^a, a, b <= degree, over each cell, (cells y, cells x, b, a, weights) [m^2].
+    def _cell_moments(self, edges: Array) -> Array:
+        """Integrals of eta^b xi^a, a, b <= 3, over the part of each cell within edges, (cells y, cells x, b, a) [m^2].
 
         Green's theorem along x: the area integral equals the boundary integral of F dy, where F(x, y) is the
         integral of the integrand over the part of the cell left of x. An edge thus feeds the cell it runs in, and
         fills all cells of its row further left. In the column of the first edge, F counts from that edge: of polygons
         much smaller than a cell, areas as large as the cell would leave few digits.
         """
-        start, end, owner = self._split(edges)
-        weights = weights[owner]
+        start, end = self._split(edges)
         middle = (start + end) / 2
         column, row = self.x.locate(middle[:, 0])[0], self.y.locate(middle[:, 1])[0]
-        # The integrand along an edge has degree 2 * degree + 1.
-        nodes, node_weights = _GAUSS[degree + 1]
+        nodes, node_weights = _GAUSS
         along = (nodes + 1) / 2
         points = start[:, None, :] + along[:, None] * (end - start)[:, None, :]
         half_x = self.x.sizes[column, None] / 2
         xi = (points[..., 0] - self.x.vertices[column, None]) / half_x - 1
         eta = 2 * (points[..., 1] - self.y.vertices[row, None]) / self.y.sizes[row, None] - 1
         dy = (end - start)[:, 1, None] * node_weights / 2
-        powers = np.arange(degree + 1)
-        reference = self._references(edges, degree)
+        powers = np.arange(_DEGREE + 1)
+        reference = self._references(edges)
         left_integral = half_x[..., None] * (
-            _powers(np.clip(xi, -1, 1), degree + 1)[..., 1:] - reference[column][:, None, :]
+            _powers(np.clip(xi, -1, 1), _DEGREE + 1)[..., 1:] - reference[column][:, None, :]
         )
         left_integral /= powers + 1
-        height_integral = _powers(eta, degree) * dy[..., None]
+        height_integral = _powers(eta, _DEGREE) * dy[..., None]
 
         cells = (self.y.element_count, self.x.element_count)
         # One sparse product adds each edge's share to its cell.
         place = (row * self.x.element_count + column, np.arange(len(row)))
         to_cells = sparse.csr_array((np.ones(len(row)), place), shape=(int(np.prod(cells)), len(row)))
-        own = (height_integral.transpose(0, 2, 1) @ left_integral)[..., None] * weights[:, None, None, :]
-        passing = height_integral.sum(axis=1)[..., None] * weights[:, None, :]
-        moments = (to_cells @ own.reshape(own.shape[0], int(np.prod(own.shape[1:])))).reshape(*cells, *own.shape[1:])
-        heights = (to_cells @ passing.reshape(passing.shape[0], int(np.prod(passing.shape[1:])))).reshape(
-            *cells, *passing.shape[1:]
-        )
+        own = height_integral.transpose(0, 2, 1) @ left_integral
+        moments = (to_cells @ own.reshape(len(row), (_DEGREE + 1) ** 2)).reshape(*cells, *own.shape[1:])
+        heights = (to_cells @ height_integral.sum(axis=1)).reshape(*cells, _DEGREE + 1)
         from_the_right = np.cumsum(heights[:, ::-1], axis=1)[:, ::-1] - heights
         full_row = (1 - (-1.0) ** (powers + 1)) / (powers + 1)  # integrals of xi^a over [-1, 1]
         widths = full_row * self.x.sizes[:, None] / 2
         parts = (reference - (-1.0) ** (powers + 1)) / (powers + 1) * self.x.sizes[:, None] / 2
-        filled = from_the_right[..., None, :] * widths[:, None, :, None]
-        return moments + (filled + heights[..., None, :] * parts[:, None, :, None])
+        filled = from_the_right[..., None] * widths[:, None, :]
+        return moments + (filled + heights[..., None] * parts[:, None, :])
 
-    def _references(self, edges: Array, degree: int) -> Array:
-        """Powers 1 to degree + 1 of xi from which integrals count in each column, (columns, degree + 1)."""
+    def _references(self, edges: Array) -> Array:
+        """Powers 1 to 4 of xi from which integrals count in each column, (columns, 4)."""
         xi = np.full(self.x.element_count, -1.0)
         if len(edges):
             x = edges[0, 0, 0]
             column = self.x.locate(np.array([x]))[0][0]
             xi[column] = np.clip(2 * (x - self.x.vertices[column]) / self.x.sizes[column] - 1, -1, 1)
-        return _powers(xi, degree + 1)[:, 1:]
+        return _powers(xi, _DEGREE + 1)[:, 1:]
 
-    def _split(self, edges: Array) -> tuple[Array, Array, np.ndarray]:
+    def _split(self, edges: Array) -> tuple[Array, Array]:
         """Cut edges (count, 2 ends, 2) at the grid lines; drop level ones and those off the sheet along y.
 
-        Returns: starts and ends of the pieces, and the edge each belongs to.
+        Returns: starts and ends of the pieces.
         """
         start, end = edges[:, 0], edges[:, 1]
         direction = end - start
@@ -176,7 +166,7 @@ class SurfaceGrid:
         finish = np.where(second == 1.0, end[owner], start[owner] + second * direction[owner])
         height = (begin[:, 1] + finish[:, 1]) / 2
         kept = (height > self.y.vertices[0]) & (height < self.y.vertices[-1]) & (begin[:, 1] != finish[:, 1])
-        return begin[kept], finish[kept], owner[kept]
+        return begin[kept], finish[kept]
 
 
 def _powers(values: Array, degree: int) -> Array:

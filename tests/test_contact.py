@@ -12,19 +12,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
 
+from mjtactile.cache import influence_matrices
 from mjtactile.contact import SurfaceLoad, contact_load
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError
 from mjtactile.footprint import Footprint
 from mjtactile.indenter import INDENTER_NAMES, indenter_outline
-from mjtactile.influence import InfluenceMatrices
 from mjtactile.line import Line
-from mjtactile.pad import Pad
 from mjtactile.planar import polygons_of, triangulate
-from mjtactile.preset import Fidelity
 from mjtactile.surface import SurfaceGrid
 
-#: Loads need a surface and a pad, no tables.
-INFLUENCE = InfluenceMatrices(Pad(), Fidelity(mesh="draft"), {})
+INFLUENCE = influence_matrices(mesh="draft", progress=False)
 SIDE = 6e-3
 SQUARE = Footprint.from_outline(box(-SIDE / 2, -SIDE / 2, SIDE / 2, SIDE / 2), INFLUENCE)
 #: The resultant is the wrench to this fraction of it.
@@ -45,7 +42,8 @@ def moment_of(force: np.ndarray, through: tuple[float, float], torsion: float = 
 
 
 quietly = pytest.mark.filterwarnings("ignore:the mean pressure:mjtactile.errors.ContactWarning")
-decades = st.floats(-9, 9)
+#: Powers of ten of the mean pressure [Pa]: over the modulus nothing more is carried.
+decades = st.floats(-12, 4)
 fractions = st.floats(0.0, 0.9)
 
 
@@ -62,14 +60,15 @@ fractions = st.floats(0.0, 0.9)
     torsion=st.floats(-1e-3, 1e-3),
 )
 def test_resultant_is_the_wrench(name, shift, turn, decade, direction, towards, fraction, torsion):
-    """Any force that presses through the hull, over 18 decades, with shear and torsion: carried, and no warning."""
+    """Any force that presses through the hull, over 16 decades, with shear and torsion: carried, and no warning."""
     footprint = Footprint.from_outline(indenter_outline(name, shift=shift, rotate_deg=turn), INFLUENCE)
     assume(footprint.area > 1e-7)
     corners = shapely.get_coordinates(footprint.outline.convex_hull)
     corner = corners[towards % len(corners)]
     through = tuple(footprint.centroid + fraction * (corner - footprint.centroid))
-    force = 10.0**decade * np.array([*direction, -1.0])
-    moment = moment_of(force, through, 10.0**decade * torsion)
+    size = 10.0**decade * footprint.area
+    force = size * np.array([*direction, -1.0])
+    moment = moment_of(force, through, size * torsion)
     load = contact_load(INFLUENCE, footprint, force, moment=moment)
     length = math.sqrt(footprint.area)
     assert wrench_difference(load, force, moment, length) <= CARRIED
@@ -102,12 +101,12 @@ def test_pressure_never_pulls(name, turn, towards, fraction):
     footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0), rotate_deg=turn), INFLUENCE)
     corners = shapely.get_coordinates(footprint.outline.convex_hull)
     through = footprint.centroid + fraction * (corners[towards % len(corners)] - footprint.centroid)
-    force = np.array([0.0, 0.0, -0.1])
+    force = np.array([0.0, 0.0, -1e-6])  # what slivers bear
     load = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, tuple(through)))
     coefficients = nodal_pressure(load)
     pressure = coefficients[0] + corners_of(load.contact) @ coefficients[1:]
-    # Where the pressure ends it is zero, to where the search for the contact stops.
-    assert pressure.min() >= -1e-6 * pressure.max()
+    # Where the pressure ends it is zero, to the grid its outline is drawn on.
+    assert pressure.min() >= -1e-5 * pressure.max()
     assert footprint.outline.buffer(1e-9).covers(load.contact)
 
 
@@ -132,7 +131,7 @@ def test_central_force_is_a_constant_traction():
     integrals = INFLUENCE.surface.nodal_integrals(SQUARE.outline)[0]
     expected = integrals[..., None] * traction
     np.testing.assert_allclose(load.forces, expected, atol=1e-13 * np.abs(expected).max())  # rounding
-    assert load.contact is SQUARE.outline
+    assert load.contact.symmetric_difference(SQUARE.outline).area <= 1e-6 * SQUARE.area
 
 
 def test_torsion_is_a_rotation_about_the_contacts_middle():
@@ -171,15 +170,15 @@ def test_footprint_over_the_edge_is_loaded_where_it_is_on_the_sheet():
 @quietly
 @pytest.mark.parametrize("through", [(0.6 * SIDE, 0.0), (0.0, -2 * SIDE), (SIDE, SIDE)])
 def test_force_outside_the_hull_warns_and_leaves_the_rest(through):
-    force = np.array([0.01, 0.0, -0.01])
+    force = np.array([1e-6, 0.0, -1e-6])  # what the sliver at a corner bears
     moment = moment_of(force, through)
     with pytest.warns(ContactWarning, match=r"cannot carry this wrench: the force passes through .* outside"):
         load = contact_load(INFLUENCE, SQUARE, force, moment=moment)
     got_force, got_moment = load.resultant()
-    np.testing.assert_allclose(got_force, force, atol=CARRIED * 0.01)
-    np.testing.assert_allclose(load.residual_moment, moment - got_moment, atol=1e-18)
+    np.testing.assert_allclose(got_force, force, atol=CARRIED * 1e-6)
+    np.testing.assert_allclose(load.residual_moment, moment - got_moment, atol=1e-15)
     # The nearest it can carry: through the hull's edge, a thousandth of the side inside.
-    carried_through = np.array([got_moment[1], -got_moment[0]]) / 0.01
+    carried_through = np.array([got_moment[1], -got_moment[0]]) / 1e-6
     np.testing.assert_allclose(carried_through, np.clip(through, -0.499 * SIDE, 0.499 * SIDE), atol=1e-6 * SIDE)
 
 
@@ -196,18 +195,12 @@ def test_pulling_warns_and_loads_nothing():
     np.testing.assert_array_equal(load.residual_force, [0.1, 0.0, 0.2])
 
 
-def test_tilting_moment_without_a_press_warns_and_is_left_over():
+@pytest.mark.parametrize("moment", [None, (1e-4, 0.0, 0.0)])
+def test_shear_without_a_press_warns_and_is_left_over(moment):
     with pytest.warns(ContactWarning, match="no force pressing"):
-        load = contact_load(INFLUENCE, SQUARE, (0.1, 0.0, 0.0), moment=(1e-4, 0.0, 0.0))
-    np.testing.assert_allclose(load.residual_moment, [1e-4, 0, 0], atol=1e-15)
-    np.testing.assert_allclose(load.resultant()[0], [0.1, 0, 0], atol=1e-13)
-
-
-def test_pure_shear_is_carried_without_warning():
-    footprint = Footprint.from_outline(affinity.translate(SQUARE.outline, 1e-3, 0), INFLUENCE)
-    load = contact_load(INFLUENCE, footprint, (0.0, 0.1, 0.0))
-    assert not load.forces[..., 2].any()
-    assert wrench_difference(load, np.array([0, 0.1, 0]), np.array([0, 0, 1e-4]), SIDE) <= 1e-12
+        load = contact_load(INFLUENCE, SQUARE, (0.1, 0.0, 0.0), moment=moment)
+    assert not load.forces.any()
+    np.testing.assert_array_equal(load.residual_force, [0.1, 0.0, 0.0])
 
 
 def test_no_force_is_no_load():
@@ -262,9 +255,8 @@ def test_what_is_left_over_adds_too():
     np.testing.assert_array_equal(both.residual_force, [0, 0, 0.4])
 
 
-def test_loads_on_different_grids_do_not_add():
-    other = InfluenceMatrices(Pad(), Fidelity(mesh="default"), {})
-    load = contact_load(other, Footprint.from_outline(SQUARE.outline, other), (0, 0, -0.1))
+def test_loads_on_different_grids_do_not_add(default_influence):
+    load = contact_load(default_influence, Footprint.from_outline(SQUARE.outline, default_influence), (0, 0, -0.1))
     with pytest.raises(ContactError, match="same influence matrices"):
         load.__add__(contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)))
 

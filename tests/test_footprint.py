@@ -43,10 +43,10 @@ def test_only_differences_of_height_matter(lift):
 
 def test_heights_out_of_reach_are_infinite():
     footprint = Footprint.from_gap(sphere, INFLUENCE)
-    heights = footprint.heights(np.array([[[1e-3, -2e-3], [-7e-3, 7e-3]]]))
-    assert heights.shape == (1, 2)
-    assert heights[0, 0] == pytest.approx(0.0, abs=1e-12)
-    assert heights[0, 1] == np.inf
+    heights = footprint.heights(np.array([[1e-3, -2e-3], [-7e-3, 7e-3]]))
+    assert heights.shape == (2,)
+    assert heights[0] == pytest.approx(0.0, abs=1e-12)
+    assert heights[1] == np.inf
 
 
 def test_flat_face_has_no_height_and_faces_itself():

@@ -153,7 +153,9 @@ def test_surface_sinks_under_a_press_and_moves_with_a_shear(draft):
     assert pressed.shape == (*draft.surface.node_shape, 3)
     assert pressed[middle][2] < 0
     assert np.abs(pressed[middle][:2]).max() < 1e-6 * -pressed[middle][2]
-    sheared = draft.surface_displacement(contact_load(draft, footprint, (0, 0.1, 0), moment=(0, 0, 0)))
+    oblique = contact_load(draft, footprint, (0, 0.1, -0.1), moment=(0, 0, 0))
+    straight = contact_load(draft, footprint, (0, 0, -0.1), moment=(0, 0, 0))
+    sheared = draft.surface_displacement(oblique) - draft.surface_displacement(straight)
     assert sheared[middle][1] > 0
     assert abs(sheared[middle][0]) < 1e-6 * sheared[middle][1]
 

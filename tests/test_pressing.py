@@ -9,6 +9,7 @@ import pytest
 from shapely import Point, affinity, box
 
 from mjtactile.contact import SurfaceLoad, contact_load
+from mjtactile.errors import ContactWarning
 from mjtactile.footprint import Footprint
 from mjtactile.influence import InfluenceMatrices
 
@@ -47,23 +48,42 @@ def test_sphere_sinks_in_alike_wherever_it_is(default_influence, law):
         np.testing.assert_allclose([there.contact.centroid.x, there.contact.centroid.y], place, atol=0.03e-3)
 
 
-@pytest.mark.parametrize("force", [1e-9, 1e-6, 1e-3, 0.1, 1.0])
+@pytest.mark.parametrize("force", [1e-3, 0.1, 1.0])
 @pytest.mark.filterwarnings("ignore:.*:mjtactile.errors.ContactWarning")
 def test_sphere_under_any_force(default_influence, force):
     load = pressed(default_influence, sphere_at(1e-3, 2e-3), force)
     assert_carried(load, force)
-    modulus = 3e6 / (1 - 0.49**2)
-    radius = (3 * force * RADIUS / (4 * modulus)) ** (1 / 3)
+    radius = hertz_radius(force)
     # The sheet is thin: the larger the contact, the less it gives.
     assert load.approach == pytest.approx(radius**2 / RADIUS, rel=0.02 + 0.3 * radius / 1e-3)
     assert math.sqrt(load.contact_area / math.pi) == pytest.approx(radius, rel=0.05)
 
 
-@pytest.mark.parametrize("force", [10.0, 1e3])
+@pytest.mark.parametrize("force", [1e-9, 1e-6])
+def test_the_least_forces_rest_on_one_cell(default_influence, force):
+    """Narrower than a hundredth of the pad's depth, taxels do not tell cells apart; a square sinks in about as far."""
+    load = pressed(default_influence, sphere_at(1e-3, 2e-3), force)
+    assert_carried(load, force)
+    assert load.approach == pytest.approx(hertz_radius(force) ** 2 / RADIUS, rel=0.05)
+
+
+def hertz_radius(force: float) -> float:
+    """Of a ball's contact [m] (Johnson, Contact Mechanics, 1985, eq. 4.22)."""
+    return (3 * force * RADIUS / (4 * 3e6 / (1 - 0.49**2))) ** (1 / 3)
+
+
 @pytest.mark.parametrize("law", ["elastic", "foundation"])
 @pytest.mark.filterwarnings("ignore:.*:mjtactile.errors.ContactWarning")
-def test_forces_far_beyond_the_linear_range_are_carried(default_influence, law, force):
-    assert_carried(pressed(default_influence, sphere_at(1e-3, 2e-3), force, law=law), force)
+def test_forces_far_beyond_the_linear_range_are_carried(default_influence, law):
+    assert_carried(pressed(default_influence, sphere_at(1e-3, 2e-3), 10.0, law=law), 10.0)
+
+
+@pytest.mark.filterwarnings("ignore:the mean pressure:mjtactile.errors.ContactWarning")
+def test_no_cell_bears_more_than_the_top_layers_modulus(default_influence):
+    with pytest.warns(ContactWarning, match="more than its area bears"):
+        load = pressed(default_influence, sphere_at(1e-3, 2e-3), 1e3)
+    assert 0.0 < -load.resultant()[0][2] <= 3e6 * default_influence.surface.sheet.area
+    assert load.peak_pressure <= 3e6 * (1 + CARRIED)
 
 
 @pytest.mark.parametrize("law", ["elastic", "foundation"])
@@ -80,7 +100,7 @@ def test_ridge_sinks_in_alike_at_any_angle(default_influence, law):
     depths = [load.approach for load in loads]
     np.testing.assert_allclose(depths, depths[0], rtol=0.02 if law == "elastic" else 0.06)
     areas = [load.contact_area for load in loads]
-    np.testing.assert_allclose(areas, areas[0], rtol=0.15)  # whole cells, few across
+    np.testing.assert_allclose(areas, areas[0], rtol=0.2)  # whole cells, few across
     for load in loads:
         assert_carried(load, 0.05)
 
@@ -133,3 +153,24 @@ def test_foundation_sinks_in_as_the_elastic_surface_does(default_influence):
         )
         assert springs.approach == pytest.approx(elastic.approach, rel=0.03)
         assert springs.peak_pressure == pytest.approx(0.05 / footprint.area, rel=1e-3)
+
+
+def test_what_a_gap_map_raises_reaches_the_user(coarse_square):
+    """Wherever it is: while the outline is traced, or while the core looks at heights."""
+    calls = []
+
+    def gap(x, y):
+        calls.append(1)
+        if len(calls) > limit:
+            raise KeyError("my own")
+        return (x**2 + y**2) / 12e-3
+
+    limit = 1
+    with pytest.raises(KeyError, match="my own"):
+        Footprint.from_gap(gap, coarse_square)
+    limit = 10**9
+    footprint = Footprint.from_gap(gap, coarse_square)
+    _ = footprint.centroid
+    limit = len(calls)
+    with pytest.raises(KeyError, match="my own"):
+        contact_load(coarse_square, footprint, (0.0, 0.0, -0.1), law="elastic", cells=60)

@@ -167,7 +167,7 @@ def test_a_wrench_on_a_footprint_is_law_uniforms(layered, model, shear, pressing
     load = contact_load(layered, footprint, force=force, moment=moment, law="uniform")
     wrench = torch.from_numpy(np.concatenate([force, moment]))
     found = torch.einsum("w,wyxc->yxc", wrench, model.wrench_basis(footprint)).numpy()
-    np.testing.assert_allclose(found, load.forces, rtol=0, atol=1e-12 * np.abs(load.forces).max())
+    np.testing.assert_allclose(found, load.forces, rtol=0, atol=1e-11 * np.abs(load.forces).max())
 
 
 def test_a_pad_may_be_named_saved_or_given_with_a_fidelity(layered, tmp_path):

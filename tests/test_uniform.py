@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 from shapely import box
 
+from mjtactile.cache import influence_matrices
 from mjtactile.contact import contact_load
 from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.footprint import Footprint
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.pad import Pad
-from mjtactile.preset import Fidelity
 
-#: Loads of law "uniform" need a surface and a pad, no tables.
-INFLUENCE = InfluenceMatrices(Pad(), Fidelity(mesh="draft"), {})
+INFLUENCE = influence_matrices(mesh="draft", progress=False)
 SQUARE = Footprint.from_outline(box(-3e-3, -3e-3, 3e-3, 3e-3), INFLUENCE)
 
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "edge_integrals.hpp"
 #include "face_cells.hpp"
 #include "friction.hpp"
 #include "handles.hpp"
@@ -54,7 +55,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 5; }
+int mjt_version(void) { return 6; }
 
 const char* mjt_kernels(void) { return kernels().name; }
 
@@ -205,11 +206,6 @@ int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose,
 
 size_t mjt_basis_bytes(void) { return BasisCache<float>::shared().bytes() + BasisCache<double>::shared().bytes(); }
 
-struct mjt_cells {
-  Face face;
-  std::vector<Point> quadrature;
-};
-
 namespace {
 
 Outline outline_of(size_t rings, const size_t* begins, const double* corners) {
@@ -223,6 +219,13 @@ Outline outline_of(size_t rings, const size_t* begins, const double* corners) {
   return outline;
 }
 
+void set_edges(size_t count, const double* ends, const int32_t* sides, Face& face) {
+  for (size_t i = 0; i < count; ++i) {
+    const double* end = ends + 4 * i;
+    face.edges.push_back({{end[0], end[1]}, {end[2], end[3]}, sides[2 * i], sides[2 * i + 1]});
+  }
+}
+
 double* copy(const std::vector<Point>& points, double* to) {
   for (const Point& point : points) *to++ = point.x, *to++ = point.y;
   return to;
@@ -232,14 +235,14 @@ double* copy(const std::vector<Point>& points, double* to) {
 
 mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double angle) {
   static thread_local FaceCells maker;
-  auto made = std::make_unique<mjt_cells>();
-  if (!maker.make(outline_of(rings, begins, corners), count, made->face, angle)) return nullptr;
-  made->quadrature = maker.quadrature();
-  return made.release();
+  auto face = std::make_shared<Face>();
+  if (!maker.make(outline_of(rings, begins, corners), count, *face, angle)) return nullptr;
+  face->quadrature = maker.quadrature();
+  return new mjt_cells{std::move(face)};
 }
 
 void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes) {
-  const Face& face = cells->face;
+  const Face& face = *cells->face;
   sizes[0] = face.cells(), sizes[1] = face.edges.size();
   sizes[2] = face.corners.size(), sizes[3] = face.hull.size(), sizes[4] = face.convex ? 1 : 0;
 }
@@ -247,7 +250,7 @@ void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes) {
 void mjt_face_cells_copy(const mjt_cells* cells, double* centroids, double* areas, double* inverse_distance,
                          double* ends, int32_t* sides, double* corners, double* hull, double* quadrature,
                          double* length) {
-  const Face& face = cells->face;
+  const Face& face = *cells->face;
   copy(face.centroids, centroids);
   std::copy(face.areas.begin(), face.areas.end(), areas);
   std::copy(face.inverse_distance.begin(), face.inverse_distance.end(), inverse_distance);
@@ -258,7 +261,7 @@ void mjt_face_cells_copy(const mjt_cells* cells, double* centroids, double* area
   }
   copy(face.corners, corners);
   copy(face.hull, hull);
-  copy(cells->quadrature, quadrature);
+  copy(face.quadrature, quadrature);
   *length = face.length;
 }
 
@@ -289,16 +292,27 @@ void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainde
   pad->pad->compliance().set_tangential(poisson, std::move(whole));
 }
 
+void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals) {
+  Scratch& kept = scratch();
+  Face face;
+  face.areas.resize(cells);
+  set_edges(edges, ends, sides, face);
+  EdgeIntegrals().inverse_distance(face.edges, cells, face.inverse_distance);
+  integrate_edges(face, kept.shear_integrals);
+  const ShearIntegrals& shear = kept.shear_integrals;
+  for (const auto* one : std::initializer_list<const std::vector<double>*>{
+           &face.inverse_distance, &shear.xx, &shear.xy, &shear.yy, &shear.along, &shear.across}) {
+    integrals = std::copy(one->begin(), one->end(), integrals);
+  }
+}
+
 void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
                          const double* inverse_distance, size_t edges, const double* ends, const int32_t* sides,
                          double angle, double* compliance) {
   Scratch& kept = scratch();
   Face face;
   face.areas.assign(areas, areas + cells);
-  for (size_t i = 0; i < edges; ++i) {
-    const double* end = ends + 4 * i;
-    face.edges.push_back({{end[0], end[1]}, {end[2], end[3]}, sides[2 * i], sides[2 * i + 1]});
-  }
+  set_edges(edges, ends, sides, face);
   integrate_edges(face, kept.shear_integrals);
   pad->pad->compliance().full(centroids, areas, cells, inverse_distance, kept.shear_integrals, std::cos(angle),
                               std::sin(angle), kept.compliance, kept.matrix);

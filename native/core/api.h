@@ -114,6 +114,9 @@ MJT_API int mjt_clip_outline(size_t rings, const size_t* begins, const double* c
 /* What shear needs besides: Poisson's ratio of the half space, and what the sheet gives more than it between patches,
    (3, patches, 3, patches) [m/N]. Set once, before any thread uses it. */
 MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder);
+/* Integrals over pairs of cells of a half space's response, (6, cells, cells) [m^3], of 1/r and of ShearIntegrals; edges
+   (count, 2 ends, 2) with cells on both sides (count, 2), -1 for none. */
+MJT_API void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals);
 /* Compliance (3, cells, 3, cells) [m/N] of cells that stand as they are given, see SurfaceCompliance::full; edges (count, 2 ends, 2) with cells
    on both sides (count, 2), -1 for none. */
 MJT_API void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
@@ -125,3 +128,47 @@ MJT_API void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double*
 MJT_API int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
                               const double* frame, int tilting, const double* compliance, const double* wrench,
                               int tangential, double friction, double* forces);
+
+/* A body's footprint: what of it faces the pad, without MuJoCo. */
+struct mjt_footprint;
+/* A flat face: contact cells where they stand at (x, y, angle); they may be freed before it. */
+MJT_API mjt_footprint* mjt_footprint_flat(const mjt_cells* cells, const double* place);
+/* A body by a function of its heights over points (count, 2) [m], infinite where it is not; it is called within bounds
+   (west, south, east, north). */
+typedef void (*mjt_heights)(size_t count, const double* points, double* heights);
+MJT_API mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds);
+MJT_API void mjt_footprint_free(mjt_footprint* footprint);
+/* Presses footprints on one pad, see mjt_body_press for the numbers; narrowest: width of the narrowest cells [m], 0 for
+   what the pad's taxels tell apart. Not for two threads at once. */
+struct mjt_press;
+MJT_API mjt_press* mjt_press_new(const mjt_pad* pad, int law, int tangential, int tilting, double friction,
+                                 size_t cells, double strength, double narrowest);
+MJT_API void mjt_press_free(mjt_press* press);
+/* What was found of one body. */
+struct mjt_pressed {
+  double approach, slopes[2];   /* down at the point it is asked for [m], and its growth along x and y [-]; NaN: not known */
+  double carried[6];            /* the part of the wrench that is carried [N, N m] */
+  double area, peak, stick;     /* under pressure [m^2], largest pressure [Pa], where it does not slip [m^2] */
+  int32_t refused;              /* nothing of it faces the pad, or its wrench does not press */
+  int32_t bounded;              /* no contact as its law wants it: the pressure is spread over as much area as it needs */
+  int32_t simplified;           /* none was found with its shear as asked for */
+  int32_t cells, edges;         /* of the contact, and edges about what is under pressure; 0 where the law needs none */
+};
+/* Press bodies at once, each under a wrench (6); under law "uniform" and "foundation" they do not feel each other.
+   points (count, 2): where the approach is asked for; nodal forces (count, nodes y, nodes x, 3). */
+MJT_API void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const* footprints,
+                              const double* wrenches, const double* points, double* nodal_forces,
+                              mjt_pressed* pressed);
+/* Cells of one body (cells): centroids (2), areas, forces (3), heights of the body above each [m], pad frame; null for what is not wanted. */
+MJT_API void mjt_press_cells(const mjt_press* press, size_t body, double* centroids, double* areas, double* forces,
+                             double* heights);
+/* Edges of the cells of one body, each once, (edges, 2 ends, 2) [m], and the cells to their left and right, (edges, 2), -1
+   for none; null to ask for their number alone. */
+MJT_API size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_t* sides);
+/* Edges about what is under pressure of one body, that on their left (edges, 2 ends, 2) [m]. */
+MJT_API void mjt_press_rim(const mjt_press* press, size_t body, double* ends);
+/* Nodal forces of the parts whose sums the loads of one body are while the same cells are pressed and no friction bounds
+   them, (parts, nodes y, nodes x, 3), null to ask for their number alone; 0 where there are none. */
+MJT_API size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces);
+/* Weights of the parts asked for last under another wrench; 0 where they do not make it up. */
+MJT_API int mjt_press_weights(mjt_press* press, const double* wrench, double* weights);

@@ -9,7 +9,7 @@ namespace mjtactile {
 namespace {
 
 constexpr std::size_t kMotions = 6;
-// The same limits as mjtactile/rigid.py: forces and separations this small count as zero; violations this small are left
+// Forces and separations this small count as zero; violations this small are left
 // where cells on the verge of contact keep changing sides; a motion resisted this much less than another is open, and
 // loaded by what is more than this of the resultants; what forces may miss of the resultants.
 constexpr double kTolerance = 1e-11, kVerge = 1e-8, kOpen = 1e-12, kLoaded = 1e-11, kBalanced = 1e-10;

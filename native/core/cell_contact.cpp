@@ -13,7 +13,7 @@ constexpr double kHullMargin = 1e-3;
 // A shear that pressed cells resist this much less than another is not carried.
 constexpr double kOpen = 1e-12;
 constexpr std::size_t kMostPressures = kMostMotions + 1;
-// Rounds in which contact area and stiffness of a foundation adapt to each other (mjtactile/foundation.py).
+// Rounds in which contact area and stiffness of a foundation adapt to each other.
 constexpr int kRounds = 30;
 constexpr double kSameArea = 1e-9;
 // Shear over pressure that a twist may bring at most, and over what the force along the surface takes on the average.
@@ -108,15 +108,18 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   measure(face, options.law, workspace.matrix);
 }
 
+double CellContact::depth(const Face& face, Law law, const Matrix& compliance, std::size_t cell) const {
+  if (law == Law::uniform) return 0.0;
+  if (law == Law::foundation) return normal_[cell] / (stiffness_ * face.areas[cell]);
+  return dot(compliance[cell], normal_.data(), normal_.size());
+}
+
 // How deep the surface lies under the pressed cells, and whether the tilt found is one.
 void CellContact::measure(const Face& face, Law law, const Matrix& compliance) {
   indentation_ = 0.0;
   if (law == Law::uniform) return;
   for (std::size_t i = 0; i < normal_.size(); ++i) {
-    if (!(normal_[i] > 0.0)) continue;
-    const double depth = law == Law::elastic ? dot(compliance[i], normal_.data(), normal_.size())
-                                             : normal_[i] / (stiffness_ * face.areas[i]);
-    indentation_ = std::max(indentation_, depth);
+    if (normal_[i] > 0.0) indentation_ = std::max(indentation_, depth(face, law, compliance, i));
   }
   double widest = 0.0;
   for (const Point& point : points_) widest = std::max(widest, std::hypot(point.x, point.y));

@@ -84,6 +84,8 @@ class CellContact {
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
   double pressed_area() const { return pressed_area_; }  // [m^2]
   double pressed_with() const { return force_; }         // pressing force [N]
+  // Of the surface under a cell, by its law [m]; `compliance`: the workspace's, as the cells were placed.
+  double depth(const Face& face, Law law, const Matrix& compliance, std::size_t cell) const;
   double indentation() const { return indentation_; }    // of the surface where it is deepest [m]
   // Tilt of the body under what was pressed with, along x and y; 0 where the contact leaves it open.
   const double* slopes() const { return slopes_; }

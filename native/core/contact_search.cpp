@@ -60,16 +60,9 @@ bool ContactSearch::look(const HeightMap& map) {
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
   points_.clear();
-  raw_.clear();
-  bool any = false;
-  for (std::size_t row = 0; row < kLines; ++row) {
-    for (std::size_t column = 0; column < kLines; ++column) {
-      const Point at = grid_point(row * kLines + column);
-      points_.push_back(at);
-      raw_.push_back(map.height(at.x, at.y));
-      any = any || std::isfinite(raw_.back());
-    }
-  }
+  for (std::size_t sample = 0; sample < kLines * kLines; ++sample) points_.push_back(grid_point(sample));
+  map.heights(points_, raw_);
+  bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
   // A low point between those of the grid takes the place of its nearest.
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
@@ -179,10 +172,11 @@ Point ContactSearch::point_of(const Part& part, std::size_t place) const {
 void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
   part.columns = part.rows = kCloser;
   part.cell = part.region.area() / static_cast<double>(part.columns * part.rows);
-  part.heights.clear();
-  for (std::size_t place = 0; place < part.columns * part.rows; ++place) {
-    const Point at = point_of(part, place);
-    part.heights.push_back(map.height(at.x, at.y) - plane(at.x, at.y) - lowest_);
+  closer_.clear();
+  for (std::size_t place = 0; place < part.columns * part.rows; ++place) closer_.push_back(point_of(part, place));
+  map.heights(closer_, part.heights);
+  for (std::size_t place = 0; place < closer_.size(); ++place) {
+    part.heights[place] -= plane(closer_[place].x, closer_[place].y) + lowest_;
   }
 }
 

@@ -6,7 +6,7 @@
 namespace mjtactile {
 namespace {
 
-// As the readable reference has them: mjtactile/half_space.py.
+// As tests/reference/half_space.py has them.
 // Not 1.5 itself: edges of a lattice lie just that far apart, and rounding must not choose between them.
 constexpr double kNear = 1.4999;
 constexpr double kNode = 0.7745966692414834;  // Gauss points -kNode, 0, kNode

@@ -8,7 +8,7 @@
 
 namespace mjtactile {
 
-// As mjtactile/half_space.py has it: 1/r is the Laplacian of r, so both area integrals turn into integrals of r over
+// As tests/reference/half_space.py has it: 1/r is the Laplacian of r, so both area integrals turn into integrals of r over
 // edges. Keeps its memory between calls.
 class EdgeIntegrals {
  public:

@@ -11,7 +11,7 @@ namespace {
 constexpr double kOneRing = 0.1, kTwoRings = 0.3;
 constexpr double kOneLayer[] = {1.0}, kTwoLayers[] = {0.15, 1.0};
 constexpr double kEnoughInside = 0.25;
-// As the readable reference has them: mjtactile/partition.py.
+// Pieces under this share of a whole cell join a neighbour; outlines of more corners lose those that nobody sees.
 constexpr double kSliver = 0.35;
 constexpr std::size_t kMostCorners = 400;
 constexpr double kUnseen = 1e-3;

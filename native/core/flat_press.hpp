@@ -31,6 +31,8 @@ class FlatPress {
   }
   // Heights of the body above the cells [m]; null where it is flat.
   const double* heights() const { return small_ ? part_.heights().data() : nullptr; }
+  // From where heights are seen, where there are any.
+  const PatchFace::View& view() const { return part_.view(); }
   const Face& face() const { return small_ ? part_.face() : *face_; }
   const Placement& placement() const { return small_ ? kHere : placement_; }
 

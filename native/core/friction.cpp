@@ -6,7 +6,7 @@
 namespace mjtactile {
 namespace {
 
-// Rounds of pressing and shear, the change of forces at which they agree, over the force (mjtactile/cell_laws.py), and
+// Rounds of pressing and shear, the change of forces at which they agree, over the force, and
 // one that serves where a cell on the verge keeps them apart or the work is spent.
 constexpr int kRounds = 40;
 constexpr double kAgreed = 1e-10, kSufficient = 1e-4;
@@ -30,7 +30,7 @@ bool finite(const double* numbers, std::size_t count) {
 
 ShearOutcome SurfaceShear::solve(const PressedCells& cells, const Matrix* compliance, const double* wrench,
                                  Tangential tangential, double friction, double* forces) {
-  limit_.allow(kWork);
+  limit_.allow(patience_ * kWork);
   double pressing = 0.0;
   for (std::size_t i = 0; i < cells.count; ++i) pressing += std::max(cells.pressing[i], 0.0);
   if (!(pressing > 0.0) || !finite(wrench, 6) || !finite(cells.pressing, cells.count)) {
@@ -180,7 +180,7 @@ bool SurfaceShear::bonded_as_pressed(const PressedCells& cells, const Matrix& co
   displace(cells, compliance, cells.pressing);
   double wanted[3];
   grip_.about_centre(wrench, wrench[5], wanted);
-  limit_.allow(kWork);  // once more: it takes one factorisation
+  limit_.allow(patience_ * kWork);  // once more: it takes one factorisation
   if (!slip_.bonded(tangential_, grip_, slipped_.data(), wanted, limit_, shear_.data())) return false;
   write(cells, cells.pressing, shear_.data(), forces);
   return true;
@@ -291,7 +291,7 @@ ShearOutcome SurfaceShear::coulomb(const PressedCells& cells, const Matrix& comp
   }
   if (!agreed && settled && !outcome.slides) {
     // The work is spent, or pressure and shear keep each other going: shear that suits the last pressure.
-    limit_.allow(kLastWork);
+    limit_.allow(patience_ * kLastWork);
     settled = slipping(cells, compliance, wrench, friction, true, kTight, outcome.slides);
   }
   outcome.simplified = !settled || (!agreed && change > kSufficient * total);

@@ -44,6 +44,8 @@ class SurfaceShear {
   // `compliance`: see SurfaceCompliance::full, null for "proportional". `friction`: coefficient, negative: no bound.
   ShearOutcome solve(const PressedCells& cells, const Matrix* compliance, const double* wrench, Tangential tangential,
                      double friction, double* forces);
+  // Take so many times as long as a step of a simulation may.
+  void set_patience(double times) { patience_ = times; }
 
  private:
   ShearOutcome proportional(const PressedCells& cells, const double* wrench, double friction, double* forces);
@@ -61,6 +63,7 @@ class SurfaceShear {
   void write(const PressedCells& cells, const double* normal, const double* shear, double* forces) const;
 
   WorkLimit limit_;
+  double patience_ = 1.0;
   ShearGrip grip_;
   PartialSlip slip_;
   BondedContact bonded_;

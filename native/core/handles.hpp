@@ -19,6 +19,10 @@ struct mjt_body {
   std::vector<std::vector<mjtactile::Facet>> facets;
 };
 
+struct mjt_cells {
+  std::shared_ptr<mjtactile::Face> face;
+};
+
 namespace mjtactile {
 
 inline Pose pose_of(const double* numbers) {
@@ -46,14 +50,26 @@ class AnySensor {
   void stress(double* to) {
     std::visit([&](auto& sensor) { sensor->stress(to); }, sensor_);
   }
-  void keep_nodal_forces(bool keep) {
-    std::visit([&](auto& sensor) { sensor->keep_nodal_forces(keep); }, sensor_);
+  void keep_nodal_forces(bool keep, bool only = false) {
+    std::visit([&](auto& sensor) { sensor->keep_nodal_forces(keep, only); }, sensor_);
   }
   const std::vector<double>& nodal_forces() const {
     return std::visit([](const auto& sensor) -> const std::vector<double>& { return sensor->nodal_forces(); }, sensor_);
   }
   Steadiness after(const Steadiness& before) const {
     return std::visit([&](const auto& sensor) { return sensor->after(before); }, sensor_);
+  }
+  void set_patience(double times) {
+    std::visit([&](auto& sensor) { sensor->set_patience(times); }, sensor_);
+  }
+  void carry_any_torsion() {
+    std::visit([](auto& sensor) { sensor->carry_any_torsion(); }, sensor_);
+  }
+  const UniformPress& uniform() const {
+    return std::visit([](const auto& sensor) -> const UniformPress& { return sensor->uniform(); }, sensor_);
+  }
+  SolvedCells solved_cells(std::size_t touch) const {
+    return std::visit([&](const auto& sensor) { return sensor->solved_cells(touch); }, sensor_);
   }
 
  private:

@@ -17,6 +17,11 @@ class HeightMap {
   virtual ~HeightMap() = default;
   // Height over (x, y) [m]; infinite where nothing of the body faces the pad, and off the sheet.
   virtual double height(double x, double y) const = 0;
+  // The same over many points at once, which is cheaper where each question has its price.
+  virtual void heights(const std::vector<Point>& points, std::vector<double>& to) const {
+    to.clear();
+    for (const Point& at : points) to.push_back(height(at.x, at.y));
+  }
   // The part of the sheet outside of which nothing faces the pad.
   virtual Rectangle bounds() const = 0;
   // Points where it may stand lowest, besides those that a grid over the bounds finds.

@@ -8,7 +8,7 @@
 namespace mjtactile {
 namespace {
 
-// A wrench within this fraction of the limit counts as carried (mjtactile/friction.py).
+// A wrench within this fraction of the limit counts as carried (tests/reference has the law).
 constexpr double kAtLimit = 1e-9;
 // A shear that pressed cells resist this much less than another is open.
 constexpr double kOpen = 1e-13;

@@ -37,10 +37,12 @@ void LinearTraction::cover(const Face& face, const Placement& placement) {
   }
   hull_.clear();
   for (const Point& corner : face.corners) hull_.push_back(placement(corner));
-  // About a point of the area, so that no digits are lost far from the origin.
-  const Point near = edges_.front().start;
+  integrals_ = integrals_of(edges_, edges_.front().start);
+}
+
+AreaIntegrals integrals_of(const std::vector<LinearTraction::Edge>& edges, const Point& near) {
   AreaIntegrals own = {};
-  for (const Edge& edge : edges_) {
+  for (const LinearTraction::Edge& edge : edges) {
     const double ax = edge.start.x - near.x, ay = edge.start.y - near.y;
     const double bx = edge.end.x - near.x, by = edge.end.y - near.y, cross = ax * by - bx * ay;
     own.area += cross / 2;
@@ -50,15 +52,54 @@ void LinearTraction::cover(const Face& face, const Placement& placement) {
     own.xy += (ax * by + 2 * ax * ay + 2 * bx * by + bx * ay) * cross / 24;
     own.yy += (ay * ay + ay * by + by * by) * cross / 12;
   }
-  integrals_ = {own.area,
-                own.x + near.x * own.area,
-                own.y + near.y * own.area,
-                own.xx + 2 * near.x * own.x + near.x * near.x * own.area,
-                own.xy + near.x * own.y + near.y * own.x + near.x * near.y * own.area,
-                own.yy + 2 * near.y * own.y + near.y * near.y * own.area};
+  return {own.area,
+          own.x + near.x * own.area,
+          own.y + near.y * own.area,
+          own.xx + 2 * near.x * own.x + near.x * near.x * own.area,
+          own.xy + near.x * own.y + near.y * own.x + near.x * near.y * own.area,
+          own.yy + 2 * near.y * own.y + near.y * near.y * own.area};
+}
+
+void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* function, std::vector<Point>& meets,
+               std::vector<LinearTraction::Edge>& part) {
+  part.clear();
+  meets.clear();
+  for (const LinearTraction::Edge& edge : edges) {
+    const double first = function[0] + function[1] * edge.start.x + function[2] * edge.start.y;
+    const double second = function[0] + function[1] * edge.end.x + function[2] * edge.end.y;
+    if (first < 0.0 && second < 0.0) continue;
+    if ((first < 0.0) == (second < 0.0)) {
+      part.push_back(edge);
+      continue;
+    }
+    const double share = first / (first - second);
+    const Point meet = {edge.start.x + share * (edge.end.x - edge.start.x), edge.start.y + share * (edge.end.y - edge.start.y)};
+    meets.push_back(meet);
+    part.push_back(first < 0.0 ? LinearTraction::Edge{meet, edge.end} : LinearTraction::Edge{edge.start, meet});
+  }
+  // Along the line, the area on the left, it runs from every other meeting point to the next.
+  std::sort(meets.begin(), meets.end(), [&](const Point& a, const Point& b) {
+    return function[2] * (a.x - b.x) - function[1] * (a.y - b.y) < 0.0;
+  });
+  for (std::size_t i = 0; i + 1 < meets.size(); i += 2) part.push_back({meets[i], meets[i + 1]});
+}
+
+void LinearTraction::keep_where(const double* function) {
+  cut_where(edges_, function, meets_, cut_);
+  edges_.swap(cut_);
+  integrals_ = edges_.empty() ? AreaIntegrals{} : integrals_of(edges_, edges_.front().start);
 }
 
 bool LinearTraction::carry(const double* wrench, double* coefficients) const {
+  if (!fit(wrench, coefficients)) return false;
+  const double* pressure = coefficients + 6;
+  for (const Point& corner : hull_) {
+    if (pressure[0] + pressure[1] * corner.x + pressure[2] * corner.y > 0.0) return false;
+  }
+  return true;
+}
+
+bool LinearTraction::fit(const double* wrench, double* coefficients) const {
   const double normal = -wrench[2], area = integrals_.area;
   if (!(normal > 0.0 && area > 0.0)) return false;
   const double x = integrals_.x / area, y = integrals_.y / area;  // the centroid
@@ -71,9 +112,6 @@ bool LinearTraction::carry(const double* wrench, double* coefficients) const {
   pressure[1] = -(yy * moment_x - xy * moment_y) / (determinant * area);
   pressure[2] = -(xx * moment_y - xy * moment_x) / (determinant * area);
   pressure[0] = -normal / area - pressure[1] * x - pressure[2] * y;
-  for (const Point& corner : hull_) {
-    if (pressure[0] + pressure[1] * corner.x + pressure[2] * corner.y > 0.0) return false;
-  }
   // Shear: constant, and a turn about the centroid.
   const double turn = (wrench[5] - (x * wrench[1] - y * wrench[0])) / (area * (xx + yy));
   const double shear[2] = {wrench[0] / area, wrench[1] / area};

@@ -59,7 +59,7 @@ double pressing(const Touch& touch) { return -touch.wrench[2]; }
 template <typename Value>
 PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance)
     : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance) {
-  options_.narrowest = kNarrowest * pad_->depth();
+  if (!(options_.narrowest > 0.0)) options_.narrowest = kNarrowest * pad_->depth();
   options_.facing_gap = facing_gap_;
   response_.resize(pad_->template deviatoric<Value>().response_size);
   if (pad_->has_mean()) mean_response_.resize(pad_->template mean<Value>().response_size);
@@ -147,6 +147,7 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
     return true;
   }
   press.flat = false;
+  if (touch.map != nullptr) return press.patch.solve(*touch.map, sheet(), compliance, options_, touch.wrench, press.workspace);
   if (touch.geometry != nullptr && !touch.geometry->shapes().empty()) {
     const double depth = pad_->depth();
     const double floor = -std::min(kDeeper * touch.sunk + kDeeperBy, depth);
@@ -247,7 +248,8 @@ void PadSensor<Value>::bound_stress(const Face& cells, double* forces) const {
 template <typename Value>
 bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
   const bool proportional = options_.tangential == Tangential::proportional;
-  if ((proportional && options_.friction < 0.0) || !press.contact().exact()) return false;
+  const bool plain = proportional && options_.friction < 0.0 && !(any_torsion_ && touch.wrench[5] != 0.0);
+  if (plain || !press.contact().exact()) return false;
   const Face& cells = press.cells();
   const Placement placement = press.placement();
   const SurfaceCompliance& compliance = pad_->compliance();
@@ -273,19 +275,15 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
   return !outcome.refused;
 }
 
-// Law "uniform" on a face that is nowhere pulled: exact, without cells.
+// Law "uniform" on a flat face: exact, without cells.
 template <typename Value>
 bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const Placement& placement) {
-  if (options_.friction >= 0.0) return false;
-  double coefficients[9];
-  traction_.cover(face, placement);
-  if (!traction_.carry(touch.wrench, coefficients)) return false;
-  const double pressure = pressing(touch) / traction_.integrals().area;
-  if (options_.strength > 0.0 && pressure > options_.strength / 2) return false;
-  traction_.nodal_forces(pad_->surface(), coefficients, forces_.data());
-  note_range(touch, pressing(touch), traction_.integrals().area, 0.0);
-  pressed_.peak = std::max(pressed_.peak, pressure);
-  note_carried(touch, touch.wrench);
+  if (!uniform_.solve(face, placement, pad_->surface(), touch.wrench, options_.friction, forces_.data())) return false;
+  const double area = uniform_.traction().integrals().area;
+  if (options_.strength > 0.0 && pressing(touch) > options_.strength / 2 * area) return false;
+  note_range(touch, pressing(touch), area, 0.0);
+  pressed_.peak = std::max(pressed_.peak, uniform_.peak());
+  note_carried(touch, uniform_.carried());
   add(forces_.data());
   return true;
 }
@@ -371,6 +369,7 @@ void PadSensor<Value>::add(const double* forces) {
   if (keeps_forces_) {
     for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += forces[i];
   }
+  if (only_forces_) return;
   if (power_ != 0) {
     for (double& force : forces_) force = std::ldexp(force, -power_);
   }
@@ -412,6 +411,26 @@ void PadSensor<Value>::stress(double* stress) {
 }
 
 template <typename Value>
+SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
+  if (touch >= solved_.size() || !solved_[touch]) return {};
+  const BodyPress& press = *presses_[touch];
+  const bool whole = press.flat && &press.cells() == press.keeps.get();
+  const bool coupled = std::count(solved_.begin(), solved_.end(), 1) > 1 && options_.law == Law::elastic;
+  const bool sheared = options_.tangential != Tangential::proportional && press.contact().exact();
+  SolvedCells solved;
+  solved.contact = &press.contact();
+  solved.face = &press.cells();
+  solved.placement = press.placement();
+  if (!whole) solved.view = press.flat ? &press.face.view() : &press.patch.view();
+  solved.heights = press.heights();
+  if (whole && coupled) solved.sunk = press.sunk.data();
+  solved.forces = press.forces.data();
+  if (sheared) solved.full = &press.full;
+  solved.workspace = &press.workspace;
+  return solved;
+}
+
+template <typename Value>
 Rectangle PadSensor<Value>::sheet() const {
   const SurfaceGrid& surface = pad_->surface();
   return {surface.low_x(), surface.low_y(), surface.high_x(), surface.high_y()};
@@ -420,7 +439,8 @@ Rectangle PadSensor<Value>::sheet() const {
 // The flat face that a body turns to the pad, as far as it lies on the sheet, and where it stands; null for none.
 template <typename Value>
 std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, Placement& placement) {
-  if (touch.geometry == nullptr) return nullptr;
+  if (touch.face != nullptr) placement = touch.placement;
+  if (touch.face != nullptr || touch.geometry == nullptr) return touch.face;
   BodyGeometry& body = *touch.geometry;
   const double* up = touch.pose.rotation + 6;
   // Where the force passes, what presses is near the surface; a face far below it is beside the pad, or under it.

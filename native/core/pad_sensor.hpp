@@ -19,10 +19,10 @@
 #include "face.hpp"
 #include "flat_press.hpp"
 #include "gap_map.hpp"
-#include "linear_traction.hpp"
 #include "pad.hpp"
 #include "patch_press.hpp"
 #include "tangential.hpp"
+#include "uniform_press.hpp"
 
 namespace mjtactile {
 
@@ -41,6 +41,23 @@ struct Touch {
   double friction;      // largest sliding friction of its contacts [-]
   double sunk;          // deepest overlap of body and pad where it presses [m]
   std::vector<ContactPoint> points;
+  // What of it faces the pad, where that is known without its geometry: a flat face and where it stands, or its heights.
+  std::shared_ptr<const Face> face;
+  Placement placement = kHere;
+  const HeightMap* map = nullptr;
+};
+
+// How one body's contact was solved on its cells; null where it was not, or needed none.
+struct SolvedCells {
+  const CellContact* contact = nullptr;
+  const Face* face = nullptr;
+  Placement placement = kHere;
+  const PatchFace::View* view = nullptr;   // from which heights are seen, null for a flat face's own cells
+  const double* heights = nullptr;         // of the body above the cells, null where flat [m]
+  const double* sunk = nullptr;            // by how much others bend the surface there [m], null for none
+  const double* forces = nullptr;          // on the cells, (cells, 3) [N]
+  const Matrix* full = nullptr;            // compliance that shear was solved with, null for none
+  const CellContact::Workspace* workspace = nullptr;
 };
 
 // Numbers kept with the simulation's state.
@@ -79,7 +96,15 @@ class PadSensor {
   void readings(double* readings);   // (taxels) [Pa]
   void stress(double* stress);       // (6, taxels) [Pa]; the pad must have it
   const std::vector<double>& nodal_forces() const { return total_; }  // of all contacts, where they are kept [N]
-  void keep_nodal_forces(bool keep) { keeps_forces_ = keep; }
+  // With `only`, the response is left out: there are no readings then.
+  void keep_nodal_forces(bool keep, bool only = false) { keeps_forces_ = keep, only_forces_ = only; }
+  // Shear may take so many times as long as a step of a simulation may.
+  void set_patience(double times) { shear_.set_patience(times); }
+  // Torsion is carried whatever shear it takes, where no friction bounds it.
+  void carry_any_torsion() { any_torsion_ = true; }
+  // Of what was pressed last.
+  SolvedCells solved_cells(std::size_t touch) const;
+  const UniformPress& uniform() const { return uniform_; }   // of what was pressed without cells
   // What to keep with the state for the next step.
   Steadiness after(const Steadiness& before) const;
 
@@ -131,7 +156,7 @@ class PadSensor {
   std::shared_ptr<const Pad> pad_;
   LawOptions options_;
   double facing_gap_, tolerance_, key_ = 0.0;
-  bool touched_ = false, keeps_forces_ = false;
+  bool touched_ = false, keeps_forces_ = false, only_forces_ = false, any_torsion_ = false;
   int power_ = 0;   // of two, by which forces far from 1 N are brought there
   Pressed pressed_;
   std::list<CutFace> cut_faces_;  // latest used first
@@ -142,7 +167,7 @@ class PadSensor {
   std::vector<Value> response_, mean_response_;
   std::vector<double> forces_, total_, weights_, means_, part_forces_;
   std::vector<Point> starts_, ends_;
-  LinearTraction traction_;
+  UniformPress uniform_;
   CellContact::Workspace workspace_;
   SurfaceCompliance::Workspace others_;
   typename StressMap<Value>::Workspace map_workspace_;

@@ -14,7 +14,7 @@ constexpr int kSteps = 16;
 constexpr double kConverged = 1e-12, kAlmost = 1e-10;
 // What its resultants and circles may be off where the interior-point method has the last word.
 constexpr double kMissed = 1e-10;
-// Of the interior-point method, as in mjtactile/friction.py.
+// Of the interior-point method.
 constexpr int kInteriorSteps = 50;
 constexpr double kGap = 1e-13, kSufficient = 1e-7, kStepShare = 0.995;
 // Shares of the limit from which on all cells may slip, rather slip than stick, and may as well slip. Motions along which

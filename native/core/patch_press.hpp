@@ -26,6 +26,8 @@ class PatchPress {
   // Of the body above the cells, seen from where it tilts to [m].
   const std::vector<double>& heights() const { return heights_; }
   const Face& face() const { return cells_.face(); }
+  // From where the heights are seen.
+  const PatchFace::View& view() const { return seen_; }
   void integrate_shear(ShearIntegrals& integrals) const { cells_.integrate_shear(integrals); }
 
  private:

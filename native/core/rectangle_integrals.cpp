@@ -6,7 +6,6 @@
 namespace mjtactile {
 namespace {
 
-// As the readable reference has them: mjtactile/lattice.py.
 constexpr double kFar = 16.0, kFarFromCut = 6.0;
 
 // a b^2 asinh(a / |b|), and its limit 0 where b vanishes.

@@ -1,4 +1,4 @@
-// Integrals of 1/r over pairs of rectangles with parallel sides, in closed form (mjtactile/lattice.py).
+// Integrals of 1/r over pairs of rectangles with parallel sides, in closed form.
 #pragma once
 
 #include <cstddef>

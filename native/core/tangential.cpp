@@ -6,9 +6,9 @@
 namespace mjtactile {
 namespace {
 
-// The same limits as mjtactile/half_space.py: edges nearer than this, over the sum of their lengths, are integrated in
-// closed form, and lengths that agree to the second one are equal.
-constexpr double kNear = 1.5 * (1.0 + 1e-9);
+// As in edge_integrals.cpp: edges nearer than this, over the sum of their lengths, are integrated in closed form, and
+// lengths that agree to the second one are equal.
+constexpr double kNear = 1.4999;
 constexpr double kSameLength = 1e-9;
 // Three Gauss points on (-1, 1).
 constexpr double kNodes[3] = {-0.7745966692414834, 0.0, 0.7745966692414834};

@@ -2,7 +2,7 @@
 //
 // A point force on a half space moves its surface by terms in 1/r, x^2/r^3, x y/r^3 and x/r^2 (Johnson, Contact
 // Mechanics, 1985, section 3.2). Each is a sum of second derivatives of a smoother kernel, so the divergence theorem
-// turns integrals over two polygons into integrals over their edges, as in mjtactile/half_space.py.
+// turns integrals over two polygons into integrals over their edges, as in tests/reference/half_space.py.
 #pragma once
 
 #include <cstddef>

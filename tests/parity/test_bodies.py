@@ -16,14 +16,13 @@ from scipy.spatial.transform import Rotation
 from shapely import box
 
 import mjtactile
-from mjtactile.compliance import surface_compliance
 from mjtactile.envelope import TriangleSurface
 from mjtactile.facing import lower_surface
 from mjtactile.footprint import FACING_GAP, Footprint
 from mjtactile.foundation import foundation_springs
 from mjtactile.gap import Array, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
-from mjtactile.native import library, native_pad, pointer, without_native
-from mjtactile.native_reader import LAWS
+from mjtactile.laws import BY_NAME as LAWS
+from mjtactile.native import library, native_pad, pointer
 from mjtactile.search import Rectangle
 
 pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
@@ -119,7 +118,7 @@ class CoreBody:
             pointer(numbers(pose)),
             pointer(wrench),
             ctypes.c_double(0.0),
-            ctypes.c_int(LAWS.index(law)),
+            ctypes.c_int(LAWS[law].number),
             ctypes.c_int(0),
             ctypes.c_int(1),
             ctypes.c_double(-1.0),
@@ -153,7 +152,7 @@ def numbers(pose: Pose) -> npt.NDArray[np.float64]:
 @functools.cache
 def fast() -> mjtactile.InfluenceMatrices:
     influence = mjtactile.influence_matrices(preset="fast")
-    native_pad(influence).set_foundation(*foundation_springs(surface_compliance(influence)))
+    native_pad(influence).set_foundation(*foundation_springs(influence))
     return influence
 
 
@@ -195,46 +194,39 @@ FORCE = np.array([0.02, -0.01, -0.25])
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("name", ["box", "cylinder", "cube mesh"])
-def test_flat_faces_press_as_in_the_reference(name, law):
+def test_flat_faces_press_as_footprints_do(name, law):
     influence = fast()
     pose = posed(name, 0.7e-3, -1.1e-3, Rotation.from_euler("z", 0.5))
     surface = lower_surface([(reference(name), pose)], SHEET, depth=5e-3, facing_gap=FACING_GAP)
     outline = surface.flat_face(FACING_GAP)
     assert outline is not None
-    check(name, pose, Footprint.from_outline(outline, influence), law)
+    # The core's own circle has other corners.
+    check(name, pose, Footprint.from_outline(outline, influence), law, 5e-3 if name == "cylinder" else 1e-9)
 
 
-LONG = pytest.mark.xfail(strict=False, reason="a capsule under law foundation: 5 to 8 % apart, with 60 to 300 cells")
-
-
-@pytest.mark.parametrize(
-    ("name", "law"),
-    [(name, law) for name in ("sphere", "ellipsoid", "mesh") for law in LAWS[:2]]
-    + [("capsule", "elastic"), pytest.param("capsule", "foundation", marks=LONG)],
-)
-def test_curved_bodies_press_as_in_the_reference(name, law):
+@pytest.mark.parametrize("law", ["elastic", "foundation"])
+@pytest.mark.parametrize("name", ["sphere", "ellipsoid", "mesh"])
+def test_curved_bodies_press_as_footprints_do(name, law):
     influence = fast()
     pose = posed(name, 0.7e-3, -1.1e-3, Rotation.from_euler("zyx", (0.5, 0.004, 0.01)))
     surface = lower_surface([(reference(name), pose)], SHEET, depth=5e-3, facing_gap=FACING_GAP)
-    check(name, pose, Footprint.from_gap(surface.gap, influence, lowest=0.0), law)
+    # What is looked at ends at the body there, and where it is out of reach here: cells lie otherwise.
+    check(name, pose, Footprint.from_gap(surface.gap, influence, lowest=0.0), law, 5e-3)
 
 
-def check(name: str, pose: Pose, footprint: Footprint, law: str) -> None:
+def check(name: str, pose: Pose, footprint: Footprint, law: str, tolerance: float) -> None:
     """A body pressed at its footprint's middle is read in both ways alike, and carries the wrench."""
     influence = fast()
     moment = np.cross([*footprint.centroid, 0.0], FORCE)
     moment[2] += 2e-5
-    with without_native():
-        load = mjtactile.contact_load(influence, footprint, FORCE, moment=moment, law=law, cells=CELLS)
-        expected = influence.readings(load)
+    load = mjtactile.contact_load(influence, footprint, FORCE, moment=moment, law=law, cells=CELLS)
+    expected = influence.readings(load)
     wrench = np.concatenate([FORCE, moment])
     forces, carried = CoreBody(name).press(influence, pose, wrench, law)
     np.testing.assert_allclose(carried, wrench, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(forces.sum(axis=(0, 1)), FORCE, rtol=1e-9)
     found = native_pad(influence).readings(forces)
-    # Cells lie otherwise.
-    error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
-    assert error <= 0.05
+    assert np.linalg.norm(found - expected) <= tolerance * np.linalg.norm(expected)
 
 
 def test_law_uniform_on_a_whole_face_is_exact():

@@ -1,16 +1,20 @@
-"""Rigid bodies on a half space: the contact laws without a pad, and closed forms for what they must find."""
+"""Rigid bodies on a half space: law "elastic" without a pad, and closed forms for what it must find."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Point, Polygon
 
-from mjtactile.cell_laws import CellLoad, cell_load
+from mjtactile import compliance as compliances
 from mjtactile.compliance import SurfaceCompliance
 from mjtactile.footprint import Footprint, GapMap
 from mjtactile.influence import InfluenceMatrices
+from mjtactile.load import ContactState
+from mjtactile.native_press import CellForces, Press
 from mjtactile.options import ContactOptions, Wrench
 from mjtactile.pad import Array, Layer, Pad, TaxelGrid
 from mjtactile.preset import Fidelity
@@ -18,27 +22,24 @@ from mjtactile.preset import Fidelity
 YOUNG = 3e6
 
 
-def half_space(poisson: float, young: float = YOUNG) -> SurfaceCompliance:
-    """A surface without a remainder."""
-    shear = young / (2 * (1 + poisson))
-    ends = np.array([-1.0, 1.0])
-    return SurfaceCompliance((1 - poisson) / (2 * math.pi * shear), poisson, np.zeros((3, 1, 3, 1)), (ends, ends))
+def half_space(poisson: float, young: float = YOUNG, side: float = 40e-3) -> InfluenceMatrices:
+    """A pad without tables whose surface has no remainder, large and deep beside the bodies."""
+    pad = Pad(
+        size=(side, side),
+        layers=(Layer(thickness=side, young=young, poisson=poisson),),
+        taxels=TaxelGrid(rows=1, columns=1),
+        depths=(side / 4,),
+    )
+    influence = InfluenceMatrices(pad, Fidelity(mesh="draft"), {})
+    ends = np.array([-side / 2, side / 2])
+    factor = (1 - poisson**2) / (math.pi * young)
+    compliances._known[influence] = SurfaceCompliance(factor, poisson, np.zeros((3, 1, 3, 1)), (ends, ends))
+    return influence
 
 
 def contact_modulus(poisson: float, young: float = YOUNG) -> float:
     """Young's modulus over 1 - nu^2 [Pa]."""
     return young / (1 - poisson**2)
-
-
-def sheet_to_cover(poisson: float, side: float = 40e-3) -> InfluenceMatrices:
-    """What footprints need, without tables: a surface to cover, large beside the bodies."""
-    pad = Pad(
-        size=(side, side),
-        layers=(Layer(thickness=side, young=YOUNG, poisson=poisson),),
-        taxels=TaxelGrid(rows=1, columns=1),
-        depths=(side / 4,),
-    )
-    return InfluenceMatrices(pad, Fidelity(mesh="draft"), {})
 
 
 def disc(radius: float, centre: tuple[float, float] = (0.0, 0.0)) -> Polygon:
@@ -48,8 +49,21 @@ def disc(radius: float, centre: tuple[float, float] = (0.0, 0.0)) -> Polygon:
     return Point(centre).buffer(radius * math.sqrt(step / math.sin(step)), quad_segs=segments)
 
 
+@dataclass(frozen=True)
+class Pressed:
+    """What law "elastic" found."""
+
+    state: ContactState
+    cells: CellForces
+
+    @property
+    def forces(self) -> Array:
+        """On the cells, (cells, 3) [N]."""
+        return self.cells.forces
+
+
 def pressed(
-    compliance: SurfaceCompliance,
+    influence: InfluenceMatrices,
     body: Polygon | GapMap,
     force: float,
     *,
@@ -61,24 +75,28 @@ def pressed(
     tilting: bool = False,
     cells: int = 400,
     outline: Polygon | None = None,
-) -> CellLoad:
+) -> Pressed:
     """A flat face, given as its outline, or a body given by its gap map, pressed by law "elastic"."""
-    sheet = sheet_to_cover(compliance.poisson)
     if isinstance(body, Polygon):
-        footprint = Footprint.from_outline(body, sheet)
+        footprint = Footprint.from_outline(body, influence)
     else:
-        footprint = Footprint.from_gap(body, sheet, outline=outline)
+        footprint = Footprint.from_gap(body, influence, outline=outline)
     options = ContactOptions(law="elastic", tangential=tangential, friction=friction, tilting=tilting, cells=cells)
     vector = np.array([*shear, -force])
     wrench = Wrench(vector, np.cross([*through, 0.0], vector) + np.array([0.0, 0.0, torsion]))
-    return cell_load(compliance, footprint, wrench, options)
+    press = Press(influence, options, strength=0.0, narrowest=1e-9)
+    state = press.loads([footprint], [wrench])[0].load.state
+    return Pressed(state, press.cell_forces())
 
 
-def surface_motion(compliance: SurfaceCompliance, load: CellLoad) -> Array:
-    """Mean displacement of each cell, (3, cells) [m]."""
-    return np.einsum("iajb,bj->ia", compliance.full(load.cells), load.forces)
-
-
-def contact_radius(load: CellLoad) -> float:
+def contact_radius(load: Pressed) -> float:
     """Of a disc as large as the contact [m]."""
     return math.sqrt(load.state.contact_area / math.pi)
+
+
+def surface_motion(poisson: float, load: Pressed) -> Array:
+    """Mean displacement of each cell of a half space, (3, cells) [m]."""
+    cells = load.cells
+    integrals = HalfSpaceIntegrals(cells.edges, cells.sides)
+    factor = (1 - poisson**2) / (math.pi * YOUNG)
+    return np.einsum("iajb,bj->ia", half_space_compliance(factor, poisson, integrals, cells.areas), cells.forces)

@@ -133,7 +133,7 @@ def test_bonded_disc_resists_turning_and_sliding():
     """T = 16/3 G a^3 beta (Reissner, Sagoci 1944);  Q = 8 G a d / (2 - nu), exact where nu = 1/2."""
     torsion, shear = 1e-5, 0.02
     load = pressed(SOFT, disc(RADIUS), FORCE, shear=(0.0, shear), torsion=torsion, tangential="stick", cells=200)
-    moved, (x, y) = surface_motion(SOFT, load), load.cells.centroids.T
+    moved, (x, y) = surface_motion(POISSON, load), load.cells.centroids.T
     angle = torsion / (16 / 3 * SHEAR * RADIUS**3)
     turned = float((moved[1] * x - moved[0] * y).sum() / (x**2 + y**2).sum())
     assert turned == pytest.approx(angle, rel=0.01)
@@ -179,7 +179,7 @@ def test_sphere_under_shear_slips_in_a_ring(share, angle, cells):
     traction = load.forces[:, :2] @ along / areas
     # Of the limit: cells cut the kink at the stick zone's rim.
     assert root_mean_square(traction - expected, limit * dome(radius), areas) <= 0.06
-    moved = np.einsum("a,ai->i", along, surface_motion(SOFT, load)[:2])[distance < 0.5 * stick]
+    moved = np.einsum("a,ai->i", along, surface_motion(POISSON, load)[:2])[distance < 0.5 * stick]
     motion = 3 * friction * FORCE * (2 - POISSON) / (16 * SHEAR * radius) * (1 - (1 - share) ** (2 / 3))
     np.testing.assert_allclose(moved, motion, rtol=0.01)
 

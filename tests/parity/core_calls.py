@@ -1,4 +1,4 @@
-"""Shear under a contact in the compiled core: the full compliance of cells, and forces for every tangential choice."""
+"""Functions of the core that only tests call: single steps of what it does at once."""
 
 from __future__ import annotations
 
@@ -8,37 +8,67 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.cells import Cells
 from mjtactile.compliance import surface_compliance
 from mjtactile.influence import InfluenceMatrices
-from mjtactile.native import NativePad, contiguous, library, native_pad, pointer
-from mjtactile.options import TANGENTIALS
-from mjtactile.pad import Array
+from mjtactile.laws import TANGENTIALS
+from mjtactile.native import contiguous, library, native_pad, pointer
 
+Array = npt.NDArray[np.float64]
 _REFUSED, _SLIDES, _SIMPLIFIED = 1, 2, 4
 
 
-def shearable_pad(influence: InfluenceMatrices) -> NativePad:
-    """The core's copy of influence matrices, with what shear needs besides."""
+def rigid_contact(
+    compliance: Array, modes: Array, heights: Array, resultants: Array
+) -> tuple[npt.NDArray[np.bool_], Array]:
+    """Cells pressed and forces (cells,) [N] of a rigid body, see RigidContact."""
+    cells, motions = modes.shape
+    arrays = [contiguous(one) for one in (compliance, modes, heights, resultants)]
+    pressed = np.empty(cells, dtype=bool)
+    forces, motion, separation = (np.empty((count, motions + 1)) for count in (cells, motions, cells))
+    found = library().mjt_rigid_contact(
+        ctypes.c_size_t(cells),
+        ctypes.c_size_t(motions),
+        *(pointer(one) for one in (*arrays, None, pressed, forces, motion, separation)),
+    )
+    assert found
+    return pressed, forces @ np.append(resultants, 1.0)
+
+
+def normal_compliance(influence: InfluenceMatrices, centroids: Array, areas: Array, inverse_distance: Array) -> Array:
+    """Normal compliance between cells [m/N], see SurfaceCompliance::normal."""
+    arrays = [contiguous(one) for one in (centroids, areas, inverse_distance)]
+    compliance = np.empty((len(areas), len(areas)))
+    library().mjt_normal_compliance(
+        native_pad(influence).handle,
+        ctypes.c_size_t(len(areas)),
+        *(pointer(one) for one in arrays),
+        ctypes.c_double(1.0),
+        pointer(compliance),
+    )
+    return compliance
+
+
+def full_compliance(
+    influence: InfluenceMatrices,
+    centroids: Array,
+    areas: Array,
+    inverse_distance: Array,
+    edges: Array,
+    sides: npt.NDArray[np.int32],
+    angle: float = 0.0,
+) -> Array:
+    """Mean displacement per force, (3, cells, 3, cells) [m/N], of turned cells, see SurfaceCompliance::full."""
     pad = native_pad(influence)
     pad.set_tangential(surface_compliance(influence))
-    return pad
-
-
-def full_compliance(influence: InfluenceMatrices, cells: Cells) -> Array:
-    """Mean displacement per force, (3, cells, 3, cells) [m/N], pad frame; see `SurfaceCompliance.full`."""
-    shape = cells if cells.shape is None else cells.shape
-    scale, angle = cells.placement
-    ends, sides = cell_edges(shape)
-    ends = contiguous(scale * ends)
-    arrays = [contiguous(one) for one in (cells.centroids, cells.areas, cells.half_space.inverse_distance)]
-    compliance = np.empty((3, cells.count, 3, cells.count))
+    arrays = [contiguous(one) for one in (centroids, areas, inverse_distance)]
+    edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
+    compliance = np.empty((3, len(areas), 3, len(areas)))
     library().mjt_full_compliance(
-        shearable_pad(influence).handle,
-        ctypes.c_size_t(cells.count),
+        pad.handle,
+        ctypes.c_size_t(len(areas)),
         *(pointer(one) for one in arrays),
-        ctypes.c_size_t(len(ends)),
-        pointer(ends),
+        ctypes.c_size_t(len(edges)),
+        pointer(edges),
         pointer(sides),
         ctypes.c_double(angle),
         pointer(compliance),
@@ -109,14 +139,3 @@ def surface_shear(
         pointer(forces),
     )
     return SurfaceShear(forces, bool(told & _REFUSED), bool(told & _SLIDES), bool(told & _SIMPLIFIED))
-
-
-def cell_edges(cells: Cells) -> tuple[Array, npt.NDArray[np.int32]]:
-    """Distinct edges (count, 2 ends, 2) [m], and the cells to their left and right, -1 for none."""
-    first, steps = cells.steps
-    sides = np.full((len(first), 2), -1, dtype=np.int32)
-    coordinates = steps.tocoo()
-    for side, sign in enumerate((1.0, -1.0)):
-        there = coordinates.data == sign
-        sides[coordinates.row[there], side] = coordinates.col[there]
-    return contiguous(cells.edges[first]), np.ascontiguousarray(sides)

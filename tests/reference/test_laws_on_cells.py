@@ -1,0 +1,113 @@
+"""The compiled core against contact laws written down in a few lines each, on the same cells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from laws_on_cells import Cells, bonded, coulomb, full_compliance, normal_compliance, placed, pressing, proportional
+from shapely import box
+
+import mjtactile
+from mjtactile.compliance import surface_compliance
+from mjtactile.footprint import Footprint
+from mjtactile.foundation import foundation_springs
+from mjtactile.native_face_cells import placed_cells
+from mjtactile.native_press import CellForces, Press
+from mjtactile.options import Wrench, contact_options
+
+#: Forces agree to this fraction of the largest: dense systems of some hundred unknowns, solved in two ways.
+EXACT = 1e-9
+#: Where rounds of pressing and slip end, of the largest movement.
+SETTLED = 1e-6
+COUNT = 60
+FORCE = np.array([0.01, -0.02, -0.2])
+OUTLINES = {
+    **{
+        name: mjtactile.indenter_outline(name, rotate_deg=20, shift=(1e-3, -0.5e-3))
+        for name in mjtactile.INDENTER_NAMES
+    },
+    "over the edge": mjtactile.indenter_outline("star", rotate_deg=31, shift=(5e-3, 1.3e-3)),
+    "two parts": box(-4e-3, -1e-3, -2e-3, 1e-3).union(box(0.0, -1e-3, 3e-3, 1e-3)),
+}
+
+
+@pytest.fixture(scope="module")
+def influence():
+    return mjtactile.influence_matrices(mesh="draft", progress=False)
+
+
+def solved(influence, footprint: Footprint, lever=(0.0, 0.0), **options) -> tuple[CellForces, Cells, np.ndarray]:
+    """What the core finds, the same cells for the reference, and the wrench (6,)."""
+    chosen = contact_options(influence, cells=COUNT, **{"law": "elastic", **options})
+    moment = np.cross([footprint.centroid[0] + lever[0], footprint.centroid[1] + lever[1], 0.0], FORCE)
+    moment[2] += 1e-5
+    press = Press(influence, chosen, strength=0.0)
+    found = press.loads([footprint], [Wrench(FORCE, moment)])[0]
+    assert not found.bounded
+    assert not found.simplified
+    made, place = placed_cells(footprint.outline, COUNT)
+    forces, cells = press.cell_forces(), placed(made.read(), place)
+    np.testing.assert_allclose(forces.centroids, cells.centroids, atol=1e-12)
+    return forces, cells, np.concatenate([FORCE, moment])
+
+
+def normal_resultants(cells: Cells, wrench: np.ndarray, tilting: bool) -> np.ndarray:
+    middle = cells.centroids.mean(axis=0)
+    through = np.array([wrench[4], -wrench[3]]) / -wrench[2]
+    return -wrench[2] * np.array([1.0, *((through - middle) / cells.length)][: 3 if tilting else 1])
+
+
+def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=EXACT * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("tilt", ["free", "fixed"])
+@pytest.mark.parametrize("name", OUTLINES)
+def test_elastic_and_proportional_shear(influence, name, tilt):
+    found, cells, wrench = solved(influence, Footprint.from_outline(OUTLINES[name], influence), tilt=tilt)
+    modes = cells.modes if tilt == "free" else cells.modes[:, :1]
+    compliance = normal_compliance(surface_compliance(influence), cells)
+    normal = pressing(compliance, modes, np.zeros(len(modes)), normal_resultants(cells, wrench, tilt == "free"))
+    assert_same(found.forces[:, 2], -normal)
+    assert_same(found.forces[:, :2], proportional(cells, normal, wrench).T)
+
+
+@pytest.mark.parametrize("lever", [(0.9e-3, 0.0), (-0.5e-3, 1.1e-3)])
+def test_a_face_that_lifts(influence, lever):
+    footprint = Footprint.from_outline(box(-2e-3, -1.5e-3, 2e-3, 1.5e-3), influence)
+    found, cells, wrench = solved(influence, footprint, lever)
+    compliance = normal_compliance(surface_compliance(influence), cells)
+    resultants = normal_resultants(cells, wrench, tilting=True)
+    normal = pressing(compliance, cells.modes, np.zeros(len(cells.areas)), resultants)
+    assert 0 < (normal == 0.0).sum() < len(normal)
+    assert_same(found.forces[:, 2], -normal)
+
+
+@pytest.mark.parametrize("name", ["circle", "star", "triangle"])
+def test_foundation_is_a_bed_of_springs(influence, name):
+    found, cells, wrench = solved(influence, Footprint.from_outline(OUTLINES[name], influence), law="foundation")
+    areas, stiffnesses = foundation_springs(influence)
+    pressed = cells.areas[found.forces[:, 2] < 0.0].sum()
+    stiffness = np.exp(np.interp(np.log(pressed), areas, stiffnesses))
+    springs = np.diag(1.0 / (stiffness * cells.areas))
+    resultants = normal_resultants(cells, wrench, tilting=True)
+    assert_same(found.forces[:, 2], -pressing(springs, cells.modes, np.zeros(len(cells.areas)), resultants))
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_shear_that_sticks(influence, name):
+    found, cells, wrench = solved(influence, Footprint.from_outline(OUTLINES[name], influence), tangential="stick")
+    if (found.forces[:, 2] >= 0.0).any():
+        return  # not all of the face presses
+    assert_same(found.forces, bonded(full_compliance(surface_compliance(influence), cells), cells, wrench))
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.5])
+@pytest.mark.parametrize("name", OUTLINES)
+def test_shear_that_slips_where_friction_does_not_hold(influence, name, friction):
+    footprint = Footprint.from_outline(OUTLINES[name], influence)
+    found, cells, _ = solved(influence, footprint, tangential="coulomb", friction=friction)
+    full = full_compliance(surface_compliance(influence), cells)
+    left = coulomb(full, cells, found.forces, np.zeros(len(cells.areas)), friction)
+    assert left.over <= EXACT
+    assert max(left.stuck, left.across, left.apart) <= SETTLED
