@@ -85,7 +85,8 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   normal_.assign(cells, 0.0);
   const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
   exact_ = solve_contact(face, compliance, options.law, problem, start, workspace.matrix);
-  linear_ = exact_ && options.law == Law::elastic;
+  linear_ = exact_ && options.law != Law::uniform;
+  std::copy(wanted, wanted + motions(), wanted_);
   // Shear takes a part of the strength.
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
@@ -132,8 +133,13 @@ void CellContact::set_slopes(const double* motion) {
   if (tilting_) slopes_[0] = motion[1], slopes_[1] = motion[2];
 }
 
-void CellContact::make_parts(const Face& face, const Workspace& workspace) {
-  contact_.make_maps({&workspace.matrix, workspace.modes.data(), motions(), nullptr, nullptr});
+bool CellContact::make_parts(const Face& face, Law law, Workspace& workspace) {
+  const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), nullptr, wanted_};
+  if (law == Law::foundation) {
+    set_springs(face, workspace.matrix);
+    if (!contact_.exchange(problem, pressed_.data())) return false;
+  }
+  contact_.make_maps(problem);
   gram_.assign(9 * motions(), 0.0);
   for (std::size_t i = 0; i < face.cells(); ++i) {
     double modes[2][3];
@@ -147,7 +153,7 @@ void CellContact::make_parts(const Face& face, const Workspace& workspace) {
         }
       }
     }
-  }
+  }  return true;
 }
 
 // Normal forces by a law where no pressure is too high, and the body's tilt; false where none were found.
@@ -195,6 +201,16 @@ bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compl
   return found;
 }
 
+// The compliance of law "foundation".
+void CellContact::set_springs(const Face& face, Matrix& compliance) {
+  contact_.forget();
+  compliance.resize(face.cells(), face.cells());
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    std::fill(compliance[i], compliance[i] + compliance.stride(), 0.0);
+    compliance[i][i] = 1.0 / (stiffness_ * face.areas[i]);
+  }
+}
+
 // Cells bear no more than the strength; where all of them together bear less than the load, the rest is not carried.
 // False where nothing was found that bears it; exact_ says whether it is a contact.
 bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace) {
@@ -211,14 +227,7 @@ bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& 
   }
   exact_ = false;
   if (law == Law::uniform) return false;  // the nearest cells bear it
-  if (law == Law::foundation) {
-    contact_.forget();
-    workspace.matrix.resize(cells, cells);
-    for (std::size_t i = 0; i < cells; ++i) {
-      std::fill(workspace.matrix[i], workspace.matrix[i] + workspace.matrix.stride(), 0.0);
-      workspace.matrix[i][i] = 1.0 / (stiffness_ * face.areas[i]);
-    }
-  }
+  if (law == Law::foundation) set_springs(face, workspace.matrix);
   exact_ = contact_.solve_bounded(problem, workspace.most.data(), pressed_);
   if (!contact_.carries()) return false;
   pressed_ = contact_.pressed();

@@ -68,14 +68,14 @@ class CellContact {
   void nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, Workspace& workspace,
                     double* nodal) const;
 
-  // Make the parts of a linear contact on a flat face, of which weights() and part_forces() tell.
-  void make_parts(const Face& face, const Workspace& workspace);
+  // Make the parts of a linear contact on a flat face, of which weights() and part_forces() tell; false where that fails.
+  bool make_parts(const Face& face, Law law, Workspace& workspace);
   // Weights of the parts under another wrench, (parts()); false where other cells press, or more than the strength.
   bool weights(const Face& face, const LawOptions& options, const double* wrench, std::vector<double>& weights,
                Workspace& workspace) const;
   // Parts of a load on a flat face: pressures, one per resultant, and three of shear for each: a unit motion times that
   // pressure.
-  std::size_t parts() const { return 4 * contact_.motions(); }
+  std::size_t parts() const { return 4 * motions(); }
   // Forces on the cells of a sum of parts, (cells, 3) [N].
   void part_forces(const Face& face, const std::vector<double>& weights, double* forces) const;
   // The wrench that the parts carry in place of another.
@@ -99,6 +99,7 @@ class CellContact {
                      const std::uint8_t* start, Matrix& compliances);
   bool bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace);
   void fill_nearest(const Face& face, const double* wrench, Workspace& workspace);
+  void set_springs(const Face& face, Matrix& compliance);
   void set_slopes(const double* motion);
   void measure(const Face& face, Law law, const Matrix& compliance);
   std::size_t motions() const { return tilting_ ? 3 : 1; }
@@ -108,7 +109,7 @@ class CellContact {
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
   bool tilting_ = true, curved_ = false, linear_ = false, exact_ = false;
   double pressed_area_ = 0.0, force_ = 0.0, length_ = 1.0, strength_ = 0.0;
-  double indentation_ = 0.0, slopes_[2] = {};
+  double indentation_ = 0.0, slopes_[2] = {}, wanted_[kMostMotions] = {};
   RigidContact contact_;
   SpringBed bed_;                 // of laws "uniform" and "foundation"
   std::vector<double> springs_;   // of law "foundation" [N/m]

@@ -301,7 +301,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     contact.place(*face, placement, pad_->compliance(), options_, workspace_);
     contact.press(*face, pad_->compliance(), options_, touch.wrench, workspace_);
     if (!contact.linear() || is_small(contact)) return false;  // its cells belong to this very load
-    contact.make_parts(*face, workspace_);
+    if (!contact.make_parts(*face, options_.law, workspace_)) return false;
     if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
     const auto& map = pad_->template deviatoric<Value>();
     // One scale for all layers: bytes would leave the deep ones too few digits.

@@ -10,7 +10,7 @@ constexpr double kPi = 3.14159265358979323846;
 // Looks at a contact, each from the motion that the last one found.
 constexpr int kLooks = 4;
 // Cells reach up to where the body stands this many times as high as the level of the spots, at first and at most.
-constexpr double kGenerous = 2.5, kMostGenerous = 64.0;
+constexpr double kGenerous = 2.5, kMostGenerous = 64.0, kLeastGenerous = 0.25;
 // Where a contact turns out so many times as deep as that, cells reach up to this share of the depth, but no more than so
 // many times as high at once.
 constexpr double kDeep = 2.0, kShareOfDepth = 0.75, kMostWider = 8.0;
@@ -24,6 +24,7 @@ constexpr double kSpareArea = 3.0;
 // Wanted cells lie under the level; with what is above it and under rims, so many times as many may be used.
 constexpr double kMostCells = 2.0;
 constexpr std::size_t kMoreCells = 24;
+constexpr double kCheap = 2.0;
 // What a spot fills of its rectangle when it is an ellipse; rings and the like fill less, and take more cells.
 constexpr double kFilled = 0.7, kMostFor = 3.0;
 // A spot that fills less of its rectangle than this is narrow and bent; cells that a line askew to them meets, over those
@@ -33,9 +34,11 @@ constexpr double kOpen = 0.5, kAskew = 1.27;
 // have a few more.
 constexpr double kLeastCoarser = 1.25, kNearly = 1.1;
 constexpr int kRounds = 10;
+// Cells that are looked at for one that is wanted, at most: what is bent or hollow fills little of its rectangle.
+constexpr double kMostSounded = 32.0;
 // A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
-// than this many levels at once.
-constexpr double kSmallTilt = 0.2, kMostTilt = 2.0;
+// than this many levels at once, nor beyond this slope.
+constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0;
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
@@ -114,13 +117,14 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
   const double highest = options.law == Law::uniform ? std::max(search_.level(), options.facing_gap)
                                                      : search_.level() * view.generosity;
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
-  // Long, bent and open spots take more cells, and several spots more than one.
+  // Long, bent and open spots take more cells, and several spots more than one; law "uniform" has nothing to solve.
+  const double cells = (options.law == Law::uniform ? kCheap : 1.0) * static_cast<double>(options.cells);
   double wanted = 0.0;
   for (const Spot& spot : spots_) {
     const double filled = spot.area / spot.region.area();
-    wanted += static_cast<double>(options.cells) * std::min(std::max(kFilled / filled, 1.0), kMostFor);
+    wanted += cells * std::min(std::max(kFilled / filled, 1.0), kMostFor);
   }
-  const double most = kMostCells * static_cast<double>(options.cells) + static_cast<double>(kMoreCells);
+  const double most = kMostCells * cells + static_cast<double>(kMoreCells);
   wanted = std::min(wanted, most);
   reach_out();
   double coarser = 1.0;
@@ -165,6 +169,7 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
   Region region = regions_[number];
+  cell = std::max(cell, region.area() / (kMostSounded * wanted));
   if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
   return region.lattice(cell, options.narrowest);
 }
@@ -201,8 +206,9 @@ bool PatchPress::next_view(View& view) const {
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
   if (tilted) {
     const double share = std::min(1.0, kMostTilt * level / lifted);
-    view.plane.slopes[0] += share * slopes[0];
-    view.plane.slopes[1] += share * slopes[1];
+    const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
+    if (std::hypot(to[0], to[1]) > kMostSlope) return false;  // it falls over; no tilt would carry the load
+    std::copy(to, to + 2, view.plane.slopes);
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {
@@ -212,9 +218,9 @@ bool PatchPress::next_view(View& view) const {
     return true;
   }
   // What stands higher than the body sinks in at its lowest is not touched.
-  const double sinks = kSinks * (contact_.indentation() + lowest);
+  const double sinks = kSinks * (contact_.indentation() + std::max(lowest, 0.0));
   if (few && search_.level() > 0.0 && sinks < kMuchLower * seen_.highest) {
-    view.generosity = sinks / search_.level();
+    view.generosity = std::max(sinks / search_.level(), kLeastGenerous);
     return true;
   }
   return false;

@@ -286,7 +286,8 @@ size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
   const size_t parts = solved.contact->parts(), nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
   if (nodal_forces == nullptr) return parts;
   press->basis = *solved.contact;
-  press->basis.make_parts(*solved.face, *solved.workspace);
+  press->workspace = *solved.workspace;
+  if (!press->basis.make_parts(*solved.face, options.law, press->workspace)) return 0;
   press->basis_face = press->touches[body].face;
   press->forces.resize(3 * solved.face->cells());
   for (size_t p = 0; p < parts; ++p) {

@@ -10,6 +10,8 @@ namespace {
 
 constexpr int kIterations = 40;
 constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-12;
+// Of the energy: changes that are rounding; of the load: what may be left of it.
+constexpr double kRounding = 1e-13, kBalanced = 1e-9;
 constexpr std::size_t kMost = 3;
 
 }  // namespace
@@ -63,7 +65,11 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     double length = 1.0, trial[kMost];
     for (;; length /= 2) {
       for (std::size_t m = 0; m < motions; ++m) trial[m] = motion[m] + length * step[m];
-      if (length < kShortest || energy(trial) <= least + kSufficientDecrease * length * slope) break;
+      // Next to the solution the energy does not tell any more.
+      if (length < kShortest || std::abs(slope) <= kRounding * std::abs(least) ||
+          energy(trial) <= least + kSufficientDecrease * length * slope) {
+        break;
+      }
     }
     std::copy(trial, trial + motions, motion);
     least = energy(motion);
@@ -76,7 +82,13 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     pressed_[i] = depth > 0.0 ? 1 : 0;
     forces_[i] = force(i, depth);
   }
-  return balanced;
+  double largest = 0.0;
+  for (std::size_t m = 0; m < motions; ++m) {
+    double sum = -resultants[m];
+    for (std::size_t i = 0; i < cells; ++i) sum += modes[i * motions + m] * forces_[i];
+    largest = std::max(largest, std::abs(sum));
+  }
+  return largest <= kBalanced * resultants[0];
 }
 
 double SpringBed::overlap(std::size_t cell, const double* motion) const {
