@@ -71,17 +71,12 @@ def test_an_object_asleep_keeps_its_reading():
     np.testing.assert_array_equal(data.sensor("touch").data, asleep)
 
 
-SLIPS = pytest.mark.xfail(
-    strict=False,
-    reason="6 gf on an edge of 6 mm: 8.7 kPa is read near one end where the dense contact reads 4.2 kPa all along, and "
-    "a moment of 17 uN m is carried that MuJoCo's contacts do not have. 1.5 and 3 gf are read symmetrically.",
-)
 LAID = pytest.mark.xfail(strict=False, reason="cells along the rods are laid by what rounding decides: .5 %")
 CENTRED = [
     "torus mesh", "two rods", pytest.param("four rods", marks=LAID),
     "two balls", "two bodies", "frame", "ball", "15 x 15 x 5 mm",
     "edge, 1.5 gf", "edge, 3 gf",
-    "2 feet", "3 feet", "4 feet", "5 feet", "6 feet", pytest.param("edge, 6 gf", marks=SLIPS),
+    "2 feet", "3 feet", "4 feet", "5 feet", "6 feet", "edge, 6 gf",
 ]  # fmt: skip
 
 
@@ -117,7 +112,7 @@ def test_an_edge_at_45_degrees_is_read_below_the_pads_modulus():
 DENSE = [
     "ball", "torus mesh", "O-ring", "two rods", "four rods", "two balls", "two bodies", "3 feet", "4 feet", "6 feet",
     "frame", "plane on a narrow pad", "edge, 1.5 gf", "edge, 3 gf", "capsule", "15 x 15 x 5 mm",
-    pytest.param("edge, 6 gf", marks=SLIPS),
+    "edge, 6 gf",
 ]  # fmt: skip
 
 
