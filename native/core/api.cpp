@@ -140,6 +140,7 @@ int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, co
   copy(compliance, kept.matrix);
   const mjtactile::RigidProblem problem = {&kept.matrix, modes, motions, heights, resultants};
   kept.contact.forget();
+  kept.contact.allow();
   if (!kept.contact.exchange(problem, start, false)) return 0;
   kept.contact.make_maps(problem);
   std::copy(kept.contact.pressed().begin(), kept.contact.pressed().end(), pressed);

@@ -84,6 +84,7 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   length_ = face.length;
   normal_.assign(cells, 0.0);
   const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
+  contact_.allow();
   exact_ = solve_contact(face, compliance, options.law, problem, start, workspace.matrix);
   linear_ = exact_ && options.law != Law::uniform;
   std::copy(wanted, wanted + motions(), wanted_);
@@ -91,7 +92,10 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
   bool spread = false;
-  if (exact_ && strength_ > 0.0) {
+  if (!exact_ && strength_ > 0.0 && options.law == Law::elastic) {
+    pressed_.assign(cells, 1);
+    spread = bound_pressure(face, options.law, problem, workspace);
+  } else if (exact_ && strength_ > 0.0) {
     bool over = false;
     for (std::size_t i = 0; i < cells; ++i) over = over || normal_[i] > strength_ * face.areas[i];
     if (over) {

@@ -122,15 +122,25 @@ void ContactSearch::flood(const SearchLoad& load) {
     std::pop_heap(order_.begin(), end--, higher);
     level_ = height;
     area += cell;
-    parents_[sample] = sample;
     under_[sample] = 1;
-    around += 2.0 * (step[0] + step[1]);
+    const std::size_t column = sample % kLines, row = sample / kLines;
+    const std::size_t across = (column > 0 && under_[sample - 1]) + (column + 1 < kLines && under_[sample + 1]);
+    const std::size_t along = (row > 0 && under_[sample - kLines]) + (row + 1 < kLines && under_[sample + kLines]);
+    around += 2.0 * ((1.0 - static_cast<double>(along)) * step[0] + (1.0 - static_cast<double>(across)) * step[1]);
+  }
+  connect();
+}
+
+// Samples under the level that are near each other belong together: each is named after the first of its part.
+void ContactSearch::connect() {
+  for (std::size_t sample = 0; sample < parents_.size(); ++sample) {
+    parents_[sample] = sample;
+    if (!under_[sample]) continue;
     const auto column = static_cast<int>(sample % kLines), row = static_cast<int>(sample / kLines);
-    for (int j = std::max(row - kNear, 0); j <= std::min(row + kNear, static_cast<int>(kLines) - 1); ++j) {
+    for (int j = std::max(row - kNear, 0); j <= row; ++j) {
       for (int i = std::max(column - kNear, 0); i <= std::min(column + kNear, static_cast<int>(kLines) - 1); ++i) {
         const std::size_t other = static_cast<std::size_t>(j) * kLines + static_cast<std::size_t>(i);
-        if (!under_[other]) continue;
-        if (std::abs(i - column) + std::abs(j - row) == 1) around -= 2.0 * step[i == column ? 0 : 1];
+        if (other >= sample || !under_[other]) continue;
         const std::size_t a = root(sample), b = root(other);
         if (a != b) parents_[std::max(a, b)] = std::min(a, b);
       }

@@ -74,6 +74,7 @@ class ContactSearch {
   Point grid_point(std::size_t sample) const;
   void set_heights(const Plane& plane);
   void flood(const SearchLoad& load);
+  void connect();
   std::size_t root(std::size_t sample);
   void gather_parts();
   void look_closer(const HeightMap& map, const Plane& plane, Part& part);

@@ -215,6 +215,7 @@ ShearOutcome SurfaceShear::coulomb(const PressedCells& cells, const Matrix& comp
                                    double friction, double* forces) {
   const std::size_t count = cells.count, reached = reached_.size(), motions = cells.tilting ? 3 : 1;
   contact_.forget();
+  contact_.allow();
   pressed_.resize(reached, reached);
   modes_.resize(reached * motions);
   gaps_.assign(reached, 0.0);

@@ -26,7 +26,7 @@ constexpr double kFar = 1.5;
 constexpr int kMostParts = 4;
 // How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
 constexpr double kBeyond = 0.25;
-constexpr int kGrowths = 8;
+constexpr std::size_t kGrowths = 8;
 
 struct Box {
   Point middle;
@@ -155,7 +155,8 @@ void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice
     return seen(view, at) <= view.highest &&
            std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return within(one, at); });
   };
-  for (int growth = 0; growth < kGrowths; ++growth) {
+  const std::size_t most = std::min(kGrowths, 1 + std::min(lattice.columns, lattice.rows) / 2);
+  for (std::size_t growth = 0; growth < most; ++growth) {
     const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
     bool beyond[4] = {};   // west, east, south, north
     for (double row = 0.5; row < rows; ++row) {

@@ -17,6 +17,8 @@ constexpr double kBalanced = 1e-9;
 constexpr std::size_t kExchanges = 24, kPatience = 3;
 // Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
 constexpr std::size_t kDescents = 20, kBounded = 30;
+// Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
+constexpr double kMostWork = 5e6, kMostFactors = 12.0;
 // Bisections of how far a load is moved that the cells cannot bear where it is.
 constexpr int kMoves = 7;
 // Springs that start the search, over the stiffness of single cells.
@@ -258,6 +260,9 @@ bool RigidContact::factor_pressed(const RigidProblem& problem) {
   if (count == 0) return false;
   if (factored_ && places_ == factored_places_) return true;
   factored_ = false;
+  const auto size = static_cast<double>(count);
+  work_ += size * size * size;
+  if (work_ > kMostWork + kMostFactors * std::pow(static_cast<double>(pressed_.size()), 3)) return false;
   factor_.resize(count, count);
   modes_.resize(motions, count);
   for (std::size_t a = 0; a < count; ++a) {

@@ -33,6 +33,8 @@ class RigidContact {
  public:
   // The compliance or the modes of the next problem are others: what was factored is of no use.
   void forget() { factored_ = false, definite_ = true; }
+  // Begin to count the work anew: what takes too much of it is given up.
+  void allow() { work_ = 0.0; }
   // Find the cells that press. `start`: cells likely pressed, (cells), null where nothing is known. False where no contact
   // is found.
   bool solve(const RigidProblem& problem, const std::uint8_t* start);
@@ -78,6 +80,7 @@ class RigidContact {
   bool flexible_ = true, factored_ = false, definite_ = true, carries_ = true;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
   std::vector<double> forces_, separation_, reached_, pushed_, stiffnesses_, column_;
+  double work_ = 0.0;
   double motion_[kMostMotions] = {};
   double pressed_heights_[kMostMotions] = {};             // B^T A^-1 g of the pressed cells
   double stiffness_[kMostMotions][kMostMotions] = {};     // B^T A^-1 B of the pressed cells
