@@ -178,13 +178,7 @@ int mjt_body_heights(const mjt_body* body, const double* pose, const double* she
 int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, double sunk,
                    int law, int tangential, int tilting, double friction, double strength, double facing_gap,
                    size_t cells, double* nodal_forces, double* carried) {
-  LawOptions options;
-  options.law = static_cast<Law>(law);
-  options.tangential = static_cast<Tangential>(tangential);
-  options.tilting = tilting != 0;
-  options.friction = friction;
-  options.cells = cells;
-  options.strength = strength;
+  const LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   const bool uniform = options.law == Law::uniform;
   std::vector<const std::vector<Facet>*> facets;
   for (const auto& one : body->facets) facets.push_back(&one);

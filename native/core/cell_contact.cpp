@@ -294,26 +294,17 @@ void CellContact::carried(const Face& face, const double* wrench, double* carrie
   carried[4] = centre_.x * pressing[0] + pressing[1] * face.length;
 }
 
-void CellContact::forces(const Face& face, const double* wrench, Workspace& workspace, double* forces,
-                         double* carried) const {
+void CellContact::forces(const Face& face, const double* wrench, double* forces) const {
   const std::size_t cells = face.cells();
-  std::fill(carried, carried + 6, 0.0);
-  double gram[3][3] = {}, sum = 0.0;
+  double turning = 0.0, sum = 0.0;
   Point pressed = {0.0, 0.0};
   for (std::size_t i = 0; i < cells; ++i) {
     const double normal = normal_[i];
     double* force = forces + 3 * i;
     force[0] = force[1] = 0.0;
     force[2] = -normal;
-    carried[2] -= normal;
-    carried[3] -= workspace.placed[2 * i + 1] * normal;
-    carried[4] += workspace.placed[2 * i] * normal;
     if (!(normal > 0.0)) continue;
-    double modes[2][3];
-    shear_modes(points_[i], modes);
-    for (int a = 0; a < 3; ++a) {
-      for (int b = 0; b < 3; ++b) gram[a][b] += normal * (modes[0][a] * modes[0][b] + modes[1][a] * modes[1][b]);
-    }
+    turning += normal * (points_[i].y * points_[i].y + points_[i].x * points_[i].x);
     sum += normal;
     pressed.x += normal * points_[i].x, pressed.y += normal * points_[i].y;
   }
@@ -323,7 +314,7 @@ void CellContact::forces(const Face& face, const double* wrench, Workspace& work
   const double slide[2] = {wrench[0] / sum, wrench[1] / sum};
   const double middle[2] = {centre_.x + face.length * pressed.x, centre_.y + face.length * pressed.y};
   const double torsion = wrench[5] - (middle[0] * wrench[1] - middle[1] * wrench[0]);
-  const double polar = gram[2][2] - sum * (pressed.x * pressed.x + pressed.y * pressed.y);
+  const double polar = turning - sum * (pressed.x * pressed.x + pressed.y * pressed.y);
   double turn = polar > kOpen * sum ? torsion / face.length / polar : 0.0;
   const auto steepest = [&](double share) {
     double most = 0.0;
@@ -348,9 +339,6 @@ void CellContact::forces(const Face& face, const double* wrench, Workspace& work
     double* force = forces + 3 * i;
     force[0] = normal_[i] * (slide[0] - turn * (points_[i].y - pressed.y));
     force[1] = normal_[i] * (slide[1] + turn * (points_[i].x - pressed.x));
-    carried[0] += force[0];
-    carried[1] += force[1];
-    carried[5] += workspace.placed[2 * i] * force[1] - workspace.placed[2 * i + 1] * force[0];
   }
 }
 

@@ -58,8 +58,8 @@ class CellContact {
   bool linear() const { return linear_; }
   bool exact() const { return exact_; }
   // Forces on the cells (cells, 3) [N], pad frame, under the wrench that was pressed with, shear in proportion to the
-  // pressure; and the wrench that they carry.
-  void forces(const Face& face, const double* wrench, Workspace& workspace, double* forces, double* carried) const;
+  // pressure.
+  void forces(const Face& face, const double* wrench, double* forces) const;
   // The cells and the pressing on them, for other ways that shear spreads; heights as they were pressed with.
   PressedCells pressed_cells(const Face& face, const double* heights, Workspace& workspace) const;
   // The wrench of forces on the cells.

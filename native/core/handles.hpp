@@ -25,6 +25,19 @@ struct mjt_cells {
 
 namespace mjtactile {
 
+// What Python's numbers ask of a contact; numbers of laws and tangential choices as in api.h.
+inline LawOptions law_options(int law, int tangential, int tilting, double friction, std::size_t cells,
+                              double strength) {
+  LawOptions options;
+  options.law = static_cast<Law>(law);
+  options.tangential = static_cast<Tangential>(tangential);
+  options.tilting = tilting != 0;
+  options.friction = friction;
+  options.cells = cells;
+  options.strength = strength;
+  return options;
+}
+
 inline Pose pose_of(const double* numbers) {
   Pose pose;
   std::copy(numbers, numbers + 3, pose.position);

@@ -217,7 +217,7 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
   const Face& cells = press.cells();
   double carried[6];
   press.forces.resize(3 * cells.cells());
-  if (!shear(touch, press)) contact.forces(cells, touch.wrench, press.workspace, press.forces.data(), carried);
+  if (!shear(touch, press)) contact.forces(cells, touch.wrench, press.forces.data());
   bound_stress(cells, press.forces.data());
   CellContact::sum(press.workspace, cells.cells(), press.forces.data(), carried);
   contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());

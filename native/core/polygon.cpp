@@ -83,13 +83,4 @@ bool holds(const std::vector<Point>& outline, const Point& point, double margin)
   return true;
 }
 
-void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result) {
-  std::vector<Point> before;
-  result = corners;
-  for (std::size_t side = 0; side < outline.size() && !result.empty(); ++side) {
-    before.swap(result);
-    clip_side(before, outline[side], outline[(side + 1) % outline.size()], 0.0, result);
-  }
-}
-
 }  // namespace mjtactile

@@ -16,8 +16,6 @@ std::vector<Point> convex_hull(std::vector<Point> points);
 // itself where it is. False where the polygon is too narrow for the margin.
 bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest);
 
-// A convex polygon cut at another; all counter-clockwise.
-void clip(const std::vector<Point>& corners, const std::vector<Point>& outline, std::vector<Point>& result);
 // Whether a point lies in a counter-clockwise convex polygon, its sides included, or at least `margin` [m] from them.
 bool holds(const std::vector<Point>& outline, const Point& point, double margin = 0.0);
 

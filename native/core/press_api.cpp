@@ -198,13 +198,7 @@ void mjt_footprint_free(mjt_footprint* footprint) { delete footprint; }
 
 mjt_press* mjt_press_new(const mjt_pad* pad, int law, int tangential, int tilting, double friction, size_t cells,
                          double strength, double narrowest) {
-  LawOptions options;
-  options.law = static_cast<Law>(law);
-  options.tangential = static_cast<Tangential>(tangential);
-  options.tilting = tilting != 0;
-  options.friction = friction;
-  options.cells = cells;
-  options.strength = strength;
+  LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
   // There is no geometry whose faces a gap could tell, and no pose that stays.
   auto* made = new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}};

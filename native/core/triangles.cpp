@@ -153,19 +153,21 @@ bool TriangleShadow::faces_down(const double corner[3][3], double normal[3]) con
   return normal[2] * normal[2] > kSteep * kSteep * square && !(mesh_->closed && normal[2] > 0.0);
 }
 
-// Boxes that may reach lowest are looked into first, until none may reach below what was found; so in find_lowest.
-// Boxes as low as that to rounding are not worth a look.
-void TriangleShadow::find_bottom() {
+// Boxes that may reach lowest are looked into first, until none may reach below the lowest that was found: boxes as low as
+// that to rounding are not worth a look. `reach(box)`: how low it may reach, infinite where it does not count;
+// `visit(triangle)` of those in the smallest boxes may set `lowest` lower.
+template <typename Reach, typename Visit>
+void TriangleShadow::walk_down(const double& lowest, Reach&& reach, Visit&& visit) {
   const auto& boxes = mesh_->boxes;
   queue_.clear();
   const auto add = [&](std::uint32_t number) {
-    const double low = span(boxes[number], 2).low;
-    if (!(low < bottom_[2] - 2 * slack_)) return;
+    const double low = reach(boxes[number]);
+    if (!(low < lowest - 2 * slack_)) return;
     queue_.emplace_back(low, number);
     std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
   };
   add(0);
-  while (!queue_.empty() && queue_.front().first < bottom_[2] - 2 * slack_) {
+  while (!queue_.empty() && queue_.front().first < lowest - 2 * slack_) {
     const std::uint32_t number = queue_.front().second;
     std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
     queue_.pop_back();
@@ -174,47 +176,38 @@ void TriangleShadow::find_bottom() {
       add(number + 1), add(box.second);
       continue;
     }
-    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
-      double corner[3][3];
-      if (!(corner_span(t, 2, corner).low < bottom_[2])) continue;
-      corners_of(t, corner);
-      for (const auto& one : corner) {
-        if (one[2] < bottom_[2]) std::copy(one, one + 3, bottom_);
-      }
-    }
+    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) visit(t);
   }
 }
 
+void TriangleShadow::find_bottom() {
+  walk_down(
+      bottom_[2], [&](const MeshBox& box) { return span(box, 2).low; },
+      [&](std::uint32_t t) {
+        double corner[3][3];
+        if (!(corner_span(t, 2, corner).low < bottom_[2])) return;
+        corners_of(t, corner);
+        for (const auto& one : corner) {
+          if (one[2] < bottom_[2]) std::copy(one, one + 3, bottom_);
+        }
+      });
+}
+
 void TriangleShadow::find_lowest() {
-  const auto& boxes = mesh_->boxes;
-  queue_.clear();
-  const auto add = [&](std::uint32_t number) {
-    const MeshBox& box = boxes[number];
+  const auto reach = [&](const MeshBox& box) {
     const Span z = span(box, 2);
-    if (!(z.high >= floor_) || !(z.low < lowest_ - 2 * slack_) || !may_face_down(box)) return;
+    if (!(z.high >= floor_) || !(z.low < lowest_ - 2 * slack_) || !may_face_down(box)) return kInfinite;
     const Span x = span(box, 0), y = span(box, 1);
-    if (x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south) return;
-    queue_.emplace_back(std::max(z.low, floor_), number);
-    std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
+    if (x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south) return kInfinite;
+    return std::max(z.low, floor_);
   };
-  add(0);
-  while (!queue_.empty() && queue_.front().first < lowest_ - 2 * slack_) {
-    const std::uint32_t number = queue_.front().second;
-    std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
-    queue_.pop_back();
-    const MeshBox& box = boxes[number];
-    if (box.second != 0) {
-      add(number + 1), add(box.second);
-      continue;
-    }
-    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) {
-      double corner[3][3], normal[3];
-      const Span z = corner_span(t, 2, corner);
-      if (!(z.low < lowest_) || !(z.high >= floor_)) continue;
-      corners_of(t, corner);
-      if (faces_down(corner, normal)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
-    }
-  }
+  walk_down(lowest_, reach, [&](std::uint32_t t) {
+    double corner[3][3], normal[3];
+    const Span z = corner_span(t, 2, corner);
+    if (!(z.low < lowest_) || !(z.high >= floor_)) return;
+    corners_of(t, corner);
+    if (faces_down(corner, normal)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
+  });
 }
 
 void TriangleShadow::gather() {

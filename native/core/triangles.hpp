@@ -56,6 +56,8 @@ class TriangleShadow {
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
   void corners_of(std::uint32_t triangle, double corner[3][3]) const;
   bool faces_down(const double corner[3][3], double normal[3]) const;
+  template <typename Reach, typename Visit>
+  void walk_down(const double& lowest, Reach&& reach, Visit&& visit);
   void find_bottom();
   void find_lowest();
   void gather();

@@ -28,7 +28,6 @@ STORAGES = [
     {"averaging": "deep", "loads": "corners", "precision": "int8", "reduction": 0.01},
     {"loads": "corners", "precision": "float64"},
 ]
-SETS = ("avx512", "avx2", "plain")
 
 
 @pytest.fixture(scope="module", params=STORAGES, ids=str)
@@ -36,17 +35,6 @@ def influence(request):
     return mjtactile.influence_matrices(
         PAD, preset=mjtactile.Fidelity(mesh="draft", law="elastic", cells=60, **request.param)
     )
-
-
-@pytest.fixture(params=SETS)
-def instruction_set(request):
-    before = native.instruction_set()
-    try:
-        native.use_instruction_set(request.param)
-    except mjtactile.NativeError:
-        pytest.skip(f"this processor has no {request.param}")
-    yield request.param
-    native.use_instruction_set(before)
 
 
 def random_forces(influence, seed):

@@ -11,7 +11,6 @@ from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Polygon
 
 import mjtactile
-from mjtactile import native
 from mjtactile.compliance import surface_compliance
 from mjtactile.native_face_cells import FaceCells, face_cells
 
@@ -27,17 +26,6 @@ def influence():
     return mjtactile.influence_matrices(
         mjtactile.Pad(), preset=mjtactile.Fidelity(mesh="draft", law="elastic", cells=60)
     )
-
-
-@pytest.fixture(params=("avx512", "avx2", "plain"))
-def instruction_set(request):
-    before = native.instruction_set()
-    try:
-        native.use_instruction_set(request.param)
-    except mjtactile.NativeError:
-        pytest.skip(f"this processor has no {request.param}")
-    yield request.param
-    native.use_instruction_set(before)
 
 
 @pytest.mark.parametrize("name", mjtactile.INDENTER_NAMES)
