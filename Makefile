@@ -7,7 +7,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 OLDEST_MUJOCO := 3.3.7
 OTHER_MUJOCO := 3.8.0 3.10.0 3.17.0
 PLUGIN_TESTS := tests/mujoco/test_attach*.py tests/mujoco/test_plugin*.py
-NATIVE := $(wildcard native/CMakeLists.txt native/*/*)
+NATIVE := $(shell find native -type f)
 
 .PHONY: demo test check install install-dev models soak tables weights policies clean
 

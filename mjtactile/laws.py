@@ -1,6 +1,6 @@
 """Contact laws: what each is called, what it needs of the pad, and what it knows. The core's `Law` solves them.
 
-A law is one class here and one case in native/core/cell_contact.cpp; nothing else tells them apart.
+A law is one class here and one case in native/core/contact/laws/cell_contact.cpp; nothing else tells them apart.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class ContactLaw:
 
     Attributes:
         name: users know it by.
-        number: the core knows it by, in `Law` of native/core/cell_contact.hpp.
+        number: the core knows it by, in `Law` of native/core/contact/laws/cell_contact.hpp.
         tangentials: ways shear may spread under it.
         shapes: whether it knows how the pad gives, looks at a curved body's shape and finds its approach and tilt;
             otherwise the body presses with its lowest part.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mjtactile.compliance import SurfaceCompliance
     from mjtactile.influence import InfluenceMatrices
 
-#: Version of the functions in native/core/api.h that this module calls.
+#: Version of the functions in native/api/api.h that this module calls.
 API_VERSION = 6
 #: Forces within two to this power, up or down, of 1 N are read as they are.
 _COMMON_POWERS = 20
