@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/cells/rectangle_integrals.hpp"
-
 namespace mjtactile {
 namespace {
 
@@ -20,84 +18,9 @@ constexpr int kTrimSteps = 8;
 constexpr double kTrimLines[] = {0.0, -0.25, 0.25, -0.45, 0.45};
 // Parts of cells this many times as long as wide (as variances) are turned along their length.
 constexpr double kSlanted = 2.25;
-// Distance over the sum of the cells' half diagonals from which on a series stands for integrals; nearer ones that are
-// turned against each other are cut into at most so many parts along each side.
-constexpr double kFar = 1.5;
-constexpr int kMostParts = 4;
 // How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
 constexpr double kBeyond = 0.25;
 constexpr std::size_t kGrowths = 8;
-
-struct Box {
-  Point middle;
-  double cosine, sine, sides[2];
-};
-
-bool are_far(const Box& a, const Box& b) {
-  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y;
-  const double reach = kFar * (std::hypot(a.sides[0], a.sides[1]) + std::hypot(b.sides[0], b.sides[1])) / 2;
-  return x * x + y * y > reach * reach;
-}
-
-// Integral of 1/r over two rectangles far from each other: its Taylor series to second order about their middles.
-double far_integral(const Box& a, const Box& b) {
-  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, square = x * x + y * y;
-  double xx = 0.0, xy = 0.0, yy = 0.0;
-  for (const Box* box : {&a, &b}) {
-    const double c = box->cosine, s = box->sine;
-    const double u = box->sides[0] * box->sides[0] / 12, v = box->sides[1] * box->sides[1] / 12;
-    xx += c * c * u + s * s * v;
-    yy += s * s * u + c * c * v;
-    xy += c * s * (u - v);
-  }
-  const double bend = (3.0 * (xx * x * x + 2.0 * xy * x * y + yy * y * y) / square - (xx + yy)) / (2.0 * square);
-  return a.sides[0] * a.sides[1] * b.sides[0] * b.sides[1] / std::sqrt(square) * (1.0 + bend);
-}
-
-// Middles of equal parts of two rectangles, small enough to stand for them where they are near to each other.
-struct Parts {
-  Point points[2][kMostParts * kMostParts];
-  int counts[2];
-  double size;   // area of the larger ones [m^2]
-};
-
-void cut(const Box& a, const Box& b, Parts& cuts) {
-  const Box* boxes[2] = {&a, &b};
-  const double least = std::min({a.sides[0], a.sides[1], b.sides[0], b.sides[1]});
-  cuts.size = 0.0;
-  for (int k = 0; k < 2; ++k) {
-    const Box& box = *boxes[k];
-    int along[2];
-    for (int i = 0; i < 2; ++i) {
-      along[i] = static_cast<int>(std::min(std::max(std::ceil(2.0 * box.sides[i] / least - 1e-6), 2.0), double{kMostParts}));
-    }
-    cuts.counts[k] = 0;
-    for (int i = 0; i < along[0]; ++i) {
-      for (int j = 0; j < along[1]; ++j) {
-        const double u = box.sides[0] * ((i + 0.5) / along[0] - 0.5), v = box.sides[1] * ((j + 0.5) / along[1] - 0.5);
-        cuts.points[k][cuts.counts[k]++] = {box.middle.x + box.cosine * u - box.sine * v,
-                                 box.middle.y + box.sine * u + box.cosine * v};
-      }
-    }
-    cuts.size = std::max(cuts.size, box.sides[0] * box.sides[1] / cuts.counts[k]);
-  }
-}
-
-// The same near by, for rectangles turned against each other that hardly overlap: point by point of parts of both.
-double near_integral(const Box& a, const Box& b) {
-  Parts cuts;
-  cut(a, b, cuts);
-  // Parts that fall together see each other as a square sees itself: 1/r averages to 2.97 over its side.
-  const double softened = cuts.size / (2.97 * 2.97);
-  double sum = 0.0;
-  for (int i = 0; i < cuts.counts[0]; ++i) {
-    for (int j = 0; j < cuts.counts[1]; ++j) {
-      const double x = cuts.points[1][j].x - cuts.points[0][i].x, y = cuts.points[1][j].y - cuts.points[0][i].y;
-      sum += 1.0 / std::sqrt(std::max(x * x + y * y, softened));
-    }
-  }
-  return a.sides[0] * a.sides[1] * b.sides[0] * b.sides[1] * sum / (cuts.counts[0] * cuts.counts[1]);
-}
 
 // Where a line through a cell runs below 0, in parts of the cell from its middle; `over`: heights at its 3 x 3 nodes.
 bool between_nodes(const double* over, bool along, double line, double& low, double& high) {
@@ -429,6 +352,10 @@ void PatchFace::finish(const Rectangle& sheet) {
 
 void PatchFace::integrate() {
   const std::size_t count = cells_.size();
+  rectangles_.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    rectangles_.emplace_back(face_.centroids[i], cells_[i].cosine, cells_[i].sine, cells_[i].sides);
+  }
   face_.inverse_distance.resize(count * count);
   std::size_t first = 0;
   for (std::size_t k = 0; k < lattices_.size(); ++k) {
@@ -439,7 +366,6 @@ void PatchFace::integrate() {
     inverse_distance_by_offset(lattice.columns, lattice.rows, lattice.size, lattice.width(), offsets_);
     for (std::size_t i = first; i < last; ++i) {
       const Cell& from = cells_[i];
-      const Box box = {face_.centroids[i], from.cosine, from.sine, {from.sides[0], from.sides[1]}};
       const std::size_t column = from.place % lattice.columns, row = from.place / lattice.columns;
       double* own = face_.inverse_distance.data() + i * count;
       for (std::size_t j = i; j < count; ++j) {
@@ -448,17 +374,8 @@ void PatchFace::integrate() {
           const std::size_t to_column = to.place % lattice.columns, to_row = to.place / lattice.columns;
           const std::size_t across = to_column > column ? to_column - column : column - to_column;
           own[j] = offsets_[(to_row - row) * lattice.columns + across];
-          continue;
-        }
-        const Box other = {face_.centroids[j], to.cosine, to.sine, {to.sides[0], to.sides[1]}};
-        if (are_far(box, other)) {
-          own[j] = far_integral(box, other);
-        } else if (from.cosine == to.cosine && from.sine == to.sine) {
-          const double dx = other.middle.x - box.middle.x, dy = other.middle.y - box.middle.y;
-          const double a[2] = {from.sides[0], to.sides[0]}, b[2] = {from.sides[1], to.sides[1]};
-          own[j] = inverse_distance(from.cosine * dx + from.sine * dy, from.cosine * dy - from.sine * dx, a, b);
         } else {
-          own[j] = near_integral(box, other);
+          own[j] = inverse_distance(rectangles_[i], rectangles_[j]);
         }
       }
     }
@@ -476,43 +393,27 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   }
   Face alone;
   ShearIntegrals own;
-  Parts parts;
   for (std::size_t i = 0; i < count; ++i) {
-    const Box box = {face_.centroids[i], cells_[i].cosine, cells_[i].sine, {cells_[i].sides[0], cells_[i].sides[1]}};
-    // Over the cell itself, along its own axes, then turned.
-    const double u = box.sides[0] / 2, v = box.sides[1] / 2;
-    alone.areas.assign(1, face_.areas[i]);
-    alone.edges = {{{-u, -v}, {u, -v}, 0, -1}, {{u, -v}, {u, v}, 0, -1}, {{u, v}, {-u, v}, 0, -1}, {{-u, v}, {-u, -v}, 0, -1}};
-    integrate_edges(alone, own);
-    const double c = box.cosine, s = box.sine;
+    const CellRectangle& cell = rectangles_[i];
+    // Over the cell itself, along its own axes, then turned. Cells of a lattice are equal, but for some.
+    if (i == 0 || cell.sides[0] != rectangles_[i - 1].sides[0] || cell.sides[1] != rectangles_[i - 1].sides[1]) {
+      const double u = cell.sides[0] / 2, v = cell.sides[1] / 2;
+      alone.areas.assign(1, cell.area);
+      alone.edges = {{{-u, -v}, {u, -v}, 0, -1}, {{u, -v}, {u, v}, 0, -1}, {{u, v}, {-u, v}, 0, -1}, {{-u, v}, {-u, -v}, 0, -1}};
+      integrate_edges(alone, own);
+    }
+    const double c = cell.cosine, s = cell.sine;
     integrals.xx[i * count + i] = c * c * own.xx[0] + s * s * own.yy[0];
     integrals.yy[i * count + i] = s * s * own.xx[0] + c * c * own.yy[0];
     integrals.xy[i * count + i] = c * s * (own.xx[0] - own.yy[0]);
     for (std::size_t j = i + 1; j < count; ++j) {
-      const Box other = {face_.centroids[j], cells_[j].cosine, cells_[j].sine, {cells_[j].sides[0], cells_[j].sides[1]}};
-      if (are_far(box, other)) {
-        parts.points[0][0] = box.middle, parts.points[1][0] = other.middle;
-        parts.counts[0] = parts.counts[1] = 1;
-        parts.size = 0.0;
-      } else {
-        cut(box, other, parts);
-      }
-      double xx = 0.0, xy = 0.0, yy = 0.0, along = 0.0, across = 0.0;
-      for (int a = 0; a < parts.counts[0]; ++a) {
-        for (int b = 0; b < parts.counts[1]; ++b) {
-          const double x = parts.points[0][a].x - parts.points[1][b].x, y = parts.points[0][a].y - parts.points[1][b].y;
-          const double square = std::max(x * x + y * y, parts.size / (2.97 * 2.97)), cube = square * std::sqrt(square);
-          xx += y * y / cube, xy -= x * y / cube, yy += x * x / cube;
-          along += x / square, across += y / square;
-        }
-      }
-      const double weight = face_.areas[i] * face_.areas[j] / (parts.counts[0] * parts.counts[1]);
+      const PairShear pair = shear_integrals(cell, rectangles_[j]);
       const std::size_t there = i * count + j, back = j * count + i;
-      integrals.xx[there] = integrals.xx[back] = weight * xx;
-      integrals.xy[there] = integrals.xy[back] = weight * xy;
-      integrals.yy[there] = integrals.yy[back] = weight * yy;
-      integrals.along[there] = weight * along, integrals.along[back] = -weight * along;
-      integrals.across[there] = weight * across, integrals.across[back] = -weight * across;
+      integrals.xx[there] = integrals.xx[back] = pair.xx;
+      integrals.xy[there] = integrals.xy[back] = pair.xy;
+      integrals.yy[there] = integrals.yy[back] = pair.yy;
+      integrals.along[there] = pair.along, integrals.along[back] = -pair.along;
+      integrals.across[there] = pair.across, integrals.across[back] = -pair.across;
     }
   }
 }

@@ -7,6 +7,7 @@
 
 #include "contact/cells/face.hpp"
 #include "contact/cells/lattice.hpp"
+#include "contact/cells/rectangle_integrals.hpp"
 #include "contact/cells/tangential.hpp"
 #include "geometry/height_map.hpp"
 
@@ -83,6 +84,7 @@ class PatchFace {
   std::vector<std::int32_t> places_;     // of the lattices' cells among the face's, or one of these
   std::size_t sounded_ = 0;
   std::vector<Cell> cells_;
+  std::vector<CellRectangle> rectangles_;
   std::vector<double> heights_, offsets_, nodes_;
 };
 

@@ -1,4 +1,4 @@
-// The loops that touch all of a stress matrix, once per instruction set; the best one the processor has is taken at
+// Loops that take most of the time, once per instruction set; the best one the processor has is taken at
 // run time. Results differ between instruction sets by rounding only, and not at all between runs of one.
 #pragma once
 
@@ -27,6 +27,9 @@ struct Kernels {
   // every folded point in every quadrant, from the four symmetry classes.
   void (*norms_float)(const float* const* classes, const float* signs, std::size_t points, float* norms);
   void (*norms_double)(const double* const* classes, const double* signs, std::size_t points, double* norms);
+
+  // 1/r integrated twice along each axis, at (x, y): differences of it are integrals over pairs of rectangles.
+  void (*integrate_inverse_distance)(const double* x, const double* y, std::size_t count, double* values);
 };
 
 // The kernels in use: the best that the processor has, or those asked for with `use_kernels`.

@@ -1,6 +1,8 @@
 #include <immintrin.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "linalg/kernels_sets.hpp"
 

@@ -168,7 +168,9 @@ bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compl
     while (!contact_.solve(problem, start)) {
       if (contact_.definite() || softer > kSoftest) return false;
       // Under layers far from a half space what tables and cells leave out can outweigh a cell's own compliance.
-      for (std::size_t i = 0; i < face.cells(); ++i) compliances[i][i] *= 1.0 + softer;
+      double largest = 0.0;
+      for (std::size_t i = 0; i < face.cells(); ++i) largest = std::max(largest, std::abs(compliances[i][i]));
+      for (std::size_t i = 0; i < face.cells(); ++i) compliances[i][i] += softer * largest;
       softer *= 4.0;
       contact_.forget();
     }

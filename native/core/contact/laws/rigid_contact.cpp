@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/laws/bearing.hpp"
 #include "linalg/kernels.hpp"
 #include "linalg/small.hpp"
 
@@ -19,10 +20,10 @@ constexpr std::size_t kExchanges = 24, kPatience = 3;
 constexpr std::size_t kDescents = 20, kBounded = 30;
 // Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
 constexpr double kMostWork = 5e6, kMostFactors = 12.0;
-// Bisections of how far a load is moved that the cells cannot bear where it is.
-constexpr int kMoves = 7;
 // Springs that start the search, over the stiffness of single cells.
 constexpr double kSprings = 0.2;
+// Least compliance of a spring over the largest: layers can leave a cell none of its own.
+constexpr double kStiffest = 1e-3;
 // Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
 // limit it is, and loaded by what is more than the third of the resultants.
 constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
@@ -50,8 +51,13 @@ bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start)
 }
 
 void RigidContact::set_springs(const RigidProblem& problem) {
+  const Matrix& compliance = *problem.compliance;
+  double largest = std::numeric_limits<double>::min();
+  for (std::size_t i = 0; i < problem.cells(); ++i) largest = std::max(largest, compliance[i][i]);
   stiffnesses_.resize(problem.cells());
-  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) stiffnesses_[i] = kSprings / (*problem.compliance)[i][i];
+  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) {
+    stiffnesses_[i] = kSprings / std::max(compliance[i][i], kStiffest * largest);
+  }
 }
 
 // Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
@@ -136,24 +142,13 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   carries_ = true;
   pressed_ = start;
   full_.assign(cells, 0);
-  if (exchange_bounded(problem, most)) return true;
-  // Springs that yield tell which cells are full. Where they cannot carry the load either, it is moved towards the cells'
-  // middle, as far as it must be.
-  set_springs(problem);
+  most_.assign(most, most + cells);
   double nearer[kMostMotions];
-  const auto carried = [&](double share) {
-    nearer[0] = problem.resultants[0];
-    for (std::size_t m = 1; m < problem.motions; ++m) nearer[m] = (1.0 - share) * problem.resultants[m];
-    return springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
-  };
-  if (!carried(0.0)) {
-    double low = 0.0, high = 1.0;
-    for (int step = 0; step < kMoves; ++step) {
-      const double middle = (low + high) / 2;
-      (carried(middle) ? high : low) = middle;
-    }
-    carries_ = carried(high);
-  }
+  const bool borne = !bring_within_bearing(most_, problem.modes, problem.motions, problem.resultants, order_, nearer);
+  if (borne && exchange_bounded(problem, most)) return true;
+  // Springs that yield tell which cells are full.
+  set_springs(problem);
+  carries_ = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
   const RigidProblem moved = {problem.compliance, problem.modes, problem.motions, problem.heights, nearer};
   for (std::size_t i = 0; i < cells; ++i) {
     full_[i] = springs_.forces()[i] >= most[i] ? 1 : 0;

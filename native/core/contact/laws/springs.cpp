@@ -9,7 +9,7 @@ namespace mjtactile {
 namespace {
 
 constexpr int kIterations = 40;
-constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-12;
+constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-6;
 // Of the energy: changes that are rounding; of the load: what may be left of it.
 constexpr double kRounding = 1e-13, kBalanced = 1e-9;
 constexpr std::size_t kMost = 3;
