@@ -9,14 +9,17 @@ namespace mjtactile {
 namespace {
 
 constexpr int kIterations = 40;
-constexpr double kTolerance = 1e-12, kSufficientDecrease = 1e-4, kDamping = 1e-12, kShortest = 1e-6;
-// Of the energy: changes that are rounding; of the load: what may be left of it.
-constexpr double kRounding = 1e-13, kBalanced = 1e-9;
+constexpr double kTolerance = 1e-12, kDamping = 1e-12;
+// Of the load: what may be left of it.
+constexpr double kBalanced = 1e-9;
+// Share of its slope that a step may leave of the energy's, so that no better length is looked for.
+constexpr double kGoodStep = 0.1;
 constexpr std::size_t kMost = 3;
 
 }  // namespace
 
-// The motion d minimises 1/2 sum k (B d - g)_+^2 - q.d, less where springs yield: Newton's method with a line search.
+// The motion d minimises 1/2 sum k (B d - g)_+^2 - q.d, less where springs yield: Newton's method, as far along every
+// step as the energy falls.
 bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions,
                       const double* heights, const double* resultants, const double* most) {
   stiffness_ = &stiffness;
@@ -32,7 +35,6 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     if (heights != nullptr) highest = std::max(highest, heights[i]);
   }
   motion[0] = highest + resultants[0] / total;
-  double least = energy(motion);
   bool balanced = false;
   for (int iteration = 0; iteration < kIterations && !balanced; ++iteration) {
     double gradient[kMost] = {}, curvature[kMost * kMost] = {}, step[kMost] = {};
@@ -62,17 +64,9 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
     }
     if (!solve_small(motions, curvature, step, 1, 0.0)) break;
     for (std::size_t m = 0; m < motions; ++m) slope += gradient[m] * step[m];
-    double length = 1.0, trial[kMost];
-    for (;; length /= 2) {
-      for (std::size_t m = 0; m < motions; ++m) trial[m] = motion[m] + length * step[m];
-      // Next to the solution the energy does not tell any more.
-      if (length < kShortest || std::abs(slope) <= kRounding * std::abs(least) ||
-          energy(trial) <= least + kSufficientDecrease * length * slope) {
-        break;
-      }
-    }
-    std::copy(trial, trial + motions, motion);
-    least = energy(motion);
+    const double length = lowest(motion, step, slope);
+    if (!(length > 0.0)) break;
+    for (std::size_t m = 0; m < motions; ++m) motion[m] += length * step[m];
   }
   std::copy(motion, motion + kMost, motion_);
   pressed_.resize(cells);
@@ -97,16 +91,42 @@ double SpringBed::overlap(std::size_t cell, const double* motion) const {
   return depth;
 }
 
-double SpringBed::energy(const double* motion) const {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < stiffness_->size(); ++i) {
-    const double depth = overlap(i, motion);
-    if (!(depth > 0.0)) continue;
-    const double elastic = yields(i, depth) ? most_[i] / (*stiffness_)[i] : depth;
-    sum += (*stiffness_)[i] * elastic * (depth - elastic / 2);
+// How far along a step the energy is least: its slope grows by pieces that end where springs meet the body or yield.
+// 0 where it falls for ever.
+double SpringBed::lowest(const double* motion, const double* step, double slope) {
+  const std::size_t cells = stiffness_->size();
+  rates_.assign(cells, 0.0);
+  double trial[kMost], after = 0.0, bend = 0.0;
+  for (std::size_t m = 0; m < motions_; ++m) {
+    trial[m] = motion[m] + step[m];
+    after -= resultants_[m] * step[m];
   }
-  for (std::size_t m = 0; m < motions_; ++m) sum -= resultants_[m] * motion[m];
-  return sum;
+  for (std::size_t i = 0; i < cells; ++i) {
+    for (std::size_t m = 0; m < motions_; ++m) rates_[i] += modes_[i * motions_ + m] * step[m];
+    after += force(i, overlap(i, trial)) * rates_[i];
+  }
+  if (std::abs(after) <= kGoodStep * std::abs(slope)) return 1.0;
+  turns_.clear();
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double rate = rates_[i];
+    if (rate == 0.0) continue;
+    const double depth = overlap(i, motion), own = (*stiffness_)[i] * rate * rate;
+    if (depth > 0.0 && !yields(i, depth)) bend += own;
+    // Where it begins to press, or ends; where it begins to yield, or ends.
+    const double meets = -depth / rate, gives = most_ == nullptr ? -1.0 : (most_[i] / (*stiffness_)[i] - depth) / rate;
+    if (meets > 0.0) turns_.push_back({meets, rate > 0.0 ? own : -own});
+    if (gives > 0.0) turns_.push_back({gives, rate > 0.0 ? -own : own});
+  }
+  std::sort(turns_.begin(), turns_.end(), [](const Turn& a, const Turn& b) { return a.at < b.at; });
+  double length = 0.0;
+  for (const Turn& turn : turns_) {
+    const double next = slope + bend * (turn.at - length);
+    if (next >= 0.0) break;
+    slope = next;
+    length = turn.at;
+    bend += turn.bend;
+  }
+  return bend > 0.0 ? length - slope / bend : 0.0;
 }
 
 }  // namespace mjtactile

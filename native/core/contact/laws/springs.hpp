@@ -21,7 +21,10 @@ class SpringBed {
   const double* motion() const { return motion_; }               // of the body into the springs, by mode
 
  private:
-  double energy(const double* motion) const;
+  struct Turn {         // of the energy's slope along a step: how far, and what is added to how the slope grows
+    double at, bend;
+  };
+  double lowest(const double* motion, const double* step, double slope);
   double overlap(std::size_t cell, const double* motion) const;
   bool yields(std::size_t cell, double depth) const { return most_ != nullptr && (*stiffness_)[cell] * depth > most_[cell]; }
   double force(std::size_t cell, double depth) const {
@@ -33,7 +36,8 @@ class SpringBed {
   std::size_t motions_ = 0;
   double motion_[3] = {};
   std::vector<std::uint8_t> pressed_;
-  std::vector<double> forces_;
+  std::vector<double> forces_, rates_;
+  std::vector<Turn> turns_;
 };
 
 }  // namespace mjtactile
