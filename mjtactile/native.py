@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from mjtactile.influence import InfluenceMatrices
 
 #: Version of the functions in native/api/api.h that this module calls.
-API_VERSION = 6
+API_VERSION = 7
 #: Forces within two to this power, up or down, of 1 N are read as they are.
 _COMMON_POWERS = 20
 #: Functions that give back a handle, and those that give back a number of something.
@@ -190,7 +190,7 @@ class NativePad:
             if self._has_tangential:
                 return
             self._has_tangential = True
-            remainder = contiguous(compliance.remainder)
+            remainder = contiguous(compliance.spline_remainder)
             library().mjt_pad_set_tangential(self.handle, ctypes.c_double(compliance.poisson), pointer(remainder))
 
 

@@ -18,8 +18,6 @@ from mjtactile.pad import Array
 from mjtactile.table import table_name
 
 if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
-
     from mjtactile.influence import InfluenceMatrices
 
 _PRECISIONS = ("float16", "float32", "float64", "int8")
@@ -52,35 +50,26 @@ def contact_pad(influence: InfluenceMatrices, compliance: SurfaceCompliance | No
     """
     surface = influence.surface
     ends = [contiguous(line.vertices) for line in (surface.x, surface.y)]
-    if compliance is None:
-        patches, splines = [line[[0, -1]] for line in ends], [np.array([0.0, 0.0, 1.0])] * 2
-        remainder, factor = np.zeros((1, 1)), 0.0
-    else:
-        patches = [contiguous(line) for line in compliance.lines]
-        splines = [_coefficients(spline) for spline in compliance.splines]
-        remainder, factor = contiguous(compliance.remainder[2, :, 2, :]), compliance.normal_factor
     signs, limits = contiguous(QUADRANT_SIGNS), contiguous([*linear_range(influence.pad), influence.pad.thickness])
-    handle = library().mjt_pad_new(
+    core = library()
+    handle = core.mjt_pad_new(
         ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
         ctypes.c_int(influence.fidelity.loads == "corners"),
-        pointer(limits),
         *(part for line in ends for part in (ctypes.c_size_t(len(line)), pointer(line))),
-        ctypes.c_double(factor),
-        *(
-            part
-            for line, spline in zip(patches, splines, strict=True)
-            for part in (ctypes.c_size_t(len(line) - 1), pointer(line), pointer(spline))
-        ),
-        pointer(remainder),
         pointer(signs),
     )
-    return NativePad(handle, influence.pad.reading_shape)
-
-
-def _coefficients(spline: PPoly) -> Array:
-    """Of a quadratic spline, (3, intervals, patches), highest power first."""
-    coefficients = np.asarray(spline.c)
-    return contiguous(np.concatenate([np.zeros((3 - len(coefficients), *coefficients.shape[1:])), coefficients]))
+    pad = NativePad(handle, influence.pad.reading_shape)
+    core.mjt_pad_set_range(pad.handle, pointer(limits))
+    if compliance is not None:
+        pieces = [contiguous(line) for line in compliance.lines]
+        remainder = contiguous(compliance.spline_remainder[2, :, 2, :])
+        core.mjt_pad_set_compliance(
+            pad.handle,
+            ctypes.c_double(compliance.normal_factor),
+            *(part for line in pieces for part in (ctypes.c_size_t(len(line)), pointer(line))),
+            pointer(remainder),
+        )
+    return pad
 
 
 def _by_taxel(influence: InfluenceMatrices, sensing_layer: int) -> npt.NDArray[np.int64]:
