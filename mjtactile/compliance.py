@@ -175,7 +175,7 @@ def _averaging_spline(ends: Array) -> PPoly:
 
 
 def _in_b_splines(spline: PPoly) -> Array:
-    """Coefficients of quadratic B-splines per patch value, (ends + 1, patches); the outermost ends count three times."""
+    """Coefficients of quadratic B-splines per patch value, (ends + 1, patches), outermost ends counted thrice."""
     knots = np.concatenate([spline.x[[0, 0]], spline.x, spline.x[[-1, -1]]])
     places = (knots[1:-2] + knots[2:-1]) / 2  # as many as splines, each where one of them is largest
     return np.asarray(make_interp_spline(places, spline(places), k=2, t=knots).c)
