@@ -48,6 +48,14 @@ double GapMap::height(double x, double y) const {
   return lowest <= ceiling_ ? lowest : kNowhere;
 }
 
+void GapMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
+  to.assign(points.size(), kNowhere);
+  for (std::size_t i = 0; i < count_; ++i) placed_[i].lower(points, floor_, to.data());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!(to[i] <= ceiling_) || !sheet_.holds(points[i].x, points[i].y)) to[i] = kNowhere;
+  }
+}
+
 void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& ends, const Rectangle& sheet) {
   sheet_ = sheet;
   starts_ = starts;

@@ -17,6 +17,7 @@ class GapMap : public HeightMap {
   bool place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet, double floor, double ceiling);
 
   double height(double x, double y) const override;
+  void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
   Rectangle bounds() const override { return bounds_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
 

@@ -25,42 +25,6 @@ Interval common(const Interval& a, const Interval& b) {
 
 double entry_of(const Interval& inside) { return inside.enter <= inside.leave ? inside.enter : kNowhere; }
 
-Interval around(double nearest, double within, double square) {
-  if (!(within >= 0.0)) return kMissed;
-  const double half = std::sqrt(within / square);
-  return {nearest - half, nearest + half};
-}
-
-Interval through_ball(const double* origin, const double* direction) {
-  double square = 0.0, along = 0.0;
-  for (int i = 0; i < 3; ++i) square += direction[i] * direction[i], along += origin[i] * direction[i];
-  const double nearest = -along / square;
-  double distance = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    const double at = origin[i] + nearest * direction[i];
-    distance += at * at;
-  }
-  return around(nearest, 1.0 - distance, square);
-}
-
-// An endless cylinder about z.
-Interval through_barrel(const double* origin, const double* direction, double radius) {
-  const double square = direction[0] * direction[0] + direction[1] * direction[1];
-  if (square < kParallel * kParallel) {
-    return origin[0] * origin[0] + origin[1] * origin[1] > radius * radius ? kMissed : kAlways;
-  }
-  const double nearest = -(origin[0] * direction[0] + origin[1] * direction[1]) / square;
-  const double x = origin[0] + nearest * direction[0], y = origin[1] + nearest * direction[1];
-  return around(nearest, radius * radius - (x * x + y * y), square);
-}
-
-// |coordinate| <= half.
-Interval through_slab(double origin, double direction, double half) {
-  if (std::abs(direction) < kParallel) return std::abs(origin) > half ? kMissed : kAlways;
-  const double reach = half / std::abs(direction), middle = -origin / direction;
-  return {middle - reach, middle + reach};
-}
-
 }  // namespace
 
 Pose composed(const Pose& body, const Pose& local) {
@@ -89,10 +53,64 @@ void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& p
     if (over) shadow_.cast(*mesh_, pose_, part, floor, kReach * ceiling);
     return;
   }
-  for (int i = 0; i < 3; ++i) {
-    from_[i] = 0.0;
-    for (int k = 0; k < 3; ++k) from_[i] -= pose_.rotation[3 * k + i] * pose_.position[k];
+  const double per[3] = {1.0 / size_[0], 1.0 / size_[0], 1.0 / size_[0]};
+  const double semi[3] = {1.0 / size_[0], 1.0 / size_[1], 1.0 / size_[2]};
+  switch (kind_) {
+    case ShapeKind::ellipsoid:
+      rounds_[0] = round(semi, 3, pose_.position);
+      break;
+    case ShapeKind::capsule:
+      for (int end = 0; end < 2; ++end) {
+        double centre[3];
+        for (int i = 0; i < 3; ++i) {
+          centre[i] = pose_.position[i] + (end == 0 ? -size_[1] : size_[1]) * pose_.rotation[3 * i + 2];
+        }
+        rounds_[end] = round(per, 3, centre);
+      }
+      [[fallthrough]];
+    case ShapeKind::cylinder:
+      rounds_[2] = round(per, 2, pose_.position);
+      slabs_[0] = slab(2, size_[1]);
+      break;
+    case ShapeKind::box:
+      for (int i = 0; i < 3; ++i) slabs_[i] = slab(i, size_[i]);
+      break;
+    default:
+      break;
   }
+}
+
+// Where the scaled coordinates along the first axes, measured from a centre, lie in the unit ball.
+PlacedShape::Round PlacedShape::round(const double* scales, int axes, const double* centre) const {
+  Round made = {{centre[0], centre[1], centre[2]}, {0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, false};
+  double along[3][3] = {}, square = 0.0, straight = 0.0;  // the pad's axes in the scaled frame
+  for (int k = 0; k < 3; ++k) {
+    for (int i = 0; i < axes; ++i) along[k][i] = pose_.rotation[3 * k + i] * scales[i];
+  }
+  for (int i = 0; i < axes; ++i) {
+    square += along[2][i] * along[2][i];
+    straight += pose_.rotation[6 + i] * pose_.rotation[6 + i];
+  }
+  made.upright = straight < kParallel * kParallel;
+  for (int k = 0; k < 2 && !made.upright; ++k) {
+    for (int i = 0; i < axes; ++i) made.slope[k] -= along[k][i] * along[2][i] / square;
+    for (int i = 0; i < axes; ++i) along[k][i] += made.slope[k] * along[2][i];
+  }
+  const double per = made.upright ? 1.0 : 1.0 / square;
+  made.square = per;
+  for (int i = 0; i < axes; ++i) {
+    made.xx += along[0][i] * along[0][i] * per;
+    made.xy += along[0][i] * along[1][i] * per;
+    made.yy += along[1][i] * along[1][i] * per;
+  }
+  return made;
+}
+
+// |coordinate| <= half along one of the shape's axes.
+PlacedShape::Slab PlacedShape::slab(int axis, double half) const {
+  const double x = pose_.rotation[axis], y = pose_.rotation[3 + axis], direction = pose_.rotation[6 + axis];
+  if (std::abs(direction) < kParallel) return {{x, y}, half, true};
+  return {{-x / direction, -y / direction}, half / std::abs(direction), false};
 }
 
 void PlacedShape::find_box() {
@@ -135,39 +153,52 @@ double PlacedShape::height(double x, double y, double floor) const {
   return found >= floor ? found : kNowhere;
 }
 
-double PlacedShape::entry(double x, double y) const {
-  double origin[3];
-  const double* direction = pose_.rotation + 6;
-  for (int i = 0; i < 3; ++i) origin[i] = from_[i] + x * pose_.rotation[i] + y * pose_.rotation[3 + i];
+void PlacedShape::lower(const std::vector<Point>& points, double floor, double* heights) const {
+  if (kind_ == ShapeKind::ellipsoid) {
+    const Round& ball = rounds_[0];
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double x = points[i].x - ball.centre[0], y = points[i].y - ball.centre[1];
+      const double within = ball.square - (ball.xx * x * x + 2.0 * ball.xy * x * y + ball.yy * y * y);
+      const double found = ball.centre[2] + (ball.slope[0] * x + ball.slope[1] * y - std::sqrt(std::max(within, 0.0)));
+      heights[i] = within >= 0.0 && found >= floor && found < heights[i] ? found : heights[i];
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Point& at = points[i];
+    if (low_[2] >= heights[i] || at.x < low_[0] || at.x > high_[0] || at.y < low_[1] || at.y > high_[1]) continue;
+    heights[i] = std::min(heights[i], height(at.x, at.y, floor));
+  }
+}
+
+double PlacedShape::entry(double at_x, double at_y) const {
+  const auto inside_round = [&](const Round& part) -> Interval {
+    const double x = at_x - part.centre[0], y = at_y - part.centre[1];
+    const double within = part.square - (part.xx * x * x + 2.0 * part.xy * x * y + part.yy * y * y);
+    if (!(within >= 0.0)) return kMissed;
+    if (part.upright) return kAlways;
+    const double middle = part.slope[0] * x + part.slope[1] * y, half = std::sqrt(within);
+    return {part.centre[2] + (middle - half), part.centre[2] + (middle + half)};
+  };
+  const double x = at_x - pose_.position[0], y = at_y - pose_.position[1], z = pose_.position[2];
+  const auto inside_slab = [&](const Slab& part) -> Interval {
+    const double middle = part.slope[0] * x + part.slope[1] * y;
+    if (part.upright) return std::abs(middle) > part.reach ? kMissed : kAlways;
+    return {z + (middle - part.reach), z + (middle + part.reach)};
+  };
   switch (kind_) {
-    case ShapeKind::ellipsoid: {
-      double scaled[3], along[3];
-      for (int i = 0; i < 3; ++i) scaled[i] = origin[i] / size_[i], along[i] = direction[i] / size_[i];
-      return entry_of(through_ball(scaled, along));
-    }
-    case ShapeKind::capsule: {
-      double lowest = entry_of(common(through_barrel(origin, direction, size_[0]),
-                                      through_slab(origin[2], direction[2], size_[1])));
-      const double along[3] = {direction[0] / size_[0], direction[1] / size_[0], direction[2] / size_[0]};
-      for (const double end : {-size_[1], size_[1]}) {
-        const double scaled[3] = {origin[0] / size_[0], origin[1] / size_[0], (origin[2] - end) / size_[0]};
-        lowest = std::min(lowest, entry_of(through_ball(scaled, along)));
-      }
-      return lowest;
-    }
+    case ShapeKind::ellipsoid:
+      return entry_of(inside_round(rounds_[0]));
+    case ShapeKind::capsule:
+      return std::min({entry_of(common(inside_round(rounds_[2]), inside_slab(slabs_[0]))),
+                       entry_of(inside_round(rounds_[0])), entry_of(inside_round(rounds_[1]))});
     case ShapeKind::cylinder:
-      return entry_of(common(through_barrel(origin, direction, size_[0]),
-                             through_slab(origin[2], direction[2], size_[1])));
-    case ShapeKind::box: {
-      Interval inside = kAlways;
-      for (int i = 0; i < 3; ++i) inside = common(inside, through_slab(origin[i], direction[i], size_[i]));
-      return entry_of(inside);
-    }
+      return entry_of(common(inside_round(rounds_[2]), inside_slab(slabs_[0])));
+    case ShapeKind::box:
+      return entry_of(common(inside_slab(slabs_[0]), common(inside_slab(slabs_[1]), inside_slab(slabs_[2]))));
     default: {
       const double normal[3] = {pose_.rotation[2], pose_.rotation[5], pose_.rotation[8]};
-      if (normal[2] > -kParallel) return kNowhere;
-      return pose_.position[2] -
-             (normal[0] * (x - pose_.position[0]) + normal[1] * (y - pose_.position[1])) / normal[2];
+      return normal[2] > -kParallel ? kNowhere : z - (normal[0] * x + normal[1] * y) / normal[2];
     }
   }
 }

@@ -33,6 +33,8 @@ class PlacedShape {
 
   // Height of the lower surface over (x, y) [m]; infinite where there is none, or it is below the floor.
   double height(double x, double y, double floor) const;
+  // The same over many points: `heights` become no higher than that.
+  void lower(const std::vector<Point>& points, double floor, double* heights) const;
   // The box about it, in the pad frame [m]; infinite where the shape is.
   const double* low() const { return low_; }
   const double* high() const { return high_; }
@@ -40,6 +42,19 @@ class PlacedShape {
   void add_bottoms(std::vector<Point>& points);
 
  private:
+  // Along upright lines over (x, y) from the centre, a convex part lies between a middle that is linear in them, less and
+  // plus half a length; `upright`: the line never leaves it, or never meets it.
+  struct Round {         // half the length squared is `square` - (xx, xy, yy) (x, y) (x, y); where upright over 0
+    double centre[3];    // [m]
+    double slope[2], square, xx, xy, yy;
+    bool upright;
+  };
+  struct Slab {          // half the length is `reach`; where upright, slope (x, y) lies within it
+    double slope[2], reach;
+    bool upright;
+  };
+  Round round(const double* scales, int axes, const double* centre) const;
+  Slab slab(int axis, double half) const;
   double entry(double x, double y) const;
   void add_in_pad(const double* local, std::vector<Point>& points) const;
   void find_box();
@@ -47,7 +62,8 @@ class PlacedShape {
   ShapeKind kind_ = ShapeKind::half_space;
   double size_[3] = {};
   Pose pose_ = {};
-  double from_[3] = {};  // the pad's origin in the shape's frame [m]
+  Round rounds_[3] = {};   // an ellipsoid; or a capsule's ends and the barrel between them, or a cylinder's barrel
+  Slab slabs_[3] = {};     // of a box; or that between a capsule's or a cylinder's ends
   double low_[3] = {}, high_[3] = {};
   const TriangleMesh* mesh_ = nullptr;
   TriangleShadow shadow_;
