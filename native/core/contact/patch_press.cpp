@@ -11,9 +11,12 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kLooks = 4;
 // Cells reach up to where the body stands this many times as high as the level of the spots, at first and at most.
 constexpr double kGenerous = 2.5, kMostGenerous = 64.0, kLeastGenerous = 0.25;
+// At first on one spot about as long as wide that fills its rectangle: there the level is close to where contacts end,
+// which balls do at 1.2 times the level.
+constexpr double kCompact = 1.5, kAsLongAsWide = 2.0;
 // Where a contact turns out so many times as deep as that, cells reach up to this share of the depth, but no more than so
 // many times as high at once.
-constexpr double kDeep = 2.0, kShareOfDepth = 0.75, kMostWider = 8.0;
+constexpr double kDeep = 1.7, kShareOfDepth = 0.75, kMostWider = 8.0;
 // Regions looked at for cells, over the size of the spots, at least; and what is left at least of those that are open,
 // which are not this many times as long as wide.
 constexpr double kLeastWider = 1.5, kTrimmed = 0.6, kElongated = 3.0;
@@ -81,6 +84,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       view.plane = search_.resting(load);
       spots_ = search_.find(map, view.plane, load);
     }
+    if (look == 0 && compact()) view.generosity = kCompact;
     if (!add_cells(map, sheet, options, view)) return found;
     contact_.place(cells_.face(), kHere, compliance, options, workspace);
     heights_ = cells_.heights();
@@ -92,6 +96,12 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     if (!contact_.exact() || !next_view(view)) break;
   }
   return true;
+}
+
+bool PatchPress::compact() const {
+  if (spots_.size() != 1) return false;
+  const Region region = spots_.front().region.lengthwise();
+  return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
 }
 
 // A load that passes close to the rim tilts the body about it, onto a strip along the rim.
@@ -164,7 +174,7 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   double roots = 0.0;
   for (const Spot& one : spots_) roots += std::sqrt(one.area);
   const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
-  double cell = coarser * spot.area * std::sqrt(view.generosity) / share;
+  double cell = coarser * spot.area * std::sqrt(std::max(view.generosity, kGenerous)) / share;
   // So many cells of one size lie along a line that runs askew to them.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
