@@ -11,8 +11,8 @@ import torch
 from torch import Tensor
 
 from mjtactile import Footprint, contact_load, indenter_outline, influence_matrices
-from mjtactile.preset import PRESETS
-from mjtactile.timing import median_time
+from mjtactile.cli.benchmarks.timing import median_time
+from mjtactile.fidelity import PRESETS
 from mjtactile.torch import PadModel
 
 LOADS, REPEATS = 256, 3

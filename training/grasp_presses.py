@@ -19,13 +19,13 @@ import numpy as np
 import shapely
 from arguments import parsed
 
-from mjtactile.basis import WrenchBasis
-from mjtactile.cache import influence_matrices
+from mjtactile._files import write_atomically
+from mjtactile._progress import progress_bar
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import ContactWarning
-from mjtactile.files import write_atomically
-from mjtactile.footprint import Footprint
+from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Array, Pad
-from mjtactile.progress import progress_bar
 
 #: Presses of one job.
 _PER_JOB = 500

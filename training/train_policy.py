@@ -25,8 +25,8 @@ from arguments import parsed
 from policy_environment import StackedLifts
 from policy_report import draw_curves, success_table
 
-from mjtactile.bench_tables import rewrite_table
-from mjtactile.files import write_atomically
+from mjtactile._files import write_atomically
+from mjtactile.cli.benchmarks.tables import rewrite_table
 
 #: What is compared: with touch, and without.
 ARMS = {"touch": "readings", "no touch": "none"}

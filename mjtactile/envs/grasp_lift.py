@@ -15,7 +15,7 @@ from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
-from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
+from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 from mjtactile.pad import Array
 
 #: What is drawn: mass [kg], evenly in its logarithm, and friction [-], evenly.

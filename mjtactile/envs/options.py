@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import PRESETS
 from mjtactile.pad import Pad
-from mjtactile.preset import PRESETS
 
 #: What is seen of the pads.
 OBSERVATIONS = ("readings", "pascals", "wrench", "recognised", "none")

@@ -13,7 +13,7 @@ from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Mask, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
-from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
+from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS
 from mjtactile.pad import Array
 
 #: Half the peg's width, its length below the handle's middle, and how much wider the hole is than the peg [m].

@@ -14,7 +14,7 @@ from mjtactile.attach import add_pad_sensor, pad_table
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.pad import Array, Pad
-from mjtactile.transducer import TYPICAL, CapacitiveCell, PiezoresistiveElement, Transducer
+from mjtactile.transducer.array import TYPICAL, CapacitiveCell, PiezoresistiveElement, Transducer
 
 if TYPE_CHECKING:
     from mjtactile.recognition import ForceRecogniser

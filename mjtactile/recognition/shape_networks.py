@@ -10,7 +10,7 @@ import torch
 
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
-from mjtactile.recognition.store import read_weights
+from mjtactile.recognition.weight_files import read_weights
 
 
 class PoseNetworks(torch.nn.Module):

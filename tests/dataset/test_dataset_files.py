@@ -8,10 +8,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from mjtactile import Footprint, Pad, contact_load, influence_matrices
-from mjtactile import dataset as dataset_module
-from mjtactile.dataset import make_dataset, read_dataset
-from mjtactile.dataset_spec import DatasetError, parse_spec
-from mjtactile.shapes import placed, sized_face
+from mjtactile.dataset import folder as dataset_module
+from mjtactile.dataset.folder import make_dataset, read_dataset
+from mjtactile.dataset.shapes import placed, sized_face
+from mjtactile.dataset.spec import DatasetError, parse_spec
 
 PUNCHES = {"shapes": ["star", "triangle", "cross"], "size": [0.7, 1.0], "shift": 1.5}
 SPEC = parse_spec({"presses": 20, "seed": 4, "preset": "fast", "poses": 2, "forces": 2, "contact": [PUNCHES]})

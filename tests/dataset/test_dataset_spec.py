@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from mjtactile.dataset_spec import DatasetError, load_spec, parse_spec, spec_from
+from mjtactile.dataset.spec import DatasetError, load_spec, parse_spec, spec_from
 from mjtactile.errors import IndenterError
 from mjtactile.units import GRAM_FORCE
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.compliance import surface_compliance
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.laws import TANGENTIALS
-from mjtactile.native import contiguous, library, native_pad, pointer
+from mjtactile._native import contiguous, library, native_pad, pointer
+from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.laws import TANGENTIALS
+from mjtactile.influence.matrices import InfluenceMatrices
 
 Array = npt.NDArray[np.float64]
 _REFUSED, _SLIDES, _SIMPLIFIED = 1, 2, 4

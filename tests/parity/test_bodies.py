@@ -16,14 +16,14 @@ from scipy.spatial.transform import Rotation
 from shapely import box
 
 import mjtactile
-from mjtactile.envelope import TriangleSurface
-from mjtactile.facing import lower_surface
-from mjtactile.footprint import FACING_GAP, Footprint
-from mjtactile.foundation import foundation_springs
-from mjtactile.gap import Array, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
-from mjtactile.laws import BY_NAME as LAWS
-from mjtactile.native import library, native_pad, pointer
-from mjtactile.search import Rectangle
+from mjtactile._native import library, native_pad, pointer
+from mjtactile.contact.footprint import FACING_GAP, Footprint
+from mjtactile.contact.foundation import foundation_springs
+from mjtactile.contact.laws import BY_NAME as LAWS
+from mjtactile.geometry.height_minimum import Rectangle
+from mjtactile.geometry.lower_surface import lower_surface
+from mjtactile.geometry.primitives import Array, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
+from mjtactile.geometry.triangle_mesh import TriangleSurface
 
 pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
 HALF = 7.5e-3

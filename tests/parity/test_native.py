@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from shapely import Point, affinity, box
 
 import mjtactile
-from mjtactile import native
-from mjtactile.compliance import surface_compliance
-from mjtactile.line import Line
-from mjtactile.load import SurfaceLoad
-from mjtactile.native_face_cells import face_cells
-from mjtactile.planar import areal
-from mjtactile.surface import SurfaceGrid, oriented_edges
+from mjtactile import _native as native
+from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.face_cells import face_cells
+from mjtactile.fem.line import Line
+from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
+from mjtactile.geometry.planar import areal
+from mjtactile.influence.surface_load import SurfaceLoad
 
 PAD = mjtactile.Pad()
 #: Largest difference over the largest reading, by storage precision. Half precision is widened to single.

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from shapely import Polygon
 
-from mjtactile.envelope import TriangleSurface
-from mjtactile.gap import Pose
-from mjtactile.geom import geom_shape
-from mjtactile.native import contiguous, library, pointer
-from mjtactile.search import Rectangle
+from mjtactile._native import contiguous, library, pointer
+from mjtactile.geometry.height_minimum import Rectangle
+from mjtactile.geometry.primitives import Pose
+from mjtactile.geometry.triangle_mesh import TriangleSurface
+from mjtactile.sim.geoms import geom_shape
 
 Array = npt.NDArray[np.float64]
 

@@ -9,15 +9,15 @@ import numpy as np
 from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Point, Polygon
 
-from mjtactile import compliance as compliances
-from mjtactile.compliance import SurfaceCompliance
-from mjtactile.footprint import Footprint, GapMap
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import ContactState
-from mjtactile.native_press import CellForces, Press
-from mjtactile.options import ContactOptions, Wrench
+from mjtactile.contact import compliance as compliances
+from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.contact.footprint import Footprint, GapMap
+from mjtactile.contact.options import ContactOptions, Wrench
+from mjtactile.contact.press import CellForces, Press
+from mjtactile.fidelity import Fidelity
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import ContactState
 from mjtactile.pad import Array, Layer, Pad, TaxelGrid
-from mjtactile.preset import Fidelity
 
 YOUNG = 3e6
 

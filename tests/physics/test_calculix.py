@@ -16,11 +16,11 @@ import pytest
 from direct import relative_difference, solve
 from shapely import Polygon, affinity
 
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.direct import without_tables
-from mjtactile.footprint import Footprint
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.mesh import MESHES, MeshDensity
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fem.mesh import MESHES, MeshDensity
+from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Layer, Pad
 
 DATA = Path(__file__).parents[2] / "benchmarks"

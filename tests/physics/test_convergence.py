@@ -9,11 +9,11 @@ import pytest
 from direct import Response, relative_difference, solve
 from shapely import Polygon
 
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.direct import without_tables
-from mjtactile.footprint import Footprint
-from mjtactile.indenter import indenter_outline
-from mjtactile.mesh import MeshDensity
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fem.mesh import MeshDensity
+from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
 #: Half as wide as the paper's, so that fine meshes are cheap; every taxel's ball lies inside.

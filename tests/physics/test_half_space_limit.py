@@ -8,10 +8,10 @@ from closed_forms import disc_stress_on_axis, disc_surface_sinking
 from direct import solve
 from shapely import Point
 
-from mjtactile.contact import contact_load
-from mjtactile.direct import without_tables
-from mjtactile.footprint import Footprint
-from mjtactile.mesh import MeshDensity
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fem.mesh import MeshDensity
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
 RADIUS = 1e-3

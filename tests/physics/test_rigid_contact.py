@@ -14,11 +14,11 @@ from shapely import Point, Polygon, affinity
 from shapely.geometry.base import BaseGeometry
 from test_calculix import CASES, GRAM_FORCE, expected_readings, outline_of
 
-from mjtactile.cache import influence_matrices
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.footprint import Footprint
-from mjtactile.indenter import indenter_outline
-from mjtactile.influence import InfluenceMatrices
+from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices
 
 #: Relative L2 error over the 676 readings, per preset and group of cases.
 BOUNDS = {"balanced": {"B2": 0.036, "B3": 0.048}, "accurate": {"B2": 0.016, "B3": 0.018}}

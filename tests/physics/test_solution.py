@@ -13,16 +13,16 @@ import scipy.sparse.linalg
 from direct import relative_difference, solve
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.direct import without_tables
-from mjtactile.elimination import EliminatedSheet
-from mjtactile.fem import PARITIES, assemble, free_in_plane
-from mjtactile.footprint import Footprint
-from mjtactile.indenter import indenter_outline
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.mesh import sheet_mesh
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
+from mjtactile.fem.stress import von_mises
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Array, Pad
-from mjtactile.stress import von_mises
 
 PADS = {"paper's": Pad(), "layered": LAYERED_PAD}
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from rigid_bodies import YOUNG, contact_modulus, disc
 
-from mjtactile.build import build_tables
-from mjtactile.contact import contact_load
-from mjtactile.footprint import Footprint
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import SurfaceLoad
-from mjtactile.mesh import MeshDensity
-from mjtactile.native_press import Press
-from mjtactile.options import contact_options, wanted_wrench
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.options import contact_options, wanted_wrench
+from mjtactile.contact.press import Press
+from mjtactile.fem.mesh import MeshDensity
+from mjtactile.fidelity import Fidelity
+from mjtactile.influence.build import build_tables
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.preset import Fidelity
 
 SIDE = 30e-3
 POISSON = 0.49

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from dense_cells import Heights
 from dense_contact import Body, DenseContact, dense_readings
 
-from mjtactile.gap import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose
+from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose
 from mjtactile.sensor import TactileSensor
-from mjtactile.wrench import PadFrame, geom_frame
+from mjtactile.sim.wrench import PadFrame, geom_frame
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]

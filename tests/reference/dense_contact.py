@@ -25,10 +25,10 @@ from dense_minimum import ROUNDING, Problem, active_set, conditions, interior_po
 from dense_surface import compliance, nodal_forces, sinking
 from shapely import Polygon
 
-from mjtactile.compliance import SurfaceCompliance, surface_compliance
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import SurfaceLoad
-from mjtactile.surface import SurfaceGrid
+from mjtactile.contact.compliance import SurfaceCompliance, surface_compliance
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from dense_cells import Cells, Lattice
 
-from mjtactile.compliance import SurfaceCompliance
-from mjtactile.line import Line
-from mjtactile.surface import SurfaceGrid
+from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.fem.line import Line
+from mjtactile.fem.surface_grid import SurfaceGrid
 
 Array = npt.NDArray[np.float64]
 

@@ -8,12 +8,12 @@ from laws_on_cells import Cells, bonded, coulomb, full_compliance, normal_compli
 from shapely import box
 
 import mjtactile
-from mjtactile.compliance import surface_compliance
-from mjtactile.footprint import Footprint
-from mjtactile.foundation import foundation_springs
-from mjtactile.native_face_cells import placed_cells
-from mjtactile.native_press import CellForces, Press
-from mjtactile.options import Wrench, contact_options
+from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.face_cells import placed_cells
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.foundation import foundation_springs
+from mjtactile.contact.options import Wrench, contact_options
+from mjtactile.contact.press import CellForces, Press
 
 #: Forces agree to this fraction of the largest: dense systems of some hundred unknowns, solved in two ways.
 EXACT = 1e-9

@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 import mjtactile
-from mjtactile.plugin_attributes import OUTPUTS
-from mjtactile.preset import PRESETS
+from mjtactile.fidelity import PRESETS
+from mjtactile.plugin.attributes import OUTPUTS
 
 Array = npt.NDArray[np.float64]
 

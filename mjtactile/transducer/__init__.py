@@ -1,0 +1,1 @@
+"""What hardware reports of readings: sensing elements, their imperfections, an array of them and its calibration."""
