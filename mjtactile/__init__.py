@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     from mjtactile import envs as envs
     from mjtactile import recognition
     from mjtactile.attach import attach_pad
-    from mjtactile.contact.contact_load import contact_load
+    from mjtactile.contact.contact_load import contact_load, contact_loads
     from mjtactile.contact.footprint import Footprint
-    from mjtactile.contact.several import contact_loads
     from mjtactile.contact.wrench_basis import WrenchBasis
     from mjtactile.errors import (
         ContactError,
@@ -37,8 +36,7 @@ if TYPE_CHECKING:
         SceneError,
         StaleInfluenceError,
     )
-    from mjtactile.fem.mesh import MESHES, MeshDensity
-    from mjtactile.fidelity import PRESETS, Fidelity
+    from mjtactile.fidelity import MESHES, PRESETS, Fidelity, MeshDensity
     from mjtactile.geometry.indenter import (
         INDENTER_NAMES,
         Indenter,
@@ -54,16 +52,15 @@ if TYPE_CHECKING:
     from mjtactile.influence.cache import influence_matrices
     from mjtactile.influence.matrices import InfluenceMatrices, load_influence
     from mjtactile.influence.surface_load import ContactState, SurfaceLoad
-    from mjtactile.pad import Layer, Pad, TaxelGrid
-    from mjtactile.plugin.attributes import plugin_health, register_pad
+    from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
+    from mjtactile.pad_names import pad_text, register_pad
+    from mjtactile.plugin.attributes import plugin_health
     from mjtactile.plugin.health import Health, set_warnings
-    from mjtactile.plugin.pad_json import pad_text
     from mjtactile.sensor import TactileSensor
-    from mjtactile.sim.press_scene import PressResult, force_vector, press, press_scene
+    from mjtactile.sim.press_scene import PressResult, press, press_scene
 
-from mjtactile.plugin import on_import as _plugin_hook
-
-__version__ = "0.1.0"
+from mjtactile._version import __version__ as __version__
+from mjtactile.plugin import import_hook as _import_hook
 
 _MODULE_OF = {
     name: module
@@ -71,7 +68,7 @@ _MODULE_OF = {
         "attach": ("attach_pad",),
         "influence.cache": ("influence_matrices",),
         "contact.wrench_basis": ("WrenchBasis",),
-        "contact.contact_load": ("contact_load",),
+        "contact.contact_load": ("contact_load", "contact_loads"),
         "errors": (
             "ContactError",
             "ContactWarning",
@@ -104,15 +101,13 @@ _MODULE_OF = {
         ),
         "influence.matrices": ("InfluenceMatrices", "load_influence"),
         "influence.surface_load": ("ContactState", "SurfaceLoad"),
-        "fem.mesh": ("MESHES", "MeshDensity"),
-        "pad": ("Layer", "Pad", "TaxelGrid"),
-        "plugin.pad_json": ("pad_text",),
+        "pad": ("Layer", "Pad", "TaxelGrid", "force_vector"),
+        "pad_names": ("pad_text", "register_pad"),
         "plugin.health": ("Health", "set_warnings"),
-        "plugin.attributes": ("plugin_health", "register_pad"),
-        "fidelity": ("PRESETS", "Fidelity"),
-        "sim.press_scene": ("PressResult", "force_vector", "press", "press_scene"),
+        "plugin.attributes": ("plugin_health",),
+        "fidelity": ("MESHES", "PRESETS", "Fidelity", "MeshDensity"),
+        "sim.press_scene": ("PressResult", "press", "press_scene"),
         "sensor": ("TactileSensor",),
-        "contact.several": ("contact_loads",),
     }.items()
     for name in names
 }
@@ -177,7 +172,7 @@ __all__ = [
 #: Packages inside this one that are reached as attributes as well.
 _PACKAGES = ("envs", "recognition", "torch")
 
-_plugin_hook.install()
+_import_hook.install()
 
 
 def __getattr__(name: str) -> Any:

@@ -9,9 +9,9 @@ import numpy.typing as npt
 from mjtactile.errors import SceneError
 from mjtactile.fidelity import PRESETS
 from mjtactile.pad import Pad
-from mjtactile.plugin.attributes import OUTPUTS, known_pad, named_pad
-from mjtactile.plugin.pad_json import pad_text
-from mjtactile.plugin.registration import PLUGIN, ensure_registered
+from mjtactile.pad_names import PLUGIN, named_pad, pad_text
+from mjtactile.plugin.attributes import OUTPUTS, known_pad
+from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.pad_geom import add_pad_geom
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mjtactile.fem.mesh import MeshDensity
 from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.build import build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Layer, Pad, TaxelGrid

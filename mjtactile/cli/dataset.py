@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from mjtactile._limits import MOST_PRESSES, MOST_SEED
 from mjtactile.cli.options import RayAddressOption, RayOption, WorkersOption
 from mjtactile.errors import OutputError
+from mjtactile.units import MOST_PRESSES, MOST_SEED
 
 
 def dataset(
@@ -29,9 +29,9 @@ def dataset(
     from dataclasses import replace
     from time import perf_counter
 
-    from mjtactile._workers import Workers
-    from mjtactile.dataset.folder import make_dataset
+    from mjtactile.dataset.files import make_dataset
     from mjtactile.dataset.spec import load_spec
+    from mjtactile.workers import Workers
 
     who = Workers(count=workers, ray=ray, ray_address=ray_address)
     wanted = load_spec(spec)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mjtactile._limits import MOST_SEED
+from mjtactile.units import MOST_SEED
 
 #: All presses are in memory together, some 20 kB each.
 _MOST_PRESSES = 100_000
@@ -37,11 +37,11 @@ def evaluate(
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
     from dataclasses import replace
 
-    from mjtactile._workers import Workers
     from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
     from mjtactile.fidelity import fidelity
     from mjtactile.recognition.evaluation.recognisers import evaluate as measure
     from mjtactile.recognition.evaluation.recognisers import recognisers
+    from mjtactile.workers import Workers
 
     Workers(count=workers)
     sensors = [(name, of) for name in preset or ["precise"] for of in law or [None]]

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile._limits import MOST_NOISE, MOST_SEED
 from mjtactile.cli.options import AsJson, RayAddressOption, RayOption, WorkersOption, finite
+from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
-    from mjtactile._workers import Workers
     from mjtactile.experiments.grasp.statistics import Report
     from mjtactile.experiments.grasp.trials import Experiment, Settings
+    from mjtactile.workers import Workers
 
 grasp_app = typer.Typer(
     help="Grasp experiments: hands that know what their pads feel, against blind ones and ones that know all.",
@@ -56,9 +56,9 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         as_json: AsJson = False,
         readme: Readme = None,
     ) -> None:
-        from mjtactile._workers import Workers, check_workers
         from mjtactile.experiments.grasp.trials import Settings
         from mjtactile.fidelity import fidelity as checked
+        from mjtactile.workers import Workers, check_workers
 
         checked(fidelity)
         own = None if weights is None else str(weights)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile._limits import MOST_NOISE, MOST_SEED
 from mjtactile.cli.options import AsJson, finite
+from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
     from mjtactile.experiments.loop.clock import Loop
@@ -139,7 +139,9 @@ def _viewer(open_things: ExitStack) -> Callable[[Loop], None]:
 
 
 def _transducer(seed: int) -> Any:
-    from mjtactile.transducer.array import TYPICAL, CapacitiveCell, Transducer
+    from mjtactile.transducer.array import Transducer
+    from mjtactile.transducer.capacitive import CapacitiveCell
+    from mjtactile.transducer.imperfections import TYPICAL
 
     return Transducer(CapacitiveCell.with_range(_FULL_SCALE), TYPICAL, seed=seed)
 

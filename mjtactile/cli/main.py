@@ -67,7 +67,7 @@ def press(
     """Press an indenter into the pad in MuJoCo and read the taxels."""
     from mjtactile._files import check_apart, check_figure, check_writable
     from mjtactile.cli.press import run_press
-    from mjtactile.sim.press_scene import force_vector
+    from mjtactile.pad import force_vector
     from mjtactile.units import parse_force, parse_millimetres
 
     force_on_indenter = force_vector(parse_force(force), tilt, azimuth)
@@ -124,10 +124,9 @@ def build(
 @app.command()
 def info(as_json: AsJson = False) -> None:
     """Show the pad, the indenters, the meshes, the presets and what is in the cache."""
-    from mjtactile import __version__
+    from mjtactile._version import __version__
     from mjtactile.cli.press import OTHER_INDENTERS
-    from mjtactile.fem.mesh import MESHES
-    from mjtactile.fidelity import PRESETS
+    from mjtactile.fidelity import MESHES, PRESETS
     from mjtactile.geometry.outlines import INDENTER_NAMES
     from mjtactile.influence.cache import cache_directory, cached_path
     from mjtactile.pad import Pad

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from shapely import MultiPolygon, Polygon
 
+from mjtactile._types import Array
 from mjtactile.geometry.planar import polygons_of, rings_of
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,16 +14,16 @@ import numpy as np
 from shapely import MultiPolygon, Polygon
 
 from mjtactile._files import write_atomically
+from mjtactile._types import Array
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.options import contact_options
 from mjtactile.errors import MjTactileError, SceneError
-from mjtactile.fem.mesh import MeshDensity
-from mjtactile.fidelity import Fidelity, mesh_or_preset
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_or_preset
 from mjtactile.geometry.indenter import INDENTER_NAMES, Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import PressResult, press, press_scene
 from mjtactile.units import GRAM_FORCE

@@ -8,27 +8,65 @@ space's, averaged over coarse patches and interpolated by splines that keep thes
 
 from __future__ import annotations
 
+import ctypes
 import weakref
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline, PPoly
 
-from mjtactile._native import HalfSpace, half_space
+from mjtactile._native import contiguous, library, pointer
+from mjtactile._types import Array
 from mjtactile.fem.line import Line
 from mjtactile.fem.stiffness import PARITIES, free_in_plane
 from mjtactile.fem.symmetry import fold_forces
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.table import table_name
-from mjtactile.pad import Array
 
 #: Patches along a side are half as many as elements, but no fewer than this: the remainder varies over the sheet's
 #: thickness. Twice as many change readings by .1 to .2 %, on the draft mesh by .4 %.
 _LEAST_PATCHES = 6
 #: A top layer thinner than this many patches is not what the surface feels like from a patch's distance.
 _THIN_LAYER = 0.5
+
+
+class HalfSpace(NamedTuple):
+    """Integrals over pairs of cells (cells, cells) [m^3], r and (x, y) from a point of the second to one of the first.
+
+    Attributes:
+        inverse_distance: of 1/r.
+        xx: of y^2/r^3.
+        xy: of -x y/r^3.
+        yy: of x^2/r^3.
+        along: of x/r^2.
+        across: of y/r^2.
+    """
+
+    inverse_distance: Array
+    xx: Array
+    xy: Array
+    yy: Array
+    along: Array
+    across: Array
+
+
+def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> HalfSpace:
+    """Integrals of a half space's response over pairs of cells.
+
+    Args:
+        edges: between cells, each once, (edges, 2 ends, 2) [m].
+        sides: cells to the left and right of each, (edges, 2); -1 for none.
+        cells: their number.
+    """
+    edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
+    integrals = np.empty((len(HalfSpace._fields), cells, cells))
+    library().mjt_half_space(
+        ctypes.c_size_t(cells), ctypes.c_size_t(len(edges)), pointer(edges), pointer(sides), pointer(integrals)
+    )
+    return HalfSpace(*integrals)
 
 
 @dataclass(frozen=True, eq=False)

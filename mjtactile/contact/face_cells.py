@@ -14,12 +14,10 @@ import shapely
 from shapely import Polygon
 
 from mjtactile._native import contiguous, library, pointer
+from mjtactile._types import Array
 from mjtactile.errors import ContactError
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.surface_load import Area
-from mjtactile.pad import Array
-
-Indices = npt.NDArray[np.int32]
 
 #: Outlines that agree to this fraction of their size after a rotation and a shift share one set of cells.
 _SAME_SHAPE = 2e-12
@@ -56,7 +54,7 @@ class FaceCells:
     areas: Array
     inverse_distance: Array
     edges: Array
-    sides: Indices
+    sides: npt.NDArray[np.int32]
     corners: Array
     hull: Array
     quadrature: Array

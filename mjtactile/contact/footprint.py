@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,15 +13,11 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from mjtactile._types import Array
 from mjtactile.errors import FootprintError
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.planar import areal
-from mjtactile.pad import Array
-
-if TYPE_CHECKING:
-    from mjtactile.influence.matrices import InfluenceMatrices
-
 
 #: Height of the body above the pad's surface at first touch [m] at points x, y [m]; infinite where there is no body.
 GapMap = Callable[[Array, Array], npt.ArrayLike]
@@ -60,25 +55,24 @@ class Footprint:
     bounded: bool = False
 
     @classmethod
-    def from_outline(cls, outline: BaseGeometry, influence: InfluenceMatrices) -> Footprint:
+    def from_outline(cls, outline: BaseGeometry, surface: SurfaceGrid) -> Footprint:
         """Footprint of a flat face.
 
         Args:
             outline: polygon or multipolygon in the pad frame [m], holes allowed. What overhangs the sheet carries
                 nothing.
-            influence: the pad's influence matrices, whose surface grid integrates loads.
+            surface: the pad's surface grid, `influence.surface`, which integrates loads.
 
         Raises:
             FootprintError: when the outline is not a valid area, or covers none of the sheet.
         """
-        covered = _area_on_sheet(outline, influence.surface.sheet)
-        return cls(covered, influence.surface)
+        return cls(_area_on_sheet(outline, surface.sheet), surface)
 
     @classmethod
     def from_gap(
         cls,
         gap: GapMap,
-        influence: InfluenceMatrices,
+        surface: SurfaceGrid,
         *,
         outline: BaseGeometry | None = None,
         lowest: float | None = None,
@@ -89,7 +83,7 @@ class Footprint:
             gap: function of x and y [m] in the pad frame, arrays of shape (n,): height of the rigid surface above the
                 pad at first touch [m]; infinite where there is no body. Only differences of height matter: the body
                 is lowered until it touches the sheet.
-            influence: the pad's influence matrices.
+            surface: the pad's surface grid, `influence.surface`.
             outline: polygon within which the body may touch [m], where it is known; by default it is traced from the
                 gap map, which rounds corners off by a tenth of a millimetre on the paper's pad.
             lowest: least height over the sheet [m], where it is known; by default it is looked for.
@@ -99,17 +93,17 @@ class Footprint:
                 points, or covers none of the sheet.
         """
         checked = _checked(gap)
-        sheet = influence.surface.sheet
+        sheet = surface.sheet
         bounds = sheet.bounds if outline is None else _area_on_sheet(outline, sheet).bounds
         lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
-        reach = REACH * influence.pad.thickness
+        reach = REACH * surface.thickness
         if outline is None:
             area = region_below(checked, lowest + reach, bounds)
             if area.area == 0.0:
                 raise FootprintError("what the gap map covers of the pad is too narrow to find. Pass its outline=...")
         else:
             area = _area_on_sheet(outline, sheet)
-        return cls(area, influence.surface, checked, lowest, reach, bounded=outline is not None)
+        return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
 
     def heights(self, points: Array) -> Array:
         """Height of the body above the surface at first touch at points (n, 2) [m].

@@ -12,10 +12,11 @@ import weakref
 import numpy as np
 import shapely
 
+from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import Wrench, contact_options
+from mjtactile.contact.press import Press
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 
 #: Radii of the punches, over half the sheet's shorter side.
 _RADII = (0.02, 0.05, 0.1, 0.2, 0.4, 0.65, 0.95)
@@ -34,8 +35,6 @@ def foundation_springs(influence: InfluenceMatrices) -> tuple[Array, Array]:
 
 
 def _calibrate(influence: InfluenceMatrices) -> tuple[Array, Array]:
-    from mjtactile.contact.press import Press
-
     surface = influence.surface
     press = Press(influence, contact_options(influence, law="elastic", tilt="fixed", cells=_CELLS), strength=0.0)
     west, south, east, north = surface.sheet.bounds

@@ -1,15 +1,11 @@
-"""Contact laws: what each is called, what it needs of the pad, and what it knows. The core's `Law` solves them.
+"""Contact laws: what each is called, and what it knows of body and pad. The core's `Law` solves them.
 
 A law is one class here and one case in native/core/cell_contact.cpp; nothing else tells them apart.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
-
-if TYPE_CHECKING:
-    from mjtactile._native import NativePad
-    from mjtactile.influence.matrices import InfluenceMatrices
+from typing import ClassVar
 
 #: Names of the ways shear spreads over a contact.
 TANGENTIALS = ("proportional", "stick", "coulomb")
@@ -22,6 +18,7 @@ class ContactLaw:
         name: users know it by.
         number: the core knows it by, in `Law` of native/core/cell_contact.hpp.
         tangentials: ways shear may spread under it.
+        springs: whether it needs the springs that stand for the pad.
         shapes: whether it knows how the pad gives, looks at a curved body's shape and finds its approach and tilt;
             otherwise the body presses with its lowest part.
     """
@@ -29,10 +26,8 @@ class ContactLaw:
     name: ClassVar[str]
     number: ClassVar[int]
     tangentials: ClassVar[tuple[str, ...]] = ("proportional",)
+    springs: ClassVar[bool] = False
     shapes: ClassVar[bool] = True
-
-    def prepare(self, tables: NativePad, influence: InfluenceMatrices) -> None:
-        """Give the core what the law needs of a pad besides its tables."""
 
 
 class Uniform(ContactLaw):
@@ -48,12 +43,7 @@ class Foundation(ContactLaw):
 
     name = "foundation"
     number = 1
-
-    def prepare(self, tables: NativePad, influence: InfluenceMatrices) -> None:
-        """The springs' stiffness by area."""
-        from mjtactile.contact.foundation import foundation_springs
-
-        tables.set_foundation(*foundation_springs(influence))
+    springs = True
 
 
 class Elastic(ContactLaw):

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.laws import BY_NAME, TANGENTIALS, ContactLaw
 from mjtactile.errors import ContactError
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
 

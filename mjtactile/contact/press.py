@@ -5,8 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import weakref
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +13,8 @@ import numpy.typing as npt
 import shapely
 
 from mjtactile._native import library, pointer
-from mjtactile.contact.compliance import surface_compliance
-from mjtactile.contact.core_pad import contact_pad
+from mjtactile._types import Array
+from mjtactile.contact.core_pad import give_shear, give_springs, press_pad
 from mjtactile.contact.face_cells import placed_cells
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import TANGENTIALS, ContactOptions, Wrench
@@ -23,7 +22,6 @@ from mjtactile.errors import ContactError
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import Area, ContactState, SurfaceLoad
-from mjtactile.pad import Array
 
 #: Grid on which edges about what is under pressure are joined, over the size of the contact.
 _GRID = 1e-7
@@ -147,6 +145,7 @@ class Press:
         options: law, friction and tilt.
         strength: pressure that no cell bears more than [Pa]; None: the top layer's modulus, as for the plugin's
             sensors; 0: no bound.
+        springs: areas and stiffnesses for law "foundation", see `foundation_springs`.
         narrowest: width of the narrowest cells [m]; 0: what the pad's taxels tell apart.
     """
 
@@ -155,19 +154,21 @@ class Press:
         influence: InfluenceMatrices,
         options: ContactOptions,
         *,
+        springs: tuple[Array, Array] | None = None,
         strength: float | None = None,
         narrowest: float = 0.0,
     ) -> None:
         law = options.contact_law
-        tables = contact_pad(influence, surface_compliance(influence) if law.shapes else None)
-        law.prepare(tables, influence)
+        pad = press_pad(influence, compliant=law.shapes)
+        if springs is not None:
+            give_springs(pad, *springs)
         if options.tangential != "proportional":
-            tables.set_tangential(surface_compliance(influence))
+            give_shear(pad, influence)
         self._surface, self._options = influence.surface, options
         core = library()
         self._handle = ctypes.c_void_p(
             core.mjt_press_new(
-                tables.handle,
+                pad.handle,
                 ctypes.c_int(law.number),
                 ctypes.c_int(TANGENTIALS.index(options.tangential)),
                 ctypes.c_int(options.tilting),
@@ -293,18 +294,3 @@ class _Rim:
         downward = (start[:, 1] > 0.0) & (end[:, 1] <= 0.0)
         left = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
         return bool((upward & (left > 0.0)).sum() > (downward & (left < 0.0)).sum())
-
-
-_Pool = dict[ContactOptions, list[Press]]
-_presses: weakref.WeakKeyDictionary[InfluenceMatrices, _Pool] = weakref.WeakKeyDictionary()
-
-
-@contextmanager
-def press_of(influence: InfluenceMatrices, options: ContactOptions) -> Iterator[Press]:
-    """A press of a pad, kept for the next who asks for one like it, and nobody else's meanwhile."""
-    free = _presses.setdefault(influence, {}).setdefault(options, [])
-    press = free.pop() if free else Press(influence, options)
-    try:
-        yield press
-    finally:
-        free.append(press)

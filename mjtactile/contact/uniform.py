@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.pad import Array
 
 
 @dataclass(frozen=True, eq=False)

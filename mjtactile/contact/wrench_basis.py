@@ -11,13 +11,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.contact.contact_load import reported, solved_load, warn_beyond_linear_range
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import Wrench, contact_options, wanted_wrench
 from mjtactile.contact.press import Press
+from mjtactile.contact.ready import new_press
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
-from mjtactile.pad import Array
 
 #: Readings in a row that press the same cells before a basis is worth its making.
 _STEADY_READINGS = 2
@@ -114,7 +115,7 @@ class _Parts:
     @classmethod
     def of(cls, basis: WrenchBasis, wrench: Wrench, state: ContactState) -> _Parts | None:
         """Parts of the contact under a wrench; None where its load is not a sum of parts."""
-        press = Press(basis.influence, basis.options)
+        press = new_press(basis.influence, basis.options)
         press.loads([basis.footprint], [wrench])
         forces = press.parts()
         return None if forces is None else cls(basis.influence, press, forces, state)

@@ -12,13 +12,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.dataset.sampling import OutlinePresses, Pose
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
 from mjtactile.errors import ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 
 #: Tangential force of the loads that probe a contact, over the pressing force.
 _PROBE = 0.3
@@ -43,8 +43,10 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
 def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: Pose) -> Footprint:
     """What faces the pad in a pose."""
     if presses.shape == "sphere":
-        return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence, lowest=0.0)
-    return Footprint.from_outline(placed(sized_face(presses.shape, presses.size), pose.shift, pose.rotation), influence)
+        return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence.surface, lowest=0.0)
+    return Footprint.from_outline(
+        placed(sized_face(presses.shape, presses.size), pose.shift, pose.rotation), influence.surface
+    )
 
 
 def sphere_gap(radius: float, x: float, y: float) -> Callable[[Array, Array], Array]:

@@ -8,11 +8,11 @@ import warnings
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.dataset.sampling import OutlinePresses
 from mjtactile.dataset.shapes import shape_indenter
 from mjtactile.errors import ContactWarning, SceneError
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import press, press_scene
 

@@ -15,9 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile.dataset.spec import DatasetError
-from mjtactile.pad import Array
-from mjtactile.transducer.array import CapacitiveCell, Element, Imperfections, PiezoresistiveElement, Transducer
+from mjtactile._types import Array
+from mjtactile.errors import DatasetError
+from mjtactile.transducer.array import Element, Transducer
+from mjtactile.transducer.capacitive import CapacitiveCell
+from mjtactile.transducer.imperfections import Imperfections
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
 
 def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) -> Array:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.dataset.spec import ContactSpec, DatasetSpec
-from mjtactile.pad import Array
 
 #: Streams of random numbers.
 _OUTLINE, _POSE, _PRESS, NOISE = range(4)

@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from mjtactile._files import read_text
-from mjtactile._limits import MOST_NOISE, MOST_PRESSES, MOST_SEED
 from mjtactile.contact.options import LAWS, TANGENTIALS
 from mjtactile.dataset.shapes import shape_face
-from mjtactile.errors import MjTactileError
+from mjtactile.errors import DatasetError, MjTactileError
 from mjtactile.fidelity import PRESETS
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.units import GRAM_FORCE, MILLIMETRE
+from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED
 
 Range = tuple[float, float]
 
@@ -31,10 +30,6 @@ BACKENDS = ("physics", "mujoco")
 MOST_PER_OUTLINE = 10_000
 #: Forces beyond this [gf] are far outside the linear range of any pad; those in MuJoCo reach 255 gf along each axis.
 MOST_FORCE = 10_000.0
-
-
-class DatasetError(MjTactileError, ValueError):
-    """A dataset that cannot be described, written, resumed or read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +62,7 @@ class DatasetSpec:
     poses: int = 6  #: in a row with the same outline: cells of a moved outline cost a fifth of new ones
     forces: int = 4  #: in a row on the same pose: another force on an unmoved footprint costs next to nothing
     noise: Range = (0.0, 0.0)  #: standard deviation of additive noise, relative to the press's largest reading [-]
-    transducer: dict[str, Any] | None = None  #: "name" and parameters; see transducer.py
+    transducer: dict[str, Any] | None = None  #: "name" and parameters; see hardware.py
     pad: Pad = field(default_factory=Pad)
 
     def __post_init__(self) -> None:

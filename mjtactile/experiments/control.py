@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.errors import MjTactileError
-from mjtactile.pad import Array
 
 
 class ControlError(MjTactileError, ValueError):

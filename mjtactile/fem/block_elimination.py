@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import get_lapack_funcs, solve_triangular
 
+from mjtactile._types import Array
 from mjtactile.errors import MeshError
 from mjtactile.fem.stiffness import Parity, Stiffness, free_in_plane
-from mjtactile.pad import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sparse
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 
 if TYPE_CHECKING:
     from skfem import Basis, BilinearForm

@@ -22,12 +22,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sparse
 
+from mjtactile._types import Array, Mask
 from mjtactile.fem.line import Line
 from mjtactile.fem.mesh import SheetMesh
-from mjtactile.pad import Array
 
 #: Legendre orders (in-plane x, in-plane y) of the pressure terms that are constant across an element's thickness.
 _IN_PLANE_PRESSURES = ((0, 0), (1, 0), (0, 1))
@@ -72,7 +71,7 @@ class Stiffness:
         first, *others = [f * p for f, p in zip(factors, self.in_plane, strict=True) if f != 0.0]
         return functools.reduce(operator.add, others, first)
 
-    def restricted(self, free: npt.NDArray[np.bool_]) -> Stiffness:
+    def restricted(self, free: Mask) -> Stiffness:
         """The same stiffness on the plane's free degrees of freedom only, mask of shape (dofs of a plane,)."""
         kept = np.flatnonzero(free)
         return Stiffness(self.mesh, self.across, tuple(p[kept][:, kept] for p in self.in_plane))
@@ -181,7 +180,7 @@ def _pressure_rows(
     return sparse.csr_array(scale @ spread), sparse.csr_array(scale @ lift)
 
 
-def free_in_plane(mesh: SheetMesh, parity: Parity | None) -> npt.NDArray[np.bool_]:
+def free_in_plane(mesh: SheetMesh, parity: Parity | None) -> Mask:
     """Mask over a plane's degrees of freedom: False where a mirror plane holds a component at zero.
 
     Args:

@@ -1,6 +1,6 @@
 """Stress at sample points from the displacements of node planes.
 
-Displacement gradients and the condensed pressure are sums of products of one-dimensional rows (see recovery.py), so
+Displacement gradients and the condensed pressure are sums of products of one-dimensional rows (stress_recovery.py), so
 a plane's contribution is two dense products, along x and along y, followed by the point's own factor across the
 thickness.
 
@@ -16,10 +16,10 @@ from collections import defaultdict
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.fem.mesh import SheetMesh
 from mjtactile.fem.stiffness import Parity
 from mjtactile.fem.stress_recovery import SLOPE, VALUE, fold_rows, moment_row, point_rows
-from mjtactile.pad import Array
 
 #: Coordinates of the deviatoric stress.
 DEVIATORIC_COUNT = 5

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.fem.line import Line, quadratic_shapes
-from mjtactile.pad import Array
 
 _GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 #: Gauss points a recovered value is interpolated from: a cubic.

@@ -7,6 +7,7 @@ are exact: Green's theorem turns them into sums over the polygon's edges, split 
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +15,10 @@ import scipy.sparse as sparse
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile import _native as native
+from mjtactile._native import contiguous, library, pointer, sized
+from mjtactile._types import Array
 from mjtactile.fem.line import Line
 from mjtactile.geometry.planar import polygons_of, rings_of
-from mjtactile.pad import Array
 
 #: Highest power of a local coordinate: a quadratic shape function times a linear traction.
 _DEGREE = 3
@@ -34,10 +35,12 @@ class SurfaceGrid:
     Attributes:
         x: elements along x over the whole sheet [m].
         y: elements along y over the whole sheet [m].
+        thickness: of the sheet below [m].
     """
 
     x: Line
     y: Line
+    thickness: float
 
     @property
     def node_shape(self) -> tuple[int, int]:
@@ -82,7 +85,13 @@ class SurfaceGrid:
         Returns:
             shape (nodes along y, nodes along x, 3) [N].
         """
-        return native.traction_forces(self.x.vertices, self.y.vertices, edges, tractions)
+        forces = np.empty((*self.node_shape, 3))
+        edges, tractions = contiguous(edges), contiguous(tractions)
+        x, y = contiguous(self.x.vertices), contiguous(self.y.vertices)
+        library().mjt_traction_forces(
+            *sized(x), *sized(y), ctypes.c_size_t(len(edges)), pointer(edges), pointer(tractions), pointer(forces)
+        )
+        return forces
 
     def _gather(self, per_cell: Array) -> Array:
         """Sum (k, cells y, cells x, 3, 3) over the nodes that cells share, shape (k, nodes y, nodes x)."""

@@ -9,10 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from mjtactile._types import Array, Mask
 from mjtactile.fem.stiffness import PARITIES, Parity
-from mjtactile.pad import Array
 
 #: Quadrants of the plane as signs (x, y), in the order sample points refer to them.
 QUADRANTS = ((1, 1), (-1, 1), (1, -1), (-1, -1))
@@ -63,7 +62,7 @@ def unfold_field(classes: list[Array]) -> Array:
     return np.asarray(whole)
 
 
-def unfold_points(classes: Array, odd_in_x: npt.NDArray[np.bool_], odd_in_y: npt.NDArray[np.bool_]) -> Array:
+def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask) -> Array:
     """Coordinates at points in all quadrants from their four classes at the folded points.
 
     Args:

@@ -20,10 +20,10 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sparse
 
+from mjtactile._types import Array, Tables
 from mjtactile.errors import CorruptInfluenceError
 from mjtactile.fem.symmetry import QUADRANTS, fold_points
-from mjtactile.influence.table import Tables
-from mjtactile.pad import LENGTH_TOLERANCE, Array, Pad
+from mjtactile.pad import LENGTH_TOLERANCE, Pad
 
 #: Nodes of the auxiliary rules that measure slices and chords; far beyond what double precision needs.
 _FINE_ORDER = 96

@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from mjtactile._types import Array, Mask
 from mjtactile.errors import PresetError
 from mjtactile.fem.line import Line
-from mjtactile.pad import Array
 
 if TYPE_CHECKING:
     from mjtactile.fem.mesh import SheetMesh
@@ -49,7 +48,7 @@ def onto_corners(forces: Array, surface: SurfaceGrid) -> Array:
     return spread
 
 
-def on_corners(quarter: SheetMesh) -> npt.NDArray[np.bool_]:
+def on_corners(quarter: SheetMesh) -> Mask:
     """Mask over the degrees of freedom (component, y, x) of the quarter's surface: those of elements' corners."""
     mask = np.zeros((3, quarter.y.node_count, quarter.x.node_count), dtype=bool)
     mask[:, ::2, ::2] = True

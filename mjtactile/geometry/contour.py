@@ -15,8 +15,8 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from mjtactile._types import Array, Mask
 from mjtactile.geometry.planar import areal
-from mjtactile.pad import Array
 
 PlaneFunction = Callable[[Array, Array], npt.ArrayLike]
 
@@ -64,14 +64,12 @@ def _grid_lines(bounds: tuple[float, float, float, float]) -> tuple[Array, Array
     return next(lines), next(lines)
 
 
-def _inside(function: PlaneFunction, level: float, x: Array, y: Array) -> npt.NDArray[np.bool_]:
+def _inside(function: PlaneFunction, level: float, x: Array, y: Array) -> Mask:
     values = np.asarray(function(x.ravel(), y.ravel()), dtype=float).reshape(x.shape)
     return values <= level
 
 
-def _traced(
-    function: PlaneFunction, level: float, x: Array, y: Array, inside: npt.NDArray[np.bool_]
-) -> Polygon | MultiPolygon:
+def _traced(function: PlaneFunction, level: float, x: Array, y: Array, inside: Mask) -> Polygon | MultiPolygon:
     """Boundary polygons of the marked grid points, moved to where the function crosses the level."""
     from contourpy import FillType, contour_generator
 
@@ -94,9 +92,7 @@ def _traced(
     return areal(shapely.union_all([areal(polygon) for polygon in polygons]))
 
 
-def _crossings(
-    function: PlaneFunction, level: float, x: Array, y: Array, places: Array, inside: npt.NDArray[np.bool_]
-) -> Array:
+def _crossings(function: PlaneFunction, level: float, x: Array, y: Array, places: Array, inside: Mask) -> Array:
     """Points on grid lines where the function crosses the level, for places half-way between two grid points."""
     low, high = np.floor(places).astype(int), np.ceil(places).astype(int)
 

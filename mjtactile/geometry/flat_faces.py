@@ -12,13 +12,13 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon, affinity
 
+from mjtactile._types import Array
 from mjtactile.errors import FootprintError
 from mjtactile.geometry.height_minimum import Rectangle
 from mjtactile.geometry.lower_surface import FLATNESS, FlatPart, lower_surface
 from mjtactile.geometry.outlines import ellipse
 from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
 from mjtactile.geometry.triangle_mesh import TriangleSurface
-from mjtactile.pad import Array
 
 #: Bodies reach no further than this from their middle [m]; what does is looked at anew at every pose.
 _FARTHEST = 1.0

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from mjtactile._types import Array, Mask
+
 HeightFunction = Callable[[Array, Array], Array]
 
 #: Points along each axis of the first search, and of each closer look.
@@ -38,7 +38,7 @@ class Rectangle(NamedTuple):
             [[self.west, self.south], [self.east, self.south], [self.east, self.north], [self.west, self.north]]
         )
 
-    def holds(self, x: Array, y: Array) -> npt.NDArray[np.bool_]:
+    def holds(self, x: Array, y: Array) -> Mask:
         """Whether points lie in it, its sides included, shape (n,)."""
         return (x >= self.west) & (x <= self.east) & (y >= self.south) & (y <= self.north)
 

@@ -14,11 +14,12 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from mjtactile._types import Array, Indices
 from mjtactile.errors import FootprintError
 from mjtactile.geometry.height_minimum import Rectangle
 from mjtactile.geometry.planar import areal
-from mjtactile.geometry.primitives import Array, Box, Cylinder, HalfSpace, Pose, Shape
-from mjtactile.geometry.triangle_mesh import Indices, TriangleSurface
+from mjtactile.geometry.primitives import Box, Cylinder, HalfSpace, Pose, Shape
+from mjtactile.geometry.triangle_mesh import TriangleSurface
 
 #: A face counts as flat where no corner of it stands further than this from one plane [m].
 FLATNESS = 1e-7

@@ -11,12 +11,10 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from shapely import Polygon
 
+from mjtactile._types import Array
 from mjtactile.errors import IndenterError
-
-Array = npt.NDArray[np.float64]
 
 #: Sides of the polygon that stands for a full turn of a curve; a multiple of 4, so that mirrors map corners to corners.
 SIDES = 256

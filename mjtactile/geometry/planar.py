@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import mapbox_earcut
 import numpy as np
-import numpy.typing as npt
 from shapely import GeometryCollection, LineString, MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
+from mjtactile._types import Array, Indices
 from mjtactile.errors import IndenterError
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 #: An outline with more corners than this is loaded through points at equal angles instead of through its corners.
 MAXIMUM_SUPPORT_POINTS = 8

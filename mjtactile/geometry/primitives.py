@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 from shapely import Polygon
 
+from mjtactile._types import Array
 from mjtactile.geometry.height_minimum import Rectangle, lowest_near
 from mjtactile.geometry.outlines import ellipse
-
-Array = npt.NDArray[np.float64]
 
 #: Directions whose sine with a face is below this count as parallel to it.
 _PARALLEL = 1e-12

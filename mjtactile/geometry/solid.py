@@ -6,18 +6,15 @@ Lengths are metres. A solid is a watertight `trimesh.Trimesh`.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 import trimesh
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import MultiPolygon, Polygon
 
+from mjtactile._types import Array, Indices, Mask
 from mjtactile.errors import IndenterError
 from mjtactile.geometry.planar import areal, polygons_of, triangulate
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 #: Vertices closer than this to the cutting plane lie in it [m]: poses come from rotations that round.
 PLANE_TOLERANCE = 1e-9
@@ -117,7 +114,7 @@ def face_outline(
     return section
 
 
-def _section(solid: trimesh.Trimesh, offset: Array, above: npt.NDArray[np.bool_]) -> Polygon | MultiPolygon:
+def _section(solid: trimesh.Trimesh, offset: Array, above: Mask) -> Polygon | MultiPolygon:
     """Section between the vertices marked `above` and the others; heights over the plane `offset`, shape (n,) [m]."""
     tails, heads = _crossings(np.asarray(solid.faces), above)
     if len(tails) == 0:
@@ -137,7 +134,7 @@ def _section(solid: trimesh.Trimesh, offset: Array, above: npt.NDArray[np.bool_]
     return areal(shapely.union_all(list(outlines.values()))) if len(outlines) != 1 else next(iter(outlines.values()))
 
 
-def _crossings(faces: Indices, above: npt.NDArray[np.bool_]) -> tuple[Indices, Indices]:
+def _crossings(faces: Indices, above: Mask) -> tuple[Indices, Indices]:
     """Cut edges in which the section's segments start and end, each (low, high) vertex indices, shapes (m, 2)."""
     marks = above[faces]
     cut = marks.any(axis=1) & ~marks.all(axis=1)

@@ -13,14 +13,16 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
+from mjtactile._types import Array, Tables
 from mjtactile.errors import MeshError
 from mjtactile.fem.block_elimination import EliminatedSheet
-from mjtactile.fem.mesh import MeshDensity, SheetMesh, sheet_mesh
+from mjtactile.fem.mesh import SheetMesh, sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, Parity, Stiffness, assemble, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT, StressSampler
 from mjtactile.fem.taxel_quadrature import layer_sampling
-from mjtactile.influence.table import Tables, table_name
-from mjtactile.pad import Array, Pad
+from mjtactile.fidelity import MeshDensity
+from mjtactile.influence.table import table_name
+from mjtactile.pad import Pad
 
 #: A column's unit force acts on a node and, with the class's signs, on its mirror images; a quarter model sees a
 #: quarter of their sum.

@@ -10,13 +10,12 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
-from mjtactile.fem.mesh import MeshDensity
-from mjtactile.fidelity import Fidelity, mesh_or_preset
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_or_preset
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.provenance import influence_fingerprint
 from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
-from mjtactile.influence.table import Tables
 from mjtactile.pad import Pad
 
 if TYPE_CHECKING:

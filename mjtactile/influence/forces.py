@@ -4,46 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.errors import InfluenceError
 from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fem.symmetry import fold_forces
-from mjtactile.influence.stress_matrix import StressMatrix
-from mjtactile.pad import Array
+from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
 
 if TYPE_CHECKING:
-    from mjtactile.contact.contact_load import SurfaceLoad
+    from mjtactile.influence.surface_load import SurfaceLoad
 
-#: Unused columns between two runs that are cheaper to read than to leave out.
-_BRIDGED = 12
 #: Forces below this share of the precision's rounding, relative to the load's largest, are rounding themselves.
 _NEGLIGIBLE = 1 / 16
-
-
-@dataclass(frozen=True, eq=False)
-class ClassForces:
-    """Nodal forces of some loads in one symmetry class, scaled so that none is larger than 1.
-
-    Attributes:
-        values: scaled forces [-], shape (batch, columns).
-    """
-
-    values: Array
-
-    @cached_property
-    def runs(self) -> list[slice]:
-        """Runs of columns that hold every force."""
-        used = np.flatnonzero(self.values.any(axis=0))
-        if not len(used):
-            return []
-        ends = np.flatnonzero(np.diff(used) > _BRIDGED)
-        starts, stops = used[np.r_[0, ends + 1]], used[np.r_[ends, -1]] + 1
-        return [slice(start, stop) for start, stop in zip(starts.tolist(), stops.tolist(), strict=True)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,24 +2,95 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sparse
 
+from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError
-from mjtactile.fem.mesh import SheetMesh
+from mjtactile.fem.mesh import SheetMesh, sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.fem.symmetry import QUADRANTS
 from mjtactile.fem.taxel_quadrature import stored_average
 from mjtactile.fem.vertex_loads import on_corners
-from mjtactile.fidelity import Fidelity
-from mjtactile.influence.table import Tables, table_name
+from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
 
 _INDICES = (np.int32, np.int64)
 _Shape = tuple[int | None, ...]
 """Lengths along the axes; None where any will do, from 1 on."""
+
+
+@dataclass(frozen=True, eq=False)
+class PadTables:
+    """Tables of one pad, and what of pad and fidelity says how to read them.
+
+    Attributes:
+        pad: the sheet and its taxels.
+        fidelity: the mesh, the storage, and the contact law that goes with them.
+        tables: matrices by name, see `build.build_tables` and `stress_matrix.stored_matrix`.
+    """
+
+    pad: Pad
+    fidelity: Fidelity
+    tables: Tables
+
+    @property
+    def density(self) -> MeshDensity:
+        """Density of the mesh and the sample points."""
+        return self.fidelity.density
+
+    @cached_property
+    def mesh(self) -> SheetMesh:
+        """The finite-element mesh of the whole sheet."""
+        return sheet_mesh(self.pad, self.density)
+
+    @cached_property
+    def surface(self) -> SurfaceGrid:
+        """The grid on which loads are integrated."""
+        return self.mesh.surface
+
+    @cached_property
+    def columns(self) -> list[np.ndarray]:
+        """For each class, the degrees of freedom (component, y, x) of the quarter's surface with stress columns."""
+        quarter = self.mesh.quarter()
+        corners = on_corners(quarter) if self.fidelity.loads == "corners" else np.True_
+        return [np.flatnonzero(free_in_plane(quarter, parity) & corners) for parity in PARITIES]
+
+    @cached_property
+    def free(self) -> list[np.ndarray]:
+        """For each class, all free degrees of freedom (component, y, x) of the quarter's surface."""
+        quarter = self.mesh.quarter()
+        return [np.flatnonzero(free_in_plane(quarter, parity)) for parity in PARITIES]
+
+    @cached_property
+    def averages(self) -> list[sparse.csr_array]:
+        """For each sensing layer, the matrix (taxels, points) that averages the layer's sample points."""
+        return [stored_average(self.tables, k) for k in range(len(self.pad.depths))]
+
+    @cached_property
+    def sample_slices(self) -> list[slice]:
+        """For each sensing layer, which of all sample points are its own; they lie quadrant by quadrant."""
+        counts = [len(QUADRANTS) * len(self.tables[f"sampling points {k}"]) for k in range(len(self.pad.depths))]
+        ends = np.cumsum([0, *counts]).tolist()
+        return [slice(start, end) for start, end in itertools.pairwise(ends)]
+
+    def check(self) -> None:
+        """Refuse tables that are not those the pad and the fidelity need.
+
+        Raises:
+            CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that
+                point outside.
+        """
+        check_layout(self.pad, self.fidelity, self.mesh, self.tables)
 
 
 def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) -> None:
@@ -29,7 +100,7 @@ def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) 
         pad: the sheet and its taxels.
         fidelity: mesh and storage.
         mesh: of the whole sheet, in the fidelity's density.
-        tables: see `build.build_tables`, `sampling.sampling_tables` and `matrix.stored_matrix`.
+        tables: see `build.build_tables`, `taxel_quadrature.sampling_tables` and `stress_matrix.stored_matrix`.
 
     Raises:
         CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that point
@@ -62,7 +133,7 @@ def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
 
 
 def _check_matrix(layout: _Layout, name: str, fidelity: Fidelity, columns: int, rows: int) -> None:
-    """Check one stress matrix, whole or, where the fidelity reduces, in two factors; see `matrix.stored_matrix`."""
+    """Check one stress matrix, whole or, where the fidelity reduces, in two factors, as `stored_matrix` makes them."""
     if name in layout.tables or fidelity.reduction == 0.0:
         factors: dict[str, _Shape] = {name: (columns, rows)}
     else:

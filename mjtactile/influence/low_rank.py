@@ -25,13 +25,13 @@ import numpy as np
 import numpy.typing as npt
 from shapely import Point
 
+from mjtactile._types import Array, Tables
 from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.symmetry import QUADRANTS, fold_forces
 from mjtactile.fem.vertex_loads import onto_corners
 from mjtactile.influence.stress_matrix import stored_matrix
-from mjtactile.influence.table import Tables, table_name
-from mjtactile.pad import Array
+from mjtactile.influence.table import table_name
 
 if TYPE_CHECKING:
     from mjtactile.influence.matrices import InfluenceMatrices
@@ -57,7 +57,7 @@ def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: st
         precision: storage of the result.
 
     Returns:
-        All "deviatoric" and "mean" arrays, see `matrix.stored_matrix`.
+        All "deviatoric" and "mean" arrays, see `stress_matrix.stored_matrix`.
     """
     spanning, control = _disc_loads(influence)
     tables: Tables = {}

@@ -1,6 +1,6 @@
 """Influence matrices: the linear map from nodal forces on the pad's surface to stress at every sample point.
 
-The sheet's mirrors split a load into four symmetry classes (folding.py); per class and sensing layer there is one
+The sheet's mirrors split a load into four symmetry classes (fem/symmetry.py); per class and sensing layer there is one
 matrix. A reading is the mean von Mises stress over the taxel's sample points: a weighted sum of norms of the linear
 response, so it scales with the load but loads do not simply add. Responses do: keep those of some loads, combine
 them, and take the readings of the combination.
@@ -8,7 +8,6 @@ them, and take the readings of the combination.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,27 +15,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sparse
 
-from mjtactile._native import native_pad
+from mjtactile._types import Array
 from mjtactile.errors import CorruptInfluenceError, InfluenceError
-from mjtactile.fem.mesh import MeshDensity, SheetMesh, sheet_mesh
-from mjtactile.fem.stiffness import PARITIES, free_in_plane
+from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
-from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.fem.symmetry import QUADRANTS, unfold_field, unfold_points
-from mjtactile.fem.taxel_quadrature import stored_average
-from mjtactile.fem.vertex_loads import on_corners, onto_corners
-from mjtactile.fidelity import Fidelity, mesh_name
+from mjtactile.fem.symmetry import unfold_field, unfold_points
+from mjtactile.fem.vertex_loads import onto_corners
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_name
+from mjtactile.influence.core_pad import core_pad
 from mjtactile.influence.forces import FoldedLoads, folded_loads, nodal_batch
-from mjtactile.influence.layout import check_layout
+from mjtactile.influence.layout import PadTables
 from mjtactile.influence.provenance import check_provenance, influence_metadata
 from mjtactile.influence.stress_matrix import StressMatrix, read_matrix
-from mjtactile.influence.table import Tables, read_tables, table_name, write_tables
-from mjtactile.pad import Array, Pad
+from mjtactile.influence.table import read_tables, table_name, write_tables
+from mjtactile.pad import Pad
 
 if TYPE_CHECKING:
-    from mjtactile.contact.contact_load import SurfaceLoad
+    from mjtactile.influence.surface_load import SurfaceLoad
 
 #: Deviatoric coordinates that change sign under x -> -x (xy and zx) and under y -> -y (xy and yz).
 ODD_IN_X, ODD_IN_Y = np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool)
@@ -45,58 +41,8 @@ EVEN = np.zeros(1, dtype=bool)
 
 
 @dataclass(frozen=True, eq=False)
-class InfluenceMatrices:
-    """Influence matrices of one pad; make them with `influence_matrices`.
-
-    Attributes:
-        pad: the sheet and its taxels.
-        fidelity: the mesh, the storage, and the contact law that goes with them.
-        tables: matrices by name, see `build.build_tables` and `matrix.stored_matrix`.
-    """
-
-    pad: Pad
-    fidelity: Fidelity
-    tables: Tables
-
-    @property
-    def density(self) -> MeshDensity:
-        """Density of the mesh and the sample points."""
-        return self.fidelity.density
-
-    @cached_property
-    def mesh(self) -> SheetMesh:
-        """The finite-element mesh of the whole sheet."""
-        return sheet_mesh(self.pad, self.density)
-
-    @cached_property
-    def surface(self) -> SurfaceGrid:
-        """The grid on which loads are integrated."""
-        return self.mesh.surface
-
-    @cached_property
-    def columns(self) -> list[np.ndarray]:
-        """For each class, the degrees of freedom (component, y, x) of the quarter's surface with stress columns."""
-        quarter = self.mesh.quarter()
-        corners = on_corners(quarter) if self.fidelity.loads == "corners" else np.True_
-        return [np.flatnonzero(free_in_plane(quarter, parity) & corners) for parity in PARITIES]
-
-    @cached_property
-    def free(self) -> list[np.ndarray]:
-        """For each class, all free degrees of freedom (component, y, x) of the quarter's surface."""
-        quarter = self.mesh.quarter()
-        return [np.flatnonzero(free_in_plane(quarter, parity)) for parity in PARITIES]
-
-    @cached_property
-    def averages(self) -> list[sparse.csr_array]:
-        """For each sensing layer, the matrix (taxels, points) that averages the layer's sample points."""
-        return [stored_average(self.tables, k) for k in range(len(self.pad.depths))]
-
-    @cached_property
-    def sample_slices(self) -> list[slice]:
-        """For each sensing layer, which of all sample points are its own; they lie quadrant by quadrant."""
-        counts = [len(QUADRANTS) * len(self.tables[f"sampling points {k}"]) for k in range(len(self.pad.depths))]
-        ends = np.cumsum([0, *counts]).tolist()
-        return [slice(start, end) for start, end in itertools.pairwise(ends)]
+class InfluenceMatrices(PadTables):
+    """Influence matrices of one pad; make them with `influence_matrices`."""
 
     @cached_property
     def _deviatoric_matrices(self) -> list[list[StressMatrix]]:
@@ -106,15 +52,6 @@ class InfluenceMatrices:
     @cached_property
     def _mean_matrices(self) -> list[list[StressMatrix]]:
         return self._stress_matrices("mean")
-
-    def check(self) -> None:
-        """Refuse tables that are not those the pad and the fidelity need.
-
-        Raises:
-            CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that
-                point outside.
-        """
-        check_layout(self.pad, self.fidelity, self.mesh, self.tables)
 
     @property
     def mesh_name(self) -> str:
@@ -138,7 +75,7 @@ class InfluenceMatrices:
         if _is_empty(load):
             return np.zeros((0, *self.pad.reading_shape))
         single = not isinstance(load, Sequence)
-        batch, core = nodal_batch([load] if single else load, self.surface), native_pad(self)
+        batch, core = nodal_batch([load] if single else load, self.surface), core_pad(self)
         readings = [core.readings(forces) for forces in batch]
         return readings[0] if single else np.stack(readings)
 
@@ -146,7 +83,7 @@ class InfluenceMatrices:
         """Deviatoric stress at every sample point: linear in the load, and all that its readings depend on.
 
         Returns:
-            (points, 5) [Pa], pad frame, coordinates as in stress.py, points of layer k at `sample_slices[k]`; a
+            (points, 5) [Pa], pad frame, coordinates as in fem/stress.py, points of layer k at `sample_slices[k]`; a
             sequence of loads puts a batch axis in front.
         """
         points = self.sample_slices[-1].stop

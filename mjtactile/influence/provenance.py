@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
-from mjtactile.fem.mesh import MeshDensity, mesh_description, sheet_mesh
-from mjtactile.fidelity import Fidelity, mesh_name, mesh_or_preset
+from mjtactile.fem.mesh import mesh_description, sheet_mesh
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_name, mesh_or_preset
 from mjtactile.influence.table import FORMAT_VERSION
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
@@ -32,7 +32,7 @@ def check_provenance(
     mesh: str | MeshDensity | None,
     preset: str | Fidelity | None,
 ) -> tuple[Pad, Fidelity]:
-    """The pad and the fidelity of a table, by default those it names itself; see `influence.load_influence`.
+    """The pad and the fidelity of a table, by default those it names itself; see `matrices.load_influence`.
 
     Raises:
         CorruptInfluenceError: when the metadata is not what `influence_metadata` writes.

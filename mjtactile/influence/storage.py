@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Tables
 from mjtactile.fem.stiffness import PARITIES, Parity
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
 from mjtactile.influence.stress_matrix import stored_matrix
-from mjtactile.influence.table import Tables, table_name
+from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
 
 _STRESSES = ("deviatoric", "mean")
@@ -26,7 +27,7 @@ class ClassStorage:
     Args:
         pad: the sheet.
         chosen: the fidelity.
-        sampling: tables of all sample points, see `sampling.sampling_tables`.
+        sampling: tables of all sample points, see `taxel_quadrature.sampling_tables`.
 
     Attributes:
         fidelity: of what is made: the chosen one without reduction, in the precision of what it is made from.

@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 from shapely import MultiPolygon, Polygon
 
+from mjtactile._types import Array
 from mjtactile.errors import ContactError
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.planar import areal
-from mjtactile.pad import Array
 
 Area = Polygon | MultiPolygon
 

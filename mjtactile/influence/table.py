@@ -17,15 +17,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._checksum import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
+from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
+from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.stiffness import Parity
 
 #: Raised whenever the meaning of a stored array changes; older files are then rebuilt.
 FORMAT_VERSION = 3
 
-Tables = dict[str, npt.NDArray[Any]]
-"""Arrays by name, see `table_name`, `build.build_tables` and `matrix.stored_matrix`."""
 
 _DTYPES = {
     "F64": np.float64,

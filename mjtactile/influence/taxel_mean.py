@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sparse
 
+from mjtactile._types import Indices, Mask, Tables
 from mjtactile.fem.symmetry import QUADRANT_SIGNS, QUADRANTS, FoldedPoints, fold_points
 from mjtactile.fem.taxel_quadrature import Sampling, sampling_tables, stored_average
-from mjtactile.influence.table import Tables
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 
 
@@ -24,7 +24,7 @@ class LayerMeans:
 
     Args:
         pad: the sheet and its taxels.
-        sampling: tables of the layer's own sample points, see `sampling.sampling_tables`.
+        sampling: tables of the layer's own sample points, see `taxel_quadrature.sampling_tables`.
         sensing_layer: counted from the top.
     """
 
@@ -36,9 +36,7 @@ class LayerMeans:
         _, chosen = np.unique(folded.index, return_index=True)
         self._rows, self._home = stored_average(sampling, sensing_layer)[chosen], folded.quadrant[chosen]
 
-    def averaged(
-        self, matrix: npt.NDArray[np.floating], number: int, odd: Sequence[npt.NDArray[np.bool_]]
-    ) -> npt.NDArray[np.floating]:
+    def averaged(self, matrix: npt.NDArray[np.floating], number: int, odd: Sequence[Mask]) -> npt.NDArray[np.floating]:
         """One class's matrix of the averaged points (columns, folded taxels * coordinates) from that of all points.
 
         Args:
@@ -65,9 +63,9 @@ def _one_point_each(folded: FoldedPoints) -> sparse.csr_array:
 def _averaged(
     matrix: npt.NDArray[np.floating],
     rows: sparse.csr_array,
-    home: npt.NDArray[np.int64],
+    home: Indices,
     number: int,
-    odd: Sequence[npt.NDArray[np.bool_]],
+    odd: Sequence[Mask],
 ) -> npt.NDArray[np.floating]:
     """One class's matrix (columns, folded taxels * coordinates) from that of all points.
 

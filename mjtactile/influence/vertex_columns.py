@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 from shapely import Point
 
+from mjtactile._types import Array, Mask
 from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.symmetry import fold_forces
 from mjtactile.fem.vertex_loads import on_corners, onto_corners, require_corners_mirrored
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 
 #: Diameters of the discs over the largest element.
 _DISCS = (1.25, 2.0, 4.0)
@@ -56,7 +56,7 @@ class CornerColumns:
         return np.ascontiguousarray(matrix[self._kept[number]] + moved)
 
 
-def _correction(full: Array, few: Array, kept: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+def _correction(full: Array, few: Array, kept: Mask) -> npt.NDArray[Any]:
     """What the corners' columns are moved by, as a linear map (corners, nodes) of all columns.
 
     Args:

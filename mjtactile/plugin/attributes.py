@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ctypes
 from functools import lru_cache
-from pathlib import Path
 from typing import NamedTuple
 
 import mujoco
@@ -15,16 +14,16 @@ import numpy as np
 
 from mjtactile._native import library, pointer
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.errors import PadError, SceneError
+from mjtactile.errors import SceneError
 from mjtactile.fidelity import CONTACT_LAWS, PRESETS
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
+from mjtactile.pad_names import PLUGIN, named_pad, no_such_value
+from mjtactile.plugin.engine import Instance, attribute_names, plugin_config, running_layout
 from mjtactile.plugin.health import HEALTH_NUMBERS, Health
 from mjtactile.plugin.model_copy import ModelCopy
-from mjtactile.plugin.pad_json import is_pad_text, names_file, pad_from_text
-from mjtactile.plugin.reader import Reading, fill_instance
-from mjtactile.plugin.registration import PLUGIN, Instance, attribute_names, plugin_config, running_layout
+from mjtactile.plugin.reading import Reading, fill_instance
 from mjtactile.sim.geoms import check_pad_box
 
 #: What a sensor can put out.
@@ -32,25 +31,6 @@ OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")
 #: Fidelity of a sensor that names none.
 DEFAULT_FIDELITY = "balanced"
 _SWITCH = {"": False, "off": False, "on": True}
-
-_pads: dict[str, Pad] = {"default": Pad()}
-
-
-def register_pad(name: str, pad: Pad) -> None:
-    """Make a pad known by a name that models may use: `<config key="pad" value="name"/>`.
-
-    The name is known to this process alone: one that opens such a model has to register the pad as well. A model that
-    is to be opened anywhere holds the pad's own numbers in place of a name, see `mjtactile.pad_text`; `attach_pad`
-    writes these.
-
-    Raises:
-        SceneError: when the name is taken by another pad, or could be a file's or a pad's text.
-    """
-    if not name or Path(name).suffix or "/" in name or is_pad_text(name):
-        raise SceneError(f"{name!r} is no name for a pad: it must not be empty or look like a file's.")
-    if _pads.get(name, pad) != pad:
-        raise SceneError(f"pad {name!r} exists already and is another one, a {_pads[name].summary}. Use another name.")
-    _pads[name] = pad
 
 
 def known_pad(name: str) -> Pad:
@@ -60,20 +40,6 @@ def known_pad(name: str) -> Pad:
         SceneError: when it is none of these, or a text that describes no pad.
     """
     return named_pad(name) or load_influence(name).pad
-
-
-def named_pad(name: str) -> Pad | None:
-    """The pad behind a name or a pad's text; None for a file."""
-    if name in _pads:
-        return _pads[name]
-    if is_pad_text(name):
-        try:
-            return pad_from_text(name)
-        except PadError as error:
-            raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
-    if not names_file(name):
-        raise SceneError(_no_pad(name))
-    return None
 
 
 class Attributes:
@@ -95,7 +61,7 @@ class Attributes:
         self.tilt = _one_of("tilt", values["tilt"], TILTS) or TILTS[0]
         self.friction = _number("friction", values["friction"])
         if values["visual"] not in _SWITCH:
-            raise SceneError(_wrong("visual", values["visual"], ("on", "off")))
+            raise SceneError(no_such_value("visual", values["visual"], ("on", "off")))
         self.visual = _SWITCH[values["visual"]]
 
     @property
@@ -114,7 +80,7 @@ class Attributes:
 
 def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
     if fidelity and fidelity not in PRESETS:
-        raise SceneError(_wrong("fidelity", fidelity, tuple(PRESETS)))
+        raise SceneError(no_such_value("fidelity", fidelity, tuple(PRESETS)))
     return _loaded(named_pad(pad) or pad, fidelity)
 
 
@@ -124,14 +90,6 @@ def _loaded(pad: Pad | str, fidelity: str) -> InfluenceMatrices:
     if isinstance(pad, str):
         return load_influence(pad, preset=fidelity or None)
     return influence_matrices(pad, preset=fidelity or DEFAULT_FIDELITY)
-
-
-def _no_pad(name: str) -> str:
-    return (
-        f"{_wrong('pad', name, tuple(_pads))} A file of saved influence matrices serves as well, but there is none of "
-        "that name. Make a pad known in this process with mjtactile.register_pad(name, pad), or write its numbers in "
-        "place of the name, see mjtactile.pad_text(pad)."
-    )
 
 
 class PluginSensor(NamedTuple):
@@ -192,13 +150,13 @@ def _chosen_outputs(text: str) -> list[str]:
     names = text.replace(",", " ").split() or [OUTPUTS[0]]
     for name in names:
         if name not in OUTPUTS or names.count(name) > 1:
-            raise SceneError(_wrong("output", text, OUTPUTS) + " Several are separated by spaces, each once.")
+            raise SceneError(no_such_value("output", text, OUTPUTS) + " Several are separated by spaces, each once.")
     return names
 
 
 def _one_of(attribute: str, value: str, known: tuple[str, ...]) -> str | None:
     if value and value not in known:
-        raise SceneError(_wrong(attribute, value, known))
+        raise SceneError(no_such_value(attribute, value, known))
     return value or None
 
 
@@ -207,10 +165,6 @@ def _number(attribute: str, value: str) -> float | None:
         return float(value) if value else None
     except ValueError:
         raise SceneError(f'{PLUGIN}: {attribute}="{value}" is not a number, such as "0.8".') from None
-
-
-def _wrong(attribute: str, value: str, known: tuple[str, ...]) -> str:
-    return f'{PLUGIN}: {attribute}="{value}" does not exist. Available: {", ".join(known)}.'
 
 
 def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> None:

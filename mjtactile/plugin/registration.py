@@ -1,7 +1,7 @@
 """MuJoCo's side: the sensor plugin "mjtactile.pad", registered once per process.
 
 Light to import: MuJoCo from 4.0 on does so itself, through an entry point, whenever it is imported. What the plugin's
-attributes mean is looked up when a model first uses them (plugin_attributes.py).
+attributes mean is looked up when a model first uses them (attributes.py).
 """
 
 from __future__ import annotations
@@ -10,48 +10,13 @@ import atexit
 import ctypes
 import sys
 import threading
-from functools import lru_cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mjtactile._native import library
 from mjtactile.errors import MjTactileError, NativeError
+from mjtactile.pad_names import PLUGIN
+from mjtactile.plugin.engine import ERROR_SIZE, Instance, attribute_names, mujoco_library, running_layout
 from mjtactile.plugin.health import deliver, release
-
-if TYPE_CHECKING:
-    from mjtactile.plugin.mujoco_layout import MujocoLayout
-
-#: Name under which models ask for the plugin.
-PLUGIN = "mjtactile.pad"
-_MOST_OUTPUTS, _ERROR_SIZE = 5, 1024
-
-
-class Instance(ctypes.Structure):
-    """What the attributes of one sensor mean: `mjt_instance` of native/plugin/plugin.h."""
-
-    _fields_ = [
-        ("pad", ctypes.c_void_p),
-        ("context", ctypes.c_int64),
-        ("friction", ctypes.c_double),
-        ("tolerance", ctypes.c_double),
-        ("facing_gap", ctypes.c_double),
-        ("strength", ctypes.c_double),
-        ("taxels", ctypes.c_int),
-        ("layers", ctypes.c_int),
-        ("rows", ctypes.c_int),
-        ("columns", ctypes.c_int),
-        ("pitch", ctypes.c_double * 2),
-        ("centre", ctypes.c_double * 2),
-        ("law", ctypes.c_int),
-        ("tangential", ctypes.c_int),
-        ("cells", ctypes.c_int),
-        ("tilting", ctypes.c_int),
-        ("visual", ctypes.c_int),
-        ("output_count", ctypes.c_int),
-        ("outputs", ctypes.c_int * _MOST_OUTPUTS),
-        ("error", ctypes.c_char * _ERROR_SIZE),
-    ]
-
 
 _Resolve = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.POINTER(Instance)
@@ -90,7 +55,7 @@ def ensure_registered() -> None:
         core, numbers = library(), running_layout().packed()
         from mjtactile.plugin.mujoco_layout import FUNCTIONS
 
-        functions = [ctypes.cast(getattr(_mujoco_library(), name), ctypes.c_void_p) for name in FUNCTIONS]
+        functions = [ctypes.cast(getattr(mujoco_library(), name), ctypes.c_void_p) for name in FUNCTIONS]
         core.mjt_plugin_register.restype = ctypes.c_int
         slot = core.mjt_plugin_register(
             ctypes.c_void_p(numbers.ctypes.data),
@@ -109,26 +74,6 @@ def ensure_registered() -> None:
         _registered = True
 
 
-@lru_cache(maxsize=1)
-def running_layout() -> MujocoLayout:
-    """Layout of the running MuJoCo, see mujoco_layout.py."""
-    from mjtactile.plugin.mujoco_layout import mujoco_layout
-
-    return mujoco_layout()
-
-
-@lru_cache(maxsize=1)
-def _mujoco_library() -> ctypes.CDLL:
-    import mujoco
-
-    folder = Path(mujoco.__file__).parent
-    patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
-    found = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
-    if not found:
-        raise NativeError(f"MuJoCo's library was not found in {folder}. Install mujoco from PyPI.")
-    return ctypes.CDLL(str(found[0]))
-
-
 @_Resolve
 def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
     to = instance.contents
@@ -137,28 +82,12 @@ def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
 
         fill(to, model, geom, Attributes(dict(zip(attribute_names(), _texts(values), strict=True))))
     except MjTactileError as error:
-        to.error = str(error).encode()[: _ERROR_SIZE - 1]
+        to.error = str(error).encode()[: ERROR_SIZE - 1]
         return 0
     except Exception as error:  # nothing can be raised through MuJoCo
-        to.error = f"{PLUGIN}: {type(error).__name__}: {error}".encode()[: _ERROR_SIZE - 1]
+        to.error = f"{PLUGIN}: {type(error).__name__}: {error}".encode()[: ERROR_SIZE - 1]
         return 0
     return 1
-
-
-def plugin_config(model: Any, instance: int, attribute: str) -> str | None:
-    """Text of an attribute of a plugin instance in a compiled model; None where its plugin has no such attribute."""
-    function = _mujoco_library().mj_getPluginConfig
-    function.restype = ctypes.c_char_p
-    text = function(ctypes.c_void_p(int(model._address)), ctypes.c_int(instance), attribute.encode())
-    return None if text is None else str(text.decode())
-
-
-def attribute_names() -> list[str]:
-    """Names of the plugin's attributes, as the core lists them."""
-    names = ctypes.POINTER(ctypes.c_char_p)()
-    library().mjt_plugin_attributes.restype = ctypes.c_size_t
-    count = library().mjt_plugin_attributes(ctypes.byref(names))
-    return [text.decode() for text in names[:count]]
 
 
 def _texts(values: Any) -> list[str]:

@@ -1,6 +1,6 @@
 """What every recogniser looks at: readings in one octant, in few numbers, whatever the force.
 
-Readings are mirrored into an octant of the pad (octant.py), projected on the principal parts of many presses, and
+Readings are mirrored into an octant of the pad (symmetry.py), projected on the principal parts of many presses, and
 divided by the length of what comes out, so that the force's magnitude drops out. What the parts leave over is noise
 for the most part, and its size is the last feature: a recogniser can trust faint parts as far as the noise lets it.
 """

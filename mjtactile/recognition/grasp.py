@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.recognition.estimator import Estimator
 from mjtactile.recognition.features import View
 from mjtactile.recognition.weight_files import Stored

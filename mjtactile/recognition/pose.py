@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.recognition.features import Seen
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.symmetry import Mirrors

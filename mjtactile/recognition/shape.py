@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.recognition.features import Seen, View
 from mjtactile.recognition.network import Network, silu
 from mjtactile.recognition.pose import PoseModule, rotation_of

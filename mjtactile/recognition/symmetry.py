@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array, Pad
+from mjtactile._types import Array
+from mjtactile.pad import Pad
 
 
 @dataclass(frozen=True, eq=False)

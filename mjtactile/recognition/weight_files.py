@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._checksum import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
+from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
 from mjtactile.errors import MjTactileError
 from mjtactile.pad import Pad
 

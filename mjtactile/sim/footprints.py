@@ -16,16 +16,17 @@ import trimesh
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from mjtactile._types import Indices
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import FootprintError
+from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.flat_faces import BodyFaces
 from mjtactile.geometry.height_minimum import Rectangle
 from mjtactile.geometry.lower_surface import LowerSurface, lower_surface
 from mjtactile.geometry.planar import areal
 from mjtactile.geometry.primitives import Pose, Shape
-from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.sim.geoms import body_face, geom_shape, geom_solid, pressing_geoms
-from mjtactile.sim.wrench import Indices, PadFrame
+from mjtactile.sim.wrench import PadFrame
 
 Geometry = TypeVar("Geometry")
 
@@ -39,16 +40,14 @@ class Imprints(ABC, Generic[Geometry]):
     Args:
         model: compiled model.
         pad_geom: id of the pad's geom.
-        influence: of the pad.
+        surface: the pad's surface grid.
         facing_gap: what is no higher than this above a body's first touch faces the pad [m].
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, pad_geom: int, influence: InfluenceMatrices, *, facing_gap: float
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, pad_geom: int, surface: SurfaceGrid, *, facing_gap: float) -> None:
         self.model = model
         self.pad_geom = pad_geom
-        self.influence = influence
+        self.grid = surface
         self.facing_gap = facing_gap
         self._shapes: dict[int, Geometry] = {}
 
@@ -94,7 +93,7 @@ class SectionImprints(Imprints[trimesh.Trimesh]):
             self._shapes[geom] = geom_solid(self.model, geom)
         solids = [(self._shapes[geom], pose.position, pose.rotation) for geom, pose in placed.items()]
         here = PadFrame(np.zeros(3), np.eye(3))
-        footprint = Footprint.from_outline(body_face(solids, here, self.facing_gap), self.influence)
+        footprint = Footprint.from_outline(body_face(solids, here, self.facing_gap), self.grid)
         if footprint.outline.buffer(-self.facing_gap / 2).is_empty:
             raise FootprintError(
                 f"what is over the surface is a sliver narrower than {self.facing_gap * 1e6:.3g} um. "
@@ -109,7 +108,7 @@ class GapImprints(Imprints[Shape]):
     Args:
         model: compiled model.
         pad_geom: id of the pad's geom.
-        influence: of the pad.
+        surface: the pad's surface grid.
         facing_gap: see Imprints.
         level: whether a face must be parallel to the pad to count as flat, because its body cannot tilt.
     """
@@ -118,15 +117,15 @@ class GapImprints(Imprints[Shape]):
         self,
         model: mujoco.MjModel,
         pad_geom: int,
-        influence: InfluenceMatrices,
+        surface: SurfaceGrid,
         *,
         facing_gap: float,
         level: bool = False,
     ) -> None:
-        super().__init__(model, pad_geom, influence, facing_gap=facing_gap)
+        super().__init__(model, pad_geom, surface, facing_gap=facing_gap)
         self.level = level
-        self._sheet = Rectangle(*influence.surface.sheet.bounds)
-        self._depth = influence.pad.thickness
+        self._sheet = Rectangle(*surface.sheet.bounds)
+        self._depth = surface.thickness
         self._faces: dict[tuple[int, ...], BodyFaces] = {}
 
     def surface(self, placed: dict[int, Pose]) -> LowerSurface:
@@ -149,12 +148,12 @@ class GapImprints(Imprints[Shape]):
         if face is None and not self.level:
             face = self._leaning_face(placed, surface.touch)
         if face is not None:
-            return Footprint.from_outline(face, self.influence)
+            return Footprint.from_outline(face, self.grid)
         outline = surface.flat_face(self.facing_gap) if self.level else None
         try:
-            return Footprint.from_gap(surface.gap, self.influence, outline=outline, lowest=0.0)
+            return Footprint.from_gap(surface.gap, self.grid, outline=outline, lowest=0.0)
         except FootprintError:  # too small to find on the whole sheet
-            return Footprint.from_gap(surface.gap, self.influence, outline=self._shadow(placed), lowest=0.0)
+            return Footprint.from_gap(surface.gap, self.grid, outline=self._shadow(placed), lowest=0.0)
 
     def _leaning_face(self, placed: dict[int, Pose], touch: float) -> Polygon | MultiPolygon | None:
         """The flat face of a body that leans and tilts onto it under its load; it must be what touches first."""
@@ -169,7 +168,7 @@ class GapImprints(Imprints[Shape]):
             shapes = {geom: self._shape(geom) for geom in geoms}
             self._faces[geoms] = BodyFaces(shapes, local, facing_gap=self.facing_gap)
         for face, outline in self._faces[geoms].towards(placed[first]):
-            over = shapely.get_coordinates(outline.intersection(self.influence.surface.sheet))
+            over = shapely.get_coordinates(outline.intersection(self.grid.sheet))
             if len(over) and abs(face.heights(placed[first], over).min() - touch) <= _SAME_TOUCH:
                 return outline
         return None

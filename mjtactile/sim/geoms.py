@@ -10,11 +10,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 import shapely
 import trimesh
 from shapely import MultiPolygon, Polygon
 
+from mjtactile._types import Array, Indices
 from mjtactile.errors import IndenterError, SceneError
 from mjtactile.geometry.outlines import SIDES
 from mjtactile.geometry.planar import areal
@@ -24,8 +24,6 @@ from mjtactile.geometry.triangle_mesh import TriangleSurface
 from mjtactile.pad import Pad
 from mjtactile.sim.rays import RaySurface
 from mjtactile.sim.wrench import PadFrame
-
-Array = npt.NDArray[np.float64]
 
 #: Largest difference between a pad's size and its geom's [m].
 _SIZE_TOLERANCE = 1e-6
@@ -107,7 +105,7 @@ def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
     raise SceneError(_no_surface(model, geom))
 
 
-def pressing_geoms(model: mujoco.MjModel, body: int, touching: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def pressing_geoms(model: mujoco.MjModel, body: int, touching: Indices) -> Indices:
     """Geoms whose solids make up a body's face.
 
     Bodies often collide by stand-ins (feet, convex pieces) beside geoms that show the true shape and do not collide.
@@ -169,7 +167,7 @@ def _mesh_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
         raise SceneError(f"geom {_label(model, geom)} cannot press on a pad: {error}") from error
 
 
-def _height_field(model: mujoco.MjModel, field: int) -> tuple[Array, npt.NDArray[np.int64]]:
+def _height_field(model: mujoco.MjModel, field: int) -> tuple[Array, Indices]:
     """A height field as the closed solid MuJoCo collides: vertices [m] and faces, counter-clockwise from outside."""
     rows, columns, start = (int(a[field]) for a in (model.hfield_nrow, model.hfield_ncol, model.hfield_adr))
     half_x, half_y, scale, base = model.hfield_size[field]
@@ -188,7 +186,7 @@ def _height_field(model: mujoco.MjModel, field: int) -> tuple[Array, npt.NDArray
     return vertices, np.concatenate([upper, upper[:, ::-1] + below, walls])
 
 
-def _triangles(a: npt.NDArray[np.int64], b: npt.NDArray[np.int64], c: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _triangles(a: Indices, b: Indices, c: Indices) -> Indices:
     return np.column_stack([a.ravel(), b.ravel(), c.ravel()])
 
 

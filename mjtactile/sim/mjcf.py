@@ -16,15 +16,11 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-import numpy as np
-import numpy.typing as npt
-
+from mjtactile._types import Array
 from mjtactile.geometry.indenter import Indenter
 from mjtactile.geometry.planar import support_points
 from mjtactile.pad import Pad
 from mjtactile.sim.geoms import SHOWN
-
-Array = npt.NDArray[np.float64]
 
 #: Mass of an indenter [kg]. Much lighter ones lose contact under 1 N at a 1 ms step.
 INDENTER_MASS = 15e-3
@@ -187,7 +183,7 @@ def _indenter_body(indenter: Indenter, feet: Array | None) -> ET.Element:
 
 
 def _solid_geom(indenter: Indenter) -> ET.Element:
-    # What does not collide presses only under a name that says so (geom.py).
+    # What does not collide presses only under a name that says so (geoms.py).
     name = f"{indenter.name}_solid" if indenter.outline is None else f"{indenter.name}{SHOWN}"
     geom = ET.Element("geom", name=name, group="2", mass=numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
     if indenter.outline is not None:

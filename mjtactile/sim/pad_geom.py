@@ -6,8 +6,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
 
@@ -65,8 +65,8 @@ def add_pad_geom(
     body: mujoco.MjsBody,
     name: str,
     pad: Pad,
-    position: npt.NDArray[np.float64],
-    quat: npt.NDArray[np.float64],
+    position: Array,
+    quat: Array,
     contact: str,
 ) -> mujoco.MjsGeom:
     """A pad's box `<name>_pad` and the site `<name>_surface` on it, without anything from the model's defaults.

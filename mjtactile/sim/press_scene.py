@@ -15,14 +15,13 @@ import shapely
 import trimesh
 from shapely import Polygon
 
+from mjtactile._types import Array
 from mjtactile.errors import IndenterError, SceneError
 from mjtactile.geometry.indenter import Indenter, mesh_indenter, punch
 from mjtactile.geometry.planar import areal, support_points
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import press_mjcf
 from mjtactile.sim.wrench import contact_wrenches, site_frame
-
-Array = npt.NDArray[np.float64]
 
 #: Feet stay this far inside the pad's edge [m], so that the creep of a held press does not push them over it.
 EDGE_MARGIN = 1e-4
@@ -83,19 +82,6 @@ def press_scene(
         SceneError: the indenter is off the pad.
     """
     return press_spec(shape, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free).compile()
-
-
-def force_vector(magnitude: float, tilt_deg: float = 0.0, azimuth_deg: float = 0.0) -> Array:
-    """Force F (sin t cos a, sin t sin a, -cos t) in the pad frame [N], shape (3,).
-
-    Args:
-        magnitude: F [N]; 1 gf is 9.80665e-3 N.
-        tilt_deg: t, from straight into the pad [deg].
-        azimuth_deg: a, of the tangential part, from +x towards +y [deg].
-    """
-    tilt, azimuth = math.radians(tilt_deg), math.radians(azimuth_deg)
-    tangential = math.sin(tilt)
-    return magnitude * np.array([tangential * math.cos(azimuth), tangential * math.sin(azimuth), -math.cos(tilt)])
 
 
 def press(

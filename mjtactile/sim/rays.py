@@ -10,8 +10,9 @@ import copy
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.geometry.height_minimum import Rectangle, lowest_near
-from mjtactile.geometry.primitives import Array, Pose
+from mjtactile.geometry.primitives import Pose
 
 
 class RaySurface:

@@ -9,12 +9,9 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from mjtactile._types import Array, Indices
 from mjtactile.errors import SceneError
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 
 _BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 _NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # the axes that follow each axis, and those after them

@@ -1,4 +1,4 @@
-"""The sheet's mirrors in PyTorch, as in folding.py: a quarter of the memory and of the products of whole matrices."""
+"""The sheet's mirrors in PyTorch, as in fem/symmetry.py: a quarter of whole matrices' memory and products."""
 
 from __future__ import annotations
 

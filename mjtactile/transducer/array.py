@@ -13,20 +13,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.pad import Array
+from mjtactile._types import Array, Mask
 from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
-from mjtactile.transducer.imperfections import TYPICAL, Imperfections, coupled, lagging
-from mjtactile.transducer.piezoresistive import PiezoresistiveElement
-
-__all__ = [
-    "TYPICAL",
-    "CapacitiveCell",
-    "Element",
-    "Imperfections",
-    "PiezoresistiveElement",
-    "Transducer",
-    "TransducerError",
-]
+from mjtactile.transducer.imperfections import Imperfections, coupled, lagging
 
 #: Signals this far below rest still count, over the full signal: a converter's zero stands off its end, so that noise
 #: at rest is not cut in half.
@@ -142,7 +131,7 @@ class Transducer:
             return self._delayed.popleft()
         return np.zeros_like(signal)
 
-    def _drawn_array(self) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    def _drawn_array(self) -> tuple[Array, Array, Mask]:
         """Gains, offsets over the full signal, and which taxels are dead."""
         how = self.imperfections
         drawn = np.random.default_rng([self.seed, 0])

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.pad import Array
+from mjtactile._types import Array, Mask
 from mjtactile.transducer.array import Element
 from mjtactile.transducer.capacitive import TransducerError
 
@@ -35,7 +35,7 @@ class Calibration:
     element: Element
     offsets: Array
     gains: Array
-    dead: npt.NDArray[np.bool_]
+    dead: Mask
 
     def __call__(self, readings: npt.ArrayLike) -> Array:
         """Readings as an array without spread would report them; dead taxels read zero.

@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.errors import MjTactileError
-from mjtactile.pad import Array
 
 #: Permittivity of vacuum [F/m], CODATA 2018; air's is 0.06 % more.
 VACUUM_PERMITTIVITY = 8.8541878128e-12

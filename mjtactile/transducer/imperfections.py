@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.transducer.capacitive import TransducerError
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.transducer.capacitive import TransducerError
 from mjtactile.units import GRAM_FORCE
 

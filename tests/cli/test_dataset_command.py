@@ -3,7 +3,7 @@ from __future__ import annotations
 from typer.testing import CliRunner
 
 from mjtactile.cli.main import app
-from mjtactile.dataset.folder import read_dataset
+from mjtactile.dataset.files import read_dataset
 
 SPEC = """
 presses = 6

@@ -12,8 +12,7 @@ from shapely import MultiPolygon, Point, Polygon, affinity, box
 from small_pads import COARSE
 from threadpoolctl import threadpool_limits
 
-from mjtactile.cli.benchmarks.extreme_loads import WAYS, left_over, wrong_inputs
-from mjtactile.cli.benchmarks.extremes import attempt, extremes_table, solution_error
+from mjtactile.cli.benchmarks.extremes import WAYS, attempt, extremes_table, left_over, solution_error, wrong_inputs
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
@@ -159,7 +158,7 @@ def test_any_flat_face_under_any_wrench(draft, shape, way, tilt, cells, decade, 
     """Pressed through any point up to a metre away."""
     outline = indenter_outline(**shape)
     assume(outline.intersection(box(-7.5e-3, -7.5e-3, 7.5e-3, 7.5e-3)).area > 1e-10)
-    face = Footprint.from_outline(outline, draft)
+    face = Footprint.from_outline(outline, draft.surface)
     force, moment = given_wrench(face, decade, direction, lever, torsion)
     load = check_load(draft, face, force, moment, way, tilt, cells)
     held = "friction" not in WAYS[way]
@@ -198,7 +197,7 @@ BODIES = {
     direction=st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)),
 )
 def test_any_body_is_carried_or_refused(draft, body, slope, place, way, tilt, decade, direction):
-    footprint = Footprint.from_gap(BODIES[body](slope, *place), draft)
+    footprint = Footprint.from_gap(BODIES[body](slope, *place), draft.surface)
     force, moment = given_wrench(footprint, decade, direction, (0.0, 0.0), 0.0)
     with contextlib.suppress(ContactError):
         check_load(draft, footprint, force, moment, way, tilt, 60)
@@ -207,7 +206,7 @@ def test_any_body_is_carried_or_refused(draft, body, slope, place, way, tilt, de
 @pytest.mark.parametrize("way", WAYS)
 @quietly
 def test_readings_of_flat_faces_scale_with_the_force(draft, way):
-    face = Footprint.from_outline(indenter_outline("star", shift=(1e-3, 0.5e-3), rotate_deg=20), draft)
+    face = Footprint.from_outline(indenter_outline("star", shift=(1e-3, 0.5e-3), rotate_deg=20), draft.surface)
     force, moment = np.array([0.02, 0.01, -0.2]), np.array([1e-4, 2e-4, 1e-5])
     unit = draft.readings(contact_load(draft, face, force, moment=moment, cells=60, **WAYS[way]))
     for scale in (1e-9, 1e-3, 10.0):
@@ -224,7 +223,7 @@ def test_mirrored_load_has_mirrored_readings(draft, way):
     mirrored = affinity.scale(outline, -1, 1, origin=(0, 0))
     force = np.array([0.02, 0.01, -0.2])
     pair = [
-        draft.readings(contact_load(draft, Footprint.from_outline(shape, draft), one, cells=150, **WAYS[way]))
+        draft.readings(contact_load(draft, Footprint.from_outline(shape, draft.surface), one, cells=150, **WAYS[way]))
         for shape, one in ((outline, force), (mirrored, force * [-1, 1, 1]))
     ]
     tolerance = 1e-6 if way in ("uniform", "foundation") else 0.02
@@ -253,7 +252,7 @@ def test_answer_does_not_depend_on_how_the_outline_is_written(draft, law, how):
     outline = indenter_outline("ellipse", shift=(1e-3, 0.5e-3), rotate_deg=20, scale=0.6)
     force = np.array([0.02, 0.01, -0.2])
     readings = [
-        draft.readings(contact_load(draft, Footprint.from_outline(one, draft), force, law=law, cells=150))
+        draft.readings(contact_load(draft, Footprint.from_outline(one, draft.surface), force, law=law, cells=150))
         for one in (outline, rewritten(outline, how))
     ]
     tolerance = 0.02 if law == "elastic" else 1e-6
@@ -263,7 +262,7 @@ def test_answer_does_not_depend_on_how_the_outline_is_written(draft, law, how):
 @pytest.mark.parametrize("way", WAYS)
 def test_face_of_several_parts_and_slivers(draft, way):
     parts = [Point(-4e-3, 1e-3).buffer(1e-3), Point(3e-3, -2e-3).buffer(5e-6), box(0, 3e-3, 5e-3, 3.002e-3)]
-    face = Footprint.from_outline(MultiPolygon(parts), draft)
+    face = Footprint.from_outline(MultiPolygon(parts), draft.surface)
     force, moment = given_wrench(face, 3, (0.1, 0.05), (0.0, 0.0), 1e-5)
     load = contact_load(draft, face, force, moment=moment, cells=60, **WAYS[way])
     assert left_over(load, force, moment, 1e-2) <= CARRIED
@@ -272,7 +271,7 @@ def test_face_of_several_parts_and_slivers(draft, way):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_force_far_outside_warns_and_the_nearest_is_used(draft, way):
-    face = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), draft)
+    face = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), draft.surface)
     force, moment = np.array([0.0, 0.0, -0.01]), np.array([0.0, 10.0, 0.0])
     with pytest.warns(ContactWarning, match="outside the area it spans"):
         load = contact_load(draft, face, force, moment=moment, cells=60, **WAYS[way])
@@ -284,7 +283,7 @@ def test_force_far_outside_warns_and_the_nearest_is_used(draft, way):
 @pytest.mark.parametrize("law", ["uniform", "foundation", "elastic"])
 def test_a_contact_that_stays_does_not_drift(draft, law):
     """A million updates: `mjtactile bench extremes`."""
-    face = Footprint.from_outline(indenter_outline("circle"), draft)
+    face = Footprint.from_outline(indenter_outline("circle"), draft.surface)
     basis, force = WrenchBasis(draft, face, law=law, cells=60), np.array([0.02, 0.01, -0.2])
     first = [basis.readings(force, np.zeros(3)) for _ in range(3)][-1]
     last = first
@@ -301,14 +300,14 @@ def test_a_contact_that_stays_does_not_drift(draft, law):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_repeated_contacts_are_the_same_bits(draft, way):
-    face = Footprint.from_outline(indenter_outline("square", shift=(1e-3, 0)), draft)
+    face = Footprint.from_outline(indenter_outline("square", shift=(1e-3, 0)), draft.surface)
     with threadpool_limits(limits=1, user_api="blas"):
         first, second = (contact_load(draft, face, (0.02, 0.01, -0.2), cells=60, **WAYS[way]).forces for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
 def test_wrong_inputs_end_in_an_error_that_says_what_was_expected(draft):
-    calls = wrong_inputs(draft, Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), draft))
+    calls = wrong_inputs(draft, Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), draft.surface))
     for name, call in calls.items():
         with pytest.raises(MjTactileError) as caught:
             call()
@@ -317,8 +316,8 @@ def test_wrong_inputs_end_in_an_error_that_says_what_was_expected(draft):
 
 def test_force_without_footprint_is_an_error_and_footprint_without_force_no_load(draft):
     with pytest.raises(FootprintError, match="covers none of the pad"):
-        Footprint.from_outline(Polygon(), draft)
-    face = Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), draft)
+        Footprint.from_outline(Polygon(), draft.surface)
+    face = Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), draft.surface)
     for options in WAYS.values():
         assert not draft.readings(contact_load(draft, face, np.zeros(3), **options)).any()
 
@@ -330,7 +329,9 @@ def test_a_body_smaller_than_the_search_cells_is_found(draft):
     def body(x, y):
         return np.minimum(left(x, y), right(x, y))
 
-    load = contact_load(draft, Footprint.from_gap(body, draft), (0, 0, -0.001), law="elastic", tilt="fixed", cells=200)
+    load = contact_load(
+        draft, Footprint.from_gap(body, draft.surface), (0, 0, -0.001), law="elastic", tilt="fixed", cells=200
+    )
     assert load.resultant()[0][2] == pytest.approx(-0.001, rel=CARRIED)
 
 

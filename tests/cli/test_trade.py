@@ -21,8 +21,7 @@ from mjtactile.cli.benchmarks.tables import trade_table
 from mjtactile.cli.benchmarks.trade import trade_benchmark
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.errors import MjTactileError, PresetError
-from mjtactile.fem.mesh import MESHES
-from mjtactile.fidelity import PRESETS, Fidelity
+from mjtactile.fidelity import MESHES, PRESETS, Fidelity
 from mjtactile.pad import Pad
 from mjtactile.sim.assets import asset_path
 
@@ -88,7 +87,7 @@ def test_every_case_presses_and_moves_with_its_body(draft):
         load = case.load(fast)
         np.testing.assert_allclose(load.resultant()[0], case.force, atol=1e-9 * float(np.linalg.norm(case.force)))
         (body,) = moved_bodies(case, 1, 1e-4, seed=3)
-        moved = np.array(body.footprint(fast).centroid) - case.body.footprint(fast).centroid
+        moved = np.array(body.footprint(fast.surface).centroid) - case.body.footprint(fast.surface).centroid
         # A curved body's centroid is found on a grid: to a micrometre.
         assert 0.0 < np.abs(moved).max() <= 1.05e-4
 
@@ -122,7 +121,7 @@ def test_cases_of_an_independent_code_are_rigid_punches_and_a_sphere():
 
 def test_a_direct_solve_reads_what_the_tables_read(draft):
     outline = press_case(DESIGN["case"][2]).body.outline
-    footprint = Body(outline).footprint(draft)
+    footprint = Body(outline).footprint(draft.surface)
     load = contact_load(draft, footprint, (0.1, -0.2, -1.0), law="uniform")
     # Tables are single precision.
     np.testing.assert_allclose(

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
 
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError
 from mjtactile.fem.line import Line
@@ -20,10 +20,11 @@ from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.geometry.planar import polygons_of, triangulate
 from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.surface_load import SurfaceLoad
 
 INFLUENCE = influence_matrices(mesh="draft", progress=False)
 SIDE = 6e-3
-SQUARE = Footprint.from_outline(box(-SIDE / 2, -SIDE / 2, SIDE / 2, SIDE / 2), INFLUENCE)
+SQUARE = Footprint.from_outline(box(-SIDE / 2, -SIDE / 2, SIDE / 2, SIDE / 2), INFLUENCE.surface)
 #: The resultant is the wrench to this fraction of it.
 CARRIED = 1e-9
 
@@ -61,7 +62,7 @@ fractions = st.floats(0.0, 0.9)
 )
 def test_resultant_is_the_wrench(name, shift, turn, decade, direction, towards, fraction, torsion):
     """Any force that presses through the hull, over 16 decades, with shear and torsion: carried, and no warning."""
-    footprint = Footprint.from_outline(indenter_outline(name, shift=shift, rotate_deg=turn), INFLUENCE)
+    footprint = Footprint.from_outline(indenter_outline(name, shift=shift, rotate_deg=turn), INFLUENCE.surface)
     assume(footprint.area > 1e-7)
     corners = shapely.get_coordinates(footprint.outline.convex_hull)
     corner = corners[towards % len(corners)]
@@ -98,7 +99,7 @@ def corners_of(contact: Polygon | MultiPolygon) -> np.ndarray:
 )
 def test_pressure_never_pulls(name, turn, towards, fraction):
     """A linear function is least at a corner of the contact: reconstruct it from the nodal forces and look there."""
-    footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0), rotate_deg=turn), INFLUENCE)
+    footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0), rotate_deg=turn), INFLUENCE.surface)
     corners = shapely.get_coordinates(footprint.outline.convex_hull)
     through = footprint.centroid + fraction * (corners[towards % len(corners)] - footprint.centroid)
     force = np.array([0.0, 0.0, -1e-6])  # what slivers bear
@@ -135,7 +136,7 @@ def test_central_force_is_a_constant_traction():
 
 
 def test_torsion_is_a_rotation_about_the_contacts_middle():
-    footprint = Footprint.from_outline(affinity.translate(SQUARE.outline, 1e-3, 2e-3), INFLUENCE)
+    footprint = Footprint.from_outline(affinity.translate(SQUARE.outline, 1e-3, 2e-3), INFLUENCE.surface)
     force = np.array([0.0, 0.0, -0.1])
     load = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, footprint.centroid, 1e-5))
     rate = 1e-5 / (SIDE**4 / 6)  # over the square's polar moment
@@ -149,7 +150,7 @@ def test_torsion_is_a_rotation_about_the_contacts_middle():
 @pytest.mark.parametrize("name", INDENTER_NAMES)
 def test_by_default_the_force_acts_at_the_centroid(name):
     outline = indenter_outline(name, shift=(1.25e-3, -0.7e-3), rotate_deg=20)
-    footprint = Footprint.from_outline(outline, INFLUENCE)
+    footprint = Footprint.from_outline(outline, INFLUENCE.surface)
     force = np.array([0.02, 0.01, -0.1])
     load = contact_load(INFLUENCE, footprint, force)
     assert wrench_difference(load, force, moment_of(force, footprint.centroid), 1e-2) <= 1e-12
@@ -158,7 +159,7 @@ def test_by_default_the_force_acts_at_the_centroid(name):
 
 
 def test_footprint_over_the_edge_is_loaded_where_it_is_on_the_sheet():
-    footprint = Footprint.from_outline(indenter_outline("circle", shift=(6e-3, 0)), INFLUENCE)
+    footprint = Footprint.from_outline(indenter_outline("circle", shift=(6e-3, 0)), INFLUENCE.surface)
     load = contact_load(INFLUENCE, footprint, (0, 0, -0.1))
     assert footprint.outline.bounds[2] == pytest.approx(7.5e-3)
     assert (
@@ -241,7 +242,7 @@ def test_large_pressure_warns_of_the_linear_range():
 
 def test_loads_add():
     first = contact_load(INFLUENCE, SQUARE, (0.01, 0, -0.1))
-    circle = Footprint.from_outline(indenter_outline("circle", shift=(1e-3, 0), scale=0.5), INFLUENCE)
+    circle = Footprint.from_outline(indenter_outline("circle", shift=(1e-3, 0), scale=0.5), INFLUENCE.surface)
     second = contact_load(INFLUENCE, circle, (0, 0.02, -0.2))
     both = first + second
     np.testing.assert_allclose(both.resultant(), np.add(first.resultant(), second.resultant()), atol=1e-16)
@@ -256,7 +257,9 @@ def test_what_is_left_over_adds_too():
 
 
 def test_loads_on_different_grids_do_not_add(default_influence):
-    load = contact_load(default_influence, Footprint.from_outline(SQUARE.outline, default_influence), (0, 0, -0.1))
+    load = contact_load(
+        default_influence, Footprint.from_outline(SQUARE.outline, default_influence.surface), (0, 0, -0.1)
+    )
     with pytest.raises(ContactError, match="same influence matrices"):
         load.__add__(contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)))
 
@@ -268,7 +271,7 @@ def test_no_load_has_no_resultant():
 
 
 def test_resultant_is_about_the_pads_origin():
-    surface = SurfaceGrid(Line(np.array([0.0, 1.0])), Line(np.array([0.0, 2.0])))
+    surface = SurfaceGrid(Line(np.array([0.0, 1.0])), Line(np.array([0.0, 2.0])), 1.0)
     forces = np.zeros((3, 3, 3))
     forces[2, 1] = (1.0, 2.0, 3.0)  # at (0.5, 2, 0)
     force, moment = SurfaceLoad(forces, surface, Polygon()).resultant()
@@ -290,7 +293,7 @@ def test_resultant_is_about_the_pads_origin():
 )
 def test_bad_outlines_are_refused_with_the_cure(outline, message):
     with pytest.raises(FootprintError, match=message):
-        Footprint.from_outline(outline, INFLUENCE)
+        Footprint.from_outline(outline, INFLUENCE.surface)
 
 
 def test_all_errors_are_ours():

@@ -15,7 +15,7 @@ def pair(influence, gap: float, width: float = 2e-3):
     """Two rectangles, side by side along x."""
     left = shapely.box(-gap / 2 - width, -2e-3, -gap / 2, 2e-3)
     right = shapely.box(gap / 2, -2e-3, gap / 2 + width, 2e-3)
-    return [Footprint.from_outline(outline, influence) for outline in (left, right)]
+    return [Footprint.from_outline(outline, influence.surface) for outline in (left, right)]
 
 
 def difference(actual, expected) -> float:
@@ -26,7 +26,7 @@ def difference(actual, expected) -> float:
 def test_two_halves_that_sink_alike_are_one_body(gap, coarse_square):
     """A rigid body pressed on two faces is two bodies with the same approach: independent of how bodies couple."""
     left, right = pair(coarse_square, gap)
-    both = Footprint.from_outline(left.outline.union(right.outline), coarse_square)
+    both = Footprint.from_outline(left.outline.union(right.outline), coarse_square.surface)
     one = contact_load(coarse_square, both, [0, 0, -0.3], law="elastic", tilt="fixed", cells=2 * CELLS)
     forces = [[0, 0, -0.15], [0, 0, -0.15]]
     two = contact_loads(coarse_square, [left, right], forces, law="elastic", tilt="fixed", cells=CELLS)
@@ -52,8 +52,8 @@ def test_a_ball_beside_a_punch_is_lifted_by_what_the_punch_sinks(coarse_square):
     def gap(x, y):
         return ((x - 2.5e-3) ** 2 + y**2) / (2 * 4e-3)
 
-    punch = Footprint.from_outline(shapely.box(-3e-3, -1e-3, 0.0, 1e-3), coarse_square)
-    ball = Footprint.from_gap(gap, coarse_square)
+    punch = Footprint.from_outline(shapely.box(-3e-3, -1e-3, 0.0, 1e-3), coarse_square.surface)
+    ball = Footprint.from_gap(gap, coarse_square.surface)
     forces = [[0, 0, -0.3], [0, 0, -0.05]]
     _, beside = contact_loads(coarse_square, [punch, ball], forces, law="elastic", cells=CELLS)
     alone = contact_load(coarse_square, ball, forces[1], law="elastic", cells=CELLS)

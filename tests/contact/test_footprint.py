@@ -23,7 +23,7 @@ def sphere(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def test_sphere_covers_what_is_within_reach():
-    footprint = Footprint.from_gap(sphere, INFLUENCE)
+    footprint = Footprint.from_gap(sphere, INFLUENCE.surface)
     reach = REACH * Pad().thickness
     radius = math.sqrt(2 * RADIUS * reach)
     assert footprint.reach == pytest.approx(reach)
@@ -34,15 +34,15 @@ def test_sphere_covers_what_is_within_reach():
 
 @pytest.mark.parametrize("lift", [-0.01, 0.0, 123.0])
 def test_only_differences_of_height_matter(lift):
-    there = Footprint.from_gap(lambda x, y: sphere(x, y) + lift, INFLUENCE)
-    here = Footprint.from_gap(sphere, INFLUENCE)
+    there = Footprint.from_gap(lambda x, y: sphere(x, y) + lift, INFLUENCE.surface)
+    here = Footprint.from_gap(sphere, INFLUENCE.surface)
     points = np.array([[1e-3, -2e-3], [2e-3, 0.0], [7e-3, 7e-3]])
     np.testing.assert_allclose(there.heights(points), here.heights(points), atol=1e-12)
     assert there.area == pytest.approx(here.area, rel=1e-6)
 
 
 def test_heights_out_of_reach_are_infinite():
-    footprint = Footprint.from_gap(sphere, INFLUENCE)
+    footprint = Footprint.from_gap(sphere, INFLUENCE.surface)
     heights = footprint.heights(np.array([[1e-3, -2e-3], [-7e-3, 7e-3]]))
     assert heights.shape == (2,)
     assert heights[0] == pytest.approx(0.0, abs=1e-12)
@@ -50,13 +50,13 @@ def test_heights_out_of_reach_are_infinite():
 
 
 def test_flat_face_has_no_height_and_faces_itself():
-    footprint = Footprint.from_outline(box(0, 0, 1e-3, 1e-3), INFLUENCE)
+    footprint = Footprint.from_outline(box(0, 0, 1e-3, 1e-3), INFLUENCE.surface)
     np.testing.assert_array_equal(footprint.heights(np.zeros((4, 2))), 0.0)
     assert footprint.facing is footprint
 
 
 def test_curved_body_faces_the_pad_with_its_lowest_part():
-    facing = Footprint.from_gap(sphere, INFLUENCE).facing
+    facing = Footprint.from_gap(sphere, INFLUENCE.surface).facing
     assert facing.gap is None
     assert facing.area == pytest.approx(math.pi * 2 * RADIUS * FACING_GAP, rel=5e-3)
 
@@ -64,7 +64,7 @@ def test_curved_body_faces_the_pad_with_its_lowest_part():
 def test_outline_limits_the_body_and_its_lowest_point():
     """A tilted face: the lowest point is on the outline's edge, and what is lower beyond it does not count."""
     face = Point(1e-3, 0).buffer(2e-3, quad_segs=64)
-    footprint = Footprint.from_gap(lambda x, y: 0.1 * (x + y), INFLUENCE, outline=face)
+    footprint = Footprint.from_gap(lambda x, y: 0.1 * (x + y), INFLUENCE.surface, outline=face)
     assert footprint.outline.equals(face)
     assert footprint.lowest == pytest.approx(0.1 * (1e-3 - 2e-3 * math.sqrt(2)), abs=1e-7)
     edge = 2e-3 / math.sqrt(2)
@@ -72,14 +72,14 @@ def test_outline_limits_the_body_and_its_lowest_point():
 
 
 def test_body_over_the_edge_touches_where_there_is_a_sheet():
-    footprint = Footprint.from_gap(lambda x, y: ((x - 9e-3) ** 2 + y**2) / (2 * RADIUS), INFLUENCE)
+    footprint = Footprint.from_gap(lambda x, y: ((x - 9e-3) ** 2 + y**2) / (2 * RADIUS), INFLUENCE.surface)
     assert footprint.outline.bounds[2] == pytest.approx(7.5e-3)
     assert footprint.lowest == pytest.approx((1.5e-3) ** 2 / (2 * RADIUS), rel=1e-6)
 
 
 def test_small_body_is_found_with_its_outline():
     tip = Point(0.123e-3, 0.077e-3).buffer(20e-6)
-    footprint = Footprint.from_gap(lambda x, y: np.zeros_like(x), INFLUENCE, outline=tip)
+    footprint = Footprint.from_gap(lambda x, y: np.zeros_like(x), INFLUENCE.surface, outline=tip)
     assert footprint.area == pytest.approx(tip.area)
 
 
@@ -101,7 +101,7 @@ def where_far(bad: float):
 )
 def test_bad_gap_maps_are_refused_with_the_cure(gap, message):
     with pytest.raises(FootprintError, match=message):
-        Footprint.from_gap(gap, INFLUENCE)
+        Footprint.from_gap(gap, INFLUENCE.surface)
 
 
 @pytest.mark.parametrize(
@@ -115,4 +115,4 @@ def test_bad_gap_maps_are_refused_with_the_cure(gap, message):
 )
 def test_bad_outlines_are_refused_with_a_gap_too(outline, message):
     with pytest.raises(FootprintError, match=message):
-        Footprint.from_gap(sphere, INFLUENCE, outline=outline)
+        Footprint.from_gap(sphere, INFLUENCE.surface, outline=outline)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from shapely import Point, affinity, box
 
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 
 RADIUS = 6e-3
 #: The resultant is the wrench to this fraction of it.
@@ -28,7 +29,7 @@ def ridge(turn: float, radius: float = 3e-3):
 
 def pressed(influence: InfluenceMatrices, gap, force: float = 0.05, **options) -> SurfaceLoad:
     options = {"law": "elastic", "cells": 200, **options}
-    return contact_load(influence, Footprint.from_gap(gap, influence), (0.0, 0.0, -force), **options)
+    return contact_load(influence, Footprint.from_gap(gap, influence.surface), (0.0, 0.0, -force), **options)
 
 
 def assert_carried(load: SurfaceLoad, force: float) -> None:
@@ -93,7 +94,7 @@ def test_ridge_sinks_in_alike_at_any_angle(default_influence, law):
 
     def at(turn: float) -> SurfaceLoad:
         outline = affinity.rotate(face, math.degrees(turn), origin=(0, 0))
-        footprint = Footprint.from_gap(ridge(turn), default_influence, outline=outline)
+        footprint = Footprint.from_gap(ridge(turn), default_influence.surface, outline=outline)
         return contact_load(default_influence, footprint, (0.0, 0.0, -0.05), law=law, cells=300)
 
     loads = [at(turn) for turn in (0.0, 0.3, math.pi / 4, 1.2, math.pi / 2, -0.9)]
@@ -106,7 +107,7 @@ def test_ridge_sinks_in_alike_at_any_angle(default_influence, law):
 
 
 def test_free_body_tilts_until_its_moment_is_the_given_one(default_influence):
-    footprint = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), default_influence)
+    footprint = Footprint.from_outline(box(-2e-3, -2e-3, 2e-3, 2e-3), default_influence.surface)
     force = np.array([0.0, 0.0, -0.1])
     moment = np.cross([0.4e-3, -0.2e-3, 0.0], force)
     load = contact_load(default_influence, footprint, force, moment=moment, law="elastic", cells=200)
@@ -119,7 +120,7 @@ def test_free_body_tilts_until_its_moment_is_the_given_one(default_influence):
 
 def test_fixed_body_keeps_its_orientation_and_answers_with_a_moment(default_influence):
     """Half over the rim: the free edge gives more, so the pressure's centre moves inward."""
-    footprint = Footprint.from_outline(Point(5.5e-3, 0).buffer(3e-3), default_influence)
+    footprint = Footprint.from_outline(Point(5.5e-3, 0).buffer(3e-3), default_influence.surface)
     force = np.array([0.0, 0.0, -0.1])
     fixed = contact_load(default_influence, footprint, force, law="elastic", cells=200, tilt="fixed")
     free = contact_load(default_influence, footprint, force, law="elastic", cells=200)
@@ -146,7 +147,7 @@ def test_a_handful_of_cells_still_carries_the_force(default_influence, cells):
 def test_foundation_sinks_in_as_the_elastic_surface_does(default_influence):
     """Calibrated on flat round punches: these to a few per cent, other shapes roughly."""
     for radius in (0.8e-3, 2e-3, 4e-3):
-        footprint = Footprint.from_outline(Point(0, 0).buffer(radius), default_influence)
+        footprint = Footprint.from_outline(Point(0, 0).buffer(radius), default_influence.surface)
         elastic, springs = (
             contact_load(default_influence, footprint, (0.0, 0.0, -0.05), law=law, cells=200, tilt="fixed")
             for law in ("elastic", "foundation")
@@ -167,9 +168,9 @@ def test_what_a_gap_map_raises_reaches_the_user(coarse_square):
 
     limit = 1
     with pytest.raises(KeyError, match="my own"):
-        Footprint.from_gap(gap, coarse_square)
+        Footprint.from_gap(gap, coarse_square.surface)
     limit = 10**9
-    footprint = Footprint.from_gap(gap, coarse_square)
+    footprint = Footprint.from_gap(gap, coarse_square.surface)
     _ = footprint.centroid
     limit = len(calls)
     with pytest.raises(KeyError, match="my own"):

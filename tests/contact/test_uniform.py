@@ -14,7 +14,7 @@ from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.influence.cache import influence_matrices
 
 INFLUENCE = influence_matrices(mesh="draft", progress=False)
-SQUARE = Footprint.from_outline(box(-3e-3, -3e-3, 3e-3, 3e-3), INFLUENCE)
+SQUARE = Footprint.from_outline(box(-3e-3, -3e-3, 3e-3, 3e-3), INFLUENCE.surface)
 
 
 def test_shear_within_the_limit_is_carried():

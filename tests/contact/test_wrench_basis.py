@@ -22,11 +22,11 @@ OPTIONS = [
 
 
 def star(influence):
-    return Footprint.from_outline(indenter_outline("star", rotate_deg=13.0, shift=(5e-4, 2e-4)), influence)
+    return Footprint.from_outline(indenter_outline("star", rotate_deg=13.0, shift=(5e-4, 2e-4)), influence.surface)
 
 
 def ball(influence, radius: float = 6e-3, x: float = 0.3e-3):
-    return Footprint.from_gap(lambda px, py: ((px - x) ** 2 + py**2) / (2 * radius), influence)
+    return Footprint.from_gap(lambda px, py: ((px - x) ** 2 + py**2) / (2 * radius), influence.surface)
 
 
 def wrenches(footprint, count: int, *, wobble: float = 2e-5, share: float = 0.1, seed: int = 0):
@@ -110,8 +110,8 @@ def test_partial_slip_has_no_basis(coarse_square):
 
 
 def test_responses_of_two_bodies_add_up(coarse_square):
-    left = Footprint.from_outline(indenter_outline("circle", scale=0.3, shift=(-4e-3, 0.0)), coarse_square)
-    right = Footprint.from_outline(indenter_outline("square", scale=0.3, shift=(4e-3, 0.0)), coarse_square)
+    left = Footprint.from_outline(indenter_outline("circle", scale=0.3, shift=(-4e-3, 0.0)), coarse_square.surface)
+    right = Footprint.from_outline(indenter_outline("square", scale=0.3, shift=(4e-3, 0.0)), coarse_square.surface)
     bases = [WrenchBasis(coarse_square, footprint, law="foundation", cells=40) for footprint in (left, right)]
     totals = [bases[0].response([0.0, 0.0, -0.1]) + bases[1].response([0.01, 0.0, -0.2]) for _ in range(4)]
     loads = [
@@ -155,7 +155,7 @@ def test_options_are_refused_when_the_basis_is_made(coarse_square):
 
 
 def test_moving_by_the_sensors_tolerance_changes_readings_by_less_than_a_thousandth(draft):
-    from mjtactile.plugin.reader import POSE_TOLERANCE
+    from mjtactile.plugin.reading import POSE_TOLERANCE
 
     for law, make in (("uniform", star_at), ("elastic", star_at), ("elastic", ball_at)):
         there, moved = (
@@ -166,7 +166,7 @@ def test_moving_by_the_sensors_tolerance_changes_readings_by_less_than_a_thousan
 
 
 def star_at(influence, x: float):
-    return Footprint.from_outline(indenter_outline("star", shift=(x, 0.0)), influence)
+    return Footprint.from_outline(indenter_outline("star", shift=(x, 0.0)), influence.surface)
 
 
 def ball_at(influence, x: float):

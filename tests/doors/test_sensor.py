@@ -16,10 +16,10 @@ from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import SceneError
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline, punch
-from mjtactile.pad import Pad, TaxelGrid
+from mjtactile.pad import Pad, TaxelGrid, force_vector
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.mjcf import press_mjcf
-from mjtactile.sim.press_scene import force_vector, press, press_scene
+from mjtactile.sim.press_scene import press, press_scene
 
 GRAM_FORCE = 9.80665e-3  # [N]
 PAD_GEOM = """<geom name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025" priority="1" condim="4"
@@ -101,7 +101,7 @@ def test_readings_are_those_of_the_door_without_mujoco(draft):
     press(model, data, force_vector(30 * GRAM_FORCE, 10.0))
     sensor = TactileSensor(model, influence=draft)
     wrench = felt(model, data)
-    footprint = Footprint.from_outline(indenter_outline("triangle", shift=(0.0, 1.25e-3)), draft)
+    footprint = Footprint.from_outline(indenter_outline("triangle", shift=(0.0, 1.25e-3)), draft.surface)
     expected = draft.readings(contact_load(draft, footprint, wrench[:3], moment=wrench[3:]))
     # The solid's section against the outline: tangential creep of the press, under a micrometre.
     np.testing.assert_allclose(sensor.read(data), expected, atol=1e-3 * expected.max())

@@ -15,8 +15,9 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import force_vector
 from mjtactile.sensor import TactileSensor
-from mjtactile.sim.press_scene import force_vector, press, press_scene
+from mjtactile.sim.press_scene import press, press_scene
 from mjtactile.sim.wrench import contact_wrenches
 
 OPTION = '<option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"/>'
@@ -201,7 +202,7 @@ def test_bodies_near_each_other_feel_each_other(draft):
     for body, wrench in contacts.by_body(model).items():
         side = -1 if body == 1 else 1
         outline = box(side * 1.1e-3 - 1e-3, -2e-3, side * 1.1e-3 + 1e-3, 2e-3)
-        footprint = Footprint.from_outline(outline, draft)
+        footprint = Footprint.from_outline(outline, draft.surface)
         alone.append(contact_load(draft, footprint, wrench[:3], moment=wrench[3:], law="elastic"))
     apart = draft.readings(alone[0] + alone[1])
     assert 5e-3 < np.linalg.norm(together - apart) / np.linalg.norm(apart) < 0.1

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mjtactile.errors import MeshError, MeshWarning
-from mjtactile.fem.mesh import MESHES, MeshDensity, mesh_density, sheet_mesh
+from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fidelity import MESHES, MeshDensity, mesh_density
 from mjtactile.pad import Layer, Pad
 
 

@@ -13,7 +13,9 @@ from mjtactile.fem.line import Line, quadratic_shapes
 from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
 from mjtactile.geometry.planar import areal, polygons_of, triangulate
 
-GRID = SurfaceGrid(Line(np.array([-4.0, -2.5, 0.0, 2.5, 4.0]) * 1e-3), Line(np.array([-3.0, -1.0, 1.0, 3.0]) * 1e-3))
+GRID = SurfaceGrid(
+    Line(np.array([-4.0, -2.5, 0.0, 2.5, 4.0]) * 1e-3), Line(np.array([-3.0, -1.0, 1.0, 3.0]) * 1e-3), 5e-3
+)
 #: Rounding, as a fraction of the sheet's area (and of its moments).
 ROUNDING = 1e-14 * 48e-6
 

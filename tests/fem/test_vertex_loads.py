@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from shapely import Point
 
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import PresetError
 from mjtactile.fem.line import Line
 from mjtactile.fem.vertex_loads import corner_weights, onto_corners, require_corners_mirrored
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence.storage import in_storage
+from mjtactile.influence.surface_load import SurfaceLoad
 
 GRADED = Line(np.array([-1.0, -0.8, -0.45, 0.0, 0.45, 0.8, 1.0]))
 
@@ -82,11 +83,13 @@ def test_stress_tensors_are_as_near(default_influence, corners):
 def test_an_oblong_layered_sheet_takes_corners_too(layered):
     coarse = in_storage(layered, replace(layered.fidelity, loads="corners"))
     outline = Point(0.4e-3, -0.3e-3).buffer(1.9e-3)
-    load = contact_load(layered, Footprint.from_outline(outline, layered), (0.02, 0.01, -0.1))
+    load = contact_load(layered, Footprint.from_outline(outline, layered.surface), (0.02, 0.01, -0.1))
     expected, readings = layered.readings(load), coarse.readings(load)
     assert 1e-6 < np.linalg.norm(readings - expected) <= 0.1 * np.linalg.norm(expected)
 
 
 def _punch(influence, name: str, number: int) -> SurfaceLoad:
     outline = indenter_outline(name, shift=(1e-3, -0.7e-3), rotate_deg=40 * number)
-    return contact_load(influence, Footprint.from_outline(outline, influence), (0.05, -0.03, -0.5), law="elastic")
+    return contact_load(
+        influence, Footprint.from_outline(outline, influence.surface), (0.05, -0.03, -0.5), law="elastic"
+    )

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from mjtactile.errors import MeshError, PresetError
-from mjtactile.fem.mesh import MESHES
-from mjtactile.fidelity import CONTACT_LAWS, PRECISIONS, PRESETS, Fidelity, fidelity, mesh_name, mesh_or_preset
+from mjtactile.fidelity import CONTACT_LAWS, MESHES, PRECISIONS, PRESETS, Fidelity, fidelity, mesh_name, mesh_or_preset
 
 
 @pytest.mark.parametrize("name", PRESETS)

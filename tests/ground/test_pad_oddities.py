@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 import mjtactile.influence.build
 from mjtactile.errors import MeshError, MeshWarning, PadError
-from mjtactile.fem.mesh import MESHES, MeshDensity, sheet_mesh
-from mjtactile.fidelity import Fidelity
+from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fidelity import MESHES, Fidelity, MeshDensity
 from mjtactile.influence.build import build_tables
 from mjtactile.influence.cache import build_influence
 from mjtactile.pad import Layer, Pad, TaxelGrid

@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from mjtactile._workers import Workers, distributed
 from mjtactile.cli.main import app
-from mjtactile.dataset import folder as dataset
+from mjtactile.dataset import files as dataset
 from mjtactile.dataset.spec import load_spec
 from mjtactile.errors import DistributeError
+from mjtactile.workers import Workers, distributed
 
 pytest.importorskip("ray", reason="Ray is not installed: pip install 'mjtactile[ray]'")
 pytestmark = pytest.mark.slow

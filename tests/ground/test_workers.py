@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from mjtactile import _workers as distribute
-from mjtactile._workers import Workers, distributed, make_files
+from mjtactile import workers as distribute
 from mjtactile.errors import DistributeError, OutputError
+from mjtactile.workers import Workers, distributed, make_files
 
 
 def square(number: int) -> bytes:

@@ -19,8 +19,7 @@ import mjtactile.influence.build
 import mjtactile.influence.cache
 import mjtactile.influence.provenance
 from mjtactile.errors import InfluenceWarning, MeshError, PresetError
-from mjtactile.fem.mesh import MeshDensity
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad

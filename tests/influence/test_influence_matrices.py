@@ -7,25 +7,26 @@ import math
 import numpy as np
 import pytest
 
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import InfluenceError
 from mjtactile.fidelity import Fidelity
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
 
 
 def star_load(influence: InfluenceMatrices, force: tuple[float, float, float] = (0.02, 0.01, -0.1)) -> SurfaceLoad:
     outline = indenter_outline("star", shift=(1.25e-3, 0.0), rotate_deg=20)
-    return contact_load(influence, Footprint.from_outline(outline, influence), force)
+    return contact_load(influence, Footprint.from_outline(outline, influence.surface), force)
 
 
 def punch_loads(influence: InfluenceMatrices) -> list[SurfaceLoad]:
     """The seven punches here and there: 14 loads, enough for a dense product."""
     outlines = [indenter_outline(n, shift=s) for n in INDENTER_NAMES for s in ((0.0, 0.0), (1.25e-3, -1.25e-3))]
-    return [contact_load(influence, Footprint.from_outline(o, influence), (0.02, 0, -0.1)) for o in outlines]
+    return [contact_load(influence, Footprint.from_outline(o, influence.surface), (0.02, 0, -0.1)) for o in outlines]
 
 
 def test_one_load_gives_one_set_of_readings(draft):
@@ -45,7 +46,7 @@ def test_a_sequence_of_loads_gives_a_batch_axis(count, draft):
 
 
 def test_rows_lie_along_y_and_columns_along_x(draft):
-    footprint = Footprint.from_outline(indenter_outline("circle", shift=(2.5e-3, -5e-3), scale=0.3), draft)
+    footprint = Footprint.from_outline(indenter_outline("circle", shift=(2.5e-3, -5e-3), scale=0.3), draft.surface)
     readings = draft.readings(contact_load(draft, footprint, (0, 0, -0.1)))
     assert np.unravel_index(readings[0].argmax(), readings[0].shape) == (2, 8)
     for layer in readings:
@@ -54,7 +55,7 @@ def test_rows_lie_along_y_and_columns_along_x(draft):
 
 
 def test_shallow_layers_come_first(draft):
-    footprint = Footprint.from_outline(indenter_outline("circle", scale=0.3), draft)
+    footprint = Footprint.from_outline(indenter_outline("circle", scale=0.3), draft.surface)
     peaks = draft.readings(contact_load(draft, footprint, (0, 0, -0.1))).max(axis=(1, 2))
     assert (np.diff(peaks) < 0).all()
 
@@ -72,7 +73,7 @@ def test_batch_gives_what_single_loads_give(count, draft):
 def test_batch_of_loads_in_one_place_gives_what_single_loads_give(draft):
     """Only the columns under them are used."""
     outlines = [indenter_outline("circle", shift=(4e-3 + k * 1e-4, -3e-3), scale=0.2) for k in range(10)]
-    loads = [contact_load(draft, Footprint.from_outline(o, draft), (0.02, 0, -0.02)) for o in outlines]
+    loads = [contact_load(draft, Footprint.from_outline(o, draft.surface), (0.02, 0, -0.02)) for o in outlines]
     single = np.stack([draft.readings(load) for load in loads])
     np.testing.assert_allclose(draft.readings(loads), single, rtol=3e-6)  # single precision
 
@@ -147,7 +148,7 @@ def test_forces_that_are_no_numbers_are_refused(bad, draft):
 
 def test_surface_sinks_under_a_press_and_moves_with_a_shear(draft):
     """The mean sinking under a circle is where the compliance's sign and the axes' order show."""
-    footprint = Footprint.from_outline(indenter_outline("circle"), draft)
+    footprint = Footprint.from_outline(indenter_outline("circle"), draft.surface)
     middle = np.s_[draft.surface.y.node_count // 2, draft.surface.x.node_count // 2]
     pressed = draft.surface_displacement(contact_load(draft, footprint, (0, 0, -0.1)))
     assert pressed.shape == (*draft.surface.node_shape, 3)
@@ -177,7 +178,9 @@ def test_mesh_is_known_by_name(draft, coarse_square):
 def test_readings_are_those_of_the_response(name, request):
     influence = request.getfixturevalue(name)
     outlines = [indenter_outline("star", shift=(x, 0.4e-3), rotate_deg=20, scale=0.45) for x in (0.0, 1e-3, -1.5e-3)]
-    loads = [contact_load(influence, Footprint.from_outline(o, influence), (0.02, 0.01, -0.1)) for o in outlines]
+    loads = [
+        contact_load(influence, Footprint.from_outline(o, influence.surface), (0.02, 0.01, -0.1)) for o in outlines
+    ]
     response = influence.point_response(loads)
     assert response.shape == (3, influence.sample_slices[-1].stop, 5)
     # The compiled core sums in another order.
@@ -191,7 +194,7 @@ def test_readings_are_those_of_the_response(name, request):
 def test_response_to_a_sum_is_the_sum_of_responses(layered):
     """Six loads as a basis: readings of a combination are those of the combined load; in double precision."""
     outline = indenter_outline("star", shift=(1e-3, 0.4e-3), rotate_deg=20, scale=0.45)
-    footprint = Footprint.from_outline(outline, layered)
+    footprint = Footprint.from_outline(outline, layered.surface)
     units = [contact_load(layered, footprint, (0.02 * (k % 3), 0.01 * k, -0.1 - 0.02 * k)) for k in range(6)]
     weights = np.array([0.3, -1.2, 0.8, 2.0, -0.4, 0.1])
     combined = SurfaceLoad(np.tensordot(weights, [unit.forces for unit in units], axes=1), layered.surface, outline)
@@ -205,7 +208,7 @@ def test_response_to_a_sum_is_the_sum_of_responses(layered):
 
 def test_response_lies_layer_by_layer_and_points_along_the_pads_axes(layered):
     """Its mean over a taxel's points is the deviatoric part of the mean stress tensor."""
-    footprint = Footprint.from_outline(indenter_outline("star", shift=(1e-3, 0.4e-3), scale=0.45), layered)
+    footprint = Footprint.from_outline(indenter_outline("star", shift=(1e-3, 0.4e-3), scale=0.45), layered.surface)
     load = contact_load(layered, footprint, (0.03, 0.02, -0.1))
     response, stress = layered.point_response(load), layered.stress(load)
     for k, (of_layer, average) in enumerate(zip(layered.sample_slices, layered.averages, strict=True)):
@@ -231,7 +234,7 @@ def test_response_of_other_matrices_is_refused(draft, layered):
 
 def test_a_symmetric_press_reads_one_class_only(draft):
     """Rounding puts forces of 1e-17 of the load into the others, which would quadruple the work."""
-    footprint = Footprint.from_outline(indenter_outline("circle"), draft)
+    footprint = Footprint.from_outline(indenter_outline("circle"), draft.surface)
     load = contact_load(draft, footprint, (0, 0, -0.1))
     forces = load.forces.copy()
     forces[3, 4] += 1e-17 * np.abs(forces).max()

@@ -9,13 +9,14 @@ import pytest
 from shapely import Point
 from small_pads import COARSE, LAYERED_PAD
 
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import Fidelity
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.storage import in_storage
+from mjtactile.influence.surface_load import SurfaceLoad
 
 
 def stress_bytes(influence: InfluenceMatrices) -> int:
@@ -35,7 +36,7 @@ def unseen_loads(influence: InfluenceMatrices) -> list[SurfaceLoad]:
     corner = [(6.8e-3, -7.1e-3), (-7.4e-3, -7.4e-3)]
     outlines += [Point(*place).buffer(1e-3) for place in (*inside, *rim.T, *rim[::-1].T, *corner)]
     return [
-        contact_load(influence, Footprint.from_outline(outline, influence), (*shear, -0.1))
+        contact_load(influence, Footprint.from_outline(outline, influence.surface), (*shear, -0.1))
         for outline, shear in zip(outlines, random.normal(0, 0.03, (len(outlines), 2)), strict=True)
     ]
 
@@ -94,6 +95,6 @@ def test_an_oblong_layered_sheet_is_reduced_too():
     assert stress_bytes(reduced) < stress_bytes(plain)
     random = np.random.default_rng(3)
     outlines = [Point(*random.uniform((-4e-3, -2.5e-3), (4e-3, 2.5e-3))).buffer(2e-3) for _ in range(12)]
-    loads = [contact_load(plain, Footprint.from_outline(o, plain), (0.02, 0.01, -0.1)) for o in outlines]
+    loads = [contact_load(plain, Footprint.from_outline(o, plain.surface), (0.02, 0.01, -0.1)) for o in outlines]
     errors = layer_errors(reduced.readings(loads), plain.readings(loads))
     assert 1e-6 < errors.max() <= 0.1

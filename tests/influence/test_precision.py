@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.fem.mesh import MeshDensity
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence.cache import build_influence
-from mjtactile.influence.precision import narrow, narrow_to_bytes, widen
 from mjtactile.influence.storage import in_storage
+from mjtactile.influence.stress_matrix import narrow, narrow_to_bytes, widen
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
 #: Half of float16's last bit.
@@ -63,7 +62,7 @@ def test_bytes_read_punches_within_a_percent(draft):
     """The error of some hundred columns adds up like noise, and noise makes norms larger."""
     stored = in_storage(draft, Fidelity(mesh="draft", precision="int8"))
     for name in INDENTER_NAMES:
-        footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0)), draft)
+        footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0)), draft.surface)
         load = contact_load(draft, footprint, (0.05, 0.0, -0.5))
         expected, readings = draft.readings(load), stored.readings(load)
         assert np.linalg.norm(readings - expected) <= 0.01 * np.linalg.norm(expected)
@@ -104,7 +103,7 @@ def test_half_precision_reads_the_same_for_any_modulus_and_size(top, bottom, sca
         np.dtype(np.float16),
         np.dtype(np.float32),
     }
-    footprint = Footprint.from_outline(Point(1e-3 * scale, 2e-3 * scale).buffer(3e-3 * scale), single)
+    footprint = Footprint.from_outline(Point(1e-3 * scale, 2e-3 * scale).buffer(3e-3 * scale), single.surface)
     load = contact_load(single, footprint, (0.02, 0.01, -0.1))
     expected, readings = single.readings(load), half.readings(load)
     for layer, of_layer in zip(readings, expected, strict=True):

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjtactile.influence.forces import ClassForces
-from mjtactile.influence.stress_matrix import StressMatrix, read_matrix, stored_matrix
+from mjtactile.influence.stress_matrix import ClassForces, StressMatrix, read_matrix, stored_matrix
 
 
 def forces_at(columns: list[int], count: int, batch: int = 1) -> ClassForces:

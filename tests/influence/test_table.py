@@ -20,9 +20,9 @@ import mjtactile.influence.provenance
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import CorruptInfluenceError, InfluenceError, PresetError, StaleInfluenceError
-from mjtactile.fem.mesh import MESHES, MeshDensity, mesh_description, sheet_mesh
+from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fem.stiffness import Parity
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import MESHES, Fidelity, MeshDensity
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
@@ -188,7 +188,7 @@ def test_every_storage_comes_back(choices, tmp_path):
     assert load_influence(path, preset=chosen).fidelity == chosen
     assert load_influence(path, mesh=COARSE).fidelity == chosen
     assert set(loaded.tables) == set(built.tables)
-    footprint = Footprint.from_outline(indenter_outline("star", scale=0.4), built)
+    footprint = Footprint.from_outline(indenter_outline("star", scale=0.4), built.surface)
     load = contact_load(built, footprint, (0.02, 0.01, -0.1))
     np.testing.assert_array_equal(loaded.readings(load), built.readings(load))
     np.testing.assert_array_equal(loaded.stress(load), built.stress(load))

@@ -13,15 +13,16 @@ import numpy as np
 import pytest
 from small_pads import COARSE, LAYERED_PAD
 
-import mjtactile._checksum
+import mjtactile._files
 import mjtactile.influence.table
-from mjtactile._checksum import checksum
-from mjtactile.contact.core_pad import make_pad
+from mjtactile._files import checksum
+from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import build_influence, cached_path, influence_matrices
+from mjtactile.influence.core_pad import core_pad
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.influence.table import Tables, read_tables, write_tables
+from mjtactile.influence.table import read_tables, write_tables
 
 FLIPS, CUTS = 300, 50
 #: Every kind of array there is: indices, points, whole matrices, factors, scales, compliance.
@@ -195,7 +196,7 @@ def test_indices_that_point_outside_are_refused_before_they_are_used(name, value
     with pytest.raises(CorruptInfluenceError, match="sample points of sensing layer"):
         _ = by_hand.averages
     with pytest.raises(CorruptInfluenceError, match="sample points of sensing layer"):
-        make_pad(by_hand)
+        core_pad(by_hand)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 2.0, -1.0])
@@ -213,7 +214,7 @@ def test_matrices_made_by_hand_do_not_reach_the_core_misshapen(place, small):
     assert place in small.tables
     tables = {**small.tables, place: small.tables[place][:-1]}
     with pytest.raises(CorruptInfluenceError, match=f"array '{place.replace('+', '[+]')}"):
-        make_pad(replace(small, tables=tables), stress=True)
+        core_pad(replace(small, tables=tables), stress=True)
 
 
 def test_cache_rebuilds_what_is_damaged_and_says_so(tmp_path, monkeypatch):
@@ -233,7 +234,7 @@ def test_cache_rebuilds_what_is_damaged_and_says_so(tmp_path, monkeypatch):
 
 def test_a_file_is_compared_once_per_process_until_it_changes(saved, monkeypatch):
     compared = []
-    monkeypatch.setattr(mjtactile._checksum, "checksum", lambda table: compared.append(1) or checksum(table))
+    monkeypatch.setattr(mjtactile._files, "checksum", lambda table: compared.append(1) or checksum(table))
     count = len(json.loads(_about(saved)["checksums"]))
     load_influence(saved)
     load_influence(saved)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from shapely import Point
 
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.storage import in_storage
+from mjtactile.influence.surface_load import SurfaceLoad
 
 
 def averaged(plain: InfluenceMatrices, averaging: str) -> InfluenceMatrices:
@@ -21,7 +22,7 @@ def averaged(plain: InfluenceMatrices, averaging: str) -> InfluenceMatrices:
 
 def load_on(influence: InfluenceMatrices) -> SurfaceLoad:
     return contact_load(
-        influence, Footprint.from_outline(Point(1e-3, -0.4e-3).buffer(1.7e-3), influence), (0.02, 0.01, -0.1)
+        influence, Footprint.from_outline(Point(1e-3, -0.4e-3).buffer(1.7e-3), influence.surface), (0.02, 0.01, -0.1)
     )
 
 
@@ -60,7 +61,7 @@ def test_means_are_a_little_below_what_they_stand_for(draft):
     mean = averaged(draft, "mean")
     for number, name in enumerate(INDENTER_NAMES):
         outline = indenter_outline(name, shift=(1e-3, -0.7e-3), rotate_deg=40 * number)
-        load = contact_load(draft, Footprint.from_outline(outline, draft), (0.05, -0.03, -0.5), law="elastic")
+        load = contact_load(draft, Footprint.from_outline(outline, draft.surface), (0.05, -0.03, -0.5), law="elastic")
         plain, reading = draft.readings(load), mean.readings(load)
         assert (reading <= plain * (1 + 1e-5)).all()
         lost = np.linalg.norm(reading - plain, axis=(1, 2)) / np.linalg.norm(plain, axis=(1, 2))

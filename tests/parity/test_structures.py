@@ -10,8 +10,8 @@ import pytest
 
 from mjtactile.contact.laws import BY_NAME, TANGENTIALS
 from mjtactile.contact.press import Told
+from mjtactile.plugin.engine import Instance
 from mjtactile.plugin.health import Note
-from mjtactile.plugin.registration import Instance
 
 NATIVE = Path(__file__).parents[2] / "native"
 CONSTANTS = {"MJT_MOST_OUTPUTS": Instance.outputs.size // ctypes.sizeof(ctypes.c_int)}

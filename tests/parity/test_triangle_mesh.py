@@ -17,12 +17,11 @@ from scipy.spatial.transform import Rotation
 from shapely import Polygon
 
 from mjtactile._native import contiguous, library, pointer
+from mjtactile._types import Array
 from mjtactile.geometry.height_minimum import Rectangle
 from mjtactile.geometry.primitives import Pose
 from mjtactile.geometry.triangle_mesh import TriangleSurface
 from mjtactile.sim.geoms import geom_shape
-
-Array = npt.NDArray[np.float64]
 
 PART = Rectangle(-10e-3, -10e-3, 10e-3, 10e-3)
 #: What nothing of a body may reach beyond a facet by [m].

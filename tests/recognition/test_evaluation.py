@@ -12,7 +12,7 @@ from mjtactile.cli.evaluate import side_by_side, tables
 from mjtactile.cli.main import app
 from mjtactile.recognition.evaluation.arrays import TransducerArray
 from mjtactile.recognition.evaluation.recognisers import angles_between, evaluate, noisy
-from mjtactile.transducer.array import Imperfections
+from mjtactile.transducer.imperfections import Imperfections
 
 
 def test_small_angles_are_exact():

@@ -10,7 +10,7 @@ import pytest
 from half_space import HalfSpaceIntegrals
 from shapely import Polygon, affinity, box
 
-from mjtactile._native import half_space
+from mjtactile.contact.compliance import half_space
 from mjtactile.contact.face_cells import face_cells
 from mjtactile.fem.surface_grid import oriented_edges
 

@@ -42,7 +42,7 @@ class Standing:
     def __init__(self, model, influence, position, turn: Rotation = UPRIGHT, *, level: bool = False):
         self.model, self.data = model, mujoco.MjData(model)
         self.body = model.body("body").id
-        self.imprints = GapImprints(model, model.geom("pad").id, influence, facing_gap=FACING_GAP, level=level)
+        self.imprints = GapImprints(model, model.geom("pad").id, influence.surface, facing_gap=FACING_GAP, level=level)
         self.move(position, turn)
 
     def move(self, position, turn: Rotation = UPRIGHT) -> None:
@@ -70,7 +70,7 @@ def test_punches_have_flat_faces_with_their_outlines(name, coarse_square):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     pad = model.geom("pad").id
-    imprints = GapImprints(model, pad, coarse_square, facing_gap=FACING_GAP, level=True)
+    imprints = GapImprints(model, pad, coarse_square.surface, facing_gap=FACING_GAP, level=True)
     body = int(model.geom_bodyid[model.geom(f"{name}_tactile").id])
     footprint = imprints.footprint(data, geom_frame(model, data, pad), body, np.array([], dtype=np.int64))
     sheet = shapely.box(-EDGE, -EDGE, EDGE, EDGE)

@@ -22,9 +22,9 @@ from mjtactile.geometry.indenter import (
     sphere,
 )
 from mjtactile.geometry.solid import face_outline
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
 from mjtactile.sim.assets import asset_path, available_assets
-from mjtactile.sim.press_scene import force_vector, press, press_scene, press_spec
+from mjtactile.sim.press_scene import press, press_scene, press_spec
 from mjtactile.sim.wrench import contact_wrenches
 
 REPOSITORY = Path(__file__).parents[2]

@@ -11,9 +11,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from mjtactile.pad import force_vector
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.assets import asset_path
-from mjtactile.sim.press_scene import force_vector, press
+from mjtactile.sim.press_scene import press
 from mjtactile.sim.wrench import contact_wrenches
 
 SCENES = sorted(path.name for path in asset_path("scenes/press.xml").parent.glob("press*.xml"))

@@ -42,10 +42,11 @@ import random_scenes as scenes  # noqa: E402
 from bodies_of_model import bodies_on_pad, on_surface  # noqa: E402
 from dense_contact import Body, DenseContact, DenseContactError, dense_readings  # noqa: E402
 from dense_surface import nodal_forces  # noqa: E402
-from random_scenes import Array, Scene  # noqa: E402
+from random_scenes import Scene  # noqa: E402
 from shapely import Polygon  # noqa: E402
 
 import mjtactile  # noqa: E402
+from mjtactile._types import Array  # noqa: E402
 from mjtactile.fem.surface_grid import SurfaceGrid  # noqa: E402
 from mjtactile.fidelity import PRESETS  # noqa: E402
 from mjtactile.influence.matrices import InfluenceMatrices  # noqa: E402

@@ -49,7 +49,7 @@ def some_loads(influence: InfluenceMatrices, count: int, seed: int, largest: flo
 
 
 def star(influence: InfluenceMatrices) -> Footprint:
-    return Footprint.from_outline(indenter_outline("star", shift=(0.3e-3, -0.2e-3), scale=0.5), influence)
+    return Footprint.from_outline(indenter_outline("star", shift=(0.3e-3, -0.2e-3), scale=0.5), influence.surface)
 
 
 def agree(given: torch.Tensor, wanted: np.ndarray, dtype: torch.dtype) -> None:

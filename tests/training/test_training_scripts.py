@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from mjtactile import Pad, recognition
-from mjtactile.dataset.folder import make_dataset
+from mjtactile.dataset.files import make_dataset
 from mjtactile.dataset.spec import load_spec, parse_spec
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.registry import read_registry

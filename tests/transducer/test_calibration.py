@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mjtactile.transducer.array import CapacitiveCell, Imperfections, PiezoresistiveElement, Transducer, TransducerError
+from mjtactile.transducer.array import Transducer
 from mjtactile.transducer.calibration import calibrate
+from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
+from mjtactile.transducer.imperfections import Imperfections
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
 SHAPE = (2, 6, 6)
 FULL = 50e3

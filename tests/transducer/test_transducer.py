@@ -7,16 +7,16 @@ from hypothesis import strategies as st
 from shapely import Point
 
 import mjtactile
-from mjtactile.transducer.array import (
-    TYPICAL,
+from mjtactile.transducer.array import Transducer
+from mjtactile.transducer.capacitive import (
+    BENDING_MEAN,
+    SHEAR_MEAN,
+    VACUUM_PERMITTIVITY,
     CapacitiveCell,
-    Imperfections,
-    PiezoresistiveElement,
-    Transducer,
     TransducerError,
 )
-from mjtactile.transducer.capacitive import BENDING_MEAN, SHEAR_MEAN, VACUUM_PERMITTIVITY
-from mjtactile.transducer.imperfections import coupled, lagging
+from mjtactile.transducer.imperfections import TYPICAL, Imperfections, coupled, lagging
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 from mjtactile.units import GRAM_FORCE
 
 #: Pressures of the paper's weights of 5, 10, 20 and 50 gf on discs of radius 5.5, 6.5, 7.5 and 10 mm [Pa].
@@ -290,7 +290,7 @@ def array_under(draft):
     cells = Transducer(CapacitiveCell(), Imperfections(adc_bits=12), shape=(1, 3, 3))
 
     def reported(weight):
-        footprint = mjtactile.Footprint.from_outline(weight, draft)
+        footprint = mjtactile.Footprint.from_outline(weight, draft.surface)
         load = mjtactile.contact_load(draft, footprint, (0.0, 0.0, -10.0 * GRAM_FORCE), law="uniform")
         pressing = np.maximum(-draft.stress(load)[2, 0, 5:8, 5:8], 0.0)
         return cells(pressing[None])[0]

@@ -12,17 +12,18 @@ import shapely
 from scipy.spatial.transform import Rotation
 from shapely import Polygon, affinity
 
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile._types import Array
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint, GapMap
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.errors import MjTactileError
+from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
 from mjtactile.geometry.primitives import Box, Cylinder, Ellipsoid, Pose, Shape
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.influence.surface_load import Area
-from mjtactile.pad import Array
+from mjtactile.influence.surface_load import Area, SurfaceLoad
+from mjtactile.pad import force_vector
 from mjtactile.sim.assets import asset_path
-from mjtactile.sim.press_scene import force_vector
 from mjtactile.units import GRAM_FORCE, MILLIMETRE
 
 #: Readings of CalculiX in calculix.npz are MPa.
@@ -50,12 +51,12 @@ class Body:
         gap = self.gap
         return Body(outline, None if gap is None else lambda px, py: gap(px - x, py - y))
 
-    def footprint(self, influence: InfluenceMatrices) -> Footprint:
+    def footprint(self, surface: SurfaceGrid) -> Footprint:
         """What faces the pad."""
         if self.gap is not None:
-            return Footprint.from_gap(self.gap, influence, outline=self.outline)
+            return Footprint.from_gap(self.gap, surface, outline=self.outline)
         assert self.outline is not None
-        return Footprint.from_outline(self.outline, influence)
+        return Footprint.from_outline(self.outline, surface)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,7 @@ class PressCase:
 
     def load(self, influence: InfluenceMatrices, body: Body | None = None) -> SurfaceLoad:
         """The tractions of this press by the law of the influence matrices' fidelity; of the body moved, if given."""
-        footprint = (self.body if body is None else body).footprint(influence)
+        footprint = (self.body if body is None else body).footprint(influence.surface)
         return contact_load(influence, footprint, self.force, **self.contact(influence.fidelity.law))
 
 

@@ -10,16 +10,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.fem.block_elimination import EliminatedSheet
-from mjtactile.fem.mesh import MeshDensity, sheet_mesh
+from mjtactile.fem.mesh import sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, assemble
 from mjtactile.fem.stress import DEVIATORIC_COUNT, StressSampler, von_mises
 from mjtactile.fem.symmetry import QUADRANT_SIGNS, fold_forces
 from mjtactile.fem.taxel_quadrature import layer_sampling
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 
 #: A load at a mirrored point is the sum of its four classes; each class's own is a quarter of the folded load.
 _QUARTER = 0.25

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from mjtactile._types import Array
 from mjtactile.cli.benchmarks.cases import PressCase, moved_bodies
 from mjtactile.cli.benchmarks.sweep import Choice, preset_of
 from mjtactile.cli.benchmarks.timing import median_time
@@ -20,7 +21,7 @@ from mjtactile.errors import ContactWarning
 from mjtactile.influence.cache import cached_path, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.surface_load import SurfaceLoad
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 from mjtactile.units import MILLIMETRE
 
 #: Wrenches on a footprint before its basis counts as settled.
@@ -110,7 +111,7 @@ def moved_time(case: PressCase, influence: InfluenceMatrices, bench: Bench) -> f
 def _unchanged(case: PressCase, influence: InfluenceMatrices, count: int) -> tuple[float, float]:
     """Median time from a new wrench on the same footprint to readings [s], and their error against a new solution."""
     contact = case.contact(influence.fidelity.law)
-    basis = WrenchBasis(influence, case.body.footprint(influence), **contact)
+    basis = WrenchBasis(influence, case.body.footprint(influence.surface), **contact)
     forces = iter(_wrenches(case.force, _SETTLING + count + 2))
     for _ in range(_SETTLING):
         basis.readings(next(forces))

@@ -17,15 +17,15 @@ import mujoco
 from mjtactile.cli.benchmarks.measure import relative
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
 from mjtactile.cli.benchmarks.timing import median_time
-from mjtactile.contact.contact_load import SurfaceLoad, contact_load
+from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.cache import CACHE_VARIABLE, cached_path
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.pad import Pad
+from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Pad, force_vector
 from mjtactile.sim.assets import asset_path
-from mjtactile.sim.press_scene import force_vector
 from mjtactile.units import GRAM_FORCE, MILLIMETRE
 
 _REPEATS = 30
@@ -98,4 +98,4 @@ def _load(influence: InfluenceMatrices, case: dict[str, Any]) -> SurfaceLoad:
         scale=case.get("scale", 1.0),
     )
     force = force_vector(case["force"] * GRAM_FORCE, case.get("tilt", 0.0), case.get("azimuth", 0.0))
-    return contact_load(influence, Footprint.from_outline(outline, influence), force)
+    return contact_load(influence, Footprint.from_outline(outline, influence.surface), force)

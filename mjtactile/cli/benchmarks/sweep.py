@@ -8,8 +8,7 @@ from typing import Any
 
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.errors import PresetError
-from mjtactile.fem.mesh import MESHES
-from mjtactile.fidelity import PRESETS, Fidelity
+from mjtactile.fidelity import MESHES, PRESETS, Fidelity
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,8 +14,7 @@ from mjtactile.cli.benchmarks.direct import direct_readings
 from mjtactile.cli.benchmarks.measure import Bench, measure, one_core
 from mjtactile.cli.benchmarks.sweep import Choice, sweep
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
-from mjtactile.fem.mesh import mesh_density
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import Fidelity, mesh_density
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.pad import Pad
 from mjtactile.sim.assets import asset_path

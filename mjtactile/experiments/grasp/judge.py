@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
-from mjtactile.pad import Array
 
 #: More than this on a pad crushes [N].
 CRUSHING = 20.0

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mjtactile.experiments.grasp.control import CLOSING_GRIP, GripLaw, Ride, close, hold, raise_object, rub
-from mjtactile.experiments.grasp.figure import lift_figure
 from mjtactile.experiments.grasp.judge import CRUSHING, Judge
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import Touch, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, Settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 #: Ranges of mass [kg] and friction [-]. All of them can be lifted: 0.5 kg at 0.2 takes 12.3 N from each finger.
 MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
@@ -181,6 +184,33 @@ def report(results: dict[str, list[Result]]) -> Report:
         ],
         figures={"peak_ratios": ratio},
     )
+
+
+_COLOURS = {"recognised": "tab:blue", "true": "tab:green"}
+_OTHERS = ("tab:orange", "tab:red", "tab:purple")
+
+
+def lift_figure(results: dict[str, list[Result]]) -> Figure:
+    """Draw results of the lift experiment: grip at the end over the least that holds; crosses fell or were crushed."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    axes = figure.subplots()
+    others = iter(_OTHERS)
+    for condition, trials in results.items():
+        colour = _COLOURS.get(condition) or next(others)
+        needed, grip, good = (np.array([one[key] for one in trials]) for key in ("needed", "grip", "success"))
+        # Rings for true forces: what was recognised lies on top of them.
+        ring = (
+            {"s": 40, "facecolors": "none", "edgecolors": colour} if condition == "true" else {"s": 8, "color": colour}
+        )
+        axes.scatter(needed[good], grip[good], label=condition, **ring)
+        axes.scatter(needed[~good], grip[~good], s=22, color=colour, marker="x")
+    line = np.array([0.05, 15.0])
+    axes.plot(line, line, color="0.4", linewidth=1, label="least that holds")
+    axes.set(xscale="log", yscale="log", xlabel="least grip that holds [N]", ylabel="grip at the end [N]")
+    axes.legend(fontsize="small")
+    return figure
 
 
 LIFT = Experiment(

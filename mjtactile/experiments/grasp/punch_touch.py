@@ -8,10 +8,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from mjtactile.experiments.grasp.touch import CONTACT_THRESHOLD, Felt, read_pads
+from mjtactile._types import Array
+from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.grasp.touch import CONTACT_THRESHOLD, read_pads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.geometry.outlines import INDENTER_NAMES
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
 
 

@@ -8,8 +8,9 @@ from collections.abc import Callable
 import mujoco
 
 from mjtactile.errors import ContactWarning
+from mjtactile.experiments.grasp.felt import Felt
 from mjtactile.experiments.grasp.scene import open_gripper
-from mjtactile.experiments.grasp.touch import Felt, Touch
+from mjtactile.experiments.grasp.touch import Touch
 from mjtactile.experiments.hands.gripper import GRIP_LIMIT
 
 #: Steps between ticks, unless set otherwise: control and touch at 250 Hz.

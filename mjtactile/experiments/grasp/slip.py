@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile.experiments.grasp.control import GripLaw, close, hold, raise_object, rub
+from mjtactile.experiments.grasp.control import GripLaw, SlipReflex, close, hold, raise_object, rub
 from mjtactile.experiments.grasp.disturbances import Disturbance, disturbance
 from mjtactile.experiments.grasp.judge import CRUSHING, Judge
 from mjtactile.experiments.grasp.lift import LiftTask, lift_task
-from mjtactile.experiments.grasp.reflex import SlipReflex
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import Touch, TrueTouch, grasp_recogniser, make_touch

@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.experiments.control import ShapeBelief
 from mjtactile.experiments.grasp.control import GripLaw, Ride, close, hold, let_go, lower, raise_object, rub
 from mjtactile.experiments.grasp.judge import CRUSHING, Judge
@@ -24,7 +25,6 @@ from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.geometry.indenter import indenter_outline, indenter_solid
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.geometry.planar import support_points
-from mjtactile.pad import Array
 from mjtactile.sim.geoms import SHOWN
 from mjtactile.sim.mjcf import FOOT_RADIUS
 
@@ -155,7 +155,7 @@ def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
     body, block = spec.body("object"), spec.geom("object")
     solid = indenter_solid(task.shape, height=PROUD)
     for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
-        # It does not collide, and presses by its name (geom.py).
+        # It does not collide, and presses by its name (sim/geoms.py).
         name = f"{pad}_boss{SHOWN}"
         spec.add_mesh(name=name, uservert=_boss(solid.vertices, side).ravel(), userface=np.ravel(solid.faces))
         boss = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=1e-4)

@@ -5,7 +5,6 @@ The three give the same answers in the same words, so that one control law can b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
@@ -13,8 +12,10 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
+from mjtactile.experiments.grasp.felt import Felt
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 from mjtactile.recognition import load
 from mjtactile.recognition.grasp import GraspRecogniser, grasp_targets
 from mjtactile.sim.wrench import contact_wrenches
@@ -28,47 +29,6 @@ LEAST_FORCE = 0.05
 
 #: Of the default pad, which the gripper bears and recognisers are taught for.
 _READING_SHAPE = Pad().reading_shape
-#: Signs by which the pads' axes along them, x and y, make up the gripper's y and z; see gripper.py.
-_ALONG = np.array([[1.0, 1.0], [-1.0, 1.0]])
-
-
-@dataclass(frozen=True, eq=False)
-class Felt:
-    """What bears on each pad, pad frames; zeros where nothing does.
-
-    Attributes:
-        pressing: into the pad, (pads,) [N].
-        tangential: along the pad, x and y, (pads, 2) [N].
-        centre: of pressure, (pads, 2) [m].
-        twist: moment about the pad's normal through the centre of pressure, (pads,) [N m].
-        readings: (pads, layers, rows, columns) [Pa], with noise; None where they were not looked at.
-    """
-
-    pressing: Array
-    tangential: Array
-    centre: Array
-    twist: Array
-    readings: Array | None = None
-
-    @property
-    def pull(self) -> Array:
-        """What both fingers hold together by friction: along y and upwards [N], in the gripper's frame, shape (2,).
-
-        The sign is that of the force on the pads: a weight pulls them down.
-        """
-        return (self.tangential * _ALONG).sum(axis=0)
-
-    @property
-    def turn(self) -> float:
-        """Moment about the line between the pads' middles that both fingers hold together [N m]."""
-        x, y = self.centre.T
-        about_middle = self.twist + x * self.tangential[:, 1] - y * self.tangential[:, 0]
-        return float((about_middle * _ALONG[:, 0]).sum())
-
-    @property
-    def both(self) -> bool:
-        """Whether all pads are touched."""
-        return bool((self.pressing > 0.0).all())
 
 
 class Touch(Protocol):

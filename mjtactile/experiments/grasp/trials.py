@@ -12,11 +12,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mjtactile import __version__
 from mjtactile._files import read_text, write_atomically
 from mjtactile._progress import progress_bar
-from mjtactile._workers import Workers, distributed
+from mjtactile._version import __version__
 from mjtactile.errors import MjTactileError
+from mjtactile.workers import Workers, distributed
 
 Result = dict[str, Any]
 

@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from mjtactile.pad import Pad
-from mjtactile.plugin.registration import PLUGIN
+from mjtactile.pad_names import PLUGIN
 from mjtactile.sim.mjcf import document, numbers
 
 #: Contact of pads and of what they hold. It gives way by some 0.1 mm under 5 N, fingers and rubber together: where a

@@ -13,18 +13,17 @@ from time import perf_counter
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.errors import ContactWarning, MjTactileError
-from mjtactile.experiments.loop.scene import ARM_STIFFNESS, AXES, TIMESTEP, LoopScene, home
-from mjtactile.pad import Array
-from mjtactile.recognition import ForceRecogniser, ForceResult, ShapeRecogniser, ShapeResult
+from mjtactile.experiments.loop.known import Felt, home
+from mjtactile.experiments.loop.scene import AXES, TIMESTEP, LoopScene
+from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.sensor import TactileSensor
 from mjtactile.transducer.array import Transducer
 
 #: Nothing presses while the mean of all readings is below this [Pa]. Three gram-force read more; the noise of single
 #: taxels, of a few hundred pascals at the worst, falls to a tenth of it in the mean.
 CONTACT_THRESHOLD = 50.0
-#: Stiffness of an arm, as the controller knows it [N/m].
-KNOWN_STIFFNESS = ARM_STIFFNESS
 
 
 def steps_between(rate: int) -> int:
@@ -37,14 +36,6 @@ def steps_between(rate: int) -> int:
     if every < 1 or abs(every * TIMESTEP * rate - 1.0) > 1e-9:
         raise MjTactileError(f"rate = {rate} Hz does not divide 1000 Hz; expected for example 200, 250 or 500.")
     return every
-
-
-@dataclass(frozen=True, eq=False)
-class Felt:
-    """What was recognised at one tick."""
-
-    force: ForceResult
-    shape: ShapeResult
 
 
 @dataclass(eq=False)
@@ -108,6 +99,11 @@ class Loop:
         self._watch = watch
         names = [f"arm_{arm}_{axis}" for arm in range(len(scene.truth)) for axis in AXES]
         self._actuators = np.array([scene.model.actuator(name).id for name in names])
+
+    @property
+    def ticks(self) -> int:
+        """How many there were."""
+        return len(self.log.time)
 
     def tick(self, arm: int, commanded: Array | None = None) -> Felt | None:
         """Let the arms go to their targets for one period, and feel.

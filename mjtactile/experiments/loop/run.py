@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.experiments.loop.clock import Log, Loop
-from mjtactile.experiments.loop.scene import LoopScene, bin_place, loop_scene
+from mjtactile.experiments.loop.known import bin_place
+from mjtactile.experiments.loop.scene import LoopScene, loop_scene
 from mjtactile.experiments.loop.tasks import Held, Sorted, commanded_forces, press_forces, sort_punches
 from mjtactile.geometry.outlines import INDENTER_NAMES
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
 from mjtactile.sensor import TactileSensor
 from mjtactile.transducer.array import Transducer

@@ -12,21 +12,20 @@ import mujoco
 import numpy as np
 import shapely
 
+from mjtactile._types import Array
 from mjtactile.errors import SceneError
+from mjtactile.experiments.loop.known import ARM_STIFFNESS, SPACING, bin_place, home
 from mjtactile.geometry.indenter import indenter_outline, punch
 from mjtactile.geometry.outlines import INDENTER_NAMES
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import indenter_mjcf, pad_mjcf
 from mjtactile.sim.press_scene import EDGE_MARGIN
 
 TIMESTEP = 1e-3
-#: Stiffness of an arm along each axis [N/m], what moves with it besides the punch [kg], and its damping [N s/m], which
-#: is critical.
-ARM_STIFFNESS, ARM_MASS = 400.0, 0.05
+#: What moves with an arm besides the punch [kg], and its damping [N s/m], which is critical.
+ARM_MASS = 0.05
 _PUNCH_MASS = 15e-3
 ARM_DAMPING = 2.0 * math.sqrt(ARM_STIFFNESS * (ARM_MASS + _PUNCH_MASS))
-#: Distance between neighbours in rack and bins, distance of both from the pad's middle, and height of the rack [m].
-SPACING, DISTANCE, RACK_HEIGHT = 14e-3, 26e-3, 12e-3
 #: How far a punch may stand off its arm's axis [m], in any direction and turned at random.
 LARGEST_SHIFT = 2e-3
 #: Poses tried before a punch is said not to fit.
@@ -65,16 +64,6 @@ def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
         _add_arm(spec, arm, name, shifts[arm], float(turns[arm]))
         _add_bin(spec, arm)
     return LoopScene(spec.compile(), truth, shifts, turns)
-
-
-def home(arm: int) -> Array:
-    """Where an arm's axis stands in the rack [m], shape (3,)."""
-    return np.array([(arm - (len(INDENTER_NAMES) - 1) / 2) * SPACING, DISTANCE, RACK_HEIGHT])
-
-
-def bin_place(k: int) -> Array:
-    """Where the bin of the k-th shape stands [m], shape (3,)."""
-    return np.array([(k - (len(INDENTER_NAMES) - 1) / 2) * SPACING, -DISTANCE, 2e-3])
 
 
 def _pose(name: str, pad: Pad, drawn: np.random.Generator) -> tuple[float, float, float]:

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.experiments.control import ForceServo, ShapeBelief
-from mjtactile.experiments.loop.clock import KNOWN_STIFFNESS, Loop
-from mjtactile.experiments.loop.scene import bin_place
+from mjtactile.experiments.loop.known import ARM_STIFFNESS, Arms, bin_place
 from mjtactile.geometry.outlines import INDENTER_NAMES
-from mjtactile.pad import Array
-from mjtactile.sim.press_scene import force_vector
+from mjtactile.pad import force_vector
 from mjtactile.units import GRAM_FORCE
 
 #: Height of a punch's face over the pad when it travels, and where the search for the surface begins [m].
@@ -60,28 +59,28 @@ def commanded_forces(count: int, seed: int) -> list[Array]:
     ]
 
 
-def press_forces(loop: Loop, arm: int, forces: Sequence[Array]) -> list[Held]:
+def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[Held]:
     """Press the pad with an arm's punch, whatever it is, by one commanded force after another."""
-    servo = ForceServo(stiffness=KNOWN_STIFFNESS)
+    servo = ForceServo(stiffness=ARM_STIFFNESS)
     rack = loop.targets[arm].copy()
     _over_pad(loop, arm)
     held = []
     for force in forces:
-        start = len(loop.log.time)
+        start = loop.ticks
         _hold(loop, arm, servo, force, HOLDING_TIME if held else HOLDING_TIME + SEARCH_TIME / 4)
-        held.append(Held(force, start, len(loop.log.time)))
+        held.append(Held(force, start, loop.ticks))
     _lift(loop, arm)
     _travel(loop, arm, rack)
     return held
 
 
-def sort_punches(loop: Loop) -> list[Sorted]:
+def sort_punches(loop: Arms) -> list[Sorted]:
     """Feel each arm's punch on the pad and carry it to the bin of the shape that was recognised."""
     return [_sort_one(loop, arm) for arm in range(len(loop.targets))]
 
 
-def _sort_one(loop: Loop, arm: int) -> Sorted:
-    servo, belief = ForceServo(stiffness=KNOWN_STIFFNESS), ShapeBelief()
+def _sort_one(loop: Arms, arm: int) -> Sorted:
+    servo, belief = ForceServo(stiffness=ARM_STIFFNESS), ShapeBelief()
     pressing = np.array([0.0, 0.0, -FEELING_FORCE])
     _over_pad(loop, arm)
     position = (np.nan, np.nan)
@@ -103,7 +102,7 @@ def _sort_one(loop: Loop, arm: int) -> Sorted:
     return Sorted(arm, belief.shape, belief.confidence, belief.looks, position)
 
 
-def _hold(loop: Loop, arm: int, servo: ForceServo, force: Array, duration: float, *, until_felt: bool = False) -> None:
+def _hold(loop: Arms, arm: int, servo: ForceServo, force: Array, duration: float, *, until_felt: bool = False) -> None:
     """Press by a commanded force for a time, or until something is felt."""
     for _ in range(round(duration / loop.period)):
         felt = loop.tick(arm, force)
@@ -112,14 +111,14 @@ def _hold(loop: Loop, arm: int, servo: ForceServo, force: Array, duration: float
             return
 
 
-def _over_pad(loop: Loop, arm: int) -> None:
+def _over_pad(loop: Arms, arm: int) -> None:
     rack = loop.targets[arm]
     _travel(loop, arm, np.array([rack[0], rack[1], TRAVEL_HEIGHT]))
     _travel(loop, arm, np.array([0.0, 0.0, TRAVEL_HEIGHT]))
     _travel(loop, arm, np.array([0.0, 0.0, SEARCH_HEIGHT]))
 
 
-def _lift(loop: Loop, arm: int) -> None:
+def _lift(loop: Arms, arm: int) -> None:
     """Straight up from wherever the target is, which is beyond the surface."""
     loop.targets[arm, 2] = SEARCH_HEIGHT
     target = loop.targets[arm].copy()
@@ -127,7 +126,7 @@ def _lift(loop: Loop, arm: int) -> None:
     _travel(loop, arm, target)
 
 
-def _travel(loop: Loop, arm: int, place: Array) -> None:
+def _travel(loop: Arms, arm: int, place: Array) -> None:
     """Along a straight line at a steady speed, and rest."""
     start = loop.targets[arm].copy()
     ticks = max(1, int(np.ceil(np.linalg.norm(place - start) / SPEED / loop.period)))

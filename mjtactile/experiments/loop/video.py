@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._files import write_atomically
+from mjtactile._types import Array
 from mjtactile.errors import OutputError
 from mjtactile.experiments.loop.clock import Loop
-from mjtactile.pad import Array
 from mjtactile.sim.render import context_class, working_backend
 from mjtactile.units import GRAM_FORCE
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.experiments.study.networks import NetworkDesign, Networks, train
 from mjtactile.experiments.study.presses import oblique_readings, unit_vectors
 from mjtactile.experiments.study.protocol import (
@@ -21,7 +22,6 @@ from mjtactile.experiments.study.protocol import (
     UNKNOWN_FORCES,
 )
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 from mjtactile.units import GRAM_FORCE
 
 #: How the maximum readings enter the magnitude network: over the largest of their layer among the training samples, or

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from mjtactile._types import Array
 from mjtactile.experiments.study.wide import WideGradient
-from mjtactile.pad import Array
 
 #: The factors a step grows and shrinks by: Riedmiller and Braun's.
 SHRINK, GROW = 0.5, 1.2

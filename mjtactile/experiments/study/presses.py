@@ -9,13 +9,13 @@ import numpy as np
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.experiments.study.protocol import DISC_RADIUS, SHAPE_FORCE
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 
 
 def oblique_readings(influence: InfluenceMatrices, law: str, angles_deg: Sequence[float]) -> Array:
@@ -63,5 +63,5 @@ def _outline(name: str, shift: tuple[float, float]) -> Polygon:
 
 
 def _readings(influence: InfluenceMatrices, outline: BaseGeometry, law: str, force: Array) -> Array:
-    footprint = Footprint.from_outline(outline, influence)
+    footprint = Footprint.from_outline(outline, influence.surface)
     return influence.readings(contact_load(influence, footprint, force, law=law))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.experiments.study.networks import NetworkDesign, train
 from mjtactile.experiments.study.presses import punch_reading, punch_readings
 from mjtactile.experiments.study.protocol import (
@@ -19,7 +20,6 @@ from mjtactile.experiments.study.protocol import (
 )
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
 
 #: How readings enter the network: over the sample's largest, in kilopascals, each layer over its own largest, or each
 #: taxel less its mean and over its standard deviation among the training samples.

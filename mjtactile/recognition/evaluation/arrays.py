@@ -6,16 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mjtactile.pad import Array
-from mjtactile.transducer.array import (
-    TYPICAL,
-    CapacitiveCell,
-    Element,
-    Imperfections,
-    PiezoresistiveElement,
-    Transducer,
-)
+from mjtactile._types import Array
+from mjtactile.transducer.array import Element, Transducer
 from mjtactile.transducer.calibration import calibrate
+from mjtactile.transducer.capacitive import CapacitiveCell
+from mjtactile.transducer.imperfections import TYPICAL, Imperfections
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
 #: Full scale of all arrays [Pa]: what 200 gf on a 3 mm disc reach.
 FULL_SCALE = 100e3

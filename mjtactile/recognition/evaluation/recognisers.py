@@ -17,17 +17,17 @@ from typing import Any
 import numpy as np
 
 from mjtactile import recognition
+from mjtactile._types import Array
 from mjtactile.dataset.by_law import physics_readings
-from mjtactile.dataset.folder import Dataset, make_dataset, read_dataset
+from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
 from mjtactile.dataset.sampling import OutlinePresses, Pose
 from mjtactile.dataset.spec import parse_spec
 from mjtactile.fidelity import fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import Array
+from mjtactile.pad import force_vector
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.recognition.evaluation.arrays import ARRAYS, TransducerArray
-from mjtactile.sim.press_scene import force_vector
 from mjtactile.units import GRAM_FORCE
 
 #: The paper's unknown angles [deg] and forces [gf], and the shift of its unknown shapes [m].

@@ -17,9 +17,9 @@ import torch
 
 from mjtactile._progress import progress_bar
 from mjtactile.recognition.shape import ShapeModule
-from mjtactile.recognition.shape_networks import FixedNetwork, PoseNetworks
 from mjtactile.recognition.training.fitting import Schedule, learning_rate
 from mjtactile.recognition.training.looker import Looker
+from mjtactile.recognition.training.shape_networks import FixedNetwork, PoseNetworks
 
 #: Presses looked at in one go.
 _CHUNK = 4096

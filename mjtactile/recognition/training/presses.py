@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile.dataset.folder import Dataset, read_dataset
+from mjtactile.dataset.files import Dataset, read_dataset
 from mjtactile.dataset.spec import pad_from
 from mjtactile.recognition.features import View
 from mjtactile.recognition.symmetry import Mirrors, into_octant, is_symmetric, mirrored

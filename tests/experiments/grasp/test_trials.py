@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from grasp_counting import COUNTING
 
-from mjtactile._workers import Workers
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.trials import Settings, TrialsError, run_trials
+from mjtactile.workers import Workers
 
 SETTINGS = Settings(seed=3, trials=5)
 

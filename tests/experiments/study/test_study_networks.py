@@ -128,7 +128,7 @@ def test_shifts_go_one_pitch_far_in_eight_directions():
 
 @pytest.mark.parametrize("law", ["uniform", "elastic"])
 def test_forces_are_multiples_of_one_newton(draft, law):
-    footprint = Footprint.from_outline(ellipse(protocol.DISC_RADIUS, protocol.DISC_RADIUS), draft)
+    footprint = Footprint.from_outline(ellipse(protocol.DISC_RADIUS, protocol.DISC_RADIUS), draft.surface)
     pressed = draft.readings(contact_load(draft, footprint, 0.3 * force_along(18.0), law=law))
     # Single precision of the stored stresses.
     np.testing.assert_allclose(pressed, 0.3 * oblique_readings(draft, law, [18.0])[0], rtol=1e-5, atol=1e-3)

@@ -203,7 +203,7 @@ def _on_version(version: str, job: Callable[[Any], Any], task: Any) -> Any:
 
 
 def _version() -> str:
-    from mjtactile import __version__
+    from mjtactile._version import __version__
 
     return __version__
 

@@ -6,7 +6,7 @@ import pytest
 
 from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.plugin.pad_json import pad_from_text, pad_text
+from mjtactile.pad_names import pad_from_text, pad_text
 
 LAYERED = Pad(
     size=(22e-3, 0.1 + 0.2),

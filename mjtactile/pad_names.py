@@ -1,4 +1,4 @@
-"""A pad as one line of text, so that a model that names it needs nothing beside its own file."""
+"""Pads by what models call them: a name known in this process, or one line of text that holds the whole pad."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ import json
 from pathlib import Path
 from typing import Any
 
-from mjtactile.errors import PadError
+from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
+#: Name under which models ask for the plugin.
+PLUGIN = "mjtactile.pad"
 _PAD = frozenset({"size", "layers", "taxels", "depths", "sampling_radius"})
 _LAYER = frozenset({"thickness", "young", "poisson"})
 _TAXELS = frozenset({"rows", "columns", "pitch", "centre"})
 _LARGEST = 10**18  # of whole numbers: far more than any pad has, and no error in floating point
+
+_pads: dict[str, Pad] = {"default": Pad()}
 
 
 def pad_text(pad: Pad) -> str:
@@ -106,3 +110,47 @@ def _number(name: str, value: Any) -> Any:
 def _short(value: Any) -> str:
     text = str(value) if isinstance(value, str) else json.dumps(value)
     return text if len(text) <= 60 else f"{text[:60]}..."
+
+
+def register_pad(name: str, pad: Pad) -> None:
+    """Make a pad known by a name that models may use: `<config key="pad" value="name"/>`.
+
+    The name is known to this process alone: one that opens such a model has to register the pad as well. A model that
+    is to be opened anywhere holds the pad's own numbers in place of a name, see `mjtactile.pad_text`; `attach_pad`
+    writes these.
+
+    Raises:
+        SceneError: when the name is taken by another pad, or could be a file's or a pad's text.
+    """
+    if not name or Path(name).suffix or "/" in name or is_pad_text(name):
+        raise SceneError(f"{name!r} is no name for a pad: it must not be empty or look like a file's.")
+    if _pads.get(name, pad) != pad:
+        raise SceneError(f"pad {name!r} exists already and is another one, a {_pads[name].summary}. Use another name.")
+    _pads[name] = pad
+
+
+def named_pad(name: str) -> Pad | None:
+    """The pad behind a name or a pad's text; None for a file."""
+    if name in _pads:
+        return _pads[name]
+    if is_pad_text(name):
+        try:
+            return pad_from_text(name)
+        except PadError as error:
+            raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
+    if not names_file(name):
+        raise SceneError(_no_pad(name))
+    return None
+
+
+def _no_pad(name: str) -> str:
+    return (
+        f"{no_such_value('pad', name, tuple(_pads))} A file of saved influence matrices serves as well, but there is "
+        "none of that name. Make a pad known in this process with mjtactile.register_pad(name, pad), or write its "
+        "numbers in place of the name, see mjtactile.pad_text(pad)."
+    )
+
+
+def no_such_value(attribute: str, value: str, known: tuple[str, ...]) -> str:
+    """What to say of a value that an attribute of a sensor does not have."""
+    return f'{PLUGIN}: {attribute}="{value}" does not exist. Available: {", ".join(known)}.'
