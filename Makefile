@@ -19,6 +19,7 @@ demo: $(VENV)/installed
 test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest
 	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest $(MUJOCO_TESTS) -m "not slow"
@@ -29,6 +30,7 @@ test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 # What a developer runs between edits.
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest -m "not slow"
 
