@@ -8,7 +8,7 @@ OLDEST_MUJOCO := 3.3.7
 OTHER_MUJOCO := 3.8.0 3.10.0 3.17.0
 PLUGIN_TESTS := tests/doors/test_attach*.py tests/plugin/test_plugin*.py
 MUJOCO_TESTS := tests/geometry/test_primitives.py tests/sim tests/plugin tests/doors tests/experiments/loop
-NATIVE := $(wildcard native/CMakeLists.txt native/*/*)
+NATIVE := $(shell find native -type f)
 
 .PHONY: demo test check install install-dev models soak tables weights policies clean
 

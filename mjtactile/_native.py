@@ -17,7 +17,7 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import NativeError
 
-#: Version of the functions in native/core/api.h that this module calls.
+#: Version of the functions in native/api/api.h that this module calls.
 API_VERSION = 6
 #: Functions that give back a handle, and those that give back a number of something.
 _MADE = tuple(

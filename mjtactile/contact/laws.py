@@ -1,6 +1,6 @@
 """Contact laws: what each is called, and what it knows of body and pad. The core's `Law` solves them.
 
-A law is one class here and one case in native/core/cell_contact.cpp; nothing else tells them apart.
+A law is one class here and one case in native/core/contact/laws/cell_contact.cpp; nothing else tells them apart.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ class ContactLaw:
 
     Attributes:
         name: users know it by.
-        number: the core knows it by, in `Law` of native/core/cell_contact.hpp.
+        number: the core knows it by, in `Law` of native/core/contact/laws/cell_contact.hpp.
         tangentials: ways shear may spread under it.
         springs: whether it needs the springs that stand for the pad.
         shapes: whether it knows how the pad gives, looks at a curved body's shape and finds its approach and tilt;

@@ -35,7 +35,7 @@ _HeightsFunction = ctypes.CFUNCTYPE(
 
 
 class Told(ctypes.Structure):
-    """`mjt_pressed` of native/core/api.h."""
+    """`mjt_pressed` of native/api/api.h."""
 
     _fields_ = [
         ("approach", ctypes.c_double),

@@ -1,4 +1,4 @@
-#include "contacts.hpp"
+#include "plugin/contacts.hpp"
 
 #include <algorithm>
 

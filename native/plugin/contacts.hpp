@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "mujoco_view.hpp"
-#include "pad_sensor.hpp"
+#include "contact/pad_sensor.hpp"
+#include "plugin/mujoco_view.hpp"
 
 namespace mjtactile::mujoco {
 

@@ -1,4 +1,4 @@
-#include "model_geometry.hpp"
+#include "plugin/model_geometry.hpp"
 
 #include <algorithm>
 #include <cstring>

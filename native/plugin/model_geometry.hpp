@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "body_geometry.hpp"
-#include "mujoco_view.hpp"
+#include "contact/body_geometry.hpp"
+#include "plugin/mujoco_view.hpp"
 
 namespace mjtactile::mujoco {
 

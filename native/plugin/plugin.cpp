@@ -1,4 +1,4 @@
-#include "plugin.h"
+#include "plugin/plugin.h"
 
 #include <algorithm>
 #include <chrono>
@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "contacts.hpp"
-#include "handles.hpp"
-#include "model_geometry.hpp"
-#include "mujoco_view.hpp"
+#include "api/handles.hpp"
+#include "plugin/contacts.hpp"
+#include "plugin/model_geometry.hpp"
+#include "plugin/mujoco_view.hpp"
 
 namespace mjtactile::mujoco {
 namespace {

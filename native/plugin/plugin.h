@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "api.h"
+#include "api/api.h"
 
 /* Outputs of a sensor, in the order they were asked for. */
 enum { MJT_VON_MISES = 0, MJT_STRESS = 1, MJT_WRENCH = 2, MJT_CARRIED = 3, MJT_RANGE = 4, MJT_MOST_OUTPUTS = 5 };

@@ -19,14 +19,14 @@ FLAGS = ["-std=c++17", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=address,unde
 def library(folder: Path) -> Path:
     """The core compiled with sanitizers, without CMake: plain kernels and AVX2. Kept while no source changes."""
     native, built = ROOT / "native", folder / "libmjtactile.so"
-    sources = [path for path in native.glob("*/*") if path.is_file()]
+    sources = [path for path in native.rglob("*") if path.is_file()]
     if built.is_file() and built.stat().st_mtime > max(path.stat().st_mtime for path in sources):
         return built
     folder.mkdir(parents=True, exist_ok=True)
-    includes = [f"-I{native / 'core'}", f"-I{native / 'plugin'}"]
+    includes = [f"-I{native / 'core'}", f"-I{native}"]
     wide = {"avx2": ["-mavx2", "-mfma", "-mf16c"], "avx512": ["-mavx512f", "-mavx2", "-mfma", "-mf16c"]}
     objects, running = [], []
-    for source in sorted([*native.glob("core/*.cpp"), *native.glob("plugin/*.cpp")]):
+    for source in sorted(native.rglob("*.cpp")):
         target = folder / f"{source.stem}.o"
         flags = [f for f in FLAGS if f != "-shared"] + wide.get(source.stem.removeprefix("kernels_"), [])
         command = [str(COMPILER), *flags, "-DMJTACTILE_X86", *includes, "-c", str(source), "-o", str(target)]

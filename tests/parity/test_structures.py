@@ -40,7 +40,7 @@ def declared(header: str, name: str) -> list[tuple[str, object]]:
 @pytest.mark.parametrize(
     ("structure", "header", "name"),
     [
-        (Told, "core/api.h", "mjt_pressed"),
+        (Told, "api/api.h", "mjt_pressed"),
         (Instance, "plugin/plugin.h", "mjt_instance"),
         (Note, "plugin/plugin.h", "mjt_note"),
     ],
@@ -50,7 +50,8 @@ def test_fields_are_those_of_the_header(structure, header, name):
 
 
 def test_laws_and_ways_of_shear_have_the_cores_numbers():
-    text = (NATIVE / "core" / "cell_contact.hpp").read_text() + (NATIVE / "core" / "friction.hpp").read_text()
+    laws = NATIVE / "core/contact/laws"
+    text = (laws / "cell_contact.hpp").read_text() + (laws / "friction.hpp").read_text()
     laws, ways = (re.search(rf"enum class {kind} {{(.*?)}}", text) for kind in ("Law", "Tangential"))
     assert laws is not None
     assert ways is not None

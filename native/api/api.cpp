@@ -1,0 +1,332 @@
+#include "api/api.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "api/handles.hpp"
+#include "contact/cells/edge_integrals.hpp"
+#include "contact/cells/face_cells.hpp"
+#include "contact/cells/tangential.hpp"
+#include "contact/laws/friction.hpp"
+#include "linalg/kernels.hpp"
+
+using namespace mjtactile;
+
+namespace {
+
+// Every thread keeps its memory between calls.
+struct Scratch {
+  SurfaceGrid::Workspace grid;
+  SurfaceCompliance::Workspace compliance;
+  StressMap<float>::Workspace map;
+  StressMap<double>::Workspace twofold_map;
+  std::vector<float> response;
+  std::vector<double> twofold_response;
+  std::vector<TractionEdge> edges;
+  Matrix matrix;
+  RigidContact contact;
+  GapMap gap;
+  ShearIntegrals shear_integrals;
+  SurfaceShear surface_shear;
+};
+
+Scratch& scratch() {
+  static thread_local Scratch kept;
+  return kept;
+}
+
+template <typename Value>
+void read(const StressMap<Value>& map, typename StressMap<Value>::Workspace& workspace, std::vector<Value>& response,
+          const double* forces, double* readings) {
+  response.assign(map.response_size, Value(0));
+  map.add_response(forces, workspace, response.data());
+  map.readings(response.data(), workspace, readings);
+}
+
+void copy(const Matrix& from, double* to) {
+  for (size_t i = 0; i < from.rows(); ++i) to = std::copy(from[i], from[i] + from.columns(), to);
+}
+
+void copy(const double* from, Matrix& to) {
+  for (size_t i = 0; i < to.rows(); ++i) std::copy(from + i * to.columns(), from + (i + 1) * to.columns(), to[i]);
+}
+
+}  // namespace
+
+int mjt_version(void) { return 6; }
+
+const char* mjt_kernels(void) { return kernels().name; }
+
+int mjt_use_kernels(const char* name) { return use_kernels(name) ? 1 : 0; }
+
+mjt_pad* mjt_pad_new(int precision, int corners, const double* range, size_t count_x, const double* ends_x,
+                     size_t count_y, const double* ends_y, double factor, size_t patches_x,
+                     const double* patch_ends_x, const double* spline_x, size_t patches_y, const double* patch_ends_y,
+                     const double* spline_y, const double* remainder, const double* quadrant_signs) {
+  const size_t patches = patches_x * patches_y;
+  Matrix smooth(patches, patches);
+  copy(remainder, smooth);
+  AveragingSpline x({patch_ends_x, patch_ends_x + patches_x + 1}, {spline_x, spline_x + 3 * patches_x * patches_x});
+  AveragingSpline y({patch_ends_y, patch_ends_y + patches_y + 1}, {spline_y, spline_y + 3 * patches_y * patches_y});
+  SurfaceGrid surface({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
+  SurfaceCompliance compliance(factor, std::move(x), std::move(y), std::move(smooth));
+  const CornerSpread spread({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
+  auto* made = new mjt_pad{std::make_shared<Pad>(std::move(surface), std::move(compliance),
+                                                 static_cast<Precision>(precision), corners ? &spread : nullptr,
+                                                 LinearRange{range[0], range[1], range[2]})};
+  made->pad->set_signs(quadrant_signs);
+  return made;
+}
+
+void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts, const int32_t* places,
+                       const double* weights) {
+  pad->pad->add_layer({points, taxels, starts, places, weights});
+}
+
+void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,
+                       const double* signs, const size_t* ranks, const double* const* left,
+                       const double* const* right, int mean) {
+  std::vector<MatrixFactors> factors;
+  for (size_t k = 0; k < pad->pad->layers(); ++k) factors.push_back({ranks[k], left[k], right[k]});
+  pad->pad->set_class(static_cast<size_t>(symmetry_class), columns, column_of, signs, factors.data(), mean != 0);
+}
+
+void mjt_pad_set_foundation(mjt_pad* pad, size_t count, const double* areas, const double* stiffnesses) {
+  pad->pad->compliance().set_foundation({areas, areas + count}, {stiffnesses, stiffnesses + count});
+}
+
+void mjt_pad_free(mjt_pad* pad) { delete pad; }
+
+size_t mjt_pad_bytes(const mjt_pad* pad) { return pad->pad->bytes(); }
+
+void mjt_readings(const mjt_pad* pad, const double* forces, double* readings) {
+  Scratch& kept = scratch();
+  if (pad->pad->twofold()) {
+    read(pad->pad->deviatoric<double>(), kept.twofold_map, kept.twofold_response, forces, readings);
+  } else {
+    read(pad->pad->deviatoric<float>(), kept.map, kept.response, forces, readings);
+  }
+}
+
+void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, const double* ends_y, size_t count,
+                         const double* edges, const double* tractions, double* forces) {
+  Scratch& kept = scratch();
+  const SurfaceGrid grid({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
+  kept.edges.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    const double* edge = edges + 4 * i;
+    const double* traction = tractions + 3 * i;
+    kept.edges[i] = {{edge[0], edge[1]}, {edge[2], edge[3]}, {traction[0], traction[1], traction[2]}};
+  }
+  grid.traction_forces(kept.edges.data(), count, kept.grid, forces);
+}
+
+void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
+                           const double* inverse_distance, double scale, double* compliance) {
+  Scratch& kept = scratch();
+  pad->pad->compliance().normal(centroids, 1, areas, cells, inverse_distance, scale, kept.compliance, kept.matrix);
+  for (size_t i = 0; i < cells; ++i) {
+    std::copy(kept.matrix[i], kept.matrix[i] + cells, compliance + i * cells);
+  }
+}
+
+int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
+                      const double* heights, const double* resultants, const uint8_t* start, uint8_t* pressed,
+                      double* map_forces, double* map_motion, double* map_separation) {
+  Scratch& kept = scratch();
+  kept.matrix.resize(cells, cells);
+  copy(compliance, kept.matrix);
+  const mjtactile::RigidProblem problem = {&kept.matrix, modes, motions, heights, resultants};
+  kept.contact.forget();
+  kept.contact.allow();
+  if (!kept.contact.exchange(problem, start, false)) return 0;
+  kept.contact.make_maps(problem);
+  std::copy(kept.contact.pressed().begin(), kept.contact.pressed().end(), pressed);
+  copy(kept.contact.map_forces(), map_forces);
+  copy(kept.contact.map_motion(), map_motion);
+  copy(kept.contact.map_separation(), map_separation);
+  return 1;
+}
+
+mjt_body* mjt_body_new(void) { return new mjt_body; }
+
+void mjt_body_add_shape(mjt_body* body, int kind, const double* size, const double* pose) {
+  body->shapes.push_back({static_cast<ShapeKind>(kind), {size[0], size[1], size[2]}, pose_of(pose), nullptr});
+  body->facets.emplace_back();
+}
+
+void mjt_body_add_mesh(mjt_body* body, const double* pose, size_t vertices, const float* points, size_t triangles,
+                       const int32_t* corners) {
+  auto mesh = std::make_shared<TriangleMesh>(make_mesh(points, vertices, corners, triangles));
+  body->facets.push_back(flat_facets(*mesh, 5e-5));
+  body->shapes.push_back({ShapeKind::triangles, {0.0, 0.0, 0.0}, pose_of(pose), std::move(mesh)});
+}
+
+void mjt_body_free(mjt_body* body) { delete body; }
+
+int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, double floor, double ceiling,
+                     size_t count, const double* points, double* heights) {
+  GapMap& gap = scratch().gap;
+  const Rectangle part = {sheet[0], sheet[1], sheet[2], sheet[3]};
+  if (!gap.place(body->shapes, pose_of(pose), part, floor, ceiling)) return 0;
+  for (size_t i = 0; i < count; ++i) heights[i] = gap.height(points[2 * i], points[2 * i + 1]);
+  return 1;
+}
+
+int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, double sunk,
+                   int law, int tangential, int tilting, double friction, double strength, double facing_gap,
+                   size_t cells, double* nodal_forces, double* carried) {
+  const LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
+  const bool uniform = options.law == Law::uniform;
+  std::vector<const std::vector<Facet>*> facets;
+  for (const auto& one : body->facets) facets.push_back(&one);
+  Touch touch = {};
+  touch.geometry = std::make_shared<BodyGeometry>(
+      body->shapes, facets, SideLimits{facing_gap, !options.tilting && !uniform, !uniform, cells});
+  touch.pose = pose_of(pose);
+  std::copy(wrench, wrench + 6, touch.wrench);
+  touch.sunk = sunk;
+  AnySensor sensor(pad->pad, options, facing_gap, 1e-6);
+  sensor.keep_nodal_forces(true);
+  sensor.press(&touch, 1, {});
+  std::copy(sensor.nodal_forces().begin(), sensor.nodal_forces().end(), nodal_forces);
+  std::copy(sensor.pressed().carried, sensor.pressed().carried + 6, carried);
+  for (const Pressed::Note& note : sensor.pressed().notes) {
+    if (note.event == Event::refused) return 0;
+  }
+  return 1;
+}
+
+size_t mjt_basis_bytes(void) { return BasisCache<float>::shared().bytes() + BasisCache<double>::shared().bytes(); }
+
+namespace {
+
+Outline outline_of(size_t rings, const size_t* begins, const double* corners) {
+  Outline outline;
+  for (size_t k = 0; k < rings; ++k) {
+    outline.rings.emplace_back();
+    for (size_t i = begins[k]; i < begins[k + 1]; ++i) {
+      outline.rings.back().push_back({corners[2 * i], corners[2 * i + 1]});
+    }
+  }
+  return outline;
+}
+
+void set_edges(size_t count, const double* ends, const int32_t* sides, Face& face) {
+  for (size_t i = 0; i < count; ++i) {
+    const double* end = ends + 4 * i;
+    face.edges.push_back({{end[0], end[1]}, {end[2], end[3]}, sides[2 * i], sides[2 * i + 1]});
+  }
+}
+
+double* copy(const std::vector<Point>& points, double* to) {
+  for (const Point& point : points) *to++ = point.x, *to++ = point.y;
+  return to;
+}
+
+}  // namespace
+
+mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double angle) {
+  static thread_local FaceCells maker;
+  auto face = std::make_shared<Face>();
+  if (!maker.make(outline_of(rings, begins, corners), count, *face, angle)) return nullptr;
+  face->quadrature = maker.quadrature();
+  return new mjt_cells{std::move(face)};
+}
+
+void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes) {
+  const Face& face = *cells->face;
+  sizes[0] = face.cells(), sizes[1] = face.edges.size();
+  sizes[2] = face.corners.size(), sizes[3] = face.hull.size(), sizes[4] = face.convex ? 1 : 0;
+}
+
+void mjt_face_cells_copy(const mjt_cells* cells, double* centroids, double* areas, double* inverse_distance,
+                         double* ends, int32_t* sides, double* corners, double* hull, double* quadrature,
+                         double* length) {
+  const Face& face = *cells->face;
+  copy(face.centroids, centroids);
+  std::copy(face.areas.begin(), face.areas.end(), areas);
+  std::copy(face.inverse_distance.begin(), face.inverse_distance.end(), inverse_distance);
+  for (const CellEdge& edge : face.edges) {
+    ends = std::copy(edge.start, edge.start + 2, ends);
+    ends = std::copy(edge.end, edge.end + 2, ends);
+    *sides++ = edge.left, *sides++ = edge.right;
+  }
+  copy(face.corners, corners);
+  copy(face.hull, hull);
+  copy(face.quadrature, quadrature);
+  *length = face.length;
+}
+
+void mjt_face_cells_free(mjt_cells* cells) { delete cells; }
+
+int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, const double* place,
+                     const double* sheet, size_t room, size_t* cut_begins, double* cut_corners) {
+  Outline cut;
+  const Placement placement = {std::cos(place[2]), std::sin(place[2]), {place[0], place[1]}};
+  if (!clip_outline(outline_of(rings, begins, corners), placement, sheet[0], sheet[1], sheet[2], sheet[3], cut)) {
+    return 0;
+  }
+  size_t used = 0;
+  *cut_begins = 0;
+  for (const std::vector<Point>& ring : cut.rings) {
+    used += ring.size();
+    if (used > room) return -1;
+    *++cut_begins = used;
+    cut_corners = copy(ring, cut_corners);
+  }
+  return static_cast<int>(cut.rings.size());
+}
+
+void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder) {
+  const size_t size = 3 * pad->pad->compliance().patches();
+  Matrix whole(size, size);
+  copy(remainder, whole);
+  pad->pad->compliance().set_tangential(poisson, std::move(whole));
+}
+
+void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals) {
+  Scratch& kept = scratch();
+  Face face;
+  face.areas.resize(cells);
+  set_edges(edges, ends, sides, face);
+  EdgeIntegrals().inverse_distance(face.edges, cells, face.inverse_distance);
+  integrate_edges(face, kept.shear_integrals);
+  const ShearIntegrals& shear = kept.shear_integrals;
+  for (const auto* one : std::initializer_list<const std::vector<double>*>{
+           &face.inverse_distance, &shear.xx, &shear.xy, &shear.yy, &shear.along, &shear.across}) {
+    integrals = std::copy(one->begin(), one->end(), integrals);
+  }
+}
+
+void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
+                         const double* inverse_distance, size_t edges, const double* ends, const int32_t* sides,
+                         double angle, double* compliance) {
+  Scratch& kept = scratch();
+  Face face;
+  face.areas.assign(areas, areas + cells);
+  set_edges(edges, ends, sides, face);
+  integrate_edges(face, kept.shear_integrals);
+  pad->pad->compliance().full(centroids, areas, cells, inverse_distance, kept.shear_integrals, std::cos(angle),
+                              std::sin(angle), kept.compliance, kept.matrix);
+  copy(kept.matrix, compliance);
+}
+
+int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
+                      const double* frame, int tilting, const double* compliance, const double* wrench, int tangential,
+                      double friction, double* forces) {
+  Scratch& kept = scratch();
+  std::vector<Point> points;
+  for (size_t i = 0; i < cells; ++i) points.push_back({centroids[2 * i], centroids[2 * i + 1]});
+  if (compliance != nullptr) {
+    kept.matrix.resize(3 * cells, 3 * cells);
+    copy(compliance, kept.matrix);
+  }
+  const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0};
+  const ShearOutcome outcome =
+      kept.surface_shear.solve(pressed, compliance == nullptr ? nullptr : &kept.matrix, wrench,
+                               static_cast<Tangential>(tangential), friction, forces);
+  return (outcome.refused ? 1 : 0) | (outcome.slides ? 2 : 0) | (outcome.simplified ? 4 : 0);
+}

@@ -1,0 +1,303 @@
+// The C interface to contacts without MuJoCo: footprints pressed as the plugin presses bodies.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "api/handles.hpp"
+#include "linalg/small.hpp"
+
+using namespace mjtactile;
+
+namespace {
+
+// Shear within this fraction of friction times pressure slips.
+constexpr double kSlips = 1e-6;
+// Times longer than in a step of a simulation that shear may take to solve for.
+constexpr double kPatience = 1e4;
+// A tilt that pressed cells tell this much less of than of another stays open.
+constexpr double kOpen = 1e-12;
+
+// Heights that a function of the caller gives.
+class CalledMap : public HeightMap {
+ public:
+  CalledMap(mjt_heights call, const Rectangle& bounds) : heights_(call), bounds_(bounds) {}
+
+  double height(double x, double y) const override {
+    if (!bounds_.holds(x, y)) return kNowhere;
+    const double point[2] = {x, y};
+    double found = kNowhere;
+    heights_(1, point, &found);
+    return found;
+  }
+  void heights(const std::vector<Point>& points, std::vector<double>& to) const override {
+    to.resize(points.size());
+    coordinates_.clear();
+    for (const Point& at : points) coordinates_.insert(coordinates_.end(), {at.x, at.y});
+    heights_(points.size(), coordinates_.data(), to.data());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!bounds_.holds(points[i].x, points[i].y)) to[i] = kNowhere;
+    }
+  }
+  Rectangle bounds() const override { return bounds_; }
+  const std::vector<Point>& candidates() const override { return candidates_; }
+
+ private:
+  mutable std::vector<double> coordinates_;
+  mjt_heights heights_;
+  Rectangle bounds_;
+  std::vector<Point> candidates_;
+};
+
+}  // namespace
+
+struct mjt_footprint {
+  std::shared_ptr<const Face> face;
+  Placement placement = kHere;
+  std::unique_ptr<CalledMap> map;
+};
+
+struct mjt_press {
+  std::shared_ptr<const Pad> pad;
+  LawOptions options;
+  AnySensor sensor;
+  std::vector<Touch> touches;
+  std::vector<SolvedCells> solved;   // of each body
+  std::vector<std::vector<LinearTraction::Edge>> areas;   // under pressure, of those that need no cells
+  CellContact basis;                 // whose parts were asked for last, and the face they are on
+  std::shared_ptr<const Face> basis_face;
+  CellContact::Workspace workspace;
+  std::vector<double> forces, unit;
+};
+
+namespace {
+
+// How far the surface went down under a cell [m].
+double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell) {
+  const std::size_t cells = solved.face->cells();
+  double sum = 0.0;
+  if (solved.full != nullptr) {
+    const double* row = (*solved.full)[2 * cells + cell];
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t j = 0; j < cells; ++j) sum -= row[k * cells + j] * solved.forces[3 * j + k];
+    }
+    return sum;
+  }
+  return solved.contact->depth(*solved.face, press.options.law, solved.workspace->matrix, cell);
+}
+
+// Of the body above a cell before it moved [m].
+double height(const SolvedCells& solved, std::size_t cell) {
+  double above = solved.heights == nullptr ? 0.0 : solved.heights[cell];
+  if (solved.sunk != nullptr) above += solved.sunk[cell];
+  if (solved.view == nullptr) return above;
+  const PatchFace::View& view = *solved.view;
+  const Point& at = solved.face->centroids[cell];
+  return above + view.lowest + view.slopes[0] * (at.x - view.middle.x) + view.slopes[1] * (at.y - view.middle.y);
+}
+
+// The body's motion: where it presses it is as deep as the surface.
+void set_motion(const mjt_press& press, const SolvedCells& solved, const double* point, mjt_pressed& to) {
+  const double* placed = solved.workspace->placed.data();
+  double gram[9] = {}, right[3] = {};
+  const double length = solved.face->length;
+  for (std::size_t i = 0; i < solved.face->cells(); ++i) {
+    if (!(solved.forces[3 * i + 2] < 0.0)) continue;
+    const double modes[3] = {1.0, (placed[2 * i] - point[0]) / length, (placed[2 * i + 1] - point[1]) / length};
+    const double down = depth(press, solved, i) + height(solved, i);
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 3; ++b) gram[3 * a + b] += modes[a] * modes[b];
+      right[a] += modes[a] * down;
+    }
+  }
+  const double mean = right[0] / gram[0];
+  to.slopes[0] = to.slopes[1] = 0.0;
+  to.approach = mean;
+  if (!press.options.tilting || !solve_small(3, gram, right, 1, kOpen)) return;
+  to.approach = right[0];
+  to.slopes[0] = right[1] / length;
+  to.slopes[1] = right[2] / length;
+}
+
+// Edges with pressure on one side only; visit(edge, whether it is on the left).
+template <typename Visit>
+void rim(const SolvedCells& solved, Visit&& visit) {
+  const auto pressed = [&](std::int32_t cell) { return cell >= 0 && solved.forces[3 * cell + 2] < 0.0; };
+  for (const CellEdge& edge : solved.face->edges) {
+    if (pressed(edge.left) != pressed(edge.right)) visit(edge, pressed(edge.left));
+  }
+}
+
+void describe(const mjt_press& press, const SolvedCells& solved, const double* point, mjt_pressed& to) {
+  const Face& face = *solved.face;
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    const double* force = solved.forces + 3 * i;
+    if (!(force[2] < 0.0)) continue;
+    to.area += face.areas[i];
+    to.peak = std::max(to.peak, -force[2] / face.areas[i]);
+    if (std::hypot(force[0], force[1]) < (1.0 - kSlips) * press.options.friction * -force[2]) to.stick += face.areas[i];
+  }
+  CellContact::sum(*solved.workspace, face.cells(), solved.forces, to.carried);
+  to.bounded = solved.contact->exact() ? 0 : 1;
+  to.cells = static_cast<std::int32_t>(face.cells());
+  rim(solved, [&](const CellEdge&, bool) { ++to.edges; });
+  if (press.options.law != Law::uniform && to.area > 0.0) set_motion(press, solved, point, to);
+}
+
+void press_once(mjt_press& press, std::size_t first, std::size_t count, const double* points, double* nodal_forces,
+                mjt_pressed* pressed) {
+  press.sensor.press(press.touches.data() + first, count, {});
+  const std::size_t nodes = 3 * press.pad->surface().nodes_x() * press.pad->surface().nodes_y();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t body = first + i;
+    const SolvedCells solved = press.sensor.solved_cells(i);
+    double* nodal = nodal_forces + body * nodes;
+    mjt_pressed& to = pressed[body];
+    to = {};
+    to.approach = to.slopes[0] = to.slopes[1] = std::numeric_limits<double>::quiet_NaN();
+    for (const Pressed::Note& note : press.sensor.pressed().notes) {
+      if (note.body != static_cast<int>(body)) continue;
+      if (note.event == Event::refused) to.refused = 1;
+      if (note.event == Event::bounded && solved.contact != nullptr && solved.contact->exact()) to.simplified = 1;
+    }
+    press.solved[body] = solved;
+    if (solved.contact != nullptr) {
+      describe(press, solved, points + 2 * body, to);
+      solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
+    } else if (count == 1) {   // law "uniform" without cells, or nothing
+      std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
+      to.area = press.sensor.pressed().area;
+      to.peak = press.sensor.pressed().peak;
+      std::copy(press.sensor.pressed().carried, press.sensor.pressed().carried + 6, to.carried);
+      if (to.area > 0.0) press.areas[body] = press.sensor.uniform().traction().edges();
+      to.edges = static_cast<std::int32_t>(press.areas[body].size());
+    } else {
+      std::fill(nodal, nodal + nodes, 0.0);
+    }
+  }
+}
+
+}  // namespace
+
+mjt_footprint* mjt_footprint_flat(const mjt_cells* cells, const double* place) {
+  auto made = std::make_unique<mjt_footprint>();
+  made->face = cells->face;
+  made->placement = {std::cos(place[2]), std::sin(place[2]), {place[0], place[1]}};
+  return made.release();
+}
+
+mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds) {
+  auto made = std::make_unique<mjt_footprint>();
+  made->map = std::make_unique<CalledMap>(heights, Rectangle{bounds[0], bounds[1], bounds[2], bounds[3]});
+  return made.release();
+}
+
+void mjt_footprint_free(mjt_footprint* footprint) { delete footprint; }
+
+mjt_press* mjt_press_new(const mjt_pad* pad, int law, int tangential, int tilting, double friction, size_t cells,
+                         double strength, double narrowest) {
+  LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
+  options.narrowest = narrowest;
+  // There is no geometry whose faces a gap could tell, and no pose that stays.
+  auto* made = new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}};
+  made->sensor.keep_nodal_forces(true, true);
+  made->sensor.set_patience(kPatience);
+  made->sensor.carry_any_torsion();
+  return made;
+}
+
+void mjt_press_free(mjt_press* press) { delete press; }
+
+void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const* footprints, const double* wrenches,
+                      const double* points, double* nodal_forces, mjt_pressed* pressed) {
+  press->touches.resize(count);
+  press->solved.assign(count, {});
+  press->areas.assign(count, {});
+  for (size_t i = 0; i < count; ++i) {
+    Touch& touch = press->touches[i];
+    touch = {};
+    touch.body = static_cast<int>(i);
+    touch.face = footprints[i]->face;
+    touch.placement = footprints[i]->placement;
+    touch.map = footprints[i]->map.get();
+    touch.friction = press->options.friction;
+    std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, touch.wrench);
+  }
+  if (press->options.law == Law::elastic) {
+    press_once(*press, 0, count, points, nodal_forces, pressed);
+  } else {
+    // The sensor sums forces up: those of one body are told apart by pressing it alone.
+    for (size_t i = 0; i < count; ++i) press_once(*press, i, 1, points, nodal_forces, pressed);
+  }
+}
+
+void mjt_press_cells(const mjt_press* press, size_t body, double* centroids, double* areas, double* forces,
+                     double* heights) {
+  const SolvedCells& solved = press->solved[body];
+  if (solved.contact == nullptr) return;
+  const size_t cells = solved.face->cells();
+  const auto& placed = solved.workspace->placed;
+  if (centroids != nullptr) std::copy(placed.begin(), placed.begin() + static_cast<std::ptrdiff_t>(2 * cells), centroids);
+  if (areas != nullptr) std::copy(solved.face->areas.begin(), solved.face->areas.end(), areas);
+  if (forces != nullptr) std::copy(solved.forces, solved.forces + 3 * cells, forces);
+  for (size_t i = 0; heights != nullptr && i < cells; ++i) heights[i] = height(solved, i);
+}
+
+size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_t* sides) {
+  const SolvedCells& solved = press->solved[body];
+  if (solved.contact == nullptr) return 0;
+  for (const CellEdge& edge : solved.face->edges) {
+    if (ends == nullptr) break;
+    for (const double* end : {edge.start, edge.end}) {
+      const Point at = solved.placement({end[0], end[1]});
+      *ends++ = at.x, *ends++ = at.y;
+    }
+    *sides++ = edge.left, *sides++ = edge.right;
+  }
+  return solved.face->edges.size();
+}
+
+void mjt_press_rim(const mjt_press* press, size_t body, double* ends) {
+  for (const LinearTraction::Edge& edge : press->areas[body]) {
+    for (const Point& point : {edge.start, edge.end}) *ends++ = point.x, *ends++ = point.y;
+  }
+  const SolvedCells& solved = press->solved[body];
+  if (solved.contact == nullptr) return;
+  rim(solved, [&](const CellEdge& edge, bool left) {
+    const Point start = solved.placement({edge.start[0], edge.start[1]}), end = solved.placement({edge.end[0], edge.end[1]});
+    for (const Point& point : {left ? start : end, left ? end : start}) *ends++ = point.x, *ends++ = point.y;
+  });
+}
+
+size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
+  const SolvedCells& solved = press->solved[body];
+  const LawOptions& options = press->options;
+  const bool plain = options.tangential == Tangential::proportional && options.friction < 0.0;
+  // Cells of other contacts than of a whole flat face belong to their very load.
+  if (solved.contact == nullptr || !plain || solved.view != nullptr || !solved.contact->linear()) return 0;
+  const size_t parts = solved.contact->parts(), nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
+  if (nodal_forces == nullptr) return parts;
+  press->basis = *solved.contact;
+  press->workspace = *solved.workspace;
+  if (!press->basis.make_parts(*solved.face, options.law, press->workspace)) return 0;
+  press->basis_face = press->touches[body].face;
+  press->forces.resize(3 * solved.face->cells());
+  for (size_t p = 0; p < parts; ++p) {
+    press->unit.assign(parts, 0.0);
+    press->unit[p] = 1.0;
+    press->basis.part_forces(*solved.face, press->unit, press->forces.data());
+    press->basis.nodal_forces(*solved.face, press->pad->surface(), press->forces.data(), press->workspace,
+                              nodal_forces + p * nodes);
+  }
+  return parts;
+}
+
+int mjt_press_weights(mjt_press* press, const double* wrench, double* weights) {
+  if (press->basis_face == nullptr) return 0;
+  std::vector<double> found;
+  if (!press->basis.weights(*press->basis_face, press->options, wrench, found, press->workspace)) return 0;
+  std::copy(found.begin(), found.end(), weights);
+  return 1;
+}

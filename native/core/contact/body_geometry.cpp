@@ -1,0 +1,468 @@
+#include "contact/body_geometry.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace mjtactile {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+constexpr double kPi = 3.14159265358979323846;
+// What lies in a plane to this [m] is flat; directions that agree to this [-] are one.
+constexpr double kFlatness = 1e-6, kSameDirection = 1e-6;
+// Corners of the polygon that stands for a circle.
+constexpr int kCircle = 64;
+// Share of a side's area that may be near the pad beside it: rounded edges and the like make a side curved.
+constexpr double kBeside = 1e-3;
+// Share of the facing gap by which a side may always lean over its own width; slope to which a body tilts onto a side,
+// about 12 degrees, but no more than this share of the slope at which its next part comes down; and, over the width,
+// slope of a side of a body that keeps its orientation [m].
+constexpr double kLean = 0.5, kMostLean = 0.21, kLeanShare = 0.8, kLevel = 1e-7;
+// Slope up to which a half space counts as flat where bodies do not tilt onto leaning sides.
+constexpr double kEndlessLean = 1e-3;
+
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Vector in_body(const Pose& local, const double* point) {
+  Vector at;
+  for (int i = 0; i < 3; ++i) at[static_cast<std::size_t>(i)] = local.position[i] + dot(local.rotation + 3 * i, point);
+  return at;
+}
+
+Vector turned(const Pose& local, const double* direction) {
+  return {dot(local.rotation, direction), dot(local.rotation + 3, direction), dot(local.rotation + 6, direction)};
+}
+
+// A flat part of one shape in the body's frame.
+struct Part {
+  std::size_t shape;
+  Vector up;        // the inward normal
+  double height;    // along it [m]
+  bool endless;
+  std::vector<std::vector<Vector>> loops;
+};
+
+void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>* facets, std::vector<Part>& parts) {
+  const auto add = [&](const double* normal, const std::vector<std::vector<Vector>>& loops, bool endless) {
+    Part part = {number, turned(shape.local, normal), 0.0, endless, {}};
+    for (double& one : part.up) one = -one;
+    for (const auto& loop : loops) {
+      part.loops.emplace_back();
+      for (const Vector& point : loop) part.loops.back().push_back(in_body(shape.local, point.data()));
+    }
+    const Vector origin = in_body(shape.local, Vector{0.0, 0.0, 0.0}.data());
+    part.height = part.loops.empty() ? dot(origin.data(), part.up.data())
+                                     : dot(part.loops[0][0].data(), part.up.data());
+    parts.push_back(std::move(part));
+  };
+  if (shape.kind == ShapeKind::box) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double sign : {-1.0, 1.0}) {
+        Vector normal = {0.0, 0.0, 0.0};
+        normal[static_cast<std::size_t>(axis)] = sign;
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        std::vector<Vector> loop;
+        for (const auto& [a, b] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}}) {
+          Vector corner = {0.0, 0.0, 0.0};
+          corner[static_cast<std::size_t>(axis)] = sign * shape.size[axis];
+          corner[static_cast<std::size_t>(u)] = a * shape.size[u];
+          corner[static_cast<std::size_t>(v)] = b * shape.size[v];
+          loop.push_back(corner);
+        }
+        add(normal.data(), {loop}, false);
+      }
+    }
+  } else if (shape.kind == ShapeKind::cylinder) {
+    for (const double sign : {-1.0, 1.0}) {
+      const double normal[3] = {0.0, 0.0, sign};
+      std::vector<Vector> loop;
+      // The polygon of the circle's area.
+      const double radius = shape.size[0] * std::sqrt(2.0 * kPi / kCircle / std::sin(2.0 * kPi / kCircle));
+      for (int k = 0; k < kCircle; ++k) {
+        const double angle = 2.0 * kPi * k / kCircle;
+        loop.push_back({radius * std::cos(angle), radius * std::sin(angle), sign * shape.size[1]});
+      }
+      add(normal, {loop}, false);
+    }
+  } else if (shape.kind == ShapeKind::half_space) {
+    const double normal[3] = {0.0, 0.0, 1.0};
+    add(normal, {}, true);
+  } else if (shape.kind == ShapeKind::triangles && facets != nullptr) {
+    for (const Facet& facet : *facets) add(facet.normal, facet.loops, false);
+  }
+}
+
+// The least height of a shape along a direction of the body's frame [m].
+double least_along(const Shape& shape, const double* up) {
+  Vector own = {0.0, 0.0, 0.0};
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
+  }
+  const double middle = dot(shape.local.position, up);
+  const double* size = shape.size;
+  switch (shape.kind) {
+    case ShapeKind::ellipsoid:
+      return middle - std::sqrt(size[0] * size[0] * own[0] * own[0] + size[1] * size[1] * own[1] * own[1] +
+                                size[2] * size[2] * own[2] * own[2]);
+    case ShapeKind::capsule:
+      return middle - size[0] - size[1] * std::abs(own[2]);
+    case ShapeKind::cylinder:
+      return middle - size[0] * std::hypot(own[0], own[1]) - size[1] * std::abs(own[2]);
+    case ShapeKind::box:
+      return middle - size[0] * std::abs(own[0]) - size[1] * std::abs(own[1]) - size[2] * std::abs(own[2]);
+    case ShapeKind::half_space:
+      return std::hypot(own[0], own[1]) < kSameDirection && own[2] < 0.0 ? middle : -kNowhere;
+    default: {
+      double least = kNowhere;
+      for (std::size_t v = 0; v < shape.mesh->vertices.size(); v += 3) {
+        least = std::min(least, dot(shape.mesh->vertices.data() + v, own.data()));
+      }
+      return middle + least;
+    }
+  }
+}
+
+// Boxes of a mesh's triangles that reach below a height along a direction of the mesh's frame; visit(first, count).
+template <typename Visit>
+void below(const TriangleMesh& mesh, const double* up, double height, Visit&& visit) {
+  std::vector<std::uint32_t> stack;
+  if (!mesh.boxes.empty()) stack.push_back(0);
+  while (!stack.empty()) {
+    const std::uint32_t number = stack.back();
+    stack.pop_back();
+    const MeshBox& box = mesh.boxes[number];
+    double least = 0.0;
+    for (int k = 0; k < 3; ++k) least += std::min(up[k] * box.low[k], up[k] * box.high[k]);
+    if (least > height) continue;
+    if (box.count > 0) {
+      visit(box.first, box.count);
+    } else {
+      stack.push_back(number + 1);
+      stack.push_back(box.second);
+    }
+  }
+}
+
+// Area of a mesh's triangles, seen along a direction, that lies within a gap above a plane of it but not in the plane.
+double area_beside(const Shape& shape, const double* up, double height, double gap) {
+  Vector own = {0.0, 0.0, 0.0};
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
+  }
+  const double plane = height - dot(shape.local.position, up);
+  const TriangleMesh& mesh = *shape.mesh;
+  double sum = 0.0;
+  below(mesh, own.data(), plane + gap, [&](std::uint32_t first, std::uint32_t count) {
+    for (std::uint32_t f = first; f < first + count; ++f) {
+      const double* corner[3];
+      double rise[3], least = kNowhere, most = -kNowhere;
+      for (std::size_t k = 0; k < 3; ++k) {
+        corner[k] = mesh.vertices.data() + 3 * static_cast<std::size_t>(mesh.faces[3 * f + k]);
+        rise[k] = dot(corner[k], own.data()) - plane;
+        least = std::min(least, rise[k]);
+        most = std::max(most, rise[k]);
+      }
+      if (most <= kFlatness || least >= gap) continue;
+      double a[3], b[3];
+      for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
+      const double normal[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+      const double seen = -0.5 * dot(normal, own.data());
+      if (mesh.closed ? seen <= 0.0 : seen == 0.0) continue;
+      // The share of a triangle below a height, from its corners' heights in order.
+      std::sort(rise, rise + 3);
+      double share = 1.0;
+      if (gap < rise[2]) {
+        const double low = rise[0], middle = rise[1], high = rise[2];
+        share = gap < middle || middle == high
+                    ? (gap - low) * (gap - low) / std::max((middle - low) * (high - low), 1e-300)
+                    : 1.0 - (high - gap) * (high - gap) / std::max((high - low) * (high - middle), 1e-300);
+      }
+      sum += std::abs(seen) * std::min(std::max(share, 0.0), 1.0);
+    }
+  });
+  return sum;
+}
+
+void face_axes(const Vector& up, double* rotation) {
+  std::size_t least = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (std::abs(up[i]) < std::abs(up[least])) least = i;
+  }
+  double x[3] = {0.0, 0.0, 0.0};
+  x[least] = 1.0;
+  const double along = up[least];
+  double length = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) x[i] -= up[i] * along, length += x[i] * x[i];
+  length = std::sqrt(length);
+  for (std::size_t i = 0; i < 3; ++i) rotation[i] = x[i] / length;
+  rotation[3] = up[1] * rotation[2] - up[2] * rotation[1];
+  rotation[4] = up[2] * rotation[0] - up[0] * rotation[2];
+  rotation[5] = up[0] * rotation[1] - up[1] * rotation[0];
+  std::copy(up.begin(), up.end(), rotation + 6);
+}
+
+struct Extent {
+  double low[2] = {kNowhere, kNowhere}, high[2] = {-kNowhere, -kNowhere};
+
+  void add(const Point& at) {
+    low[0] = std::min(low[0], at.x), low[1] = std::min(low[1], at.y);
+    high[0] = std::max(high[0], at.x), high[1] = std::max(high[1], at.y);
+  }
+  bool meets(const Extent& other) const {
+    return low[0] <= other.high[0] && high[0] >= other.low[0] && low[1] <= other.high[1] && high[1] >= other.low[1];
+  }
+};
+
+double area_of(const Outline& outline) {
+  double area = 0.0;
+  for (const auto& ring : outline.rings) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Point &a = ring[i], &b = ring[(i + 1) % ring.size()];
+      area += (a.x * b.y - b.x * a.y) / 2;
+    }
+  }
+  return area;
+}
+
+// Take out edges that two rings pass in opposite directions: pieces of one face that lie side by side become one outline.
+void join_pieces(Outline& outline, double same) {
+  std::vector<Point> corners;
+  std::vector<std::pair<std::size_t, std::size_t>> edges;
+  const auto number = [&](const Point& at) {
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      if (std::abs(corners[k].x - at.x) <= same && std::abs(corners[k].y - at.y) <= same) return k;
+    }
+    corners.push_back(at);
+    return corners.size() - 1;
+  };
+  for (const auto& ring : outline.rings) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const std::pair<std::size_t, std::size_t> edge = {number(ring[i]), number(ring[(i + 1) % ring.size()])};
+      if (edge.first == edge.second) continue;
+      const auto back = std::find(edges.begin(), edges.end(), std::pair{edge.second, edge.first});
+      if (back != edges.end()) {
+        edges.erase(back);
+      } else {
+        edges.push_back(edge);
+      }
+    }
+  }
+  outline.rings.clear();
+  while (!edges.empty()) {
+    std::vector<Point> ring;
+    const std::size_t begin = edges.back().first;
+    std::size_t at = edges.back().second;
+    ring.push_back(corners[begin]);
+    edges.pop_back();
+    while (at != begin) {
+      ring.push_back(corners[at]);
+      const auto next = std::find_if(edges.begin(), edges.end(), [at](const auto& edge) { return edge.first == at; });
+      if (next == edges.end()) return;  // not closed: the pieces do not fit together
+      at = next->second;
+      edges.erase(next);
+    }
+    outline.rings.push_back(std::move(ring));
+  }
+}
+
+double distance_to(const std::vector<Point>& hull, const Point& at) {
+  if (holds(hull, at)) return 0.0;
+  double least = kNowhere;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const double x = b.x - a.x, y = b.y - a.y, square = x * x + y * y;
+    const double part = square > 0.0 ? std::min(std::max(((at.x - a.x) * x + (at.y - a.y) * y) / square, 0.0), 1.0) : 0.0;
+    least = std::min(least, std::hypot(at.x - a.x - part * x, at.y - a.y - part * y));
+  }
+  return least;
+}
+
+// Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame; visit(point).
+template <typename Visit>
+void outermost(const Shape& shape, const double* up, double height, double farthest, Visit&& visit) {
+  const double* size = shape.size;
+  const auto at = [&](double x, double y, double z) {
+    const double point[3] = {x, y, z};
+    visit(in_body(shape.local, point));
+  };
+  constexpr int kAround = 32, kPolar = 16;
+  if (shape.kind == ShapeKind::box) {
+    for (int k = 0; k < 8; ++k) {
+      at((k & 1) != 0 ? size[0] : -size[0], (k & 2) != 0 ? size[1] : -size[1], (k & 4) != 0 ? size[2] : -size[2]);
+    }
+  } else if (shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::ellipsoid) {
+    const bool round = shape.kind != ShapeKind::cylinder;
+    for (int j = 0; j < kAround; ++j) {
+      const double c = std::cos(2.0 * kPi * j / kAround), s = std::sin(2.0 * kPi * j / kAround);
+      if (shape.kind != ShapeKind::ellipsoid) {
+        for (const double end : {-size[1], size[1]}) at(size[0] * c, size[0] * s, end);
+      }
+      for (int i = 0; round && i <= kPolar; ++i) {
+        const double across = std::sin(kPi * i / kPolar), along = std::cos(kPi * i / kPolar);
+        if (shape.kind == ShapeKind::ellipsoid) {
+          at(size[0] * across * c, size[1] * across * s, size[2] * along);
+        } else {
+          for (const double end : {-size[1], size[1]}) at(size[0] * across * c, size[0] * across * s, end + size[0] * along);
+        }
+      }
+    }
+  } else if (shape.kind == ShapeKind::triangles) {
+    // What rises more steeply than bodies ever lean need not be looked at.
+    Vector own = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
+    }
+    const double ceiling = height - dot(shape.local.position, up) + kMostLean / kLeanShare * farthest;
+    below(*shape.mesh, own.data(), ceiling, [&](std::uint32_t first, std::uint32_t count) {
+      for (std::size_t k = 3 * static_cast<std::size_t>(first); k < 3 * (static_cast<std::size_t>(first) + count); ++k) {
+        visit(in_body(shape.local, shape.mesh->vertices.data() + 3 * static_cast<std::size_t>(shape.mesh->faces[k])));
+      }
+    });
+  }
+}
+
+// The least slope from a side's rim to any other point of the body.
+double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
+  std::vector<Point> corners;
+  Extent extent;
+  for (const auto& ring : side.outline.rings) {
+    for (const Point& point : ring) corners.push_back(point), extent.add(point);
+  }
+  const std::vector<Point> hull = convex_hull(std::move(corners));
+  double farthest = 0.0;
+  for (const Shape& shape : shapes) {
+    if (shape.kind != ShapeKind::triangles) continue;
+    double size = 0.0;
+    for (int k = 0; k < 3; ++k) size += std::pow(shape.mesh->boxes.empty() ? 0.0 : shape.mesh->boxes[0].high[k] - shape.mesh->boxes[0].low[k], 2);
+    farthest = std::max(farthest, std::sqrt(size) + std::sqrt(dot(shape.local.position, shape.local.position)));
+  }
+  double least = kNowhere;
+  for (const Shape& shape : shapes) {
+    outermost(shape, side.up(), side.height, farthest, [&](const Vector& point) {
+      const double rise = dot(side.up(), point.data()) - side.height;
+      if (rise <= kFlatness) return;
+      const Point at = {dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())};
+      const double away = distance_to(hull, at);
+      if (away > 0.0) least = std::min(least, rise / away);
+    });
+  }
+  return least;
+}
+
+}  // namespace
+
+BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const std::vector<const std::vector<Facet>*>& facets,
+                           const SideLimits& limits)
+    : shapes_(std::move(shapes)), limits_(limits) {
+  std::vector<Part> parts;
+  for (std::size_t i = 0; i < shapes_.size(); ++i) add_parts(shapes_[i], i, facets[i], parts);
+  std::vector<std::uint8_t> done(parts.size(), 0);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (done[i]) continue;
+    const Part& first = parts[i];
+    FlatSide side = {};
+    face_axes(first.up, side.rotation);
+    side.height = first.height;
+    side.endless = first.endless;
+    side.shapes.assign(shapes_.size(), 0);
+    // The same plane may have parts of several shapes; those must lie apart.
+    std::vector<Extent> extents;
+    bool apart = true;
+    for (std::size_t j = i; j < parts.size(); ++j) {
+      const Part& other = parts[j];
+      if (dot(first.up.data(), other.up.data()) < 1.0 - kSameDirection * kSameDirection / 2 ||
+          std::abs(other.height - first.height) > kFlatness) {
+        continue;
+      }
+      done[j] = 1;
+      side.shapes[other.shape] = 1;
+      apart = apart && (j == i || !(first.endless || other.endless));
+      Extent extent;
+      for (const auto& loop : other.loops) {
+        side.outline.rings.emplace_back();
+        for (const Vector& point : loop) {
+          side.outline.rings.back().push_back({dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())});
+          extent.add(side.outline.rings.back().back());
+        }
+      }
+      // Outlines run counter-clockwise about the inward normal.
+      Outline own;
+      own.rings.assign(side.outline.rings.end() - static_cast<std::ptrdiff_t>(other.loops.size()), side.outline.rings.end());
+      if (area_of(own) < 0.0) {
+        for (auto ring = side.outline.rings.end() - static_cast<std::ptrdiff_t>(other.loops.size());
+             ring != side.outline.rings.end(); ++ring) {
+          std::reverse(ring->begin(), ring->end());
+        }
+      }
+      for (const Extent& known : extents) apart = apart && !extent.meets(known);
+      extents.push_back(extent);
+    }
+    if (!apart && !first.endless) {
+      const double before = area_of(side.outline);
+      join_pieces(side.outline, kFlatness);
+      apart = std::abs(area_of(side.outline) - before) <= kBeside * before;
+      // What still lies over one another are pieces that overlap.
+      extents.clear();
+      for (const auto& ring : side.outline.rings) {
+        if (signed_area(ring) < 0.0) continue;
+        Extent extent;
+        for (const Point& point : ring) extent.add(point);
+        for (const Extent& known : extents) apart = apart && !extent.meets(known);
+        extents.push_back(extent);
+      }
+    }
+    if (apart) sides_.push_back(std::move(side));
+  }
+}
+
+const FlatSide* BodyGeometry::side(std::size_t number) {
+  FlatSide& side = sides_[number];
+  if (!side.looked_at) {
+    side.looked_at = true;
+    side.usable = look_at(side);
+  }
+  return side.usable ? &side : nullptr;
+}
+
+bool BodyGeometry::look_at(FlatSide& side) const {
+  const double area = side.endless ? kNowhere : area_of(side.outline);
+  if (!(area > 0.0)) return false;
+  for (std::size_t k = 0; k < shapes_.size(); ++k) {
+    const Shape& shape = shapes_[k];
+    if (side.shapes[k]) {
+      if (shape.kind == ShapeKind::triangles &&
+          area_beside(shape, side.up(), side.height, limits_.facing_gap) > kBeside * area) {
+        return false;
+      }
+    } else if (least_along(shape, side.up()) - side.height <= limits_.facing_gap) {
+      return false;
+    }
+  }
+  if (side.endless) {
+    side.most_slope = limits_.level ? kLevel : limits_.leaning ? kMostLean : kEndlessLean;
+    return true;
+  }
+  Extent extent;
+  for (const auto& ring : side.outline.rings) {
+    for (const Point& point : ring) extent.add(point);
+  }
+  const double width = std::max(extent.high[0] - extent.low[0], extent.high[1] - extent.low[1]);
+  side.most_slope = limits_.level ? kLevel / width : kLean * limits_.facing_gap / width;
+  if (!limits_.level && limits_.leaning) {
+    side.most_slope = std::max(side.most_slope, std::min(kMostLean, kLeanShare * steepness(shapes_, side)));
+  }
+  auto face = std::make_shared<Face>();
+  FaceCells cells;
+  if (!cells.make(side.outline, limits_.cells, *face)) return false;
+  face->quadrature = cells.quadrature();
+  std::copy(side.rotation, side.rotation + 9, face->rotation);
+  face->height = side.height;
+  face->most_slope = side.most_slope;
+  side.whole = std::move(face);
+  return true;
+}
+
+}  // namespace mjtactile

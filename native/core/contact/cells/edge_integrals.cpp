@@ -1,0 +1,127 @@
+#include "contact/cells/edge_integrals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+// As tests/reference/half_space.py has them.
+// Not 1.5 itself: edges of a lattice lie just that far apart, and rounding must not choose between them.
+constexpr double kNear = 1.4999;
+constexpr double kNode = 0.7745966692414834;  // Gauss points -kNode, 0, kNode
+constexpr double kWeights[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+constexpr double kLeastDistance = 1e-12;
+// Lengths that agree to this fraction count as equal: which edge is the shorter one must not hang on rounding.
+constexpr double kSameLength = 1e-9;
+
+// Integral of the distance from a point along a line: 1/2 [s r + d^2 asinh(s / d)] between its ends.
+double line_integral(double offset_x, double offset_y, double unit_x, double unit_y, double length) {
+  double low = offset_x * unit_x + offset_y * unit_y;
+  double high = low + length;
+  const double across = offset_x * unit_y - offset_y * unit_x, square = across * across;
+  // The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
+  if (low + high < 0.0) {
+    const double other = -low;
+    low = -high, high = other;
+  }
+  const double to_low = std::sqrt(low * low + square), to_high = std::sqrt(high * high + square);
+  const double bend = square * std::log((high + to_high) / std::max(low + to_low, kLeastDistance * length));
+  return 0.5 * (high * to_high - low * to_low + bend);
+}
+
+}  // namespace
+
+void EdgeIntegrals::inverse_distance(const std::vector<CellEdge>& edges, std::size_t cells,
+                                     std::vector<double>& integrals) {
+  const std::size_t count = edges.size(), width = cells + 1;
+  for (std::vector<double>* one : {&start_x_, &start_y_, &unit_x_, &unit_y_, &middle_x_, &middle_y_, &length_,
+                                   &distance_, &aligned_, &value_}) {
+    one->resize(count);
+  }
+  left_.resize(count), right_.resize(count);
+  for (std::size_t e = 0; e < count; ++e) {
+    const CellEdge& edge = edges[e];
+    const double x = edge.end[0] - edge.start[0], y = edge.end[1] - edge.start[1], length = std::sqrt(x * x + y * y);
+    start_x_[e] = edge.start[0], start_y_[e] = edge.start[1];
+    middle_x_[e] = (edge.start[0] + edge.end[0]) / 2, middle_y_[e] = (edge.start[1] + edge.end[1]) / 2;
+    unit_x_[e] = x / length, unit_y_[e] = y / length, length_[e] = length;
+    left_[e] = edge.left < 0 ? cells : static_cast<std::size_t>(edge.left);
+    right_[e] = edge.right < 0 ? cells : static_cast<std::size_t>(edge.right);
+  }
+  // Sums over pairs of edges, each once; both orders together are the integrals.
+  integrals.assign(cells * cells, 0.0);
+  sums_.assign(width, 0.0);
+  for (std::size_t e = 0; e < count; ++e) {
+    far(e);
+    near(e);
+    for (std::size_t f = 0; f <= e; ++f) {
+      const double value = value_[f] * aligned_[f];
+      sums_[left_[f]] += value;
+      sums_[right_[f]] -= value;
+    }
+    double* left = left_[e] < cells ? integrals.data() + left_[e] * cells : nullptr;
+    double* right = right_[e] < cells ? integrals.data() + right_[e] * cells : nullptr;
+    for (std::size_t cell = 0; cell < cells; ++cell) {
+      const double sum = sums_[cell];
+      if (left != nullptr) left[cell] -= sum;
+      if (right != nullptr) right[cell] += sum;
+      sums_[cell] = 0.0;
+    }
+    sums_[cells] = 0.0;
+  }
+  for (std::size_t i = 0; i < cells; ++i) {
+    integrals[i * cells + i] *= 2.0;
+    for (std::size_t j = 0; j < i; ++j) {
+      integrals[i * cells + j] = integrals[j * cells + i] = integrals[i * cells + j] + integrals[j * cells + i];
+    }
+  }
+}
+
+// The Taylor series to second order about the middles.
+void EdgeIntegrals::far(std::size_t edge) {
+  const double x = middle_x_[edge], y = middle_y_[edge], u = unit_x_[edge], v = unit_y_[edge];
+  const double length = length_[edge], own_square = length * length / 24;
+  const double *__restrict to_x = middle_x_.data(), *__restrict to_y = middle_y_.data();
+  const double *__restrict to_u = unit_x_.data(), *__restrict to_v = unit_y_.data(), *__restrict to = length_.data();
+  double *__restrict distance = distance_.data(), *__restrict aligned = aligned_.data(), *__restrict value = value_.data();
+  for (std::size_t f = 0; f < edge; ++f) {
+    const double dx = x - to_x[f], dy = y - to_y[f];
+    const double r = std::sqrt(dx * dx + dy * dy), inverse = 1.0 / (r + 1e-300);
+    const double own = (u * dx + v * dy) * inverse, other = (to_u[f] * dx + to_v[f] * dy) * inverse;
+    const double bend = own_square * (1.0 - own * own) + to[f] * to[f] / 24 * (1.0 - other * other);
+    distance[f] = r;
+    aligned[f] = u * to_u[f] + v * to_v[f];
+    value[f] = (r + bend * inverse) * (length * to[f]);
+  }
+  // With itself, in closed form, and half of it: the other half is the other order's.
+  distance_[edge] = INFINITY;
+  aligned_[edge] = 1.0;
+  value_[edge] = length * length * length / 6;
+}
+
+// Gauss points on the shorter edge, the closed form along the longer one.
+void EdgeIntegrals::near(std::size_t edge) {
+  const auto integral = [this](std::size_t shorter, std::size_t longer) {
+    double sum = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const double along = (k - 1) * kNode / 2 * length_[shorter];
+      const double x = middle_x_[shorter] + along * unit_x_[shorter], y = middle_y_[shorter] + along * unit_y_[shorter];
+      sum += kWeights[k] * line_integral(start_x_[longer] - x, start_y_[longer] - y, unit_x_[longer], unit_y_[longer],
+                                         length_[longer]);
+    }
+    return sum / 2 * length_[shorter];
+  };
+  const double length = length_[edge];
+  for (std::size_t f = 0; f < edge; ++f) {
+    if (!(distance_[f] < kNear * (length + length_[f]))) continue;
+    const double longer = length - length_[f];
+    if (std::abs(longer) > kSameLength * length) {
+      value_[f] = longer > 0.0 ? integral(f, edge) : integral(edge, f);
+    } else {
+      value_[f] = (integral(f, edge) + integral(edge, f)) / 2;
+    }
+  }
+}
+
+}  // namespace mjtactile

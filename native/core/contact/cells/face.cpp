@@ -1,0 +1,34 @@
+#include "contact/cells/face.hpp"
+
+#include <cmath>
+
+namespace mjtactile {
+
+bool place(const Face& face, const Pose& pose, Placement& placement) {
+  double turn[9];  // face's frame to the pad's: pose.rotation * face.rotation^T
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      double sum = 0.0;
+      for (int k = 0; k < 3; ++k) sum += pose.rotation[3 * i + k] * face.rotation[3 * j + k];
+      turn[3 * i + j] = sum;
+    }
+  }
+  if (!(turn[8] > 0.0) || std::hypot(turn[6], turn[7]) > face.most_slope * turn[8]) return false;
+  const double c = turn[0] + turn[4], s = turn[3] - turn[1], size = std::hypot(c, s);
+  placement.cosine = c / size;
+  placement.sine = s / size;
+  for (int i = 0; i < 2; ++i) placement.shift[i] = pose.position[i] + turn[3 * i + 2] * face.height;
+  return true;
+}
+
+double plane_height(const Face& face, const Pose& pose, double x, double y) {
+  double normal[3], point[3];
+  for (int i = 0; i < 3; ++i) {
+    normal[i] = 0.0;
+    for (int k = 0; k < 3; ++k) normal[i] += pose.rotation[3 * i + k] * face.rotation[6 + k];
+    point[i] = pose.position[i] + normal[i] * face.height;
+  }
+  return point[2] - (normal[0] * (x - point[0]) + normal[1] * (y - point[1])) / normal[2];
+}
+
+}  // namespace mjtactile

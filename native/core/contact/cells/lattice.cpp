@@ -1,0 +1,49 @@
+#include "contact/cells/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+constexpr double kQuarter = 1.57079632679489661923;
+constexpr double kLongest = 5.0;
+// What rounding adds to a whole number of cells.
+constexpr double kMostRounding = 1e-9;
+
+}  // namespace
+
+Point Lattice::at(double column, double row) const {
+  const double x = (column - static_cast<double>(columns) / 2) * size;
+  const double y = (row - static_cast<double>(rows) / 2) * width();
+  return {cosine * x - sine * y + centre.x, sine * x + cosine * y + centre.y};
+}
+
+Region Region::lengthwise() const {
+  return width >= height ? *this : Region{centre, angle + kQuarter, height, width};
+}
+
+double Region::stretch() const {
+  return std::exp2(std::min(std::max(std::floor(std::log2(width / height) + kMostRounding), 0.0), kLongest));
+}
+
+Lattice Region::lattice(double cell_area, double narrowest) const {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const auto cells = [](double extent, double step) {
+    return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(extent / step - kMostRounding)));
+  };
+  if (height < narrowest && width > 0.0 && height > 0.0) {
+    // Nobody can tell what there is across it, but along it.
+    const std::size_t columns = cells(width, std::max(cell_area / height, narrowest));
+    const double size = width / static_cast<double>(columns);
+    return {centre, angle, size, size / height, columns, 1, c, s};
+  }
+  const double longer = stretch();
+  const double size = std::max(std::sqrt(cell_area * longer), narrowest * longer);
+  const std::size_t columns = cells(width, size), rows = cells(height, size / longer);
+  const double fitting = std::max({width / static_cast<double>(columns), longer * height / static_cast<double>(rows),
+                                   narrowest * longer});
+  return {centre, angle, fitting, longer, columns, rows, c, s};
+}
+
+}  // namespace mjtactile

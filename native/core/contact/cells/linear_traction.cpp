@@ -1,0 +1,218 @@
+#include "contact/cells/linear_traction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+constexpr std::size_t kPowers = 4;  // of a local coordinate: a quadratic shape function times a linear traction
+constexpr std::size_t kOwn = kPowers * kPowers;
+// Gauss points on [0, 1]: an integrand along an edge has degree 7.
+constexpr int kNodes = 4;
+constexpr double kShapes[3][3] = {{0.0, -0.5, 0.5}, {1.0, 0.0, -1.0}, {0.0, 0.5, 0.5}};
+// Integrals of xi^a over [-1, 1].
+constexpr double kWhole[kPowers] = {2.0, 0.0, 2.0 / 3.0, 0.0};
+
+struct Gauss {
+  double nodes[kNodes], weights[kNodes];
+  Gauss() {
+    const double inner = std::sqrt(3.0 / 7.0 - 2.0 / 7.0 * std::sqrt(1.2));
+    const double outer = std::sqrt(3.0 / 7.0 + 2.0 / 7.0 * std::sqrt(1.2));
+    const double more = (18.0 + std::sqrt(30.0)) / 72.0, less = (18.0 - std::sqrt(30.0)) / 72.0;
+    const double at[kNodes] = {-outer, -inner, inner, outer}, weight[kNodes] = {less, more, more, less};
+    for (int i = 0; i < kNodes; ++i) nodes[i] = 0.5 + 0.5 * at[i], weights[i] = weight[i];
+  }
+};
+const Gauss kGauss;
+
+}  // namespace
+
+void LinearTraction::cover(const Face& face, const Placement& placement) {
+  edges_.clear();
+  for (const CellEdge& edge : face.edges) {
+    if ((edge.left >= 0) == (edge.right >= 0)) continue;  // between two cells, or within one
+    const Point start = placement({edge.start[0], edge.start[1]}), end = placement({edge.end[0], edge.end[1]});
+    edges_.push_back(edge.left >= 0 ? Edge{start, end} : Edge{end, start});
+  }
+  hull_.clear();
+  for (const Point& corner : face.corners) hull_.push_back(placement(corner));
+  integrals_ = integrals_of(edges_, edges_.front().start);
+}
+
+AreaIntegrals integrals_of(const std::vector<LinearTraction::Edge>& edges, const Point& near) {
+  AreaIntegrals own = {};
+  for (const LinearTraction::Edge& edge : edges) {
+    const double ax = edge.start.x - near.x, ay = edge.start.y - near.y;
+    const double bx = edge.end.x - near.x, by = edge.end.y - near.y, cross = ax * by - bx * ay;
+    own.area += cross / 2;
+    own.x += (ax + bx) * cross / 6;
+    own.y += (ay + by) * cross / 6;
+    own.xx += (ax * ax + ax * bx + bx * bx) * cross / 12;
+    own.xy += (ax * by + 2 * ax * ay + 2 * bx * by + bx * ay) * cross / 24;
+    own.yy += (ay * ay + ay * by + by * by) * cross / 12;
+  }
+  return {own.area,
+          own.x + near.x * own.area,
+          own.y + near.y * own.area,
+          own.xx + 2 * near.x * own.x + near.x * near.x * own.area,
+          own.xy + near.x * own.y + near.y * own.x + near.x * near.y * own.area,
+          own.yy + 2 * near.y * own.y + near.y * near.y * own.area};
+}
+
+void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* function, std::vector<Point>& meets,
+               std::vector<LinearTraction::Edge>& part) {
+  part.clear();
+  meets.clear();
+  for (const LinearTraction::Edge& edge : edges) {
+    const double first = function[0] + function[1] * edge.start.x + function[2] * edge.start.y;
+    const double second = function[0] + function[1] * edge.end.x + function[2] * edge.end.y;
+    if (first < 0.0 && second < 0.0) continue;
+    if ((first < 0.0) == (second < 0.0)) {
+      part.push_back(edge);
+      continue;
+    }
+    const double share = first / (first - second);
+    const Point meet = {edge.start.x + share * (edge.end.x - edge.start.x), edge.start.y + share * (edge.end.y - edge.start.y)};
+    meets.push_back(meet);
+    part.push_back(first < 0.0 ? LinearTraction::Edge{meet, edge.end} : LinearTraction::Edge{edge.start, meet});
+  }
+  // Along the line, the area on the left, it runs from every other meeting point to the next.
+  std::sort(meets.begin(), meets.end(), [&](const Point& a, const Point& b) {
+    return function[2] * (a.x - b.x) - function[1] * (a.y - b.y) < 0.0;
+  });
+  for (std::size_t i = 0; i + 1 < meets.size(); i += 2) part.push_back({meets[i], meets[i + 1]});
+}
+
+void LinearTraction::keep_where(const double* function) {
+  cut_where(edges_, function, meets_, cut_);
+  edges_.swap(cut_);
+  integrals_ = edges_.empty() ? AreaIntegrals{} : integrals_of(edges_, edges_.front().start);
+}
+
+bool LinearTraction::carry(const double* wrench, double* coefficients) const {
+  if (!fit(wrench, coefficients)) return false;
+  const double* pressure = coefficients + 6;
+  for (const Point& corner : hull_) {
+    if (pressure[0] + pressure[1] * corner.x + pressure[2] * corner.y > 0.0) return false;
+  }
+  return true;
+}
+
+bool LinearTraction::fit(const double* wrench, double* coefficients) const {
+  const double normal = -wrench[2], area = integrals_.area;
+  if (!(normal > 0.0 && area > 0.0)) return false;
+  const double x = integrals_.x / area, y = integrals_.y / area;  // the centroid
+  const double xx = (integrals_.xx - x * integrals_.x) / area, yy = (integrals_.yy - y * integrals_.y) / area;
+  const double xy = (integrals_.xy - x * integrals_.y) / area;
+  const double moment_x = wrench[4] - x * normal, moment_y = -wrench[3] - y * normal;  // integrals of p x and p y about it
+  const double determinant = xx * yy - xy * xy;
+  if (!(determinant > 0.0)) return false;
+  double* pressure = coefficients + 6;
+  pressure[1] = -(yy * moment_x - xy * moment_y) / (determinant * area);
+  pressure[2] = -(xx * moment_y - xy * moment_x) / (determinant * area);
+  pressure[0] = -normal / area - pressure[1] * x - pressure[2] * y;
+  // Shear: constant, and a turn about the centroid.
+  const double turn = (wrench[5] - (x * wrench[1] - y * wrench[0])) / (area * (xx + yy));
+  const double shear[2] = {wrench[0] / area, wrench[1] / area};
+  const double parts[6] = {shear[0] + turn * y, 0.0, -turn, shear[1] - turn * x, turn, 0.0};
+  std::copy(parts, parts + 6, coefficients);
+  return true;
+}
+
+void LinearTraction::nodal_forces(const SurfaceGrid& grid, const double* coefficients, double* forces) {
+  const std::size_t columns = grid.x().size() - 1, rows = grid.y().size() - 1, width = grid.nodes_x();
+  own_.assign(columns * rows * kOwn, 0.0);
+  passing_.assign(columns * rows * kPowers, 0.0);
+  for (const Edge& edge : edges_) add_edge(grid, edge);
+  std::fill(forces, forces + 3 * width * grid.nodes_y(), 0.0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    double right[kPowers] = {};
+    for (std::size_t column = columns; column-- > 0;) {
+      const double half_x = (grid.x()[column + 1] - grid.x()[column]) / 2;
+      const double half_y = (grid.y()[row + 1] - grid.y()[row]) / 2;
+      const double middle_x = grid.x()[column] + half_x, middle_y = grid.y()[row] + half_y;
+      const double* own = own_.data() + (row * columns + column) * kOwn;
+      double moments[kPowers][kPowers];
+      for (std::size_t b = 0; b < kPowers; ++b) {
+        for (std::size_t a = 0; a < kPowers; ++a) moments[b][a] = own[b * kPowers + a] + right[b] * half_x * kWhole[a];
+      }
+      for (std::size_t b = 0; b < kPowers; ++b) right[b] += passing_[(row * columns + column) * kPowers + b];
+      if (moments[0][0] == 0.0) continue;
+      for (std::size_t component = 0; component < 3; ++component) {
+        const double* c = coefficients + 3 * component;
+        const double constant = c[0] + c[1] * middle_x + c[2] * middle_y, along = c[1] * half_x, across = c[2] * half_y;
+        for (std::size_t k = 0; k < 3; ++k) {
+          for (std::size_t l = 0; l < 3; ++l) {
+            double force = 0.0;
+            for (std::size_t b = 0; b < 3; ++b) {
+              for (std::size_t a = 0; a < 3; ++a) {
+                force += kShapes[k][b] * kShapes[l][a] *
+                         (constant * moments[b][a] + along * moments[b][a + 1] + across * moments[b + 1][a]);
+              }
+            }
+            forces[((2 * row + k) * width + 2 * column + l) * 3 + component] += force;
+          }
+        }
+      }
+    }
+  }
+}
+
+// As SurfaceGrid does it: split at the grid lines.
+void LinearTraction::add_edge(const SurfaceGrid& grid, const Edge& edge) {
+  const double direction[2] = {edge.end.x - edge.start.x, edge.end.y - edge.start.y};
+  const double start[2] = {edge.start.x, edge.start.y};
+  if (direction[1] == 0.0) return;
+  crossings_.clear();
+  for (int axis = 0; axis < 2; ++axis) {
+    if (direction[axis] == 0.0) continue;
+    for (const double line : axis == 0 ? grid.x() : grid.y()) {
+      const double at = (line - start[axis]) / direction[axis];
+      if (at > 0.0 && at < 1.0) crossings_.push_back(at);
+    }
+  }
+  std::sort(crossings_.begin(), crossings_.end());
+  crossings_.push_back(1.0);
+  Point begin = edge.start;
+  double last = 0.0;
+  for (const double at : crossings_) {
+    if (at <= last) continue;
+    const Point finish = at == 1.0 ? edge.end : Point{start[0] + at * direction[0], start[1] + at * direction[1]};
+    add_piece(grid, begin, finish);
+    begin = finish;
+    last = at;
+  }
+}
+
+void LinearTraction::add_piece(const SurfaceGrid& grid, const Point& start, const Point& end) {
+  const double height = (start.y + end.y) / 2;
+  if (!(height > grid.low_y() && height < grid.high_y()) || start.y == end.y) return;
+  const auto element = [](const std::vector<double>& ends, double at) {
+    const auto after = std::upper_bound(ends.begin() + 1, ends.end() - 1, at);
+    return static_cast<std::size_t>(after - ends.begin()) - 1;
+  };
+  const std::size_t column = element(grid.x(), (start.x + end.x) / 2), row = element(grid.y(), height);
+  const double half_x = (grid.x()[column + 1] - grid.x()[column]) / 2;
+  const double per_y = 2.0 / (grid.y()[row + 1] - grid.y()[row]);
+  const std::size_t place = row * (grid.x().size() - 1) + column;
+  double* own = own_.data() + place * kOwn;
+  double* passing = passing_.data() + place * kPowers;
+  for (int g = 0; g < kNodes; ++g) {
+    const double x = start.x + kGauss.nodes[g] * (end.x - start.x), y = start.y + kGauss.nodes[g] * (end.y - start.y);
+    const double xi = std::min(1.0, std::max(-1.0, (x - grid.x()[column]) / half_x - 1.0));
+    const double eta = (y - grid.y()[row]) * per_y - 1.0;
+    // Integrals of xi^a from the element's left side.
+    double left[kPowers], power = xi, sign = -1.0;
+    for (std::size_t a = 0; a < kPowers; ++a, power *= xi, sign = -sign) {
+      left[a] = half_x * (power - sign) / static_cast<double>(a + 1);
+    }
+    double weight = (end.y - start.y) * kGauss.weights[g];
+    for (std::size_t b = 0; b < kPowers; ++b, weight *= eta) {
+      passing[b] += weight;
+      for (std::size_t a = 0; a < kPowers; ++a) own[b * kPowers + a] += weight * left[a];
+    }
+  }
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,167 @@
+#include "contact/cells/rectangle_integrals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "linalg/kernels.hpp"
+
+namespace mjtactile {
+namespace {
+
+// Distances from which on a series stands for integrals: of rectangles in a lattice over their longer side, of any two over
+// half the sum of their diagonals.
+constexpr double kFarInLattice = 16.0, kFar = 1.5;
+// Parts along each side at most into which near rectangles are cut that are turned against each other.
+constexpr int kMostParts = 4;
+// Parts that fall together see each other as a square sees itself: 1/r averages to this over its side.
+constexpr double kOwn = 2.97;
+
+bool are_far(const CellRectangle& a, const CellRectangle& b) {
+  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, reach = a.reach + b.reach;
+  return x * x + y * y > reach * reach;
+}
+
+// Taylor series to second order about the middles.
+double far_integral(const CellRectangle& a, const CellRectangle& b) {
+  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, inverse = 1.0 / (x * x + y * y);
+  const double xx = a.xx + b.xx, xy = a.xy + b.xy, yy = a.yy + b.yy;
+  const double bend = (3.0 * (xx * x * x + 2.0 * xy * x * y + yy * y * y) * inverse - (xx + yy)) * 0.5 * inverse;
+  return a.area * b.area * std::sqrt(inverse) * (1.0 + bend);
+}
+
+// Second differences along each axis of 1/r integrated twice along each.
+double parallel_integral(const CellRectangle& a, const CellRectangle& b) {
+  const double dx = b.middle.x - a.middle.x, dy = b.middle.y - a.middle.y;
+  const double x = a.cosine * dx + a.sine * dy, y = a.cosine * dy - a.sine * dx;
+  const double sums[2] = {(a.sides[0] + b.sides[0]) / 2, (a.sides[1] + b.sides[1]) / 2};
+  const double differences[2] = {(a.sides[0] - b.sides[0]) / 2, (a.sides[1] - b.sides[1]) / 2};
+  const double along[4] = {sums[0], -sums[0], differences[0], -differences[0]};
+  const double across[4] = {sums[1], -sums[1], differences[1], -differences[1]};
+  double at_x[16], at_y[16], values[16], sum = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) at_x[4 * i + j] = x + along[i], at_y[4 * i + j] = y + across[j];
+  }
+  kernels().integrate_inverse_distance(at_x, at_y, 16, values);
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) sum += (i < 2) == (j < 2) ? values[4 * i + j] : -values[4 * i + j];
+  }
+  return sum;
+}
+
+// Middles of equal parts of two rectangles, small enough to stand for them where they are near to each other.
+struct Parts {
+  Parts(const CellRectangle& a, const CellRectangle& b) {
+    const double least = std::min({a.sides[0], a.sides[1], b.sides[0], b.sides[1]});
+    double size = 0.0;  // of the larger ones
+    for (int k = 0; k < 2; ++k) {
+      const CellRectangle& one = k == 0 ? a : b;
+      int along[2];
+      for (int i = 0; i < 2; ++i) {
+        const double parts = std::max(std::ceil(2.0 * one.sides[i] / least - 1e-6), 2.0);
+        along[i] = static_cast<int>(std::min(parts, double{kMostParts}));
+      }
+      for (int i = 0; i < along[0]; ++i) {
+        for (int j = 0; j < along[1]; ++j) {
+          const double u = one.sides[0] * ((i + 0.5) / along[0] - 0.5), v = one.sides[1] * ((j + 0.5) / along[1] - 0.5);
+          points[k][counts[k]++] = {one.middle.x + one.cosine * u - one.sine * v,
+                                    one.middle.y + one.sine * u + one.cosine * v};
+        }
+      }
+      size = std::max(size, one.area / counts[k]);
+    }
+    softened = size / (kOwn * kOwn);
+  }
+
+  Point points[2][kMostParts * kMostParts];
+  int counts[2] = {0, 0};
+  double softened;   // the least square of a distance
+};
+
+double near_integral(const CellRectangle& a, const CellRectangle& b) {
+  const Parts parts(a, b);
+  double sum = 0.0;
+  for (int i = 0; i < parts.counts[0]; ++i) {
+    for (int j = 0; j < parts.counts[1]; ++j) {
+      const double x = parts.points[1][j].x - parts.points[0][i].x, y = parts.points[1][j].y - parts.points[0][i].y;
+      sum += 1.0 / std::sqrt(std::max(x * x + y * y, parts.softened));
+    }
+  }
+  return a.area * b.area * sum / (parts.counts[0] * parts.counts[1]);
+}
+
+void add_shear(double x, double y, double square, PairShear& sum) {
+  const double inverse = 1.0 / square, cube = inverse * std::sqrt(inverse);
+  sum.xx += y * y * cube, sum.xy -= x * y * cube, sum.yy += x * x * cube;
+  sum.along += x * inverse, sum.across += y * inverse;
+}
+
+}  // namespace
+
+CellRectangle::CellRectangle(const Point& at, double c, double s, const double* lengths)
+    : middle(at), cosine(c), sine(s), sides{lengths[0], lengths[1]}, area(lengths[0] * lengths[1]),
+      reach(kFar * std::sqrt(lengths[0] * lengths[0] + lengths[1] * lengths[1]) / 2) {
+  const double u = sides[0] * sides[0] / 12, v = sides[1] * sides[1] / 12;
+  xx = c * c * u + s * s * v;
+  yy = s * s * u + c * c * v;
+  xy = c * s * (u - v);
+}
+
+double inverse_distance(const CellRectangle& a, const CellRectangle& b) {
+  if (are_far(a, b)) return far_integral(a, b);
+  return a.cosine == b.cosine && a.sine == b.sine ? parallel_integral(a, b) : near_integral(a, b);
+}
+
+PairShear shear_integrals(const CellRectangle& a, const CellRectangle& b) {
+  PairShear sum = {0.0, 0.0, 0.0, 0.0, 0.0};
+  double weight = a.area * b.area;
+  if (are_far(a, b)) {
+    const double x = a.middle.x - b.middle.x, y = a.middle.y - b.middle.y;
+    add_shear(x, y, x * x + y * y, sum);
+  } else {
+    const Parts parts(a, b);
+    for (int i = 0; i < parts.counts[0]; ++i) {
+      for (int j = 0; j < parts.counts[1]; ++j) {
+        const double x = parts.points[0][i].x - parts.points[1][j].x, y = parts.points[0][i].y - parts.points[1][j].y;
+        add_shear(x, y, std::max(x * x + y * y, parts.softened), sum);
+      }
+    }
+    weight /= parts.counts[0] * parts.counts[1];
+  }
+  return {weight * sum.xx, weight * sum.xy, weight * sum.yy, weight * sum.along, weight * sum.across};
+}
+
+void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,
+                                std::vector<double>& table) {
+  constexpr double kSecondDifference[3] = {1.0, -2.0, 1.0};
+  const double sides[2] = {width, height}, away = kFarInLattice * std::max(width, height);
+  const CellRectangle first({0.0, 0.0}, 1.0, 0.0, sides);
+  // Neighbours share the points of their differences.
+  const std::size_t across = columns + 2, points = across * (rows + 2);
+  std::vector<double> at(2 * points), values(points);
+  for (std::size_t row = 0; row < rows + 2; ++row) {
+    for (std::size_t column = 0; column < across; ++column) {
+      at[row * across + column] = (static_cast<double>(column) - 1.0) * width;
+      at[points + row * across + column] = (static_cast<double>(row) - 1.0) * height;
+    }
+  }
+  kernels().integrate_inverse_distance(at.data(), at.data() + points, points, values.data());
+  table.resize(columns * rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const double x = static_cast<double>(column) * width, y = static_cast<double>(row) * height;
+      double& entry = table[row * columns + column];
+      if (x * x + y * y > away * away) {
+        entry = far_integral(first, CellRectangle({x, y}, 1.0, 0.0, sides));
+        continue;
+      }
+      entry = 0.0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+          entry += kSecondDifference[i] * kSecondDifference[j] * values[(row + j) * across + column + i];
+        }
+      }
+    }
+  }
+}
+
+}  // namespace mjtactile

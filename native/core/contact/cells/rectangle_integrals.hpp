@@ -1,0 +1,36 @@
+// Integrals over pairs of rectangular contact cells in one plane.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "geometry/polygon.hpp"
+
+namespace mjtactile {
+
+// A rectangle turned by an angle, and what integrals far from it need.
+struct CellRectangle {
+  CellRectangle(const Point& middle, double cosine, double sine, const double* sides);
+
+  Point middle;
+  double cosine, sine, sides[2];
+  double area, reach;    // its area, and how far from it its middle does not stand for it
+  double xx, xy, yy;     // its second moments over its area [m^2]
+};
+
+// Integral of 1/r over a pair [m^3]: in closed form where their sides are parallel, else point by point of parts of both;
+// by a series where they are far from each other.
+double inverse_distance(const CellRectangle& a, const CellRectangle& b);
+
+// Integrals over a pair of y^2/r^3, -x y/r^3, x^2/r^3 [m^3], x/r^2 and y/r^2 [m^2 m], (x, y) from the second to the first,
+// as inverse_distance() has them where sides are not parallel.
+struct PairShear {
+  double xx, xy, yy, along, across;
+};
+PairShear shear_integrals(const CellRectangle& a, const CellRectangle& b);
+
+// The integrals of 1/r over equal rectangles by how many columns and rows they lie apart: (rows, columns).
+void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,
+                                std::vector<double>& table);
+
+}  // namespace mjtactile

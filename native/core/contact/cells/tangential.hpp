@@ -1,0 +1,27 @@
+// How a half space answers shear on polygonal cells: integrals over pairs of them in closed form.
+//
+// A point force on a half space moves its surface by terms in 1/r, x^2/r^3, x y/r^3 and x/r^2 (Johnson, Contact
+// Mechanics, 1985, section 3.2). Each is a sum of second derivatives of a smoother kernel, so the divergence theorem
+// turns integrals over two polygons into integrals over their edges, as in tests/reference/half_space.py.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "contact/cells/face.hpp"
+
+namespace mjtactile {
+
+// Integrals over pairs of cells (cells, cells) [m^3], r and (x, y) from a point of the second cell to one of the first,
+// along the axes of the cells' own frame. Those of 1/r are a face's own.
+struct ShearIntegrals {
+  std::vector<double> xx, xy, yy;     // of y^2/r^3, -x y/r^3 and x^2/r^3
+  std::vector<double> along, across;  // of x/r^2 and y/r^2
+};
+
+// Integrals over the cells of a face, from its edges. It takes a time that grows with the square of their number: for
+// faces that are made once.
+void integrate_edges(const Face& face, ShearIntegrals& integrals);
+
+}  // namespace mjtactile

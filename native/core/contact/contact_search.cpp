@@ -1,0 +1,377 @@
+#include "contact/contact_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+// Points along each side of a closer look at a part, and how many of them at least lie under the level in the end.
+constexpr std::size_t kCloser = 15, kEnough = 25;
+constexpr int kLooks = 4, kBisections = 16;
+// Parts are looked at one by one up to this many; more are taken together.
+constexpr std::size_t kMostParts = 16;
+// Points no further apart than this in the grid belong together: narrow contacts show at some of its points only.
+constexpr int kNear = 2;
+// Load over the one to carry up to which parts are gathered: what is a little higher may touch, too.
+constexpr double kSpare = 4.0;
+// Height over the level up to which a part is kept.
+constexpr double kReached = 2.5;
+// Points count as equally high within this share of the spacing: symmetric bodies have symmetric spots.
+constexpr double kSame = 1e-9;
+// Lengths of a part along and across, as standard deviations, from which on it is long.
+constexpr double kElongated = 1.5;
+// Perimeter of a circle over that of the steps of a grid about it.
+constexpr double kRound = 0.78539816339744830962;
+
+}  // namespace
+
+Region region_about(const std::vector<Point>& points, const double sides[2], double angle) {
+  const double count = static_cast<double>(points.size()), c = std::cos(angle), s = std::sin(angle);
+  Point middle = {0.0, 0.0};
+  for (const Point& point : points) middle.x += point.x / count, middle.y += point.y / count;
+  double xx = (c * c * sides[0] * sides[0] + s * s * sides[1] * sides[1]) / 12;
+  double yy = (s * s * sides[0] * sides[0] + c * c * sides[1] * sides[1]) / 12;
+  double xy = c * s * (sides[0] * sides[0] - sides[1] * sides[1]) / 12;
+  for (const Point& point : points) {
+    const double x = point.x - middle.x, y = point.y - middle.y;
+    xx += x * x / count, xy += x * y / count, yy += y * y / count;
+  }
+  const double mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
+  const bool elongated = mean + apart > kElongated * kElongated * (mean - apart);
+  const double turned = elongated ? 0.5 * std::atan2(2.0 * xy, xx - yy) : 0.0;
+  const double cosine = std::cos(turned), sine = std::sin(turned);
+  const double along = std::abs(cosine * c + sine * s), across = std::abs(cosine * s - sine * c);
+  const double half[2] = {(along * sides[0] + across * sides[1]) / 2, (across * sides[0] + along * sides[1]) / 2};
+  double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+  for (const Point& point : points) {
+    const double place[2] = {cosine * point.x + sine * point.y, -sine * point.x + cosine * point.y};
+    for (int i = 0; i < 2; ++i) {
+      low[i] = std::min(low[i], place[i] - half[i]);
+      high[i] = std::max(high[i], place[i] + half[i]);
+    }
+  }
+  const double x = (low[0] + high[0]) / 2, y = (low[1] + high[1]) / 2;
+  return {{cosine * x - sine * y, sine * x + cosine * y}, turned, high[0] - low[0], high[1] - low[1]};
+}
+
+bool ContactSearch::look(const HeightMap& map) {
+  bounds_ = map.bounds();
+  const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
+  if (!(width > 0.0 && height > 0.0)) return false;
+  points_.clear();
+  for (std::size_t sample = 0; sample < kLines * kLines; ++sample) points_.push_back(grid_point(sample));
+  map.heights(points_, raw_);
+  bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
+  // A low point between those of the grid takes the place of its nearest.
+  for (const Point& at : map.candidates()) {
+    const double height_there = map.height(at.x, at.y);
+    if (!std::isfinite(height_there)) continue;
+    any = true;
+    const auto nearest = [](double part) {
+      return static_cast<std::size_t>(std::min(std::max(part * kLines, 0.0), kLines - 1.0));
+    };
+    const std::size_t place = nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
+    if (height_there < raw_[place]) points_[place] = at, raw_[place] = height_there;
+  }
+  return any;
+}
+
+// Middles of equal parts: bodies end at the bounds.
+Point ContactSearch::grid_point(std::size_t sample) const {
+  return {bounds_.west + (bounds_.east - bounds_.west) * (static_cast<double>(sample % kLines) + 0.5) / kLines,
+          bounds_.south + (bounds_.north - bounds_.south) * (static_cast<double>(sample / kLines) + 0.5) / kLines};
+}
+
+void ContactSearch::set_heights(const Plane& plane) {
+  lowest_ = kNowhere;
+  heights_.resize(raw_.size());
+  for (std::size_t i = 0; i < raw_.size(); ++i) {
+    heights_[i] = raw_[i] - plane(points_[i].x, points_[i].y);
+    lowest_ = std::min(lowest_, heights_[i]);
+  }
+  for (double& one : heights_) one -= lowest_;
+}
+
+std::size_t ContactSearch::root(std::size_t sample) {
+  while (parents_[sample] != sample) sample = parents_[sample] = parents_[parents_[sample]];
+  return sample;
+}
+
+// Let the level rise until the parts under it carry the load.
+void ContactSearch::flood(const SearchLoad& load) {
+  order_.clear();
+  for (std::uint32_t i = 0; i < heights_.size(); ++i) {
+    if (std::isfinite(heights_[i])) order_.push_back(i);
+  }
+  const auto higher = [this](std::uint32_t a, std::uint32_t b) {
+    return heights_[a] != heights_[b] ? heights_[a] > heights_[b] : a > b;
+  };
+  std::make_heap(order_.begin(), order_.end(), higher);
+  const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
+  spacing_ = std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south) / kLines;
+  parents_.resize(heights_.size());
+  under_.assign(heights_.size(), 0);
+  const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
+  double around = 0.0, area = 0.0;
+  for (auto end = order_.end(); end != order_.begin();) {
+    const std::size_t sample = order_.front();
+    const double height = heights_[sample];
+    const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
+    if (carried && height > level_ + kSame * spacing_) break;
+    std::pop_heap(order_.begin(), end--, higher);
+    level_ = height;
+    area += cell;
+    under_[sample] = 1;
+    const std::size_t column = sample % kLines, row = sample / kLines;
+    const std::size_t across = (column > 0 && under_[sample - 1]) + (column + 1 < kLines && under_[sample + 1]);
+    const std::size_t along = (row > 0 && under_[sample - kLines]) + (row + 1 < kLines && under_[sample + kLines]);
+    around += 2.0 * ((1.0 - static_cast<double>(along)) * step[0] + (1.0 - static_cast<double>(across)) * step[1]);
+  }
+  connect();
+}
+
+// Samples under the level that are near each other belong together: each is named after the first of its part.
+void ContactSearch::connect() {
+  for (std::size_t sample = 0; sample < parents_.size(); ++sample) {
+    parents_[sample] = sample;
+    if (!under_[sample]) continue;
+    const auto column = static_cast<int>(sample % kLines), row = static_cast<int>(sample / kLines);
+    for (int j = std::max(row - kNear, 0); j <= row; ++j) {
+      for (int i = std::max(column - kNear, 0); i <= std::min(column + kNear, static_cast<int>(kLines) - 1); ++i) {
+        const std::size_t other = static_cast<std::size_t>(j) * kLines + static_cast<std::size_t>(i);
+        if (other >= sample || !under_[other]) continue;
+        const std::size_t a = root(sample), b = root(other);
+        if (a != b) parents_[std::max(a, b)] = std::min(a, b);
+      }
+    }
+  }
+}
+
+void ContactSearch::gather_parts() {
+  labels_.assign(heights_.size(), 0);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    if (under_[i] && root(i) == i) labels_[i] = count++;
+  }
+  const bool together = count > kMostParts;
+  part_count_ = together ? 1 : count;
+  if (members_.size() < part_count_) members_.resize(part_count_);
+  if (parts_.size() < part_count_) parts_.resize(part_count_);
+  for (std::size_t k = 0; k < part_count_; ++k) members_[k].clear();
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    if (under_[i]) members_[together ? 0 : labels_[root(i)]].push_back(grid_point(i));
+  }
+  const double sides[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
+  for (std::size_t k = 0; k < part_count_; ++k) {
+    Region region = region_about(members_[k], sides, 0.0);
+    region.width += 2.0 * spacing_;
+    region.height += 2.0 * spacing_;
+    parts_[k].region = region;
+  }
+}
+
+Point ContactSearch::point_of(const Part& part, std::size_t place) const {
+  const double u = (static_cast<double>(place % part.columns) + 0.5) / static_cast<double>(part.columns) - 0.5;
+  const double v = (static_cast<double>(place / part.columns) + 0.5) / static_cast<double>(part.rows) - 0.5;
+  const double x = u * part.region.width, y = v * part.region.height;
+  const double c = std::cos(part.region.angle), s = std::sin(part.region.angle);
+  return {part.region.centre.x + c * x - s * y, part.region.centre.y + s * x + c * y};
+}
+
+void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
+  part.columns = part.rows = kCloser;
+  part.cell = part.region.area() / static_cast<double>(part.columns * part.rows);
+  closer_.clear();
+  for (std::size_t place = 0; place < part.columns * part.rows; ++place) closer_.push_back(point_of(part, place));
+  map.heights(closer_, part.heights);
+  for (std::size_t place = 0; place < closer_.size(); ++place) {
+    part.heights[place] -= plane(closer_[place].x, closer_[place].y) + lowest_;
+  }
+}
+
+// Perimeter of what of a part lies under a level [m], and its area.
+double ContactSearch::perimeter(const Part& part, double level, double& area) const {
+  const double step[2] = {part.region.width / static_cast<double>(part.columns),
+                          part.region.height / static_cast<double>(part.rows)};
+  const auto under = [&](std::size_t column, std::size_t row) {
+    return part.heights[row * part.columns + column] <= level;
+  };
+  double around = 0.0;
+  for (std::size_t row = 0; row < part.rows; ++row) {
+    for (std::size_t column = 0; column < part.columns; ++column) {
+      if (!under(column, row)) continue;
+      area += part.cell;
+      if (column == 0 || !under(column - 1, row)) around += step[1];
+      if (column + 1 == part.columns || !under(column + 1, row)) around += step[1];
+      if (row == 0 || !under(column, row - 1)) around += step[0];
+      if (row + 1 == part.rows || !under(column, row + 1)) around += step[0];
+    }
+  }
+  return around;
+}
+
+// The level at which all parts together carry the load, by bisection.
+void ContactSearch::set_level(const SearchLoad& load) {
+  double deepest = 0.0, highest = 0.0;
+  for (std::size_t k = 0; k < part_count_; ++k) {
+    for (const double one : parts_[k].heights) {
+      if (!std::isfinite(one)) continue;
+      deepest = std::min(deepest, one);
+      highest = std::max(highest, one);
+    }
+  }
+  if (deepest < 0.0) {  // a closer look found a lower point
+    lowest_ += deepest;
+    highest -= deepest;
+    for (std::size_t k = 0; k < part_count_; ++k) {
+      for (double& one : parts_[k].heights) one -= deepest;
+    }
+  }
+  const auto carries = [&](double level) {
+    double around = 0.0, area = 0.0;
+    for (std::size_t k = 0; k < part_count_; ++k) around += perimeter(parts_[k], level, area);
+    return kRound * load.modulus * around / 2 * level >= load.force && area >= load.least_area;
+  };
+  double low = 0.0, high = highest;
+  if (carries(high)) {
+    for (int step = 0; step < kBisections; ++step) {
+      const double middle = (low + high) / 2;
+      (carries(middle) ? high : low) = middle;
+    }
+  }
+  level_ = high * (1.0 + kSame);
+}
+
+// The rectangle about what of a part lies under a level.
+Region ContactSearch::region_under(const Part& part, double level, double& area, std::size_t& count) {
+  chosen_.clear();
+  for (std::size_t place = 0; place < part.heights.size(); ++place) {
+    if (part.heights[place] <= level) chosen_.push_back(point_of(part, place));
+  }
+  count = chosen_.size();
+  area = static_cast<double>(count) * part.cell;
+  const double sides[2] = {part.region.width / static_cast<double>(part.columns),
+                           part.region.height / static_cast<double>(part.rows)};
+  if (chosen_.empty()) return {};
+  return region_about(chosen_, sides, part.region.angle);
+}
+
+const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& plane, const SearchLoad& load) {
+  spots_.clear();
+  level_ = 0.0;
+  set_heights(plane);
+  flood(load);
+  gather_parts();
+  for (std::size_t k = 0; k < part_count_; ++k) look_closer(map, plane, parts_[k]);
+  set_level(load);
+  double area;
+  std::size_t count;
+  for (int look = 1; look < kLooks; ++look) {
+    bool closer = false;
+    for (std::size_t k = 0; k < part_count_; ++k) {
+      Part& part = parts_[k];
+      const Region region = region_under(part, level_, area, count);
+      if (count == 0 || count >= kEnough) continue;
+      const double margin[2] = {part.region.width / static_cast<double>(part.columns),
+                                part.region.height / static_cast<double>(part.rows)};
+      part.region = region;
+      part.region.width += 2.0 * std::max(margin[0], margin[1]);
+      part.region.height += 2.0 * std::max(margin[0], margin[1]);
+      look_closer(map, plane, part);
+      closer = true;
+    }
+    if (!closer) break;
+    set_level(load);
+  }
+  for (std::size_t k = 0; k < part_count_; ++k) {
+    double level = level_, unused = 0.0;
+    Region region = region_under(parts_[k], level, area, count);
+    if (count == 0) level *= kReached, region = region_under(parts_[k], level, area, count);
+    if (count == 0) continue;
+    // It may end anywhere between the last point under the level and the next.
+    const double c = std::abs(std::cos(region.angle - parts_[k].region.angle));
+    const double s = std::abs(std::sin(region.angle - parts_[k].region.angle));
+    const double step[2] = {parts_[k].region.width / static_cast<double>(parts_[k].columns),
+                            parts_[k].region.height / static_cast<double>(parts_[k].rows)};
+    region.width += c * step[0] + s * step[1];
+    region.height += s * step[0] + c * step[1];
+    spots_.push_back({region, area, kRound * perimeter(parts_[k], level, unused) / 2});
+  }
+  return spots_;
+}
+
+bool ContactSearch::supported(const SearchLoad& load) const {
+  std::vector<Point> corners;
+  for (const Spot& spot : spots_) {
+    const double c = std::cos(spot.region.angle), s = std::sin(spot.region.angle);
+    for (const double u : {-0.5, 0.5}) {
+      for (const double v : {-0.5, 0.5}) {
+        const double x = u * spot.region.width, y = v * spot.region.height;
+        corners.push_back({spot.region.centre.x + c * x - s * y, spot.region.centre.y + s * x + c * y});
+      }
+    }
+  }
+  return holds(convex_hull(std::move(corners)), load.through);
+}
+
+Rim ContactSearch::rim(const SearchLoad& load) const {
+  // The ends of every row have all corners of the hull among them.
+  std::vector<Point> ends;
+  for (std::size_t row = 0; row < kLines; ++row) {
+    std::size_t first = row * kLines, last = first + kLines;
+    while (first < last && !std::isfinite(raw_[first])) ++first;
+    while (last > first && !std::isfinite(raw_[last - 1])) --last;
+    for (std::size_t place = first; place < last; place += std::max<std::size_t>(last - 1 - first, 1)) {
+      ends.push_back(points_[place]);
+    }
+  }
+  const std::vector<Point> hull = convex_hull(std::move(ends));
+  Rim nearest = {kNowhere, 0.0, 0.0, {0.0, 0.0}};
+  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const double length = std::hypot(b.x - a.x, b.y - a.y);
+    const double inward[2] = {-(b.y - a.y) / length, (b.x - a.x) / length};
+    const double distance = inward[0] * (load.through.x - a.x) + inward[1] * (load.through.y - a.y);
+    if (distance >= nearest.distance) continue;
+    nearest = {distance, 0.0, length, {inward[0], inward[1]}};
+    for (const Point& corner : hull) {
+      nearest.depth = std::max(nearest.depth, inward[0] * (corner.x - a.x) + inward[1] * (corner.y - a.y));
+    }
+  }
+  return nearest;
+}
+
+Plane ContactSearch::resting(const SearchLoad& load) {
+  const double length = std::sqrt((bounds_.east - bounds_.west) * (bounds_.north - bounds_.south));
+  const double cell = length * length / (kLines * kLines);
+  stiffness_.clear();
+  modes_.clear();
+  bed_heights_.clear();
+  const Point middle = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
+  double least = kNowhere;
+  for (std::size_t i = 0; i < raw_.size(); ++i) {
+    if (std::isfinite(raw_[i])) least = std::min(least, raw_[i]);
+  }
+  std::vector<Point> covered;
+  for (std::size_t i = 0; i < raw_.size(); ++i) {
+    if (!std::isfinite(raw_[i])) continue;
+    // As stiff per area as the surface is under a face a tenth as long as what is looked at.
+    stiffness_.push_back(cell * 20.0 * load.modulus / length);
+    modes_.insert(modes_.end(), {1.0, (points_[i].x - middle.x) / length, (points_[i].y - middle.y) / length});
+    bed_heights_.push_back(raw_[i] - least);
+    covered.push_back(points_[i]);
+  }
+  Plane plane = {{0.0, 0.0}, load.through};
+  Point inside;
+  const std::vector<Point> hull = convex_hull(covered);
+  if (stiffness_.size() < 3 || !nearest_inside(hull, load.through, 1e-3 * length, inside)) return plane;
+  const double resultants[3] = {load.force, load.force * (inside.x - middle.x) / length,
+                                load.force * (inside.y - middle.y) / length};
+  if (!springs_.solve(stiffness_, modes_.data(), 3, bed_heights_.data(), resultants)) return plane;
+  plane.slopes[0] = springs_.motion()[1] / length;
+  plane.slopes[1] = springs_.motion()[2] / length;
+  return plane;
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,107 @@
+// Where a rigid body touches: the spots of the surface that its lower side comes near enough to, wherever they lie.
+//
+// Seen from a plane that moves with the body, what is lower than a level touches. The level is the one under which the
+// spots carry the force: pressed to a depth d a spot of an elastic half space carries about E* d P / 2, P its perimeter:
+// 2.7 E* a d under a ball, 2 E* a d under a punch, pi / 2 E* L d under a long cylinder (Johnson, Contact Mechanics, 1985,
+// chapters 3 and 4), which it meets within a third.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "contact/cells/lattice.hpp"
+#include "contact/laws/springs.hpp"
+#include "geometry/height_map.hpp"
+
+namespace mjtactile {
+
+// Heights that a tilt of the body takes away: slopes along x and y about a point.
+struct Plane {
+  double slopes[2];
+  Point middle;
+
+  double operator()(double x, double y) const { return slopes[0] * (x - middle.x) + slopes[1] * (y - middle.y); }
+};
+
+// A part of the surface that may touch.
+struct Spot {
+  Region region;
+  double area;     // of it that lies under the level [m^2]
+  double length;   // half the perimeter of that [m]
+};
+
+// What the spots have to carry.
+struct SearchLoad {
+  double force;        // pressing [N]
+  Point through;       // where its line meets the surface
+  double modulus;      // E* of a half space that gives like the surface [Pa]
+  double least_area;   // that the force needs [m^2]
+};
+
+// The nearest side of what a body covers, as a convex hull.
+struct Rim {
+  double distance;    // of the load's line, negative outside [m]
+  double depth;       // of the hull behind that side, and how long the side is [m]
+  double length;
+  double inward[2];   // its normal
+};
+
+class ContactSearch {
+ public:
+  // Look at a body from above; false where nothing of it faces the pad.
+  bool look(const HeightMap& map);
+  // Spots under the level that carries the load, seen from a plane.
+  const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
+  // Height of the level above the plane through the lowest point [m], and of that point above the given plane.
+  double level() const { return level_; }
+  double lowest() const { return lowest_; }
+  // Whether the load passes through what the spots span.
+  bool supported(const SearchLoad& load) const;
+  // How far the load passes from the rim of what the body covers.
+  Rim rim(const SearchLoad& load) const;
+  // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
+  Plane resting(const SearchLoad& load);
+
+ private:
+  struct Part {          // a connected part of what is under the level
+    Region region;       // looked at
+    std::size_t columns, rows;
+    double cell;         // area that each of its points stands for [m^2]
+    std::vector<double> heights;
+  };
+  Point grid_point(std::size_t sample) const;
+  void set_heights(const Plane& plane);
+  void flood(const SearchLoad& load);
+  void connect();
+  std::size_t root(std::size_t sample);
+  void gather_parts();
+  void look_closer(const HeightMap& map, const Plane& plane, Part& part);
+  void set_level(const SearchLoad& load);
+  double perimeter(const Part& part, double level, double& area) const;
+  Region region_under(const Part& part, double level, double& area, std::size_t& count);
+  Point point_of(const Part& part, std::size_t place) const;
+
+  static constexpr std::size_t kLines = 33;
+  Rectangle bounds_ = {};
+  std::vector<Point> points_, closer_;
+  std::vector<double> raw_, heights_;
+  std::vector<std::uint32_t> order_;
+  std::vector<std::size_t> parents_;
+  std::vector<std::uint8_t> under_;
+  std::vector<std::vector<Point>> members_;
+  std::vector<std::size_t> labels_;
+  std::vector<Part> parts_;
+  std::size_t part_count_ = 0;
+  std::vector<Spot> spots_;
+  std::vector<Point> chosen_;
+  double level_ = 0.0, lowest_ = 0.0, spacing_ = 0.0;
+  SpringBed springs_;
+  std::vector<double> stiffness_, modes_, bed_heights_;
+};
+
+// A rectangle about points, turned along their length where they are long: `sides` is the box that each stands for.
+Region region_about(const std::vector<Point>& points, const double sides[2], double angle);
+
+}  // namespace mjtactile

@@ -1,0 +1,52 @@
+// A flat face pressed at one place: on its own cells, or where little of it presses, on cells that lie there.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "contact/cells/face.hpp"
+#include "contact/laws/cell_contact.hpp"
+#include "contact/patch_press.hpp"
+#include "geometry/gap_map.hpp"
+
+namespace mjtactile {
+
+class FlatPress {
+ public:
+  // contact() has the answer, on face(). False where the force does not press.
+  bool solve(const Face& face, const Placement& placement, const Rectangle& sheet, const SurfaceCompliance& compliance,
+             const LawOptions& options, const double* wrench, CellContact::Workspace& workspace);
+  // See PatchPress.
+  void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
+                   const std::vector<double>& sunk, CellContact::Workspace& workspace);
+
+  const CellContact& contact() const { return small_ ? part_.contact() : whole_; }
+  // Integrals of shear over pairs of cells, in the frame of face().
+  void integrate_shear(ShearIntegrals& integrals) const {
+    if (small_) {
+      part_.integrate_shear(integrals);
+    } else {
+      integrate_edges(*face_, integrals);
+    }
+  }
+  // Heights of the body above the cells [m]; null where it is flat.
+  const double* heights() const { return small_ ? part_.heights().data() : nullptr; }
+  // From where heights are seen, where there are any.
+  const PatchFace::View& view() const { return part_.view(); }
+  const Face& face() const { return small_ ? part_.face() : *face_; }
+  const Placement& placement() const { return small_ ? kHere : placement_; }
+
+ private:
+  const Face* face_ = nullptr;
+  Placement placement_ = kHere;
+  bool small_ = false;
+  CellContact whole_;
+  PatchPress part_;
+  FlatMap map_;
+  std::vector<Point> starts_, ends_;
+};
+
+// Whether so few of a face's cells press that they are too coarse.
+bool is_small(const CellContact& contact);
+
+}  // namespace mjtactile

@@ -1,0 +1,15 @@
+// Which loads cells can bear that break under a pressure of their own.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace mjtactile {
+
+// Moves a load towards the one that presses cells evenly until they bear it: (cells) `most` [N] each, with `modes` (cells,
+// motions) and `resultants` (motions) as in RigidContact. `nearer`: the load's resultants then. Loads within a hundredth
+// of what can be borne are moved as well. Returns whether it was moved. `order` is room to sort cells in.
+bool bring_within_bearing(const std::vector<double>& most, const double* modes, std::size_t motions,
+                          const double* resultants, std::vector<std::size_t>& order, double* nearer);
+
+}  // namespace mjtactile

@@ -1,0 +1,444 @@
+#include "contact/laws/cell_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "linalg/small.hpp"
+
+namespace mjtactile {
+namespace {
+
+constexpr double kHullMargin = 1e-3;
+// A shear that pressed cells resist this much less than another is not carried.
+constexpr double kOpen = 1e-12;
+constexpr std::size_t kMostPressures = kMostMotions + 1;
+// Rounds in which contact area and stiffness of a foundation adapt to each other.
+constexpr int kRounds = 30;
+constexpr double kSameArea = 1e-9;
+// Shear over pressure that a twist may bring at most, and over what the force along the surface takes on the average.
+constexpr double kMostTwist = 1.0, kTwistOverSliding = 1.5;
+constexpr int kBisections = 40;
+// Tilts that lift the rim of the cells by more than so many indentations are none: pressed cells in one row leave it open.
+constexpr double kOpenTilt = 1e3;
+// Shares by which cells are taken to be softer where their compliance is not positive definite, the first and the most.
+constexpr double kSofter = 1e-3, kSoftest = 1.0;
+// Share of what all cells can bear above which none of them is left to search with.
+constexpr double kNearlyAll = 0.98;
+
+// Rigid motions of a cell at a point: x, y and a turn, times the face's length.
+void shear_modes(const Point& at, double modes[2][3]) {
+  modes[0][0] = 1.0, modes[0][1] = 0.0, modes[0][2] = -at.y;
+  modes[1][0] = 0.0, modes[1][1] = 1.0, modes[1][2] = at.x;
+}
+
+}  // namespace
+
+void CellContact::place(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
+                        const LawOptions& options, Workspace& workspace) {
+  const std::size_t cells = face.cells();
+  placement_ = placement;
+  tilting_ = (options.tilting || options.law == Law::uniform) && cells >= 3;
+  workspace.placed.resize(2 * cells);
+  centre_ = {0.0, 0.0};
+  for (std::size_t i = 0; i < cells; ++i) {
+    const Point at = placement(face.centroids[i]);
+    workspace.placed[2 * i] = at.x;
+    workspace.placed[2 * i + 1] = at.y;
+    centre_.x += at.x / static_cast<double>(cells);
+    centre_.y += at.y / static_cast<double>(cells);
+  }
+  points_.resize(cells);
+  workspace.modes.resize(cells * motions());
+  for (std::size_t i = 0; i < cells; ++i) {
+    points_[i] = {(workspace.placed[2 * i] - centre_.x) / face.length,
+                  (workspace.placed[2 * i + 1] - centre_.y) / face.length};
+    double* modes = workspace.modes.data() + i * motions();
+    modes[0] = 1.0;
+    if (tilting_) modes[1] = points_[i].x, modes[2] = points_[i].y;
+  }
+  if (options.law == Law::elastic) {
+    const bool spread = !face.quadrature.empty();
+    if (spread) {
+      workspace.quadrature.clear();
+      for (const Point& point : face.quadrature) {
+        const Point at = placement(point);
+        workspace.quadrature.insert(workspace.quadrature.end(), {at.x, at.y});
+      }
+    }
+    contact_.forget();
+    compliance.normal(spread ? workspace.quadrature.data() : workspace.placed.data(),
+                      spread ? face.quadrature.size() / cells : 1, face.areas.data(), cells,
+                      face.inverse_distance.data(), 1.0, workspace.compliance, workspace.matrix);
+  }
+}
+
+void CellContact::press(const Face& face, const SurfaceCompliance& compliance, const LawOptions& options,
+                        const double* wrench, Workspace& workspace, const double* heights, const std::uint8_t* start) {
+  const std::size_t cells = face.cells();
+  curved_ = heights != nullptr;
+  force_ = -wrench[2];
+  double wanted[kMostPressures];
+  resultants(face, wrench, wanted);
+  slopes_[0] = slopes_[1] = 0.0;
+  length_ = face.length;
+  normal_.assign(cells, 0.0);
+  const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
+  contact_.allow();
+  exact_ = solve_contact(face, compliance, options.law, problem, start, workspace.matrix);
+  linear_ = exact_ && options.law != Law::uniform;
+  std::copy(wanted, wanted + motions(), wanted_);
+  // Shear takes a part of the strength.
+  const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
+  strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
+  bool spread = false;
+  if (!exact_ && strength_ > 0.0 && options.law == Law::elastic) {
+    pressed_.assign(cells, 1);
+    spread = bound_pressure(face, options.law, problem, workspace);
+  } else if (exact_ && strength_ > 0.0) {
+    bool over = false;
+    for (std::size_t i = 0; i < cells; ++i) over = over || normal_[i] > strength_ * face.areas[i];
+    if (over) {
+      linear_ = false;
+      spread = bound_pressure(face, options.law, problem, workspace);
+    }
+  }
+  if (!exact_) slopes_[0] = slopes_[1] = 0.0;
+  if (!exact_ && !spread) fill_nearest(face, wrench, workspace);
+  pressed_area_ = 0.0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    normal_[i] = pressed_[i] ? std::max(normal_[i], 0.0) : 0.0;
+    if (normal_[i] > 0.0) pressed_area_ += face.areas[i];
+  }
+  measure(face, options.law, workspace.matrix);
+}
+
+double CellContact::depth(const Face& face, Law law, const Matrix& compliance, std::size_t cell) const {
+  if (law == Law::uniform) return 0.0;
+  if (law == Law::foundation) return normal_[cell] / (stiffness_ * face.areas[cell]);
+  return dot(compliance[cell], normal_.data(), normal_.size());
+}
+
+// How deep the surface lies under the pressed cells, and whether the tilt found is one.
+void CellContact::measure(const Face& face, Law law, const Matrix& compliance) {
+  indentation_ = 0.0;
+  if (law == Law::uniform) return;
+  for (std::size_t i = 0; i < normal_.size(); ++i) {
+    if (normal_[i] > 0.0) indentation_ = std::max(indentation_, depth(face, law, compliance, i));
+  }
+  double widest = 0.0;
+  for (const Point& point : points_) widest = std::max(widest, std::hypot(point.x, point.y));
+  if (std::hypot(slopes_[0], slopes_[1]) * widest > kOpenTilt * indentation_) slopes_[0] = slopes_[1] = 0.0;
+  slopes_[0] /= length_;
+  slopes_[1] /= length_;
+}
+
+void CellContact::set_slopes(const double* motion) {
+  if (tilting_) slopes_[0] = motion[1], slopes_[1] = motion[2];
+}
+
+bool CellContact::make_parts(const Face& face, Law law, Workspace& workspace) {
+  const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), nullptr, wanted_};
+  if (law == Law::foundation) {
+    set_springs(face, workspace.matrix);
+    if (!contact_.exchange(problem, pressed_.data())) return false;
+  }
+  contact_.make_maps(problem);
+  gram_.assign(9 * motions(), 0.0);
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    double modes[2][3];
+    shear_modes(points_[i], modes);
+    for (std::size_t n = 0; n < motions(); ++n) {
+      const double force = contact_.map_forces()[i][n];
+      for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+          gram_[9 * n + static_cast<std::size_t>(3 * a + b)] +=
+              force * (modes[0][a] * modes[0][b] + modes[1][a] * modes[1][b]);
+        }
+      }
+    }
+  }  return true;
+}
+
+// Normal forces by a law where no pressure is too high, and the body's tilt; false where none were found.
+bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compliance, Law law,
+                                const RigidProblem& problem, const std::uint8_t* start, Matrix& compliances) {
+  if (law == Law::elastic) {
+    double softer = kSofter;
+    while (!contact_.solve(problem, start)) {
+      if (contact_.definite() || softer > kSoftest) return false;
+      // Under layers far from a half space what tables and cells leave out can outweigh a cell's own compliance.
+      double largest = 0.0;
+      for (std::size_t i = 0; i < face.cells(); ++i) largest = std::max(largest, std::abs(compliances[i][i]));
+      for (std::size_t i = 0; i < face.cells(); ++i) compliances[i][i] += softer * largest;
+      softer *= 4.0;
+      contact_.forget();
+    }
+    pressed_ = contact_.pressed();
+    normal_ = contact_.forces();
+    set_slopes(contact_.motion());
+    return true;
+  }
+  if (law == Law::uniform) {
+    // A pressure that is linear over the area, and zero where that would pull.
+    if (!bed_.solve(face.areas, problem.modes, problem.motions, nullptr, problem.resultants)) return false;
+    normal_ = bed_.forces();
+    pressed_ = bed_.pressed();
+    return true;
+  }
+  // Springs whose stiffness fits the area that comes into contact.
+  double area = 0.0;
+  for (std::size_t i = 0; i < face.cells(); ++i) area += start == nullptr || start[i] ? face.areas[i] : 0.0;
+  bool found = false;
+  for (int round = 0; round < kRounds; ++round) {
+    stiffness_ = compliance.foundation_stiffness(area);
+    springs_.resize(face.cells());
+    for (std::size_t i = 0; i < face.cells(); ++i) springs_[i] = stiffness_ * face.areas[i];
+    found = bed_.solve(springs_, problem.modes, problem.motions, problem.heights, problem.resultants);
+    if (!found) break;
+    double pressed = 0.0;
+    for (std::size_t i = 0; i < face.cells(); ++i) pressed += bed_.pressed()[i] ? face.areas[i] : 0.0;
+    if (std::abs(pressed - area) <= kSameArea * area) break;
+    area = std::abs(pressed - area) < 0.1 * area ? (area + pressed) / 2 : pressed;
+  }
+  normal_ = bed_.forces();
+  pressed_ = bed_.pressed();
+  set_slopes(bed_.motion());
+  return found;
+}
+
+// The compliance of law "foundation".
+void CellContact::set_springs(const Face& face, Matrix& compliance) {
+  contact_.forget();
+  compliance.resize(face.cells(), face.cells());
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    std::fill(compliance[i], compliance[i] + compliance.stride(), 0.0);
+    compliance[i][i] = 1.0 / (stiffness_ * face.areas[i]);
+  }
+}
+
+// Cells bear no more than the strength; where all of them together bear less than the load, the rest is not carried.
+// False where nothing was found that bears it; exact_ says whether it is a contact.
+bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace) {
+  const std::size_t cells = face.cells();
+  const double area = std::accumulate(face.areas.begin(), face.areas.end(), 0.0), load = problem.resultants[0];
+  workspace.most.resize(cells);
+  for (std::size_t i = 0; i < cells; ++i) workspace.most[i] = strength_ * face.areas[i];
+  slopes_[0] = slopes_[1] = 0.0;
+  if (load >= kNearlyAll * strength_ * area) {
+    const double share = std::min(1.0, load / (strength_ * area));
+    for (std::size_t i = 0; i < cells; ++i) normal_[i] = share * workspace.most[i];
+    pressed_.assign(cells, 1);
+    return true;
+  }
+  exact_ = false;
+  if (law == Law::uniform) return false;  // the nearest cells bear it
+  if (law == Law::foundation) set_springs(face, workspace.matrix);
+  exact_ = contact_.solve_bounded(problem, workspace.most.data(), pressed_);
+  if (!contact_.carries()) return false;
+  pressed_ = contact_.pressed();
+  normal_ = contact_.forces();
+  set_slopes(contact_.motion());
+  return true;
+}
+
+// The cells nearest to where the force passes, under the strength or under what all of them need.
+void CellContact::fill_nearest(const Face& face, const double* wrench, Workspace& workspace) {
+  const std::size_t cells = face.cells();
+  const Point at = placement_(through(wrench));
+  const double area = std::accumulate(face.areas.begin(), face.areas.end(), 0.0);
+  const double pressure = strength_ > 0.0 ? strength_ : 1.25 * -wrench[2] / area;
+  const auto away = [&](std::size_t i) {
+    return std::hypot(workspace.placed[2 * i] - at.x, workspace.placed[2 * i + 1] - at.y);
+  };
+  workspace.order.resize(cells);
+  std::iota(workspace.order.begin(), workspace.order.end(), std::size_t{0});
+  std::sort(workspace.order.begin(), workspace.order.end(), [&](std::size_t i, std::size_t j) {
+    const double first = away(i), second = away(j);
+    return first != second ? first < second : i < j;
+  });
+  pressed_.assign(cells, 0);
+  std::fill(normal_.begin(), normal_.end(), 0.0);
+  double left = -wrench[2];
+  for (const std::size_t i : workspace.order) {
+    normal_[i] = std::min(left, pressure * face.areas[i]);
+    pressed_[i] = normal_[i] > 0.0 ? 1 : 0;
+    left -= normal_[i];
+    if (!(left > 0.0)) break;
+  }
+}
+
+void CellContact::resultants(const Face& face, const double* wrench, double* resultants) const {
+  const double normal = -wrench[2];
+  resultants[0] = normal;
+  if (!tilting_) return;
+  Point inside;
+  if (!nearest_inside(face.hull, through(wrench), kHullMargin * face.length, inside)) {
+    resultants[1] = resultants[2] = 0.0;
+    return;
+  }
+  inside = placement_(inside);
+  resultants[1] = normal * (inside.x - centre_.x) / face.length;
+  resultants[2] = normal * (inside.y - centre_.y) / face.length;
+}
+
+// Where a force's line passes through the surface, in the face's frame.
+Point CellContact::through(const double* wrench) const {
+  return placement_.back(-wrench[4] / wrench[2], wrench[3] / wrench[2]);
+}
+
+void CellContact::carried(const Face& face, const double* wrench, double* carried) const {
+  std::copy(wrench, wrench + 6, carried);
+  if (!tilting_) return;
+  double pressing[kMostPressures];
+  resultants(face, wrench, pressing);
+  carried[3] = (centre_.y * pressing[0] + pressing[2] * face.length) * -1.0;
+  carried[4] = centre_.x * pressing[0] + pressing[1] * face.length;
+}
+
+void CellContact::forces(const Face& face, const double* wrench, double* forces) const {
+  const std::size_t cells = face.cells();
+  double turning = 0.0, sum = 0.0;
+  Point pressed = {0.0, 0.0};
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double normal = normal_[i];
+    double* force = forces + 3 * i;
+    force[0] = force[1] = 0.0;
+    force[2] = -normal;
+    if (!(normal > 0.0)) continue;
+    turning += normal * (points_[i].y * points_[i].y + points_[i].x * points_[i].x);
+    sum += normal;
+    pressed.x += normal * points_[i].x, pressed.y += normal * points_[i].y;
+  }
+  if (!(sum > 0.0) || (wrench[0] == 0.0 && wrench[1] == 0.0 && wrench[5] == 0.0)) return;
+  pressed = {pressed.x / sum, pressed.y / sum};
+  // Sliding without a turn, and a turn about the middle of the pressure for the rest of the torsion.
+  const double slide[2] = {wrench[0] / sum, wrench[1] / sum};
+  const double middle[2] = {centre_.x + face.length * pressed.x, centre_.y + face.length * pressed.y};
+  const double torsion = wrench[5] - (middle[0] * wrench[1] - middle[1] * wrench[0]);
+  const double polar = turning - sum * (pressed.x * pressed.x + pressed.y * pressed.y);
+  double turn = polar > kOpen * sum ? torsion / face.length / polar : 0.0;
+  const auto steepest = [&](double share) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < cells; ++i) {
+      if (!(normal_[i] > 0.0)) continue;
+      most = std::max(most, std::hypot(slide[0] - share * turn * (points_[i].y - pressed.y),
+                                       slide[1] + share * turn * (points_[i].x - pressed.x)));
+    }
+    return most;
+  };
+  const double limit = std::max(kMostTwist, kTwistOverSliding * std::hypot(slide[0], slide[1]));
+  if (steepest(1.0) > limit) {
+    double low = 0.0, high = 1.0;
+    for (int step = 0; step < kBisections; ++step) {
+      const double share = (low + high) / 2;
+      (steepest(share) > limit ? high : low) = share;
+    }
+    turn *= low;
+  }
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (!(normal_[i] > 0.0)) continue;
+    double* force = forces + 3 * i;
+    force[0] = normal_[i] * (slide[0] - turn * (points_[i].y - pressed.y));
+    force[1] = normal_[i] * (slide[1] + turn * (points_[i].x - pressed.x));
+  }
+}
+
+PressedCells CellContact::pressed_cells(const Face& face, const double* heights, Workspace& workspace) const {
+  workspace.points.resize(face.cells());
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    workspace.points[i] = {workspace.placed[2 * i], workspace.placed[2 * i + 1]};
+  }
+  return {face.cells(), workspace.points.data(), normal_.data(), heights, centre_, face.length, tilting_};
+}
+
+void CellContact::sum(const Workspace& workspace, std::size_t cells, const double* forces, double* carried) {
+  std::fill(carried, carried + 6, 0.0);
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double x = workspace.placed[2 * i], y = workspace.placed[2 * i + 1];
+    const double* force = forces + 3 * i;
+    for (int k = 0; k < 3; ++k) carried[k] += force[k];
+    carried[3] += y * force[2];
+    carried[4] -= x * force[2];
+    carried[5] += x * force[1] - y * force[0];
+  }
+}
+
+bool CellContact::weights(const Face& face, const LawOptions& options, const double* wrench,
+                          std::vector<double>& weights, Workspace& workspace) const {
+  const std::size_t pressures = motions();
+  if (!linear_ || curved_ || !(wrench[2] < 0.0)) return false;
+  double pressing[kMostPressures];
+  resultants(face, wrench, pressing);
+  workspace.forces.resize(face.cells());
+  if (!contact_.under(pressing, workspace.forces.data())) return false;
+  for (std::size_t i = 0; options.strength > 0.0 && i < face.cells(); ++i) {
+    if (workspace.forces[i] > options.strength * face.areas[i]) return false;
+  }
+  weights.assign(parts(), 0.0);
+  std::copy(pressing, pressing + pressures, weights.begin());
+  const double torsion = wrench[5] - (centre_.x * wrench[1] - centre_.y * wrench[0]);
+  if (wrench[0] == 0.0 && wrench[1] == 0.0 && torsion == 0.0) return true;
+  double motion[3] = {wrench[0], wrench[1], torsion / face.length}, gram[9] = {};
+  for (std::size_t n = 0; n < pressures; ++n) {
+    for (std::size_t k = 0; k < 9; ++k) gram[k] += pressing[n] * gram_[9 * n + k];
+  }
+  if (!solve_small(3, gram, motion, 1, kOpen)) return false;
+  const double sliding = std::hypot(wrench[0], wrench[1]) / -wrench[2];
+  const double limit = std::max(kMostTwist, kTwistOverSliding * sliding);
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    if (!contact_.pressed()[i]) continue;
+    const double x = motion[0] - points_[i].y * motion[2], y = motion[1] + points_[i].x * motion[2];
+    if (std::hypot(x, y) > limit) return false;
+  }
+  for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t n = 0; n < pressures; ++n) weights[pressures + pressures * j + n] = motion[j] * pressing[n];
+  }
+  return true;
+}
+
+void CellContact::part_forces(const Face& face, const std::vector<double>& weights, double* forces) const {
+  const std::size_t pressures = motions();
+  for (std::size_t i = 0; i < face.cells(); ++i) {
+    double modes[2][3];
+    shear_modes(points_[i], modes);
+    double* force = forces + 3 * i;
+    force[0] = force[1] = force[2] = 0.0;
+    for (std::size_t n = 0; n < pressures; ++n) {
+      const double pressing = contact_.map_forces()[i][n];
+      force[2] -= weights[n] * pressing;
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double share = weights[pressures + pressures * j + n] * pressing;
+        force[0] += share * modes[0][j];
+        force[1] += share * modes[1][j];
+      }
+    }
+  }
+}
+
+void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, Workspace& workspace,
+                               double* nodal) const {
+  const std::size_t cells = face.cells();
+  workspace.tractions.resize(3 * cells);
+  for (std::size_t i = 0; i < cells; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) workspace.tractions[3 * i + k] = forces[3 * i + k] / face.areas[i];
+  }
+  workspace.edges.clear();
+  for (const CellEdge& edge : face.edges) {
+    TractionEdge step = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
+    bool stepped = false;
+    for (int k = 0; k < 3; ++k) {
+      const double left = edge.left < 0 ? 0.0 : workspace.tractions[static_cast<std::size_t>(3 * edge.left + k)];
+      const double right = edge.right < 0 ? 0.0 : workspace.tractions[static_cast<std::size_t>(3 * edge.right + k)];
+      step.traction[k] = left - right;
+      stepped = stepped || step.traction[k] != 0.0;
+    }
+    if (!stepped) continue;
+    const Point start = placement_({edge.start[0], edge.start[1]}), end = placement_({edge.end[0], edge.end[1]});
+    step.start[0] = start.x, step.start[1] = start.y, step.end[0] = end.x, step.end[1] = end.y;
+    workspace.edges.push_back(step);
+  }
+  grid.traction_forces(workspace.edges.data(), workspace.edges.size(), workspace.grid, nodal);
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,392 @@
+#include "contact/laws/rigid_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact/laws/bearing.hpp"
+#include "linalg/kernels.hpp"
+#include "linalg/small.hpp"
+
+namespace mjtactile {
+namespace {
+
+// Forces that pull and separations that overlap count from this share of the largest on.
+constexpr double kTolerance = 1e-11;
+constexpr double kBalanced = 1e-9;
+// Exchanges of cells, and those that may leave as many wrong ones before single cells are exchanged.
+constexpr std::size_t kExchanges = 24, kPatience = 3;
+// Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
+constexpr std::size_t kDescents = 20, kBounded = 30;
+// Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
+constexpr double kMostWork = 5e6, kMostFactors = 12.0;
+// Springs that start the search, over the stiffness of single cells.
+constexpr double kSprings = 0.2;
+// Least compliance of a spring over the largest: layers can leave a cell none of its own.
+constexpr double kStiffest = 1e-3;
+// Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
+// limit it is, and loaded by what is more than the third of the resultants.
+constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
+
+std::uint64_t fingerprint(const std::vector<std::uint8_t>& cells) {
+  std::uint64_t hash = 1469598103934665603u;  // FNV-1a
+  for (const std::uint8_t cell : cells) hash = (hash ^ cell) * 1099511628211u;
+  return hash;
+}
+
+double along(const double* map, const double* resultants, std::size_t motions) {
+  double value = map[motions];
+  for (std::size_t m = 0; m < motions; ++m) value += map[m] * resultants[m];
+  return value;
+}
+
+}  // namespace
+
+bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start) {
+  if ((start != nullptr || problem.heights == nullptr) && exchange(problem, start)) return true;
+  set_springs(problem);
+  const bool balanced = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, problem.resultants);
+  if (exchange(problem, springs_.pressed().data())) return true;
+  return balanced && descend(problem) && balances(problem);
+}
+
+void RigidContact::set_springs(const RigidProblem& problem) {
+  const Matrix& compliance = *problem.compliance;
+  double largest = std::numeric_limits<double>::min();
+  for (std::size_t i = 0; i < problem.cells(); ++i) largest = std::max(largest, compliance[i][i]);
+  stiffnesses_.resize(problem.cells());
+  for (std::size_t i = 0; i < stiffnesses_.size(); ++i) {
+    stiffnesses_[i] = kSprings / std::max(compliance[i][i], kStiffest * largest);
+  }
+}
+
+// Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
+// conditions change sides while that leaves fewer; where it does not for a few times, only the last of them does.
+bool RigidContact::exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible) {
+  const std::size_t cells = problem.cells();
+  flexible_ = flexible;
+  pressed_.assign(cells, 1);
+  if (start != nullptr) pressed_.assign(start, start + cells);
+  std::size_t fewest = cells + 1, patience = kPatience;
+  for (std::size_t trial = 0; trial < kExchanges; ++trial) {
+    if (!on(problem)) return false;
+    const std::size_t wrong = violated(exchange_);
+    if (wrong == 0) return balances(problem);
+    if (wrong < fewest) {
+      fewest = wrong;
+      patience = kPatience;
+    } else if (patience > 0) {
+      --patience;
+    } else {
+      const auto last = std::find(exchange_.rbegin(), exchange_.rend(), std::uint8_t{1});
+      std::fill(last + 1, exchange_.rend(), std::uint8_t{0});
+    }
+    for (std::size_t i = 0; i < cells; ++i) pressed_[i] ^= exchange_[i];
+  }
+  return false;
+}
+
+// Whether what rounding leaves of the resultants is rounding.
+bool RigidContact::balances(const RigidProblem& problem) const {
+  double left = 0.0, size = 0.0;
+  for (std::size_t m = 0; m < motions_; ++m) {
+    double sum = -problem.resultants[m];
+    for (std::size_t i = 0; i < cells(); ++i) sum += problem.modes[i * motions_ + m] * forces_[i];
+    left = std::max(left, std::abs(sum));
+    size = std::max(size, std::abs(problem.resultants[m]));
+  }
+  return left <= kBalanced * size;
+}
+
+// Primal active-set method from the springs' forces, which carry the resultants: the energy falls at every step, so
+// that it cannot cycle.
+bool RigidContact::descend(const RigidProblem& problem) {
+  reached_ = springs_.forces();
+  for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = reached_[i] > 0.0 ? 1 : 0;
+  for (std::size_t trial = 0; trial < std::min(cells(), kDescents); ++trial) {
+    if (!on(problem)) return false;
+    double largest = 0.0, length = 1.0;
+    for (const double force : forces_) largest = std::max(largest, std::abs(force));
+    // As far towards the solution on these cells as none of them pulls.
+    for (std::size_t i = 0; i < cells(); ++i) {
+      const double wanted = forces_[i];
+      if (pressed_[i] && wanted < -kTolerance * largest) length = std::min(length, reached_[i] / (reached_[i] - wanted));
+    }
+    double most = 0.0;
+    for (std::size_t i = 0; i < cells(); ++i) {
+      reached_[i] = std::max(reached_[i] + length * (forces_[i] - reached_[i]), 0.0);
+      most = std::max(most, reached_[i]);
+    }
+    if (length < 1.0) {
+      for (std::size_t i = 0; i < cells(); ++i) {
+        if (pressed_[i] && reached_[i] <= kTolerance * most) pressed_[i] = 0, reached_[i] = 0.0;
+      }
+      continue;
+    }
+    if (violated(exchange_) == 0) return true;
+    std::size_t worst = cells();
+    double deepest = 0.0;
+    for (std::size_t i = 0; i < cells(); ++i) {
+      if (exchange_[i] && !pressed_[i] && separation_[i] < deepest) deepest = separation_[i], worst = i;
+    }
+    if (worst == cells()) return false;
+    pressed_[worst] = 1;
+  }
+  return false;
+}
+
+bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most,
+                                 const std::vector<std::uint8_t>& start) {
+  const std::size_t cells = problem.cells();
+  flexible_ = true;
+  carries_ = true;
+  pressed_ = start;
+  full_.assign(cells, 0);
+  most_.assign(most, most + cells);
+  double nearer[kMostMotions];
+  const bool borne = !bring_within_bearing(most_, problem.modes, problem.motions, problem.resultants, order_, nearer);
+  if (borne && exchange_bounded(problem, most)) return true;
+  // Springs that yield tell which cells are full.
+  set_springs(problem);
+  carries_ = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
+  const RigidProblem moved = {problem.compliance, problem.modes, problem.motions, problem.heights, nearer};
+  for (std::size_t i = 0; i < cells; ++i) {
+    full_[i] = springs_.forces()[i] >= most[i] ? 1 : 0;
+    pressed_[i] = springs_.pressed()[i] && !full_[i] ? 1 : 0;
+  }
+  if (carries_ && exchange_bounded(moved, most)) return true;
+  forces_ = springs_.forces();
+  pressed_ = springs_.pressed();
+  return false;
+}
+
+bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most) {
+  const std::size_t cells = problem.cells(), motions = problem.motions;
+  const Matrix& compliance = *problem.compliance;
+  pushed_.resize(cells);
+  seen_.clear();
+  for (std::size_t round = 0; round < kBounded; ++round) {
+    // What the full cells carry is taken off the load, and the surface lies lower where they push it.
+    double left[kMostMotions];
+    std::copy(problem.resultants, problem.resultants + motions, left);
+    for (std::size_t i = 0; i < cells; ++i) pushed_[i] = problem.height(i);
+    for (std::size_t j = 0; j < cells; ++j) {
+      if (!full_[j]) continue;
+      for (std::size_t m = 0; m < motions; ++m) left[m] -= most[j] * problem.modes[j * motions + m];
+      for (std::size_t i = 0; i < cells; ++i) pushed_[i] += most[j] * compliance[j][i];
+    }
+    if (!on({&compliance, problem.modes, motions, pushed_.data(), left})) return false;
+    double scale = std::abs(motion_[0]);
+    for (const double pushed : pushed_) scale = std::max(scale, std::abs(pushed));
+    bool changed = false;
+    for (std::size_t i = 0; i < cells; ++i) {
+      if (full_[i]) {
+        // Let go where the surface would be pushed deeper than the body is.
+        if (separation_[i] > kTolerance * scale) full_[i] = 0, pressed_[i] = 1, changed = true;
+      } else if (pressed_[i]) {
+        const double force = forces_[i];
+        if (force > most[i] * (1.0 + kTolerance)) pressed_[i] = 0, full_[i] = 1, changed = true;
+        if (force < -kTolerance * most[i]) pressed_[i] = 0, changed = true;
+      } else if (separation_[i] < -kTolerance * scale) {
+        pressed_[i] = 1, changed = true;
+      }
+    }
+    if (!changed) {
+      double sum = -problem.resultants[0];
+      for (std::size_t i = 0; i < cells; ++i) {
+        if (full_[i]) forces_[i] = most[i], pressed_[i] = 1;
+        sum += forces_[i];
+      }
+      return std::abs(sum) <= kBalanced * problem.resultants[0];
+    }
+    std::uint64_t known = fingerprint(pressed_);
+    for (const std::uint8_t one : full_) known = (known ^ one) * 1099511628211u;
+    if (std::find(seen_.begin(), seen_.end(), known) != seen_.end()) return false;
+    seen_.push_back(known);
+  }
+  return false;
+}
+
+// The solution if exactly the pressed cells were in contact; false where they cannot carry resultants.
+bool RigidContact::on(const RigidProblem& problem) {
+  const std::size_t motions = problem.motions;
+  motions_ = motions;
+  if (!factor_pressed(problem)) return false;
+  const std::size_t count = places_.size();
+  column_.assign(factor_.stride(), 0.0);
+  std::fill(pressed_heights_, pressed_heights_ + kMostMotions, 0.0);
+  if (problem.heights != nullptr) {
+    heights_.resize(1, count);
+    for (std::size_t a = 0; a < count; ++a) heights_[0][a] = problem.heights[places_[a]];
+    solve_forward(factor_, heights_);
+    for (std::size_t m = 0; m < motions; ++m) pressed_heights_[m] = dot(modes_[m], heights_[0], count);
+    for (std::size_t a = 0; a < count; ++a) column_[a] = -heights_[0][a];
+  }
+  // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
+  double wanted[kMostMotions] = {};
+  for (std::size_t m = 0; m < motions; ++m) wanted[m] = problem.resultants[m] + pressed_heights_[m];
+  if (!invert_stiffness(wanted)) return false;
+  for (std::size_t m = 0; m < motions; ++m) {
+    motion_[m] = 0.0;
+    for (std::size_t n = 0; n < motions; ++n) motion_[m] += flexibility_[m][n] * wanted[n];
+    for (std::size_t a = 0; a < count; ++a) column_[a] += motion_[m] * modes_[m][a];
+  }
+  solve_backward(factor_, column_.data());
+  forces_.assign(problem.cells(), 0.0);
+  for (std::size_t a = 0; a < count; ++a) forces_[places_[a]] = column_[a];
+  separation_.assign(problem.compliance->stride(), 0.0);
+  if (count < problem.cells()) {
+    separate(problem, forces_.data(), motion_, separation_.data());
+    if (problem.heights != nullptr) {
+      for (std::size_t i = 0; i < problem.cells(); ++i) separation_[i] += problem.heights[i];
+    }
+  }
+  return true;
+}
+
+// The factor of the pressed cells' compliance and what does not depend on heights, unless they are known.
+bool RigidContact::factor_pressed(const RigidProblem& problem) {
+  const std::size_t motions = problem.motions;
+  places_.clear();
+  for (std::size_t i = 0; i < pressed_.size(); ++i) {
+    if (pressed_[i]) places_.push_back(i);
+  }
+  const std::size_t count = places_.size();
+  if (count == 0) return false;
+  if (factored_ && places_ == factored_places_) return true;
+  factored_ = false;
+  const auto size = static_cast<double>(count);
+  work_ += size * size * size;
+  if (work_ > kMostWork + kMostFactors * std::pow(static_cast<double>(pressed_.size()), 3)) return false;
+  factor_.resize(count, count);
+  modes_.resize(motions, count);
+  for (std::size_t a = 0; a < count; ++a) {
+    const double* from = (*problem.compliance)[places_[a]];
+    double* to = factor_[a];
+    for (std::size_t b = a; b < count; ++b) to[b] = from[places_[b]];
+    for (std::size_t m = 0; m < motions; ++m) modes_[m][a] = problem.modes[places_[a] * motions + m];
+  }
+  if (!factor(factor_)) return definite_ = false;
+  solve_forward(factor_, modes_);
+  for (std::size_t m = 0; m < motions; ++m) {
+    for (std::size_t n = 0; n < motions; ++n) stiffness_[m][n] = dot(modes_[m], modes_[n], count);
+  }
+  factored_places_ = places_;
+  factored_ = true;
+  return true;
+}
+
+// The inverse of the stiffness. Where pressed cells in one row leave a tilt open, it stays as it is, unless what is wanted
+// loads it: then it goes far, until other cells come into contact.
+bool RigidContact::invert_stiffness(const double* wanted) {
+  const std::size_t motions = motions_;
+  double values[kMostMotions], vectors[kMostMotions * kMostMotions], matrix[kMostMotions * kMostMotions];
+  for (std::size_t m = 0; m < motions; ++m) {
+    for (std::size_t n = 0; n < motions; ++n) {
+      matrix[m * motions + n] = stiffness_[m][n];
+      flexibility_[m][n] = m == n ? 1.0 : 0.0;
+    }
+  }
+  if (solve_small(motions, matrix, &flexibility_[0][0], kMostMotions, kOpen)) return true;
+  if (!flexible_) return false;
+  symmetric_eigen(motions, matrix, values, vectors);
+  const double largest = std::max(*std::max_element(values, values + motions), std::numeric_limits<double>::min());
+  double size = 0.0;
+  for (std::size_t m = 0; m < motions; ++m) size = std::max(size, std::abs(wanted[m]));
+  for (auto& row : flexibility_) std::fill(row, row + kMostMotions, 0.0);
+  for (std::size_t k = 0; k < motions; ++k) {
+    double along_it = 0.0, inverse = 1.0 / std::max(values[k], kOpenMotion * largest);
+    for (std::size_t m = 0; m < motions; ++m) along_it += vectors[m * motions + k] * wanted[m];
+    if (values[k] < kOpenMotion * largest) inverse = std::abs(along_it) > kLoaded * size ? 1.0 / (kOpenMotion * largest) : 0.0;
+    for (std::size_t m = 0; m < motions; ++m) {
+      for (std::size_t n = 0; n < motions; ++n) {
+        flexibility_[m][n] += inverse * vectors[m * motions + k] * vectors[n * motions + k];
+      }
+    }
+  }
+  return true;
+}
+
+// What forces and a motion leave between surface and body, (padded cells), 0 under pressed cells.
+void RigidContact::separate(const RigidProblem& problem, const double* forces, const double* motion,
+                            double* separation) const {
+  const Matrix& compliance = *problem.compliance;
+  kernels().multiply_add(forces, 0, 1, compliance.data(), compliance.stride(), separation, compliance.stride(), 1,
+                         compliance.stride(), compliance.rows());
+  for (std::size_t i = 0; i < compliance.rows(); ++i) {
+    for (std::size_t m = 0; m < motions_; ++m) separation[i] -= problem.modes[i * motions_ + m] * motion[m];
+  }
+}
+
+void RigidContact::make_maps(const RigidProblem& problem) {
+  const std::size_t cells = problem.cells(), motions = motions_, entries = motions + 1, count = places_.size();
+  map_motion_.resize(motions, entries);
+  map_forces_.resize(cells, entries);
+  map_separation_.resize(cells, entries);
+  std::vector<double> forces(cells), apart(problem.compliance->stride());
+  for (std::size_t n = 0; n < entries; ++n) {
+    const bool constant = n == motions;
+    double motion[kMostMotions];
+    for (std::size_t m = 0; m < motions; ++m) {
+      motion[m] = 0.0;
+      for (std::size_t k = 0; k < motions; ++k) {
+        motion[m] += flexibility_[m][k] * (constant ? pressed_heights_[k] : k == n ? 1.0 : 0.0);
+      }
+      map_motion_[m][n] = motion[m];
+    }
+    for (std::size_t a = 0; a < count; ++a) {
+      column_[a] = constant && problem.heights != nullptr ? -heights_[0][a] : 0.0;
+      for (std::size_t m = 0; m < motions; ++m) column_[a] += motion[m] * modes_[m][a];
+    }
+    solve_backward(factor_, column_.data());
+    std::fill(forces.begin(), forces.end(), 0.0);
+    for (std::size_t a = 0; a < count; ++a) forces[places_[a]] = column_[a];
+    std::fill(apart.begin(), apart.end(), 0.0);
+    separate(problem, forces.data(), motion, apart.data());
+    for (std::size_t i = 0; i < cells; ++i) {
+      map_forces_[i][n] = forces[i];
+      map_separation_[i][n] = pressed_[i] ? 0.0 : apart[i] + (constant ? problem.height(i) : 0.0);
+    }
+  }
+}
+
+bool RigidContact::under(const double* resultants, double* forces) const {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < cells(); ++i) {
+    forces[i] = along(map_forces_[i], resultants, motions_);
+    largest = std::max(largest, std::abs(forces[i]));
+  }
+  double scale = std::abs(along(map_motion_[0], resultants, motions_)), overlap = 0.0;
+  for (std::size_t i = 0; i < cells(); ++i) {
+    if (pressed_[i]) {
+      if (forces[i] < -kTolerance * largest) return false;
+      continue;
+    }
+    const double separation = along(map_separation_[i], resultants, motions_);
+    scale = std::max(scale, std::abs(separation));
+    overlap = std::max(overlap, -separation);
+  }
+  return overlap <= kTolerance * scale;
+}
+
+// Which cells pull although pressed, or overlap although not; how many.
+std::size_t RigidContact::violated(std::vector<std::uint8_t>& violated) const {
+  violated.assign(cells(), 0);
+  double largest = 0.0, scale = std::abs(motion_[0]);
+  for (std::size_t i = 0; i < cells(); ++i) {
+    if (pressed_[i]) {
+      largest = std::max(largest, std::abs(forces_[i]));
+    } else {
+      scale = std::max(scale, std::abs(separation_[i]));
+    }
+  }
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cells(); ++i) {
+    const bool wrong = pressed_[i] ? forces_[i] < -kTolerance * largest : separation_[i] < -kTolerance * scale;
+    violated[i] = wrong ? 1 : 0;
+    count += wrong;
+  }
+  return count;
+}
+
+}  // namespace mjtactile

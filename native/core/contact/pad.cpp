@@ -1,0 +1,117 @@
+#include "contact/pad.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace mjtactile {
+namespace {
+
+constexpr std::size_t kAligned = 16;
+
+std::size_t padded(std::size_t rows) { return (rows + kAligned - 1) / kAligned * kAligned; }
+
+template <typename Value>
+Columns<Value> filled(const double* matrix, std::size_t count, std::size_t rows, Precision precision) {
+  Columns<Value> columns(count, rows, precision);
+  for (std::size_t j = 0; j < count; ++j) columns.set(j, matrix + j * rows);
+  return columns;
+}
+
+}  // namespace
+
+Pad::Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, const CornerSpread* corners,
+         LinearRange range)
+    : surface_(std::move(surface)), compliance_(std::move(compliance)), precision_(precision), range_(range) {
+  prepare(float_maps_, corners);
+  prepare(double_maps_, corners);
+}
+
+template <typename Value>
+void Pad::prepare(Maps<Value>& maps, const CornerSpread* corners) const {
+  maps.mean.coordinates = 1;
+  for (StressMap<Value>* map : {&maps.deviatoric, &maps.mean}) {
+    map->nodes_x = corners == nullptr ? surface_.nodes_x() : corners->corners_x();
+    map->nodes_y = corners == nullptr ? surface_.nodes_y() : corners->corners_y();
+    if (corners != nullptr) map->spread.push_back(*corners);
+  }
+}
+
+void Pad::set_signs(const double* signs) {
+  for (std::size_t i = 0; i < kClasses * kClasses; ++i) {
+    float_maps_.deviatoric.signs[i] = float_maps_.mean.signs[i] = static_cast<float>(signs[i]);
+    double_maps_.deviatoric.signs[i] = double_maps_.mean.signs[i] = signs[i];
+  }
+}
+
+void Pad::add_layer(const AveragingRows& rows) {
+  points_.push_back(rows.points);
+  if (twofold()) {
+    add_layer_to(double_maps_.deviatoric, rows);
+    add_layer_to(double_maps_.mean, rows);
+  } else {
+    add_layer_to(float_maps_.deviatoric, rows);
+    add_layer_to(float_maps_.mean, rows);
+  }
+}
+
+void Pad::set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
+                    const MatrixFactors* layers, bool mean) {
+  has_mean_ = has_mean_ || mean;
+  if (twofold()) {
+    set_class_of(mean ? double_maps_.mean : double_maps_.deviatoric, c, count, columns, signs, layers);
+  } else {
+    set_class_of(mean ? float_maps_.mean : float_maps_.deviatoric, c, count, columns, signs, layers);
+  }
+}
+
+std::size_t Pad::bytes() const {
+  return float_maps_.deviatoric.bytes() + float_maps_.mean.bytes() + double_maps_.deviatoric.bytes() +
+         double_maps_.mean.bytes();
+}
+
+template <typename Value>
+void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
+  typename StressMap<Value>::Layer layer;
+  layer.points = rows.points;
+  layer.rows = padded(map.coordinates * rows.points);
+  layer.offset = map.response_size;
+  for (std::size_t t = 0; t < rows.taxels; ++t) {
+    const std::int32_t start = rows.starts[t], end = rows.starts[t + 1];
+    layer.taxels.push_back({static_cast<std::uint32_t>(start), static_cast<std::uint32_t>(end - start)});
+    for (std::int32_t i = start; i < end; ++i) {
+      const std::size_t place = static_cast<std::size_t>(rows.places[i]);
+      const std::size_t quadrant = place / rows.points, point = place % rows.points;
+      layer.places.push_back(static_cast<std::uint32_t>(quadrant * layer.points + point));
+      layer.weights.push_back(static_cast<Value>(rows.weights[i]));
+    }
+  }
+  map.response_size += kClasses * layer.rows;
+  map.taxels += rows.taxels;
+  map.layers.push_back(std::move(layer));
+}
+
+template <typename Value>
+void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, const std::int32_t* columns,
+                       const double* signs, const MatrixFactors* layers) {
+  typename StressMap<Value>::Class& of_class = map.classes[c];
+  const std::size_t quarter = 3 * (map.nodes_x / 2 + 1) * (map.nodes_y / 2 + 1);
+  of_class.columns.assign(quarter, StressMap<Value>::kNone);
+  for (std::size_t i = 0; i < quarter; ++i) {
+    if (columns[i] >= 0) of_class.columns[i] = static_cast<std::uint32_t>(columns[i]);
+  }
+  std::copy(signs, signs + 6, &of_class.signs[0][0]);
+
+  // A left factor mixes patterns of very different strength and is small: half precision at least.
+  const Precision left = precision_ == Precision::byte ? Precision::half : precision_;
+  of_class.factors.clear();
+  for (std::size_t k = 0; k < map.layers.size(); ++k) {
+    const std::size_t rank = layers[k].rank, rows = map.coordinates * map.layers[k].points;
+    std::vector<Columns<Value>> factors;
+    if (rank > 0) factors.push_back(filled<Value>(layers[k].left, count, rank, left));
+    const double* last = rank > 0 ? layers[k].right : layers[k].left;
+    factors.push_back(filled<Value>(last, rank > 0 ? rank : count, rows, precision_));
+    of_class.factors.push_back(std::move(factors));
+  }
+}
+
+}  // namespace mjtactile

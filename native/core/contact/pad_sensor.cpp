@@ -1,0 +1,524 @@
+#include "contact/pad_sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace mjtactile {
+namespace {
+
+// Steps at one pose after which a basis is worth its making.
+constexpr double kSteady = 8.0;
+// A face that overhangs the sheet is cut at its edge for places rounded to this [m, rad]: what the edge is off by is a
+// hundredth of the depth of the first taxels.
+constexpr double kCutStep = 5e-6, kCutTurn = 5e-4;
+constexpr std::size_t kMostCutFaces = 64;
+// Faces that lean more than this never face the pad alone (their cosine).
+constexpr double kFacing = 0.9;
+// Height of what presses over the surface or, where contacts are soft, below it, over the pad's depth.
+constexpr double kNear = 0.8;
+// What of a body is deeper in the pad than where it presses, by this factor and length [m], stands beside the pad.
+constexpr double kDeeper = 1.5, kDeeperBy = 1e-4;
+// Where nothing of a body's geometry faces the pad, squares about its contact points bear it: their least side over the
+// facing gap, and their area over what the force needs at the pad's strength.
+constexpr double kLeastSpot = 4.0, kSpotArea = 1.5;
+// Rounds in which bodies on one pad settle beside each other, and the change of forces that ends them, over the force.
+constexpr int kRounds = 12;
+constexpr double kSettled = 1e-8;
+// What is not carried, over the wrench, that is more than rounding and the margin at a face's rim.
+constexpr double kLeftOver = 5e-3;
+// Forces within two to this power, up or down, of 1 N are read as they are: single precision squares stresses.
+constexpr int kCommonPowers = 20;
+// Width of the narrowest cells over the pad's depth.
+constexpr double kNarrowest = 0.01;
+// A hash kept as a double must be a whole number that a double holds.
+constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
+// Deviatoric coordinates and the mean stress under x -> -x and y -> -y (mjtactile/influence.py).
+constexpr bool kOdd[kDeviatoric][2] = {{false, false}, {false, false}, {true, true}, {false, true}, {true, false}};
+constexpr bool kEven[1][2] = {{false, false}};
+
+std::array<std::int64_t, 12> rounded(const Pose& pose, double tolerance) {
+  std::array<std::int64_t, 12> whole;
+  for (std::size_t i = 0; i < 3; ++i) whole[i] = std::llround(pose.position[i] / tolerance);
+  for (std::size_t i = 0; i < 9; ++i) whole[3 + i] = std::llround(pose.rotation[i] / tolerance);
+  return whole;
+}
+
+Pose at(const std::array<std::int64_t, 12>& whole, double tolerance) {
+  Pose pose;
+  for (std::size_t i = 0; i < 3; ++i) pose.position[i] = static_cast<double>(whole[i]) * tolerance;
+  for (std::size_t i = 0; i < 9; ++i) pose.rotation[i] = static_cast<double>(whole[3 + i]) * tolerance;
+  return pose;
+}
+
+double pressing(const Touch& touch) { return -touch.wrench[2]; }
+
+}  // namespace
+
+template <typename Value>
+PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance)
+    : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance) {
+  if (!(options_.narrowest > 0.0)) options_.narrowest = kNarrowest * pad_->depth();
+  options_.facing_gap = facing_gap_;
+  response_.resize(pad_->template deviatoric<Value>().response_size);
+  if (pad_->has_mean()) mean_response_.resize(pad_->template mean<Value>().response_size);
+  forces_.resize(3 * pad_->surface().nodes_x() * pad_->surface().nodes_y());
+}
+
+template <typename Value>
+void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Steadiness& before) {
+  touched_ = count > 0;
+  key_ = 0.0;
+  power_ = 0;
+  std::fill(pressed_.carried, pressed_.carried + 6, 0.0);
+  pressed_.range = pressed_.indentation = pressed_.area = pressed_.peak = 0.0;
+  pressed_.notes.clear();
+  if (keeps_forces_) total_.assign(forces_.size(), 0.0);
+  if (!touched_) return;
+  std::uint64_t hash = count;
+  double largest = 0.0;
+  bool finite = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    hash = mixed(hash, static_cast<std::uint64_t>(touches[i].body));
+    for (const std::int64_t one : rounded(touches[i].pose, tolerance_)) {
+      hash = mixed(hash, static_cast<std::uint64_t>(one));
+    }
+    for (const double part : touches[i].wrench) {
+      finite = finite && std::isfinite(part);
+      largest = std::max(largest, std::abs(part));
+    }
+  }
+  key_ = static_cast<double>(hash & kHashMask);
+  std::fill(response_.begin(), response_.end(), Value(0));
+  std::fill(mean_response_.begin(), mean_response_.end(), Value(0));
+  if (!finite) {
+    // The simulation has come apart: no number would be right.
+    std::fill(response_.begin(), response_.end(), std::numeric_limits<Value>::quiet_NaN());
+    std::fill(mean_response_.begin(), mean_response_.end(), std::numeric_limits<Value>::quiet_NaN());
+    note(Event::refused, touches[0], largest, largest);
+    return;
+  }
+  const int power = std::ilogb(std::max(largest, std::numeric_limits<double>::min()));
+  if (std::abs(power) > kCommonPowers) power_ = power;
+
+  const bool steady = count == 1 && before.pose == key_ && before.steps >= kSteady && !pad_->has_mean() &&
+                      !keeps_forces_ && options_.law == Law::elastic;
+  while (presses_.size() < count) presses_.push_back(std::make_unique<BodyPress>());
+  solved_.assign(count, 0);
+  std::size_t solved = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Touch& touch = touches[i];
+    if (!(pressing(touch) > 0.0)) {
+      note_carried(touch, std::array<double, 6>{}.data());
+      continue;
+    }
+    Placement placement = kHere;
+    const std::shared_ptr<const Face> face = face_towards(touch, placement);
+    if (face != nullptr && steady && press_steady(touch, face)) continue;
+    if (face != nullptr && options_.law == Law::uniform && press_linear(touch, *face, placement)) continue;
+    solved_[i] = solve(touch, *presses_[i], face, placement) ? 1 : 0;
+    solved += solved_[i];
+    if (!solved_[i]) {
+      note(Event::refused, touch, 0.0, 0.0);
+      note_carried(touch, std::array<double, 6>{}.data());
+    }
+  }
+  if (solved > 1 && options_.law == Law::elastic) couple(touches, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (solved_[i]) finish(touches[i], *presses_[i]);
+  }
+}
+
+template <typename Value>
+Steadiness PadSensor<Value>::after(const Steadiness& before) const {
+  if (!touched_) return {};
+  return {key_, before.pose == key_ ? std::min(before.steps + 1.0, kSteady) : 1.0};
+}
+
+// The contact of one body as if it were alone: on a flat face, by its shape, or at the points where MuJoCo sees it.
+template <typename Value>
+bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
+                             const Placement& placement) {
+  const SurfaceCompliance& compliance = pad_->compliance();
+  press.keeps = face;
+  press.flat = face != nullptr;
+  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace)) {
+    return true;
+  }
+  press.flat = false;
+  if (touch.map != nullptr) return press.patch.solve(*touch.map, sheet(), compliance, options_, touch.wrench, press.workspace);
+  if (touch.geometry != nullptr && !touch.geometry->shapes().empty()) {
+    const double depth = pad_->depth();
+    const double floor = -std::min(kDeeper * touch.sunk + kDeeperBy, depth);
+    if (press.gap.place(touch.geometry->shapes(), touch.pose, sheet(), floor, depth) &&
+        press.patch.solve(press.gap, sheet(), compliance, options_, touch.wrench, press.workspace)) {
+      return true;
+    }
+  }
+  return press_points(touch, press);
+}
+
+// Where geometry says nothing, each of MuJoCo's contact points bears its force on a square about it, as near as that
+// lies on the sheet.
+template <typename Value>
+bool PadSensor<Value>::press_points(const Touch& touch, BodyPress& press) {
+  const Rectangle over = sheet();
+  starts_.clear();
+  ends_.clear();
+  for (const ContactPoint& point : touch.points) {
+    const double area = options_.strength > 0.0 ? kSpotArea * point.force / options_.strength : 0.0;
+    const double half = std::min({std::max(kLeastSpot * facing_gap_, std::sqrt(std::max(area, 0.0))) / 2,
+                                  (over.east - over.west) / 2, (over.north - over.south) / 2});
+    const double x = std::min(std::max(point.x, over.west + half), over.east - half);
+    const double y = std::min(std::max(point.y, over.south + half), over.north - half);
+    const Point corners[4] = {{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
+    for (int k = 0; k < 4; ++k) starts_.push_back(corners[k]), ends_.push_back(corners[(k + 1) % 4]);
+  }
+  if (starts_.empty()) return false;
+  press.spots.place(starts_, ends_, over);
+  return press.patch.solve(press.spots, over, pad_->compliance(), options_, touch.wrench, press.workspace);
+}
+
+// Each body in turn on the surface as the others leave it, until no force changes.
+template <typename Value>
+void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
+  for (int round = 0; round < kRounds; ++round) {
+    double change = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!solved_[i]) continue;
+      BodyPress& own = *presses_[i];
+      const std::size_t cells = own.cells().cells();
+      own.sunk.assign(cells, 0.0);
+      for (std::size_t j = 0; j < count; ++j) {
+        if (j == i || !solved_[j]) continue;
+        const BodyPress& other = *presses_[j];
+        pad_->compliance().add_sinking(own.workspace.placed.data(), cells, other.workspace.placed.data(),
+                                       other.cells().areas.data(), other.contact().normal().data(),
+                                       other.cells().cells(), others_, own.sunk.data());
+      }
+      own.forces.assign(own.contact().normal().begin(), own.contact().normal().end());
+      if (own.flat) {
+        own.face.press_again(pad_->compliance(), options_, touches[i].wrench, own.sunk, own.workspace);
+      } else {
+        own.patch.press_again(pad_->compliance(), options_, touches[i].wrench, own.sunk, own.workspace);
+      }
+      for (std::size_t k = 0; k < cells; ++k) {
+        change = std::max(change, std::abs(own.contact().normal()[k] - own.forces[k]) / pressing(touches[i]));
+      }
+    }
+    if (change <= kSettled) return;
+  }
+}
+
+template <typename Value>
+void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
+  const CellContact& contact = press.contact();
+  const Face& cells = press.cells();
+  double carried[6];
+  press.forces.resize(3 * cells.cells());
+  if (!shear(touch, press)) contact.forces(cells, touch.wrench, press.forces.data());
+  bound_stress(cells, press.forces.data());
+  CellContact::sum(press.workspace, cells.cells(), press.forces.data(), carried);
+  contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());
+  if (!contact.exact()) note(Event::bounded, touch, 0.0, 0.0);
+  note_range(touch, -carried[2], contact.pressed_area(), contact.indentation());
+  for (std::size_t i = 0; i < cells.cells(); ++i) {
+    pressed_.peak = std::max(pressed_.peak, contact.normal()[i] / cells.areas[i]);
+  }
+  note_carried(touch, carried);
+  add(forces_.data());
+}
+
+// Under the surface no cell brings about more von Mises stress than the strength: what shear is over that is left out.
+template <typename Value>
+void PadSensor<Value>::bound_stress(const Face& cells, double* forces) const {
+  for (std::size_t i = 0; options_.strength > 0.0 && i < cells.cells(); ++i) {
+    double* force = forces + 3 * i;
+    const double most = options_.strength * cells.areas[i];
+    const double shear = std::hypot(force[0], force[1]);
+    force[2] = std::min(std::max(force[2], -most), most);
+    const double bound = std::sqrt(std::max(most * most - force[2] * force[2], 0.0) / 3.0);
+    if (shear > bound) force[0] *= bound / shear, force[1] *= bound / shear;
+  }
+}
+
+// Forces on the cells where shear is bounded by friction or does not spread in proportion to the pressure; false where it
+// does, or no better is known.
+template <typename Value>
+bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
+  const bool proportional = options_.tangential == Tangential::proportional;
+  const bool plain = proportional && options_.friction < 0.0 && !(any_torsion_ && touch.wrench[5] != 0.0);
+  if (plain || !press.contact().exact()) return false;
+  const Face& cells = press.cells();
+  const Placement placement = press.placement();
+  const SurfaceCompliance& compliance = pad_->compliance();
+  if (!proportional) {
+    const bool whole = press.flat && &cells == press.keeps.get();
+    if (!whole || press.sheared != press.keeps) {
+      if (press.flat) {
+        press.face.integrate_shear(press.integrals);
+      } else {
+        press.patch.integrate_shear(press.integrals);
+      }
+    }
+    press.sheared = whole ? press.keeps : nullptr;
+    compliance.full(press.workspace.placed.data(), cells.areas.data(), cells.cells(), cells.inverse_distance.data(),
+                    press.integrals, placement.cosine, placement.sine, press.workspace.compliance, press.full);
+  }
+  const PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
+  const bool slips = options_.tangential == Tangential::coulomb;
+  const double friction = options_.friction < 0.0 && slips ? touch.friction : options_.friction;
+  const ShearOutcome outcome = shear_.solve(pressed, proportional ? nullptr : &press.full, touch.wrench,
+                                            options_.tangential, friction, press.forces.data());
+  if (outcome.simplified) note(Event::bounded, touch, 0.0, 0.0);
+  return !outcome.refused;
+}
+
+// Law "uniform" on a flat face: exact, without cells.
+template <typename Value>
+bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const Placement& placement) {
+  if (!uniform_.solve(face, placement, pad_->surface(), touch.wrench, options_.friction, forces_.data())) return false;
+  const double area = uniform_.traction().integrals().area;
+  if (options_.strength > 0.0 && pressing(touch) > options_.strength / 2 * area) return false;
+  note_range(touch, pressing(touch), area, 0.0);
+  pressed_.peak = std::max(pressed_.peak, uniform_.peak());
+  note_carried(touch, uniform_.carried());
+  add(forces_.data());
+  return true;
+}
+
+template <typename Value>
+bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<const Face>& face) {
+  if (options_.tangential != Tangential::proportional || options_.friction >= 0.0 || power_ != 0) return false;
+  const BasisKey key = {pad_.get(), face.get(), rounded(touch.pose, tolerance_), options_};
+  auto& cache = BasisCache<Value>::shared();
+  std::shared_ptr<const Basis<Value>> basis = cache.find(key, *face, touch.wrench, weights_, workspace_);
+  if (basis == nullptr) {
+    Placement placement = kHere;
+    if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return false;
+    CellContact contact;
+    contact.place(*face, placement, pad_->compliance(), options_, workspace_);
+    contact.press(*face, pad_->compliance(), options_, touch.wrench, workspace_);
+    if (!contact.linear() || is_small(contact)) return false;  // its cells belong to this very load
+    if (!contact.make_parts(*face, options_.law, workspace_)) return false;
+    if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
+    const auto& map = pad_->template deviatoric<Value>();
+    // One scale for all layers: bytes would leave the deep ones too few digits.
+    const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
+    Columns<Value> responses(contact.parts(), map.response_size, stored);
+    std::vector<Value> response(map.response_size);
+    std::vector<double> unit(contact.parts()), twofold(map.response_size);
+    part_forces_.resize(3 * face->cells());
+    for (std::size_t p = 0; p < contact.parts(); ++p) {
+      std::fill(unit.begin(), unit.end(), 0.0);
+      unit[p] = 1.0;
+      contact.part_forces(*face, unit, part_forces_.data());
+      contact.nodal_forces(*face, pad_->surface(), part_forces_.data(), workspace_, forces_.data());
+      std::fill(response.begin(), response.end(), Value(0));
+      map.add_response(forces_.data(), map_workspace_, response.data());
+      std::copy(response.begin(), response.end(), twofold.begin());
+      responses.set(p, twofold.data());
+    }
+    const std::size_t bytes = responses.bytes();
+    basis = std::make_shared<const Basis<Value>>(Basis<Value>{face, pad_, std::move(contact), std::move(responses)});
+    cache.keep(key, basis, bytes);
+  }
+  double carried[6];
+  basis->contact.carried(*face, touch.wrench, carried);
+  note_range(touch, pressing(touch), basis->contact.pressed_area(),
+             basis->contact.indentation() * pressing(touch) / basis->contact.pressed_with());
+  note_carried(touch, carried);
+  part_weights_.assign(weights_.begin(), weights_.end());
+  for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
+  basis->responses.add(every_.data(), part_weights_.data(), part_weights_.size(), response_.data());
+  return true;
+}
+
+template <typename Value>
+void PadSensor<Value>::note(Event event, const Touch& touch, double pressure, double approach) {
+  pressed_.notes.push_back({event, touch.body, pressure, approach});
+}
+
+template <typename Value>
+void PadSensor<Value>::note_range(const Touch& touch, double force, double area, double approach) {
+  const double pressure = force / area;
+  pressed_.area += area;
+  pressed_.indentation = std::max(pressed_.indentation, approach);
+  const double share = std::max(pressure / pad_->range().pressure, approach / pad_->range().approach);
+  pressed_.range = std::max(pressed_.range, share);
+  if (share > 1.0) note(Event::beyond_range, touch, pressure, approach);
+}
+
+// Add what is carried of a wrench; what is left over counts where it is more than rounding.
+template <typename Value>
+void PadSensor<Value>::note_carried(const Touch& touch, const double* carried) {
+  const double length = std::sqrt((sheet().east - sheet().west) * (sheet().north - sheet().south));
+  double left = 0.0, whole = 0.0;
+  for (std::size_t k = 0; k < 6; ++k) {
+    pressed_.carried[k] += carried[k];
+    const double unit = k < 3 ? 1.0 : 1.0 / length;
+    left += std::abs(touch.wrench[k] - carried[k]) * unit;
+    whole += std::abs(touch.wrench[k]) * unit;
+  }
+  if (left > kLeftOver * whole) note(Event::not_carried, touch, 0.0, 0.0);
+}
+
+template <typename Value>
+void PadSensor<Value>::add(const double* forces) {
+  if (keeps_forces_) {
+    for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += forces[i];
+  }
+  if (only_forces_) return;
+  if (power_ != 0) {
+    for (double& force : forces_) force = std::ldexp(force, -power_);
+  }
+  pad_->template deviatoric<Value>().add_response(forces_.data(), map_workspace_, response_.data());
+  if (pad_->has_mean()) pad_->template mean<Value>().add_response(forces_.data(), map_workspace_, mean_response_.data());
+}
+
+template <typename Value>
+void PadSensor<Value>::readings(double* readings) {
+  if (!touched_) {
+    std::fill(readings, readings + pad_->taxels(), 0.0);
+    return;
+  }
+  pad_->template deviatoric<Value>().readings(response_.data(), map_workspace_, readings);
+  for (std::size_t i = 0; power_ != 0 && i < pad_->taxels(); ++i) readings[i] = std::ldexp(readings[i], power_);
+}
+
+template <typename Value>
+void PadSensor<Value>::stress(double* stress) {
+  const std::size_t taxels = pad_->taxels();
+  if (!touched_) {
+    std::fill(stress, stress + kTensor * taxels, 0.0);
+    return;
+  }
+  means_.resize((kDeviatoric + 1) * taxels);
+  pad_->template deviatoric<Value>().means(response_.data(), kOdd, means_.data());
+  double* mean = means_.data() + kDeviatoric * taxels;
+  pad_->template mean<Value>().means(mean_response_.data(), kEven, mean);
+  for (double& one : means_) one = std::ldexp(one, power_);
+  const double third = std::sqrt(3.0);
+  for (std::size_t t = 0; t < taxels; ++t) {
+    // The coordinates are 1.5 s_zz, sqrt(3)/2 (s_xx - s_yy), sqrt(3) s_xy, sqrt(3) s_yz, sqrt(3) s_zx.
+    const double zz = means_[t] / 1.5, half = means_[taxels + t] / third;
+    stress[t] = half - zz / 2 + mean[t];
+    stress[taxels + t] = -half - zz / 2 + mean[t];
+    stress[2 * taxels + t] = zz + mean[t];
+    for (std::size_t k = 2; k < kDeviatoric; ++k) stress[(k + 1) * taxels + t] = means_[k * taxels + t] / third;
+  }
+}
+
+template <typename Value>
+SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
+  if (touch >= solved_.size() || !solved_[touch]) return {};
+  const BodyPress& press = *presses_[touch];
+  const bool whole = press.flat && &press.cells() == press.keeps.get();
+  const bool coupled = std::count(solved_.begin(), solved_.end(), 1) > 1 && options_.law == Law::elastic;
+  const bool sheared = options_.tangential != Tangential::proportional && press.contact().exact();
+  SolvedCells solved;
+  solved.contact = &press.contact();
+  solved.face = &press.cells();
+  solved.placement = press.placement();
+  if (!whole) solved.view = press.flat ? &press.face.view() : &press.patch.view();
+  solved.heights = press.heights();
+  if (whole && coupled) solved.sunk = press.sunk.data();
+  solved.forces = press.forces.data();
+  if (sheared) solved.full = &press.full;
+  solved.workspace = &press.workspace;
+  return solved;
+}
+
+template <typename Value>
+Rectangle PadSensor<Value>::sheet() const {
+  const SurfaceGrid& surface = pad_->surface();
+  return {surface.low_x(), surface.low_y(), surface.high_x(), surface.high_y()};
+}
+
+// The flat face that a body turns to the pad, as far as it lies on the sheet, and where it stands; null for none.
+template <typename Value>
+std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, Placement& placement) {
+  if (touch.face != nullptr) placement = touch.placement;
+  if (touch.face != nullptr || touch.geometry == nullptr) return touch.face;
+  BodyGeometry& body = *touch.geometry;
+  const double* up = touch.pose.rotation + 6;
+  // Where the force passes, what presses is near the surface; a face far below it is beside the pad, or under it.
+  const double near = kNear * pad_->depth();
+  const double x = -touch.wrench[4] / touch.wrench[2], y = touch.wrench[3] / touch.wrench[2];
+  for (std::size_t i = 0; i < body.sides(); ++i) {
+    const double* facing = body.up(i);
+    if (up[0] * facing[0] + up[1] * facing[1] + up[2] * facing[2] < kFacing) continue;
+    const FlatSide* side = body.side(i);
+    if (side == nullptr) continue;
+    Face plane;
+    std::copy(side->rotation, side->rotation + 9, plane.rotation);
+    plane.height = side->height;
+    plane.most_slope = side->most_slope;
+    if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, x, y)) > near) continue;
+    if (side->whole != nullptr && over_sheet(*side->whole, placement)) return side->whole;
+    const std::shared_ptr<const Face> cut = cut_face(touch, i, placement);
+    placement = kHere;
+    return cut;
+  }
+  return nullptr;
+}
+
+template <typename Value>
+std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::size_t side,
+                                                       const Placement& placement) {
+  const FlatSide& whole = *touch.geometry->side(side);
+  std::array<std::int64_t, 3> place = {std::llround(placement.shift[0] / kCutStep),
+                                       std::llround(placement.shift[1] / kCutStep),
+                                       std::llround(placement.angle() / kCutTurn)};
+  if (whole.endless) place = {};
+  for (auto known = cut_faces_.begin(); known != cut_faces_.end(); ++known) {
+    if (known->body == touch.body && known->side == side && known->place == place &&
+        known->geometry == touch.geometry.get()) {
+      cut_faces_.splice(cut_faces_.begin(), cut_faces_, known);
+      return known->face;
+    }
+  }
+  const Rectangle over = sheet();
+  Outline cut;
+  bool any = true;
+  if (whole.endless) {
+    cut.rings.push_back({{over.west, over.south}, {over.east, over.south}, {over.east, over.north}, {over.west, over.north}});
+  } else {
+    const double angle = static_cast<double>(place[2]) * kCutTurn;
+    const Placement there = {std::cos(angle), std::sin(angle),
+                             {static_cast<double>(place[0]) * kCutStep, static_cast<double>(place[1]) * kCutStep}};
+    any = clip_outline(whole.outline, there, over.west, over.south, over.east, over.north, cut);
+  }
+  std::shared_ptr<Face> face;
+  if (any) {
+    face = std::make_shared<Face>();
+    // Squares along the outline's own axes, and along the sheet's where it is that.
+    if (cutter_.make(cut, options_.cells, *face, whole.endless ? 0.0 : static_cast<double>(place[2]) * kCutTurn)) {
+      std::copy(whole.rotation, whole.rotation + 9, face->rotation);
+      face->height = whole.height;
+      face->most_slope = whole.most_slope;
+      face->cut = true;
+      face->quadrature = cutter_.quadrature();
+    } else {
+      face = nullptr;
+    }
+  }
+  cut_faces_.push_front({touch.body, side, place, touch.geometry.get(), face});
+  if (cut_faces_.size() > kMostCutFaces) cut_faces_.pop_back();
+  return face;
+}
+
+template <typename Value>
+bool PadSensor<Value>::over_sheet(const Face& face, const Placement& placement) const {
+  const Rectangle over = sheet();
+  return std::all_of(face.corners.begin(), face.corners.end(), [&](const Point& corner) {
+    const Point there = placement(corner);
+    return over.holds(there.x, there.y);
+  });
+}
+
+template class PadSensor<float>;
+template class PadSensor<double>;
+
+}  // namespace mjtactile

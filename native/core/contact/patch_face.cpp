@@ -1,0 +1,455 @@
+#include "contact/patch_face.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+// Cells of which the body covers less than this share are left out.
+constexpr double kLeastShare = 1e-3;
+// Lines through a cell on which it is looked at what is covered (Gauss points), steps along them, and bisections.
+constexpr double kLines[3] = {-0.38729833462074168852, 0.0, 0.38729833462074168852};
+constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+constexpr int kSteps = 4, kBisections = 6;
+// Steps from a region's sides inward in which it is looked where the body comes as low as counts.
+constexpr int kTrimSteps = 8;
+// Lines along a region on which it is looked, over its breadth.
+constexpr double kTrimLines[] = {0.0, -0.25, 0.25, -0.45, 0.45};
+// Parts of cells this many times as long as wide (as variances) are turned along their length.
+constexpr double kSlanted = 2.25;
+// How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
+constexpr double kBeyond = 0.25;
+constexpr std::size_t kGrowths = 8;
+
+// Where a line through a cell runs below 0, in parts of the cell from its middle; `over`: heights at its 3 x 3 nodes.
+bool between_nodes(const double* over, bool along, double line, double& low, double& high) {
+  // Heights on the line at the cell's rims and middle, from the nodes about it.
+  const int before = line < 0.0 ? 0 : 1;
+  const double share = line < 0.0 ? 1.0 + 2.0 * line : 2.0 * line;
+  double at[3];
+  for (int k = 0; k < 3; ++k) {
+    const double first = along ? over[3 * before + k] : over[3 * k + before];
+    const double second = along ? over[3 * (before + 1) + k] : over[3 * k + before + 1];
+    at[k] = first + share * (second - first);
+  }
+  low = 0.5, high = -0.5;
+  for (int k = 0; k < 2; ++k) {
+    const double start = 0.5 * k - 0.5;
+    const double from = at[k], to = at[k + 1];
+    if (from > 0.0 && to > 0.0) continue;
+    low = std::min(low, from <= 0.0 ? start : start + 0.5 * from / (from - to));
+    high = std::max(high, to <= 0.0 ? start + 0.5 : start + 0.5 * from / (from - to));
+  }
+  return low < high;
+}
+
+bool within(const Region& region, const Point& at) {
+  const double c = std::cos(region.angle), s = std::sin(region.angle);
+  const double x = at.x - region.centre.x, y = at.y - region.centre.y;
+  return std::abs(c * x + s * y) <= region.width / 2 && std::abs(c * y - s * x) <= region.height / 2;
+}
+
+}  // namespace
+
+void PatchFace::clear() {
+  lattices_.clear();
+  firsts_.clear();
+  first_nodes_.clear();
+  places_.clear();
+  nodes_.clear();
+  sounded_ = 0;
+  cells_.clear();
+  heights_.clear();
+  face_.centroids.clear();
+  face_.areas.clear();
+  face_.edges.clear();
+}
+
+double PatchFace::seen(const View& view, const Point& at) const {
+  return view.map->height(at.x, at.y) - view.slopes[0] * (at.x - view.middle.x) -
+         view.slopes[1] * (at.y - view.middle.y) - view.lowest;
+}
+
+// More cells on the sides on which the body goes on beyond the lattice, until it does nowhere.
+void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice& lattice) const {
+  const auto counts = [&](double column, double row) {
+    const Point at = lattice.at(column, row);
+    return seen(view, at) <= view.highest &&
+           std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return within(one, at); });
+  };
+  const std::size_t most = std::min(kGrowths, 1 + std::min(lattice.columns, lattice.rows) / 2);
+  for (std::size_t growth = 0; growth < most; ++growth) {
+    const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
+    bool beyond[4] = {};   // west, east, south, north
+    for (double row = 0.5; row < rows; ++row) {
+      beyond[0] = beyond[0] || (counts(-kBeyond, row) && counts(0.5, row));
+      beyond[1] = beyond[1] || (counts(columns + kBeyond, row) && counts(columns - 0.5, row));
+    }
+    for (double column = 0.5; column < columns; ++column) {
+      beyond[2] = beyond[2] || (counts(column, -kBeyond) && counts(column, 0.5));
+      beyond[3] = beyond[3] || (counts(column, rows + kBeyond) && counts(column, rows - 0.5));
+    }
+    if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return;
+    // Its middle lies between the new ends.
+    const double along = (columns + (beyond[1] ? 1.0 : 0.0) - (beyond[0] ? 1.0 : 0.0)) / 2;
+    const double across = (rows + (beyond[3] ? 1.0 : 0.0) - (beyond[2] ? 1.0 : 0.0)) / 2;
+    const Point centre = lattice.at(along, across);
+    lattice.columns += (beyond[0] ? 1u : 0u) + (beyond[1] ? 1u : 0u);
+    lattice.rows += (beyond[2] ? 1u : 0u) + (beyond[3] ? 1u : 0u);
+    lattice.centre = centre;
+  }
+}
+
+void PatchFace::sound(Lattice lattice, const View& view, const std::vector<Region>& taken) {
+  grow(view, taken, lattice);
+  const std::size_t across = 2 * lattice.columns + 1, first = nodes_.size();
+  lattices_.push_back(lattice);
+  first_nodes_.push_back(first);
+  firsts_.push_back(places_.size());
+  nodes_.resize(first + across * (2 * lattice.rows + 1));
+  for (std::size_t row = 0; row <= 2 * lattice.rows; ++row) {
+    for (std::size_t column = 0; column < across; ++column) {
+      const Point at = lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2);
+      nodes_[first + row * across + column] = seen(view, at) - view.highest;
+    }
+  }
+  for (std::size_t place = 0; place < lattice.cells(); ++place) {
+    const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
+    const bool counts = nodes_of(lattices_.size() - 1, place).under > 0 &&
+                        std::none_of(taken.begin(), taken.end(), [&](const Region& one) {
+                          return within(one, lattice.at(column + 0.5, row + 0.5));
+                        });
+    places_.push_back(counts ? kSounded : kNone);
+    sounded_ += counts ? 1 : 0;
+  }
+}
+
+PatchFace::Nodes PatchFace::nodes_of(std::size_t number, std::size_t place) const {
+  const Lattice& lattice = lattices_[number];
+  const std::size_t across = 2 * lattice.columns + 1;
+  const double* nodes = nodes_.data() + first_nodes_[number];
+  Nodes found = {{}, 0, 0};
+  for (std::size_t k = 0; k < 9; ++k) {
+    const double over = nodes[(2 * (place / lattice.columns) + k / 3) * across + 2 * (place % lattice.columns) + k % 3];
+    found.over[k] = over;
+    found.under += over <= 0.0 ? 1 : 0;
+    found.finite += std::isfinite(over) ? 1 : 0;
+  }
+  return found;
+}
+
+void PatchFace::lay(const View& view) {
+  for (std::size_t number = 0; number < lattices_.size(); ++number) {
+    for (std::size_t place = 0; place < lattices_[number].cells(); ++place) {
+      std::int32_t& counts = places_[firsts_[number] + place];
+      if (counts == kSounded) counts = lay_cell(view, number, place);
+    }
+  }
+}
+
+// One more cell; its number among the face's, or that of none where too little of it counts.
+std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size_t place) {
+  const Lattice& lattice = lattices_[number];
+  const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
+  const Nodes nodes = nodes_of(number, place);
+  Cell cell = {number, static_cast<std::uint32_t>(place), nodes.under == 9, lattice.cosine, lattice.sine,
+               {lattice.size, lattice.width()}};
+  Point middle = lattice.at(column + 0.5, row + 0.5);
+  if (!cell.whole) {
+    Covered covered;
+    if (!cover(lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr, covered)) return kNone;
+    middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
+    const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
+    double longer = covered.xx, shorter = covered.yy;
+    if (mean + apart > kSlanted * (mean - apart)) {
+      const double angle = 0.5 * std::atan2(2.0 * covered.xy, covered.xx - covered.yy);
+      const double c = std::cos(angle), s = std::sin(angle);
+      cell.cosine = lattice.cosine * c - lattice.sine * s;
+      cell.sine = lattice.sine * c + lattice.cosine * s;
+      longer = mean + apart;
+      shorter = covered.area * covered.area / (144.0 * longer);  // of a rectangle of that length and area
+    }
+    cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
+    cell.sides[1] = covered.area / cell.sides[0];
+  }
+  const double height = mean_height(view, cell, middle);
+  if (!std::isfinite(height)) return kNone;
+  cells_.push_back(cell);
+  face_.centroids.push_back(middle);
+  face_.areas.push_back(cell.sides[0] * cell.sides[1]);
+  heights_.push_back(height);
+  return static_cast<std::int32_t>(cells_.size() - 1);
+}
+
+// The part of a cell under the view's height: along lines in both directions, so that turning the scene turns the cell.
+bool PatchFace::cover(const Lattice& lattice, const View& view, double column, double row, const double* over,
+                      Covered& covered) const {
+  Covered found[2] = {};
+  const int along = sweep(lattice, view, column, row, true, over, found[0]);
+  const int across = sweep(lattice, view, column, row, false, over, found[1]);
+  // Lines that run along a narrow part hit or miss all of it: those across it tell more.
+  covered = {};
+  for (int k = 0; k < 2; ++k) {
+    const int own = k == 0 ? along : across, other = k == 0 ? across : along;
+    const double share = own == other ? 0.5 : own > other ? 1.0 : 0.0;
+    covered.area += share * found[k].area;
+    covered.x += share * found[k].x, covered.y += share * found[k].y;
+    covered.xx += share * found[k].xx, covered.xy += share * found[k].xy, covered.yy += share * found[k].yy;
+  }
+  const double whole = covered.area;
+  if (!(whole > kLeastShare * lattice.size * lattice.width())) return false;
+  covered.x /= whole, covered.y /= whole;
+  covered.xx = covered.xx / whole - covered.x * covered.x;
+  covered.yy = covered.yy / whole - covered.y * covered.y;
+  covered.xy = covered.xy / whole - covered.x * covered.y;
+  return covered.xx > 0.0 && covered.yy > 0.0;
+}
+
+int PatchFace::sweep(const Lattice& lattice, const View& view, double column, double row, bool along,
+                     const double* over, Covered& sum) const {
+  int hits = 0;
+  const double length = along ? lattice.size : lattice.width(), width = along ? lattice.width() : lattice.size;
+  for (int line = 0; line < 3; ++line) {
+    double low, high;
+    if (over != nullptr ? !between_nodes(over, along, kLines[line], low, high)
+                        : !search_ends(lattice, view, column, row, along, kLines[line], low, high)) {
+      continue;
+    }
+    ++hits;
+    low *= length, high *= length;
+    const double weight = (high - low) * width * kWeights[line], middle = (low + high) / 2;
+    const double square = (high * high + high * low + low * low) / 3, other = kLines[line] * width;
+    sum.area += weight;
+    sum.x += weight * (along ? middle : other);
+    sum.y += weight * (along ? other : middle);
+    sum.xx += weight * (along ? square : other * other);
+    sum.yy += weight * (along ? other * other : square);
+    sum.xy += weight * middle * other;
+  }
+  return hits;
+}
+
+// Where a line through a cell runs below the view's height, in parts of the cell from its middle, where the body is not
+// over all of the cell.
+bool PatchFace::search_ends(const Lattice& lattice, const View& view, double column, double row, bool along,
+                            double line, double& low, double& high) const {
+  const auto above = [&](double part) {
+    const double u = along ? part : line, v = along ? line : part;
+    return seen(view, lattice.at(column + 0.5 + u, row + 0.5 + v)) - view.highest;
+  };
+  double heights[kSteps + 1];
+  int first = -1, last = -1;
+  for (int step = 0; step <= kSteps; ++step) {
+    heights[step] = above(static_cast<double>(step) / kSteps - 0.5);
+    if (heights[step] > 0.0) continue;
+    if (first < 0) first = step;
+    last = step;
+  }
+  if (first < 0) return false;
+  const auto end = [&](int inner, int outer) {
+    double inside = static_cast<double>(inner) / kSteps - 0.5;
+    if (outer < 0 || outer > kSteps) return inside;
+    double outside = static_cast<double>(outer) / kSteps - 0.5;
+    double below = heights[inner], beyond = heights[outer];
+    for (int step = 0; step < kBisections && !std::isfinite(beyond); ++step) {
+      const double middle = (inside + outside) / 2, there = above(middle);
+      if (there > 0.0) {
+        outside = middle, beyond = there;
+      } else {
+        inside = middle, below = there;
+      }
+    }
+    return std::isfinite(beyond) ? inside + (outside - inside) * below / (below - beyond) : (inside + outside) / 2;
+  };
+  low = end(first, first - 1);
+  high = end(last, last + 1);
+  return true;
+}
+
+// Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes.
+double PatchFace::mean_height(const View& view, const Cell& cell, const Point& middle) const {
+  double sum = 0.0;
+  int count = 0;
+  const double arms[2] = {cell.sides[0] / std::sqrt(6.0), cell.sides[1] / std::sqrt(6.0)};
+  for (const double sign : {1.0, -1.0}) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const double along = sign * arms[axis];
+      const Point at = {middle.x + along * (axis == 0 ? cell.cosine : -cell.sine),
+                        middle.y + along * (axis == 0 ? cell.sine : cell.cosine)};
+      const double height = seen(view, at);
+      if (!std::isfinite(height)) continue;
+      sum += height;
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : seen(view, middle);
+}
+
+void PatchFace::trim(const View& view, double least, double most, Region& region) const {
+  const double c = std::cos(region.angle), s = std::sin(region.angle);
+  double ends[2][2];
+  for (int axis = 0; axis < 2; ++axis) {
+    const double half = (axis == 0 ? region.width : region.height) / 2;
+    const double breadth = axis == 0 ? region.height : region.width;
+    for (int side = 0; side < 2; ++side) {
+      const double sign = side == 0 ? -1.0 : 1.0;
+      const auto counts = [&](double away) {
+        return std::any_of(std::begin(kTrimLines), std::end(kTrimLines), [&](double line) {
+          const double along = sign * away, across = line * breadth;
+          const double x = axis == 0 ? along : across, y = axis == 0 ? across : along;
+          return seen(view, {region.centre.x + c * x - s * y, region.centre.y + s * x + c * y}) <= view.highest;
+        });
+      };
+      double outside = most * half, inside = outside;
+      bool found = counts(inside);
+      for (int step = 1; step <= kTrimSteps && !found; ++step) {
+        outside = inside;
+        inside = half * (most + (least - most) * static_cast<double>(step) / kTrimSteps);
+        found = counts(inside);
+      }
+      if (!found) outside = inside = half;  // nothing lies on these lines
+      for (int step = 0; step < kBisections && outside > inside; ++step) {
+        const double middle = (inside + outside) / 2;
+        (counts(middle) ? inside : outside) = middle;
+      }
+      ends[axis][side] = sign * inside;
+    }
+  }
+  const double x = (ends[0][0] + ends[0][1]) / 2, y = (ends[1][0] + ends[1][1]) / 2;
+  region = {{region.centre.x + c * x - s * y, region.centre.y + s * x + c * y}, region.angle, ends[0][1] - ends[0][0],
+            ends[1][1] - ends[1][0]};
+}
+
+std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::size_t row) const {
+  const Lattice& own = lattices_[lattice];
+  return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
+}
+
+void PatchFace::finish(const Rectangle& sheet) {
+  double area = 0.0;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    Cell& cell = cells_[i];
+    if (!cell.whole) {
+      // A rectangle that stands for a part must not reach over the sheet's edge, where it would carry nothing.
+      const Point& middle = face_.centroids[i];
+      const double c = std::abs(cell.cosine), s = std::abs(cell.sine);
+      const double x = (c * cell.sides[0] + s * cell.sides[1]) / 2, y = (s * cell.sides[0] + c * cell.sides[1]) / 2;
+      const double room_x = std::min(middle.x - sheet.west, sheet.east - middle.x);
+      const double room_y = std::min(middle.y - sheet.south, sheet.north - middle.y);
+      const double share = std::min({1.0, room_x / x, room_y / y});
+      cell.sides[0] *= share;
+      cell.sides[1] *= share;
+      face_.areas[i] = cell.sides[0] * cell.sides[1];
+    }
+    area += face_.areas[i];
+  }
+  face_.length = std::sqrt(area);
+  face_.hull = convex_hull(face_.centroids);
+  integrate();
+  add_edges();
+}
+
+void PatchFace::integrate() {
+  const std::size_t count = cells_.size();
+  rectangles_.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    rectangles_.emplace_back(face_.centroids[i], cells_[i].cosine, cells_[i].sine, cells_[i].sides);
+  }
+  face_.inverse_distance.resize(count * count);
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < lattices_.size(); ++k) {
+    const Lattice& lattice = lattices_[k];
+    std::size_t last = first;
+    while (last < count && cells_[last].lattice == k) ++last;
+    if (last == first) continue;
+    inverse_distance_by_offset(lattice.columns, lattice.rows, lattice.size, lattice.width(), offsets_);
+    for (std::size_t i = first; i < last; ++i) {
+      const Cell& from = cells_[i];
+      const std::size_t column = from.place % lattice.columns, row = from.place / lattice.columns;
+      double* own = face_.inverse_distance.data() + i * count;
+      for (std::size_t j = i; j < count; ++j) {
+        const Cell& to = cells_[j];
+        if (from.whole && to.whole && j < last) {
+          const std::size_t to_column = to.place % lattice.columns, to_row = to.place / lattice.columns;
+          const std::size_t across = to_column > column ? to_column - column : column - to_column;
+          own[j] = offsets_[(to_row - row) * lattice.columns + across];
+        } else {
+          own[j] = inverse_distance(rectangles_[i], rectangles_[j]);
+        }
+      }
+    }
+    first = last;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j < i; ++j) face_.inverse_distance[i * count + j] = face_.inverse_distance[j * count + i];
+  }
+}
+
+void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
+  const std::size_t count = cells_.size();
+  for (auto* one : {&integrals.xx, &integrals.xy, &integrals.yy, &integrals.along, &integrals.across}) {
+    one->assign(count * count, 0.0);
+  }
+  Face alone;
+  ShearIntegrals own;
+  for (std::size_t i = 0; i < count; ++i) {
+    const CellRectangle& cell = rectangles_[i];
+    // Over the cell itself, along its own axes, then turned. Cells of a lattice are equal, but for some.
+    if (i == 0 || cell.sides[0] != rectangles_[i - 1].sides[0] || cell.sides[1] != rectangles_[i - 1].sides[1]) {
+      const double u = cell.sides[0] / 2, v = cell.sides[1] / 2;
+      alone.areas.assign(1, cell.area);
+      alone.edges = {{{-u, -v}, {u, -v}, 0, -1}, {{u, -v}, {u, v}, 0, -1}, {{u, v}, {-u, v}, 0, -1}, {{-u, v}, {-u, -v}, 0, -1}};
+      integrate_edges(alone, own);
+    }
+    const double c = cell.cosine, s = cell.sine;
+    integrals.xx[i * count + i] = c * c * own.xx[0] + s * s * own.yy[0];
+    integrals.yy[i * count + i] = s * s * own.xx[0] + c * c * own.yy[0];
+    integrals.xy[i * count + i] = c * s * (own.xx[0] - own.yy[0]);
+    for (std::size_t j = i + 1; j < count; ++j) {
+      const PairShear pair = shear_integrals(cell, rectangles_[j]);
+      const std::size_t there = i * count + j, back = j * count + i;
+      integrals.xx[there] = integrals.xx[back] = pair.xx;
+      integrals.xy[there] = integrals.xy[back] = pair.xy;
+      integrals.yy[there] = integrals.yy[back] = pair.yy;
+      integrals.along[there] = pair.along, integrals.along[back] = -pair.along;
+      integrals.across[there] = pair.across, integrals.across[back] = -pair.across;
+    }
+  }
+}
+
+// Whole cells share edges; one that is covered in part has its own.
+void PatchFace::add_edges() {
+  const auto add = [&](const Point& start, const Point& end, std::int32_t left, std::int32_t right) {
+    face_.edges.push_back({{start.x, start.y}, {end.x, end.y}, left, right});
+  };
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const Cell& cell = cells_[i];
+    const Lattice& lattice = lattices_[cell.lattice];
+    const auto own = static_cast<std::int32_t>(i);
+    if (!cell.whole) {
+      const Point& middle = face_.centroids[i];
+      const auto corner = [&](double u, double v) {
+        const double x = u * cell.sides[0], y = v * cell.sides[1];
+        return Point{middle.x + cell.cosine * x - cell.sine * y, middle.y + cell.sine * x + cell.cosine * y};
+      };
+      const Point corners[4] = {corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)};
+      for (int k = 0; k < 4; ++k) add(corners[k], corners[(k + 1) % 4], own, -1);
+      continue;
+    }
+    const std::size_t column = cell.place % lattice.columns, row = cell.place / lattice.columns;
+    const auto whole = [&](std::size_t to_column, std::size_t to_row) {
+      const std::int32_t place = cell_at(cell.lattice, to_column, to_row);
+      return place >= 0 && cells_[static_cast<std::size_t>(place)].whole ? place : -1;
+    };
+    const auto x = static_cast<double>(column), y = static_cast<double>(row);
+    const Point corners[4] = {lattice.at(x, y), lattice.at(x + 1, y), lattice.at(x + 1, y + 1), lattice.at(x, y + 1)};
+    // Its right and upper edges, and the left and lower ones where no cell has them.
+    add(corners[1], corners[2], own, whole(column + 1, row));
+    add(corners[2], corners[3], own, whole(column, row + 1));
+    if (column == 0 || whole(column - 1, row) < 0) add(corners[3], corners[0], own, -1);
+    if (row == 0 || whole(column, row - 1) < 0) add(corners[0], corners[1], own, -1);
+  }
+}
+
+}  // namespace mjtactile

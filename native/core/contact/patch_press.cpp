@@ -1,0 +1,229 @@
+#include "contact/patch_press.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+// Looks at a contact, each from the motion that the last one found.
+constexpr int kLooks = 4;
+// Cells reach up to where the body stands this many times as high as the level of the spots, at first and at most.
+constexpr double kGenerous = 2.5, kMostGenerous = 64.0, kLeastGenerous = 0.25;
+// Where a contact turns out so many times as deep as that, cells reach up to this share of the depth, but no more than so
+// many times as high at once.
+constexpr double kDeep = 2.0, kShareOfDepth = 0.75, kMostWider = 8.0;
+// Regions looked at for cells, over the size of the spots, at least; and what is left at least of those that are open,
+// which are not this many times as long as wide.
+constexpr double kLeastWider = 1.5, kTrimmed = 0.6, kElongated = 3.0;
+// Cells that stand lower than this share of the level are likely to be pressed.
+constexpr double kLikely = 0.8;
+// Area of the cells over what the force needs at the pad's strength.
+constexpr double kSpareArea = 3.0;
+// Wanted cells lie under the level; with what is above it and under rims, so many times as many may be used.
+constexpr double kMostCells = 2.0;
+constexpr std::size_t kMoreCells = 24;
+constexpr double kCheap = 2.0;
+// What a spot fills of its rectangle when it is an ellipse; rings and the like fill less, and take more cells.
+constexpr double kFilled = 0.7, kMostFor = 3.0;
+// A spot that fills less of its rectangle than this is narrow and bent; cells that a line askew to them meets, over those
+// along it.
+constexpr double kOpen = 0.5, kAskew = 1.27;
+// Cells are made larger where they come out too many, by this factor at least, for so many rounds; symmetric bodies may
+// have a few more.
+constexpr double kLeastCoarser = 1.25, kNearly = 1.1;
+constexpr int kRounds = 10;
+// Cells that are looked at for one that is wanted, at most: what is bent or hollow fills little of its rectangle.
+constexpr double kMostSounded = 32.0;
+// A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
+// than this many levels at once, nor beyond this slope.
+constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0;
+// Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
+// anew, up to a little over that.
+constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
+// A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
+constexpr double kNearRim = 0.15, kStrip = 3.0;
+
+// Centre a region on a point no further from its middle than a cell: of symmetric bodies it is their middle, and where
+// a body slides the cells go with it.
+void centre_on(const Point& at, double cell, Region& region) {
+  const double c = std::cos(region.angle), s = std::sin(region.angle);
+  const double x = at.x - region.centre.x, y = at.y - region.centre.y;
+  const double along = c * x + s * y, across = c * y - s * x;
+  if (std::abs(along) <= cell) {
+    region.centre.x += along * c, region.centre.y += along * s;
+    region.width += 2.0 * std::abs(along);
+  }
+  if (std::abs(across) <= std::min(cell, region.height / 4)) {
+    region.centre.x -= across * s, region.centre.y += across * c;
+    region.height += 2.0 * std::abs(across);
+  }
+}
+
+}  // namespace
+
+bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
+                       const LawOptions& options, const double* wrench, CellContact::Workspace& workspace) {
+  if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
+  SearchLoad load;
+  load.force = -wrench[2];
+  load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
+  load.modulus = 1.0 / (kPi * compliance.factor());
+  load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
+  View view = {{{0.0, 0.0}, load.through}, kGenerous};
+  if (options.tilting) view.plane = first_plane(load);
+  bool found = false;
+  for (int look = 0; look < kLooks; ++look) {
+    spots_ = search_.find(map, view.plane, load);
+    if (look == 0 && options.tilting && !search_.supported(load)) {
+      // The body leans: it tilts until the force passes through what it rests on.
+      view.plane = search_.resting(load);
+      spots_ = search_.find(map, view.plane, load);
+    }
+    if (!add_cells(map, sheet, options, view)) return found;
+    contact_.place(cells_.face(), kHere, compliance, options, workspace);
+    heights_ = cells_.heights();
+    start_.clear();
+    for (const double height : heights_) start_.push_back(height <= kLikely * search_.level() ? 1 : 0);
+    const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
+    contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
+    found = true;
+    if (!contact_.exact() || !next_view(view)) break;
+  }
+  return true;
+}
+
+// A load that passes close to the rim tilts the body about it, onto a strip along the rim.
+Plane PatchPress::first_plane(const SearchLoad& load) {
+  Plane plane = {{0.0, 0.0}, load.through};
+  const Rim rim = search_.rim(load);
+  if (!(rim.distance < kNearRim * rim.depth)) return plane;
+  const double strip = kStrip * std::max(rim.distance, 1e-3 * rim.depth);
+  const double level = load.force / (load.modulus * (rim.length + strip));
+  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * rim.inward[k];
+  return plane;
+}
+
+void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
+                             const std::vector<double>& sunk, CellContact::Workspace& workspace) {
+  heights_ = cells_.heights();
+  for (std::size_t i = 0; i < heights_.size(); ++i) heights_[i] += sunk[i];
+  const std::vector<std::uint8_t> start = contact_.pressed();
+  contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), start.data());
+}
+
+bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
+  const double highest = options.law == Law::uniform ? std::max(search_.level(), options.facing_gap)
+                                                     : search_.level() * view.generosity;
+  seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
+  // Long, bent and open spots take more cells, and several spots more than one; law "uniform" has nothing to solve.
+  const double cells = (options.law == Law::uniform ? kCheap : 1.0) * static_cast<double>(options.cells);
+  double wanted = 0.0;
+  for (const Spot& spot : spots_) {
+    const double filled = spot.area / spot.region.area();
+    wanted += cells * std::min(std::max(kFilled / filled, 1.0), kMostFor);
+  }
+  const double most = kMostCells * cells + static_cast<double>(kMoreCells);
+  wanted = std::min(wanted, most);
+  reach_out();
+  double coarser = 1.0;
+  for (int round = 0; round < kRounds; ++round) {
+    cells_.clear();
+    for (std::size_t k = 0; k < spots_.size(); ++k) {
+      cells_.sound(lattice_over(k, options, view, wanted, coarser), seen_, taken_by_others(k));
+    }
+    const auto count = static_cast<double>(cells_.sounded());
+    if (count <= kNearly * most) break;
+    coarser *= std::max(kLeastCoarser, count / most);
+  }
+  cells_.lay(seen_);
+  if (cells_.heights().empty()) return false;
+  cells_.finish(sheet);
+  return true;
+}
+
+// Regions about the spots as far as the body may touch there: what stands linearly higher from the spot on is reached.
+void PatchPress::reach_out() {
+  // Flat faces stand nowhere higher.
+  const double wider = search_.level() > 0.0 ? std::max(seen_.highest / search_.level(), kLeastWider) : kLeastWider;
+  regions_.clear();
+  for (const Spot& spot : spots_) {
+    Region region = spot.region.lengthwise();
+    // On lines through what is bent or hollow there may be nothing far into it.
+    const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
+    cells_.trim(seen_, open ? kTrimmed : 0.0, wider, region);
+    regions_.push_back(region);
+  }
+}
+
+// Cells on a spot, larger by a factor than wanted.
+Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
+                                 double coarser) const {
+  const Spot& spot = spots_[number];
+  double roots = 0.0;
+  for (const Spot& one : spots_) roots += std::sqrt(one.area);
+  const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
+  double cell = coarser * spot.area * std::sqrt(view.generosity) / share;
+  // So many cells of one size lie along a line that runs askew to them.
+  const double askew = coarser * kAskew * spot.length / share;
+  if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
+  Region region = regions_[number];
+  cell = std::max(cell, region.area() / (kMostSounded * wanted));
+  if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
+  return region.lattice(cell, options.narrowest);
+}
+
+// Where spots overlap the smaller one has the cells.
+const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
+  const double area = regions_[number].area();
+  taken_.clear();
+  for (std::size_t other = 0; other < regions_.size(); ++other) {
+    const Region& its = regions_[other];
+    if (other != number && (its.area() < area || (its.area() == area && other < number))) taken_.push_back(its);
+  }
+  return taken_;
+}
+
+// How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
+// not tilted away from them.
+bool PatchPress::next_view(View& view) const {
+  const double* slopes = contact_.slopes();
+  std::size_t pressed = 0;
+  double least = kNowhere, most = -kNowhere, lowest = kNowhere;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    if (!contact_.pressed()[i]) continue;
+    ++pressed;
+    lowest = std::min(lowest, heights_[i]);
+    const Point& at = cells_.face().centroids[i];
+    const double lift = slopes[0] * at.x + slopes[1] * at.y;
+    least = std::min(least, lift);
+    most = std::max(most, lift);
+  }
+  const double level = std::max(search_.level(), contact_.indentation());
+  const double lifted = pressed > 0 ? most - least : 0.0;
+  const bool tilted = lifted > kSmallTilt * level;
+  const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
+  if (tilted) {
+    const double share = std::min(1.0, kMostTilt * level / lifted);
+    const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
+    if (std::hypot(to[0], to[1]) > kMostSlope) return false;  // it falls over; no tilt would carry the load
+    std::copy(to, to + 2, view.plane.slopes);
+    return true;
+  }
+  if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {
+    // Where the surface was pressed this deep, what stands a good part of that higher touches as well.
+    const double deeper = kShareOfDepth * contact_.indentation() / seen_.highest;
+    view.generosity = std::min(view.generosity * std::min(deeper, kMostWider), kMostGenerous);
+    return true;
+  }
+  // What stands higher than the body sinks in at its lowest is not touched.
+  const double sinks = kSinks * (contact_.indentation() + std::max(lowest, 0.0));
+  if (few && search_.level() > 0.0 && sinks < kMuchLower * seen_.highest) {
+    view.generosity = std::max(sinks / search_.level(), kLeastGenerous);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,458 @@
+#include "geometry/flat_facets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace mjtactile {
+namespace {
+
+// Corners of a facet are no further than this from its plane [m], nor than this share of the mesh's size.
+constexpr double kFlat = 1e-6, kFlatShare = 1e-4;
+// Normals of its triangles differ by no more than this [rad], unless rounded corners turn them.
+constexpr double kSameNormal = 1e-4;
+// Rounding of corners, relative to the mesh's size: four units of single precision.
+constexpr double kRounding = 4.8e-7;
+// Planes that agree are in neighbouring cells of this many tolerances.
+constexpr double kCell = 4.0;
+
+struct Vector {
+  double x = 0.0, y = 0.0, z = 0.0;
+};
+Vector operator+(const Vector& a, const Vector& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+Vector operator-(const Vector& a, const Vector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Vector operator*(double factor, const Vector& a) { return {factor * a.x, factor * a.y, factor * a.z}; }
+double dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vector cross(const Vector& a, const Vector& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+double length(const Vector& a) { return std::sqrt(dot(a, a)); }
+
+// Sums over triangles, and the plane through their middle.
+struct Plane {
+  Vector area_normal, moment;  // vector area [m^2]; middles by area [m^3]
+  double area = 0.0;
+  Vector normal;
+  double offset = 0.0;
+
+  void add(const Vector& vector_area, double size, const Vector& middle) {
+    area_normal = area_normal + vector_area;
+    moment = moment + size * middle;
+    area += size;
+    const double whole = length(area_normal);
+    if (!(whole > 0.0)) return;
+    normal = (1.0 / whole) * area_normal;
+    offset = dot(normal, moment) / area;
+  }
+};
+
+class FacetFinder {
+ public:
+  explicit FacetFinder(const TriangleMesh& mesh) : mesh_(mesh), count_(mesh.faces.size() / 3) {
+    for (const double one : mesh.vertices) {
+      if (std::isfinite(one)) size_ = std::max(size_, std::abs(one));
+    }
+    flat_ = std::min(kFlat, kFlatShare * size_);
+    measure();
+    find_neighbours();
+    grow();
+  }
+
+  std::vector<Facet> facets(double gap, std::size_t most, double least_share) {
+    std::vector<Facet> found;
+    std::vector<std::uint32_t> owner(count_, 0);
+    std::uint32_t number = 0;
+    for (auto& [plane, members] : coplanar(least_share * surface_)) {
+      if (!is_flat(plane, members)) continue;
+      fill_up(plane, members, owner, ++number);
+      for (const double side : {1.0, -1.0}) {
+        if (side < 0.0 && mesh_.closed) break;
+        const Vector normal = side * plane.normal;
+        if (reaches_beyond(normal, side * plane.offset + gap)) continue;
+        Facet facet = {{normal.x, normal.y, normal.z}, side * plane.offset, {}, 0.0};
+        outline(members, normal, side, facet);
+        if (!facet.loops.empty()) found.push_back(std::move(facet));
+      }
+    }
+    std::stable_sort(found.begin(), found.end(), [](const Facet& a, const Facet& b) { return a.area > b.area; });
+    if (found.size() > most) found.resize(most);
+    return found;
+  }
+
+ private:
+  using Triangles = std::vector<std::uint32_t>;
+
+  Vector vertex(std::size_t number) const {
+    const double* at = mesh_.vertices.data() + 3 * number;
+    return {at[0], at[1], at[2]};
+  }
+  std::size_t corner(std::size_t triangle, std::size_t k) const {
+    return static_cast<std::size_t>(mesh_.faces[3 * triangle + k]);
+  }
+
+  // Vector areas, areas, middles, and by how much rounding may turn each triangle.
+  void measure() {
+    area_normals_.resize(count_), areas_.assign(count_, 0.0), middles_.resize(count_), turns_.resize(count_);
+    for (std::size_t t = 0; t < count_; ++t) {
+      const Vector a = vertex(corner(t, 0)), b = vertex(corner(t, 1)), c = vertex(corner(t, 2));
+      const Vector twice = cross(b - a, c - a);
+      const double area = length(twice) / 2;
+      turns_[t] = std::numeric_limits<double>::infinity();
+      if (!std::isfinite(area)) continue;
+      area_normals_[t] = 0.5 * twice, areas_[t] = area, middles_[t] = (1.0 / 3.0) * (a + b + c);
+      const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+      if (area > 0.0) turns_[t] = std::max(kSameNormal, kRounding * size_ * longest / (2 * area));
+      surface_ += area;
+    }
+  }
+
+  // Over each edge that belongs to two triangles, the other one.
+  void find_neighbours() {
+    edges_ = mesh_edges(mesh_.faces, mesh_.vertices.size() / 3);
+    neighbours_.assign(3 * count_, -1);
+    for (std::size_t i = 0, next; i < edges_.size(); i = next) {
+      next = i + 1;
+      while (next < edges_.size() && edges_[next].low == edges_[i].low && edges_[next].high == edges_[i].high) ++next;
+      if (next != i + 2 || edges_[i].upward == edges_[i + 1].upward) continue;
+      neighbours_[edges_[i].start] = static_cast<std::int32_t>(edges_[i + 1].start / 3);
+      neighbours_[edges_[i + 1].start] = static_cast<std::int32_t>(edges_[i].start / 3);
+    }
+  }
+
+  bool in_plane(const Plane& plane, std::size_t triangle) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!(std::abs(dot(plane.normal, vertex(corner(triangle, k))) - plane.offset) <= flat_)) return false;
+    }
+    if (areas_[triangle] == 0.0) return true;
+    const Vector apart = area_normals_[triangle] - areas_[triangle] * plane.normal;
+    return length(apart) <= turns_[triangle] * areas_[triangle];
+  }
+
+  // Connected triangles of one plane each, begun from the largest.
+  void grow() {
+    std::vector<std::uint32_t> order(count_);
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+      return areas_[a] != areas_[b] ? areas_[a] > areas_[b] : a < b;
+    });
+    std::vector<std::uint8_t> taken(count_, 0);
+    members_.reserve(count_);
+    for (const std::uint32_t seed : order) {
+      if (taken[seed] || !(areas_[seed] > 0.0)) continue;
+      const std::size_t first = members_.size();
+      Plane plane;
+      const auto take = [&](std::uint32_t triangle) {
+        taken[triangle] = 1;
+        members_.push_back(triangle);
+        plane.add(area_normals_[triangle], areas_[triangle], middles_[triangle]);
+      };
+      take(seed);
+      for (std::size_t i = first; i < members_.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::int32_t next = neighbours_[3 * std::size_t{members_[i]} + k];
+          if (next < 0 || taken[static_cast<std::size_t>(next)]) continue;
+          if (in_plane(plane, static_cast<std::size_t>(next))) take(static_cast<std::uint32_t>(next));
+        }
+      }
+      regions_.push_back({plane, first, members_.size()});
+    }
+  }
+
+  // Regions of one plane together; those of too little area left out, as far as that is seen at once.
+  std::vector<std::pair<Plane, Triangles>> coplanar(double least) const {
+    // Regions by cells of their planes, four numbers each. What agrees is in the same cell or in neighbouring ones, 16
+    // of them at most; one of these then has a sixteenth of the area.
+    const double steps[4] = {kCell * kSameNormal, kCell * kSameNormal, kCell * kSameNormal, kCell * flat_};
+    const auto place = [&](const Plane& plane, std::size_t i) {
+      const double numbers[4] = {plane.normal.x, plane.normal.y, plane.normal.z, plane.offset};
+      return numbers[i] / steps[i];
+    };
+    const auto key_of = [](const double cell[4]) {
+      std::uint64_t key = 0;
+      for (int i = 0; i < 4; ++i) {
+        key = (key ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]))) * 0x9e3779b97f4a7c15ULL;
+        key ^= key >> 31;
+      }
+      return key;
+    };
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> cells(regions_.size());
+    std::vector<std::uint64_t> keys(regions_.size());
+    for (std::uint32_t r = 0; r < regions_.size(); ++r) {
+      double cell[4];
+      for (std::size_t i = 0; i < 4; ++i) cell[i] = std::floor(place(regions_[r].plane, i));
+      keys[r] = key_of(cell);
+      cells[r] = {keys[r], r};
+    }
+    std::sort(cells.begin(), cells.end());
+    std::vector<std::uint8_t> heavy(regions_.size(), 0), taken(regions_.size(), 0);
+    for (std::size_t i = 0, next; i < cells.size(); i = next) {
+      double area = 0.0;
+      for (next = i; next < cells.size() && cells[next].first == cells[i].first; ++next) {
+        area += regions_[cells[next].second].plane.area;
+      }
+      for (std::size_t k = i; k < next; ++k) heavy[cells[k].second] = area >= least / 16;
+    }
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t r = 0; r < regions_.size(); ++r) {
+      if (heavy[r]) order.push_back(r);
+    }
+    std::sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+      const double first = regions_[a].plane.area, second = regions_[b].plane.area;
+      return first != second ? first > second : a < b;
+    });
+    std::vector<std::pair<Plane, Triangles>> found;
+    for (const std::uint32_t seed : order) {
+      if (taken[seed]) continue;
+      const Plane& begun = regions_[seed].plane;
+      Plane plane;
+      Triangles members;
+      for (unsigned side = 0; side < 16; ++side) {
+        double cell[4];
+        for (std::size_t i = 0; i < 4; ++i) {
+          const double at = place(begun, i), here = std::floor(at);
+          cell[i] = (side >> i & 1U) == 0 ? here : here + (at - here < 0.5 ? -1.0 : 1.0);
+        }
+        const std::uint64_t key = key_of(cell);
+        auto at = std::lower_bound(cells.begin(), cells.end(), std::pair{key, std::uint32_t{0}});
+        for (; at != cells.end() && at->first == key; ++at) {
+          const Region& region = regions_[at->second];
+          if (taken[at->second]) continue;
+          const auto first = members_.begin() + static_cast<std::ptrdiff_t>(region.first);
+          const auto last = members_.begin() + static_cast<std::ptrdiff_t>(region.last);
+          const bool joins = at->second == seed ||
+                             (length(region.plane.normal - begun.normal) <= kSameNormal &&
+                              std::all_of(first, last, [&](std::uint32_t t) { return in_plane(begun, t); }));
+          if (!joins) continue;
+          taken[at->second] = 1;
+          for (auto one = first; one != last; ++one) {
+            members.push_back(*one);
+            plane.add(area_normals_[*one], areas_[*one], middles_[*one]);
+          }
+        }
+      }
+      if (plane.area >= least) found.emplace_back(plane, std::move(members));
+    }
+    return found;
+  }
+
+  // Add neighbours that lie in the plane that came out in the end: the first triangles' may have been less certain.
+  void fill_up(const Plane& plane, Triangles& members, std::vector<std::uint32_t>& owner, std::uint32_t number) const {
+    for (const std::uint32_t t : members) owner[t] = number;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t next = neighbours_[3 * std::size_t{members[i]} + k];
+        if (next < 0 || owner[static_cast<std::size_t>(next)] == number) continue;
+        if (!in_plane(plane, static_cast<std::size_t>(next))) continue;
+        owner[static_cast<std::size_t>(next)] = number;
+        members.push_back(static_cast<std::uint32_t>(next));
+      }
+    }
+  }
+
+  // Whether all corners are near the plane that came out in the end.
+  bool is_flat(const Plane& plane, const Triangles& members) const {
+    return std::all_of(members.begin(), members.end(), [&](std::uint32_t t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (!(std::abs(dot(plane.normal, vertex(corner(t, k))) - plane.offset) <= 2 * flat_)) return false;
+      }
+      return true;
+    });
+  }
+
+  // Whether a corner of the mesh is further along a direction than a limit [m].
+  bool reaches_beyond(const Vector& direction, double limit) const {
+    std::vector<std::uint32_t> open = {0};
+    while (!open.empty()) {
+      const std::uint32_t number = open.back();
+      open.pop_back();
+      const MeshBox& box = mesh_.boxes[number];
+      const auto furthest = [](double along, double low, double high) { return along * (along > 0.0 ? high : low); };
+      const double bound = furthest(direction.x, box.low[0], box.high[0]) +
+                           furthest(direction.y, box.low[1], box.high[1]) +
+                           furthest(direction.z, box.low[2], box.high[2]);
+      if (!(bound > limit)) continue;
+      if (box.second != 0) {
+        open.push_back(box.second);
+        open.push_back(number + 1);
+        continue;
+      }
+      for (std::size_t t = box.first; t < box.first + box.count; ++t) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          if (dot(direction, vertex(corner(t, k))) > limit) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  // Where a loop of a facet goes on.
+  struct Step {
+    std::int32_t from, to;
+    bool used;
+  };
+
+  // Edges of a facet that only one of its triangles has, chained into loops.
+  void outline(const Triangles& members, const Vector& normal, double side, Facet& facet) const {
+    // Axes across the normal, right-handed with it.
+    Vector u = std::abs(normal.x) < 0.6 ? Vector{1.0, 0.0, 0.0} : Vector{0.0, 1.0, 0.0};
+    u = u - dot(u, normal) * normal;
+    u = (1.0 / length(u)) * u;
+    const Vector v = cross(normal, u);
+    std::vector<Step> steps = boundary(members, side);
+    const auto from_vertex = [&steps](std::int32_t from) {
+      return std::lower_bound(steps.begin(), steps.end(), from,
+                              [](const Step& step, std::int32_t wanted) { return step.from < wanted; });
+    };
+    const auto flat = [&](std::int32_t number) {
+      const Vector at = vertex(static_cast<std::size_t>(number));
+      return std::array<double, 2>{dot(u, at), dot(v, at)};
+    };
+    for (Step& start : steps) {
+      std::vector<std::int32_t> loop;
+      for (Step* step = &start; step != nullptr && !step->used;) {
+        step->used = true;
+        loop.push_back(step->from);
+        // At a corner where several loops meet, the area on the left goes on to the next edge clockwise from here.
+        const auto here = flat(step->to), back = flat(step->from);
+        const double behind = std::atan2(back[1] - here[1], back[0] - here[0]);
+        Step* best = nullptr;
+        double least = std::numeric_limits<double>::infinity();
+        for (auto next = from_vertex(step->to); next != steps.end() && next->from == step->to; ++next) {
+          const auto there = flat(next->to);
+          double turn = behind - std::atan2(there[1] - here[1], there[0] - here[0]);
+          if (turn <= 0.0) turn += 2 * 3.14159265358979323846;
+          if (turn < least) least = turn, best = &*next;
+        }
+        step = best;
+      }
+      if (loop.empty()) continue;
+      std::vector<std::array<double, 2>> points(loop.size());
+      std::transform(loop.begin(), loop.end(), points.begin(), flat);
+      double area = 0.0;
+      const std::vector<std::size_t> kept = corners_of(points, area);
+      if (kept.size() < 3) continue;
+      facet.area += area;
+      facet.loops.emplace_back();
+      for (const std::size_t k : kept) {
+        const Vector at = vertex(static_cast<std::size_t>(loop[k]));
+        facet.loops.back().push_back({at.x, at.y, at.z});
+      }
+    }
+  }
+
+  // Edges that triangles of a facet pass one way more often than the other, by the vertex they start from.
+  std::vector<Step> boundary(const Triangles& members, double side) const {
+    struct Passed {
+      std::int32_t low, high;
+      int times;
+    };
+    std::vector<Passed> passed;
+    passed.reserve(3 * members.size());
+    for (const std::uint32_t t : members) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        std::int32_t from = mesh_.faces[3 * std::size_t{t} + k], to = mesh_.faces[3 * std::size_t{t} + (k + 1) % 3];
+        if (side < 0.0) std::swap(from, to);
+        passed.push_back({std::min(from, to), std::max(from, to), from < to ? 1 : -1});
+      }
+    }
+    std::sort(passed.begin(), passed.end(), [](const Passed& a, const Passed& b) {
+      return a.low != b.low ? a.low < b.low : a.high < b.high;
+    });
+    const auto same = [](const Passed& a, const Passed& b) { return a.low == b.low && a.high == b.high; };
+    std::vector<Step> steps;
+    for (std::size_t i = 0, next; i < passed.size(); i = next) {
+      int times = 0;
+      for (next = i; next < passed.size() && same(passed[next], passed[i]); ++next) times += passed[next].times;
+      if (times > 0) steps.push_back({passed[i].low, passed[i].high, false});
+      if (times < 0) steps.push_back({passed[i].high, passed[i].low, false});
+    }
+    std::sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) {
+      return a.from != b.from ? a.from < b.from : a.to < b.to;
+    });
+    return steps;
+  }
+
+  // The points of a loop that are corners: points on the line between those beside them, to rounding, are left out.
+  // None where the loop has no area.
+  std::vector<std::size_t> corners_of(const std::vector<std::array<double, 2>>& points, double& area) const {
+    const double near = kRounding * size_ / 4;
+    const std::size_t count = points.size();
+    // It starts at the point furthest from some other, which is a corner for certain.
+    std::size_t start = 0;
+    double away = 0.0;
+    for (std::size_t k = 1; k < count; ++k) {
+      const double distance = std::hypot(points[k][0] - points[0][0], points[k][1] - points[0][1]);
+      if (distance > away) away = distance, start = k;
+    }
+    const auto at = [&](std::size_t i) { return points[(start + i) % count]; };
+    std::vector<std::size_t> kept = {start};
+    // From the last corner: directions of lines that pass all points left out since, and how far those went.
+    std::array<double, 2> from = at(0);
+    double middle = 0.0, least = -4.0, most = 4.0, furthest = 0.0;
+    bool open = false;
+    const auto wrapped = [](double angle) { return std::remainder(angle, 2 * 3.14159265358979323846); };
+    for (std::size_t i = 1; i <= count; ++i) {
+      for (;;) {
+        const auto here = at(i);
+        const double dx = here[0] - from[0], dy = here[1] - from[1], distance = std::hypot(dx, dy);
+        const double direction = distance > near ? std::atan2(dy, dx) : middle;
+        const double off = wrapped(direction - middle);
+        if (open && (distance < furthest - near || off < least || off > most)) {
+          // The point before was a corner.
+          const std::size_t corner_at = (start + i - 1) % count;
+          kept.push_back(corner_at);
+          from = points[corner_at];
+          open = false, least = -4.0, most = 4.0, furthest = 0.0;
+          continue;
+        }
+        if (distance > near) {
+          const double width = std::asin(std::min(near / distance, 1.0));
+          if (!open) {
+            middle = direction, least = -width, most = width, open = true;
+          } else {
+            least = std::max(least, off - width), most = std::min(most, off + width);
+          }
+          furthest = std::max(furthest, distance);
+        }
+        break;
+      }
+    }
+    area = 0.0;
+    double around = 0.0;
+    const auto& origin = points[start];
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      const auto &a = points[kept[k]], &b = points[kept[(k + 1) % kept.size()]];
+      area += ((a[0] - origin[0]) * (b[1] - origin[1]) - (b[0] - origin[0]) * (a[1] - origin[1])) / 2;
+      around += std::hypot(b[0] - a[0], b[1] - a[1]);
+    }
+    if (std::abs(area) <= near * around) kept.clear(), area = 0.0;
+    return kept;
+  }
+
+  struct Region {
+    Plane plane;
+    std::size_t first, last;  // of its triangles in members_
+  };
+
+  const TriangleMesh& mesh_;
+  std::size_t count_;
+  double size_ = 0.0, flat_ = 0.0, surface_ = 0.0;
+  std::vector<Vector> area_normals_, middles_;
+  std::vector<double> areas_, turns_;
+  std::vector<MeshEdge> edges_;
+  std::vector<std::int32_t> neighbours_;
+  Triangles members_;
+  std::vector<Region> regions_;
+};
+
+}  // namespace
+
+std::vector<Facet> flat_facets(const TriangleMesh& mesh, double gap, std::size_t most, double least_share) {
+  if (mesh.boxes.empty()) return {};
+  return FacetFinder(mesh).facets(gap, most, least_share);
+}
+
+}  // namespace mjtactile

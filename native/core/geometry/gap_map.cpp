@@ -1,0 +1,86 @@
+#include "geometry/gap_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+
+bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet, double floor,
+                   double ceiling) {
+  sheet_ = sheet;
+  floor_ = floor;
+  ceiling_ = ceiling;
+  count_ = 0;
+  bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
+  candidates_.clear();
+  if (placed_.size() < shapes.size()) placed_.resize(shapes.size());
+  for (const Shape& shape : shapes) {
+    PlacedShape& placed = placed_[count_];
+    placed.place(shape, pose, sheet, floor, ceiling);
+    const double *low = placed.low(), *high = placed.high();
+    const bool over = low[0] < sheet.east && high[0] > sheet.west && low[1] < sheet.north && high[1] > sheet.south;
+    if (!over || !(low[2] <= ceiling) || !(high[2] >= floor)) continue;
+    ++count_;
+    bounds_ = {std::min(bounds_.west, low[0]), std::min(bounds_.south, low[1]), std::max(bounds_.east, high[0]),
+               std::max(bounds_.north, high[1])};
+    const std::size_t first = candidates_.size();
+    placed.add_bottoms(candidates_);
+    candidates_.erase(std::remove_if(candidates_.begin() + static_cast<std::ptrdiff_t>(first), candidates_.end(),
+                                     [&](const Point& at) { return !sheet.holds(at.x, at.y); }),
+                      candidates_.end());
+  }
+  bounds_ = {std::max(bounds_.west, sheet.west), std::max(bounds_.south, sheet.south),
+             std::min(bounds_.east, sheet.east), std::min(bounds_.north, sheet.north)};
+  return count_ > 0;
+}
+
+double GapMap::height(double x, double y) const {
+  if (!sheet_.holds(x, y)) return kNowhere;
+  double lowest = kNowhere;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const PlacedShape& shape = placed_[i];
+    if (shape.low()[2] >= lowest || x < shape.low()[0] || x > shape.high()[0] || y < shape.low()[1] ||
+        y > shape.high()[1]) {
+      continue;
+    }
+    lowest = std::min(lowest, shape.height(x, y, floor_));
+  }
+  return lowest <= ceiling_ ? lowest : kNowhere;
+}
+
+void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& ends, const Rectangle& sheet) {
+  sheet_ = sheet;
+  starts_ = starts;
+  ends_ = ends;
+  bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
+  candidates_.clear();
+  for (const Point& corner : starts) {
+    bounds_ = {std::min(bounds_.west, corner.x), std::min(bounds_.south, corner.y), std::max(bounds_.east, corner.x),
+               std::max(bounds_.north, corner.y)};
+    if (sheet.holds(corner.x, corner.y)) candidates_.push_back(corner);
+  }
+  bounds_ = {std::max(bounds_.west, sheet.west), std::max(bounds_.south, sheet.south),
+             std::min(bounds_.east, sheet.east), std::min(bounds_.north, sheet.north)};
+}
+
+// Inside is what the outline winds around, its edges included.
+double FlatMap::height(double x, double y) const {
+  if (!sheet_.holds(x, y)) return kNowhere;
+  int winding = 0;
+  for (std::size_t i = 0; i < starts_.size(); ++i) {
+    const Point &a = starts_[i], &b = ends_[i];
+    const double side = (b.x - a.x) * (y - a.y) - (x - a.x) * (b.y - a.y);
+    if (side == 0.0 && x >= std::min(a.x, b.x) && x <= std::max(a.x, b.x) && y >= std::min(a.y, b.y) &&
+        y <= std::max(a.y, b.y)) {
+      return 0.0;
+    }
+    if (a.y <= y) {
+      if (b.y > y && side > 0.0) ++winding;
+    } else if (b.y <= y && side < 0.0) {
+      --winding;
+    }
+  }
+  return winding != 0 ? 0.0 : kNowhere;
+}
+
+}  // namespace mjtactile

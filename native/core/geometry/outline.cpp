@@ -1,0 +1,154 @@
+#include "geometry/outline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace mjtactile {
+namespace {
+
+// Areas below this fraction of the rectangle are rounding.
+constexpr double kNoArea = 1e-14;
+
+// One side of the rectangle: what is kept has x * normal[0] + y * normal[1] > offset.
+struct Side {
+  int axis;      // 0: x is constant along it, 1: y
+  double at;
+  double sign;   // 1 where larger coordinates are kept
+};
+
+struct Crossing {
+  double along;       // the side, what is kept on the left
+  std::size_t number;
+};
+
+// What a cut keeps of the rings: chains of points from where a ring enters to where it leaves.
+struct Workspace {
+  std::vector<std::vector<Point>> chains;
+  std::size_t used = 0;
+  std::vector<Crossing> entries, exits;
+  std::vector<std::size_t> next;
+  std::vector<std::uint8_t> done;
+  Outline before;
+
+  std::vector<Point>& chain() {
+    if (used == chains.size()) chains.emplace_back();
+    chains[used].clear();
+    return chains[used++];
+  }
+};
+
+double coordinate(const Point& point, int axis) { return axis == 0 ? point.x : point.y; }
+
+bool keeps(const Side& side, const Point& point) { return side.sign * (coordinate(point, side.axis) - side.at) > 0.0; }
+
+Point crossing(const Side& side, const Point& a, const Point& b) {
+  const double from = coordinate(a, side.axis), part = (side.at - from) / (coordinate(b, side.axis) - from);
+  if (side.axis == 0) return {side.at, a.y + part * (b.y - a.y)};
+  return {a.x + part * (b.x - a.x), side.at};
+}
+
+// Distance along the side, with what is kept on the left.
+double along(const Side& side, const Point& point) {
+  return side.axis == 0 ? -side.sign * point.y : side.sign * point.x;
+}
+
+// Keep one of an outline's rings, with the memory that earlier ones left.
+std::vector<Point>& next_ring(Outline& outline, std::size_t& used) {
+  if (used == outline.rings.size()) outline.rings.emplace_back();
+  outline.rings[used].clear();
+  return outline.rings[used++];
+}
+
+// The chains are joined along the side: from where the outline leaves to where it comes back next.
+void cut(const Side& side, Outline& outline, Workspace& workspace) {
+  std::swap(workspace.before, outline);
+  workspace.used = 0;
+  workspace.entries.clear();
+  workspace.exits.clear();
+  std::size_t used = 0;
+  for (const std::vector<Point>& ring : workspace.before.rings) {
+    const std::size_t count = ring.size();
+    std::size_t first = 0;  // where the ring enters
+    while (first < count && !(keeps(side, ring[(first + 1) % count]) && !keeps(side, ring[first]))) ++first;
+    if (first == count) {
+      if (count > 0 && keeps(side, ring[0])) next_ring(outline, used) = ring;
+      continue;
+    }
+    std::vector<Point>* chain = nullptr;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Point &a = ring[(first + k) % count], &b = ring[(first + k + 1) % count];
+      const bool here = keeps(side, a), there = keeps(side, b);
+      if (here != there) {
+        const Point at = crossing(side, a, b);
+        if (there) {
+          workspace.entries.push_back({along(side, at), workspace.used});
+          chain = &workspace.chain();
+          chain->push_back(at);
+        } else {
+          workspace.exits.push_back({along(side, at), workspace.used - 1});
+          chain->push_back(at);
+        }
+      }
+      if (there) chain->push_back(b);
+    }
+  }
+  const auto before = [](const Crossing& a, const Crossing& b) {
+    return a.along < b.along || (a.along == b.along && a.number < b.number);
+  };
+  std::sort(workspace.entries.begin(), workspace.entries.end(), before);
+  std::sort(workspace.exits.begin(), workspace.exits.end(), before);
+  workspace.next.resize(workspace.used);
+  workspace.done.assign(workspace.used, 0);
+  for (std::size_t k = 0; k < workspace.exits.size(); ++k) {
+    workspace.next[workspace.exits[k].number] = workspace.entries[k].number;
+  }
+  for (std::size_t k = 0; k < workspace.used; ++k) {
+    if (workspace.done[k]) continue;
+    std::vector<Point>& ring = next_ring(outline, used);
+    for (std::size_t at = k; !workspace.done[at]; at = workspace.next[at]) {
+      workspace.done[at] = 1;
+      ring.insert(ring.end(), workspace.chains[at].begin(), workspace.chains[at].end());
+    }
+  }
+  outline.rings.resize(used);
+}
+
+}  // namespace
+
+double signed_area(const std::vector<Point>& ring) {
+  double area = 0.0;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Point &a = ring[i], &b = ring[i + 1 < ring.size() ? i + 1 : 0];
+    area += ((a.x - ring[0].x) * (b.y - ring[0].y) - (b.x - ring[0].x) * (a.y - ring[0].y)) / 2;
+  }
+  return area;
+}
+
+bool clip_outline(const Outline& outline, const Placement& placement, double west, double south, double east,
+                  double north, Outline& result) {
+  static thread_local Workspace workspace;
+  result.rings.resize(outline.rings.size());
+  double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+  for (std::size_t k = 0; k < outline.rings.size(); ++k) {
+    result.rings[k].clear();
+    for (const Point& corner : outline.rings[k]) {
+      const Point at = placement(corner);
+      if (!std::isfinite(at.x) || !std::isfinite(at.y)) return false;
+      low[0] = std::min(low[0], at.x), high[0] = std::max(high[0], at.x);
+      low[1] = std::min(low[1], at.y), high[1] = std::max(high[1], at.y);
+      result.rings[k].push_back(at);
+    }
+  }
+  if (low[0] < west) cut({0, west, 1.0}, result, workspace);
+  if (low[1] < south) cut({1, south, 1.0}, result, workspace);
+  if (high[0] > east) cut({0, east, -1.0}, result, workspace);
+  if (high[1] > north) cut({1, north, -1.0}, result, workspace);
+  double area = 0.0;
+  for (const std::vector<Point>& ring : result.rings) area += signed_area(ring);
+  return area > kNoArea * (east - west) * (north - south);
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,60 @@
+// Rigid shapes and their lower surfaces: how high each stands over the points of a pad, in closed form.
+//
+// Seen along the pad's normal, the part of a body that can touch is its lowest point over each (x, y).
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "geometry/height_map.hpp"
+#include "geometry/pose.hpp"
+#include "geometry/triangles.hpp"
+
+namespace mjtactile {
+
+enum class ShapeKind { ellipsoid, capsule, cylinder, box, half_space, triangles };
+
+// A shape in its body's frame. `size`: semi-axes, (radius, half length) or half sizes [m], as MuJoCo has them; a half
+// space is all that lies below z = 0 of its frame.
+struct Shape {
+  ShapeKind kind;
+  double size[3];
+  Pose local;
+  std::shared_ptr<const TriangleMesh> mesh;  // of triangles
+};
+
+// A shape over a pad.
+class PlacedShape {
+ public:
+  // Place a shape whose body stands at a pose in the pad frame, to be looked at over a part of its surface, from a floor
+  // up to a ceiling [m].
+  void place(const Shape& shape, const Pose& body, const Rectangle& part, double floor, double ceiling);
+
+  // Height of the lower surface over (x, y) [m]; infinite where there is none, or it is below the floor.
+  double height(double x, double y, double floor) const;
+  // The box about it, in the pad frame [m]; infinite where the shape is.
+  const double* low() const { return low_; }
+  const double* high() const { return high_; }
+  // Points of its lower side that stand lowest, or along which it may touch, whether over the part or not.
+  void add_bottoms(std::vector<Point>& points);
+
+ private:
+  double entry(double x, double y) const;
+  void add_in_pad(const double* local, std::vector<Point>& points) const;
+  void find_box();
+
+  ShapeKind kind_ = ShapeKind::half_space;
+  double size_[3] = {};
+  Pose pose_ = {};
+  double from_[3] = {};  // the pad's origin in the shape's frame [m]
+  double low_[3] = {}, high_[3] = {};
+  const TriangleMesh* mesh_ = nullptr;
+  TriangleShadow shadow_;
+  std::vector<std::array<double, 3>> lowest_;
+};
+
+// The pose of a shape in the pad frame, from its body's and its own in the body's frame.
+Pose composed(const Pose& body, const Pose& local);
+
+}  // namespace mjtactile

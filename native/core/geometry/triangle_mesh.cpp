@@ -1,0 +1,323 @@
+#include "geometry/triangle_mesh.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace mjtactile {
+namespace {
+
+// Vertices are welded where they agree to this [m], as trimesh does (its tol.merge).
+constexpr double kWeld = 1e-8;
+// Triangles of a box that is not halved any more.
+constexpr std::uint32_t kLeaf = 4;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+using Key = std::array<double, 3>;
+
+std::uint64_t mixed(std::uint64_t bits) {
+  bits ^= bits >> 32;
+  bits *= 0x9e3779b97f4a7c15ULL;
+  return bits ^ (bits >> 29);
+}
+
+std::uint64_t hash_of(const Key& key) {
+  std::uint64_t hash = 0;
+  for (const double one : key) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &one, sizeof bits);
+    hash = mixed(hash ^ bits) + 0x632be59bd9b4e019ULL;
+  }
+  return hash;
+}
+
+// Numbers for points that agree: an open table of those seen, at most half full.
+class Welder {
+ public:
+  explicit Welder(std::size_t most) {
+    std::size_t slots = 16;
+    while (slots < 2 * most) slots *= 2;
+    slots_.assign(slots, -1);
+  }
+
+  // The number of a point; `count` is what a new one gets.
+  std::int32_t number(const Key& key, std::int32_t count) {
+    std::size_t at = hash_of(key) & (slots_.size() - 1);
+    while (slots_[at] >= 0 && keys_[static_cast<std::size_t>(slots_[at])] != key) at = (at + 1) & (slots_.size() - 1);
+    if (slots_[at] < 0) slots_[at] = count, keys_.push_back(key);
+    return slots_[at];
+  }
+
+ private:
+  std::vector<std::int32_t> slots_;
+  std::vector<Key> keys_;
+};
+
+void cross(const double* a, const double* b, double* product) {
+  product[0] = a[1] * b[2] - a[2] * b[1];
+  product[1] = a[2] * b[0] - a[0] * b[2];
+  product[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+bool is_closed(const std::vector<std::int32_t>& faces, std::size_t vertices) {
+  const std::vector<MeshEdge> edges = mesh_edges(faces, vertices);
+  const auto same = [&](std::size_t a, std::size_t b) {
+    return edges[a].low == edges[b].low && edges[a].high == edges[b].high;
+  };
+  for (std::size_t i = 0; i < edges.size(); i += 2) {
+    if (i + 1 >= edges.size() || !same(i, i + 1) || edges[i].upward == edges[i + 1].upward) return false;
+    if (i + 2 < edges.size() && same(i, i + 2)) return false;
+  }
+  return !edges.empty();
+}
+
+// Six times the volume [m^3].
+double volume(const std::vector<double>& vertices, const std::vector<std::int32_t>& faces) {
+  double sum = 0.0;
+  const double* origin = vertices.data() + 3 * static_cast<std::size_t>(faces[0]);
+  for (std::size_t f = 0; f < faces.size(); f += 3) {
+    double corner[3][3], product[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double* vertex = vertices.data() + 3 * static_cast<std::size_t>(faces[f + k]);
+      for (std::size_t i = 0; i < 3; ++i) corner[k][i] = vertex[i] - origin[i];
+    }
+    cross(corner[0], corner[1], product);
+    sum += product[0] * corner[2][0] + product[1] * corner[2][1] + product[2] * corner[2][2];
+  }
+  return sum;
+}
+
+struct Centre {
+  float at[3];
+  std::uint32_t triangle;
+};
+
+// Halve the triangles from `first` on at the median along their longest extent, and so on.
+void halve(std::vector<Centre>& centres, std::uint32_t first, std::uint32_t count, std::vector<MeshBox>& boxes) {
+  const std::size_t here = boxes.size();
+  boxes.push_back({});
+  boxes[here].first = first, boxes[here].count = count, boxes[here].second = 0;
+  if (count <= kLeaf) return;
+  float low[3], high[3];
+  std::copy(centres[first].at, centres[first].at + 3, low);
+  std::copy(centres[first].at, centres[first].at + 3, high);
+  for (std::uint32_t t = first; t < first + count; ++t) {
+    for (int i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], centres[t].at[i]);
+      high[i] = std::max(high[i], centres[t].at[i]);
+    }
+  }
+  int axis = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (high[i] - low[i] > high[axis] - low[axis]) axis = i;
+  }
+  const std::uint32_t half = count / 2;
+  const auto begin = centres.begin() + first;
+  std::nth_element(begin, begin + half, begin + count, [axis](const Centre& a, const Centre& b) {
+    return a.at[axis] != b.at[axis] ? a.at[axis] < b.at[axis] : a.triangle < b.triangle;
+  });
+  halve(centres, first, half, boxes);
+  boxes[here].second = static_cast<std::uint32_t>(boxes.size());
+  halve(centres, first + half, count - half, boxes);
+}
+
+// Unit normals are rounded to single precision; a box of theirs is this much wider.
+constexpr float kNormalRounding = 1e-6F;
+
+// Boxes around the triangles as they are now. Corners that are not finite count for none.
+void fit_boxes(TriangleMesh& mesh) {
+  for (std::size_t b = mesh.boxes.size(); b-- > 0;) {
+    MeshBox& box = mesh.boxes[b];
+    std::fill(box.low, box.low + 3, kInfinite);
+    std::fill(box.high, box.high + 3, -kInfinite);
+    std::fill(box.least_normal, box.least_normal + 3, 2.0F);
+    std::fill(box.most_normal, box.most_normal + 3, -2.0F);
+    if (box.second != 0) {
+      for (const MeshBox* half : {&mesh.boxes[b + 1], &mesh.boxes[box.second]}) {
+        for (int i = 0; i < 3; ++i) {
+          box.low[i] = std::min(box.low[i], half->low[i]);
+          box.high[i] = std::max(box.high[i], half->high[i]);
+          box.least_normal[i] = std::min(box.least_normal[i], half->least_normal[i]);
+          box.most_normal[i] = std::max(box.most_normal[i], half->most_normal[i]);
+        }
+      }
+      continue;
+    }
+    for (std::size_t t = box.first; t < box.first + box.count; ++t) {
+      const double* corner[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        corner[k] = mesh.vertices.data() + 3 * static_cast<std::size_t>(mesh.faces[3 * t + k]);
+        for (int i = 0; i < 3; ++i) {
+          if (corner[k][i] < box.low[i]) box.low[i] = corner[k][i];
+          if (corner[k][i] > box.high[i]) box.high[i] = corner[k][i];
+        }
+      }
+      double a[3], b_side[3], normal[3];
+      for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b_side[i] = corner[2][i] - corner[0][i];
+      cross(a, b_side, normal);
+      const double size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+      if (!(size > 0.0) || !std::isfinite(size)) continue;
+      for (int i = 0; i < 3; ++i) {
+        const auto unit = static_cast<float>(normal[i] / size);
+        box.least_normal[i] = std::min(box.least_normal[i], unit - kNormalRounding);
+        box.most_normal[i] = std::max(box.most_normal[i], unit + kNormalRounding);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::size_t vertices) {
+  const auto each = [&faces](auto&& visit) {
+    for (std::size_t f = 0; f < faces.size(); f += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t from = faces[f + k], to = faces[f + (k + 1) % 3];
+        visit(MeshEdge{std::min(from, to), std::max(from, to), static_cast<std::uint32_t>(f + k), from < to});
+      }
+    }
+  };
+  std::vector<std::uint32_t> starts(vertices + 1, 0);
+  each([&](const MeshEdge& edge) { ++starts[static_cast<std::size_t>(edge.low) + 1]; });
+  for (std::size_t v = 0; v < vertices; ++v) starts[v + 1] += starts[v];
+  std::vector<MeshEdge> edges(faces.size());
+  std::vector<std::uint32_t> fill(starts.begin(), starts.end() - 1);
+  each([&](const MeshEdge& edge) { edges[fill[static_cast<std::size_t>(edge.low)]++] = edge; });
+  for (std::size_t v = 0; v < vertices; ++v) {
+    std::sort(edges.begin() + starts[v], edges.begin() + starts[v + 1], [](const MeshEdge& a, const MeshEdge& b) {
+      return a.high != b.high ? a.high < b.high : a.start < b.start;
+    });
+  }
+  return edges;
+}
+
+TriangleMesh indexed_mesh(std::vector<double> vertices, std::vector<std::int32_t> faces, bool closed) {
+  TriangleMesh mesh;
+  mesh.vertices = std::move(vertices);
+  mesh.closed = closed;
+  if (faces.empty()) return mesh;
+  const auto count = static_cast<std::uint32_t>(faces.size() / 3);
+  std::vector<Centre> centres(count);
+  for (std::uint32_t t = 0; t < count; ++t) {
+    centres[t].triangle = t;
+    for (std::size_t i = 0; i < 3; ++i) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        sum += mesh.vertices[3 * static_cast<std::size_t>(faces[3 * std::size_t{t} + k]) + i];
+      }
+      const auto middle = static_cast<float>(sum / 3.0);
+      centres[t].at[i] = std::isfinite(middle) ? middle : 0.0F;  // what is not finite has no order
+    }
+  }
+  mesh.boxes.reserve(count);
+  halve(centres, 0, count, mesh.boxes);
+  mesh.faces.resize(faces.size());
+  for (std::size_t t = 0; t < count; ++t) {
+    const auto from = faces.begin() + 3 * static_cast<std::ptrdiff_t>(centres[t].triangle);
+    std::copy(from, from + 3, mesh.faces.begin() + 3 * static_cast<std::ptrdiff_t>(t));
+  }
+  fit_boxes(mesh);
+  return mesh;
+}
+
+TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int32_t* faces, std::size_t triangles) {
+  std::vector<double> welded;
+  std::vector<std::int32_t> number(count, -1), kept;
+  Welder welder(count);
+  kept.reserve(3 * triangles);
+  std::size_t dropped = 0;
+  const auto usable = [&](std::int32_t vertex) {
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= count) return false;
+    const float* at = vertices + 3 * static_cast<std::size_t>(vertex);
+    return std::isfinite(at[0]) && std::isfinite(at[1]) && std::isfinite(at[2]);
+  };
+  for (std::size_t t = 0; t < triangles; ++t) {
+    const std::int32_t* given = faces + 3 * t;
+    if (!usable(given[0]) || !usable(given[1]) || !usable(given[2])) {
+      ++dropped;
+      continue;
+    }
+    std::int32_t corners[3];
+    for (int k = 0; k < 3; ++k) {
+      std::int32_t& known = number[static_cast<std::size_t>(given[k])];
+      if (known < 0) {
+        const float* at = vertices + 3 * static_cast<std::size_t>(given[k]);
+        Key key;
+        for (std::size_t i = 0; i < 3; ++i) key[i] = std::round(static_cast<double>(at[i]) / kWeld) + 0.0;  // no -0
+        const auto next = static_cast<std::int32_t>(welded.size() / 3);
+        known = welder.number(key, next);
+        if (known == next) welded.insert(welded.end(), at, at + 3);
+      }
+      corners[k] = known;
+    }
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    kept.insert(kept.end(), corners, corners + 3);
+  }
+  const bool closed = is_closed(kept, welded.size() / 3);
+  if (closed && volume(welded, kept) < 0.0) {
+    for (std::size_t f = 0; f < kept.size(); f += 3) std::swap(kept[f + 1], kept[f + 2]);
+  }
+  TriangleMesh mesh = indexed_mesh(std::move(welded), std::move(kept), closed);
+  mesh.dropped = dropped;
+  return mesh;
+}
+
+TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const double size[4], const float* data) {
+  if (rows < 2 || columns < 2) return {};
+  const std::size_t below = rows * columns;
+  std::vector<std::int32_t> faces;
+  faces.reserve(12 * (rows - 1) * (columns - 1) + 12 * (rows + columns));
+  const auto add = [&faces](std::size_t a, std::size_t b, std::size_t c) {
+    for (const std::size_t one : {a, b, c}) faces.push_back(static_cast<std::int32_t>(one));
+  };
+  for (std::size_t row = 0; row + 1 < rows; ++row) {
+    for (std::size_t column = 0; column + 1 < columns; ++column) {
+      const std::size_t here = row * columns + column, right = here + 1, up = here + columns, across = up + 1;
+      add(here, right, across), add(here, across, up);
+      add(across + below, right + below, here + below), add(up + below, across + below, here + below);
+    }
+  }
+  std::vector<std::size_t> rim;
+  for (std::size_t column = 0; column + 1 < columns; ++column) rim.push_back(column);
+  for (std::size_t row = 0; row + 1 < rows; ++row) rim.push_back(row * columns + columns - 1);
+  for (std::size_t column = columns - 1; column > 0; --column) rim.push_back((rows - 1) * columns + column);
+  for (std::size_t row = rows - 1; row > 0; --row) rim.push_back(row * columns);
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const std::size_t here = rim[i], after = rim[(i + 1) % rim.size()];
+    add(here, here + below, after + below), add(here, after + below, after);
+  }
+  // The boxes are made over a flat field: heights that change later meet a tree that suits any of them.
+  std::vector<double> vertices(6 * below, 0.0);
+  TriangleMesh flat;
+  flat.vertices = std::move(vertices);
+  const std::vector<float> level(below, 0.0F);
+  set_heights(flat, rows, columns, size, level.data());
+  TriangleMesh mesh = indexed_mesh(std::move(flat.vertices), std::move(faces), true);
+  set_heights(mesh, rows, columns, size, data);
+  return mesh;
+}
+
+void set_heights(TriangleMesh& field, std::size_t rows, std::size_t columns, const double size[4], const float* data) {
+  const std::size_t below = rows * columns;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const std::size_t at = row * columns + column;
+      double* top = field.vertices.data() + 3 * at;
+      double* base = field.vertices.data() + 3 * (at + below);
+      const auto along = [](double half, std::size_t place, std::size_t count) {
+        if (place + 1 == count) return half;
+        return -half + 2.0 * half * (static_cast<double>(place) / static_cast<double>(count - 1));
+      };
+      top[0] = base[0] = along(size[0], column, columns);
+      top[1] = base[1] = along(size[1], row, rows);
+      top[2] = size[2] * static_cast<double>(data[at]);
+      base[2] = -size[3];
+    }
+  }
+  fit_boxes(field);
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,399 @@
+#include "geometry/triangles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+namespace mjtactile {
+namespace {
+
+// Points this far outside a triangle, relative to its size, still meet it: no light falls through shared edges.
+constexpr double kSeam = 1e-9;
+// Triangles steeper than this (the cosine of their normal with the pad's) show only their edge.
+constexpr double kSteep = 1e-9;
+// Buckets along each side, and the finest ones, of which each kind holds a whole number.
+constexpr std::size_t kFinest = 96;
+constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, kFinest};
+// Fewer triangles than this are looked at one by one where their box is over the part.
+constexpr std::uint32_t kFew = 32;
+// Buckets along each side of the grid that thins candidates for a first touch.
+constexpr std::size_t kCandidates = 16;
+// Vertices within this of each other's height are level: rounding must not choose between them [m].
+constexpr double kLevel = 1e-12;
+// A candidate this far above another part of the mesh is hidden by it [m].
+constexpr double kHidden = 1e-7;
+// Rounding of a box's place, relative to the mesh's size and its distance from the pad's origin.
+constexpr double kRounding = 1e-14;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+using Spot = std::array<double, 3>;
+
+// A triangle cut at a rectangle: a convex polygon.
+struct Polygon {
+  Spot corners[7];
+  std::size_t count = 0;
+
+  Polygon(const double corner[3][3], const Rectangle& part) {
+    for (std::size_t k = 0; k < 3; ++k) corners[count++] = {corner[k][0], corner[k][1], corner[k][2]};
+    cut(0, part.west, 1.0), cut(0, part.east, -1.0), cut(1, part.south, 1.0), cut(1, part.north, -1.0);
+  }
+
+ private:
+  // Keep what lies beyond a line, or before it where sign is -1.
+  void cut(std::size_t axis, double line, double sign) {
+    Spot kept[7];
+    std::size_t left = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Spot &here = corners[k], &next = corners[k + 1 < count ? k + 1 : 0];
+      const double inside = sign * (here[axis] - line), inside_next = sign * (next[axis] - line);
+      if (inside >= 0.0 && left < 7) kept[left++] = here;
+      if ((inside < 0.0) == (inside_next < 0.0) || left == 7) continue;
+      const double share = inside / (inside - inside_next);
+      Spot crossing;
+      for (std::size_t i = 0; i < 3; ++i) crossing[i] = here[i] + share * (next[i] - here[i]);
+      crossing[axis] = line;
+      kept[left++] = crossing;
+    }
+    std::copy(kept, kept + left, corners);
+    count = left;
+  }
+};
+
+bool within(const double corner[3][3], const Rectangle& part) {
+  return part.holds(corner[0][0], corner[0][1]) && part.holds(corner[1][0], corner[1][1]) &&
+         part.holds(corner[2][0], corner[2][1]);
+}
+
+// Least height at the floor or above of a triangle's part over a rectangle; infinite where there is none.
+double lowest_over(const double corner[3][3], const Rectangle& part, double floor) {
+  double low = kInfinite, high = -kInfinite;
+  if (within(corner, part)) {
+    low = std::min({corner[0][2], corner[1][2], corner[2][2]});
+    high = std::max({corner[0][2], corner[1][2], corner[2][2]});
+  } else {
+    const Polygon cut(corner, part);
+    for (std::size_t k = 0; k < cut.count; ++k) {
+      low = std::min(low, cut.corners[k][2]);
+      high = std::max(high, cut.corners[k][2]);
+    }
+  }
+  return high >= floor ? std::max(low, floor) : kInfinite;
+}
+
+}  // namespace
+
+void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part, double floor,
+                          double reach) {
+  mesh_ = &mesh, pose_ = pose, part_ = part, floor_ = floor;
+  triangles_.clear();
+  spans_.clear();
+  bottom_[0] = bottom_[1] = 0.0, bottom_[2] = lowest_ = kInfinite;
+  if (!mesh.boxes.empty()) {
+    slack_ = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const MeshBox& all = mesh.boxes.front();
+      slack_ += kRounding * (std::abs(pose.position[i]) + std::max(std::abs(all.low[i]), std::abs(all.high[i])));
+    }
+    find_bottom();
+    find_lowest();
+    ceiling_ = lowest_ + reach;
+    if (std::isfinite(lowest_)) gather();
+  }
+  place_buckets();
+  fill_buckets();
+}
+
+// Where a box reaches along an axis of the pad [m], at least.
+TriangleShadow::Span TriangleShadow::span(const MeshBox& box, int axis) const {
+  const double* row = pose_.rotation + 3 * axis;
+  double low = pose_.position[axis] - slack_, high = pose_.position[axis] + slack_;
+  for (int i = 0; i < 3; ++i) {
+    const double one = row[i] * box.low[i], other = row[i] * box.high[i];
+    low += one < other ? one : other;
+    high += one < other ? other : one;
+  }
+  return {low, high};
+}
+
+// Whether some triangle of a box may be met from below.
+bool TriangleShadow::may_face_down(const MeshBox& box) const {
+  if (!mesh_->closed) return true;
+  double most = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double up = pose_.rotation[6 + i];
+    most -= up * static_cast<double>(up > 0.0 ? box.least_normal[i] : box.most_normal[i]);
+  }
+  return most >= 0.0;
+}
+
+// Coordinates of a triangle's corners along an axis of the pad, the least and the greatest [m].
+TriangleShadow::Span TriangleShadow::corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const {
+  const double* row = pose_.rotation + 3 * axis;
+  const std::int32_t* face = mesh_->faces.data() + 3 * std::size_t{triangle};
+  for (int k = 0; k < 3; ++k) {
+    const double* from = mesh_->vertices.data() + 3 * static_cast<std::size_t>(face[k]);
+    corner[k][axis] = pose_.position[axis] + row[0] * from[0] + row[1] * from[1] + row[2] * from[2];
+  }
+  const double first = corner[0][axis], second = corner[1][axis], third = corner[2][axis];
+  return {std::min(std::min(first, second), third), std::max(std::max(first, second), third)};
+}
+
+void TriangleShadow::corners_of(std::uint32_t triangle, double corner[3][3]) const {
+  for (int axis = 0; axis < 3; ++axis) corner_span(triangle, axis, corner);
+}
+
+bool TriangleShadow::faces_down(const double corner[3][3], double normal[3]) const {
+  double a[3], b[3];
+  for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
+  normal[0] = a[1] * b[2] - a[2] * b[1];
+  normal[1] = a[2] * b[0] - a[0] * b[2];
+  normal[2] = a[0] * b[1] - a[1] * b[0];
+  const double square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+  return normal[2] * normal[2] > kSteep * kSteep * square && !(mesh_->closed && normal[2] > 0.0);
+}
+
+// Boxes that may reach lowest are looked into first, until none may reach below the lowest that was found: boxes as low as
+// that to rounding are not worth a look. `reach(box)`: how low it may reach, infinite where it does not count;
+// `visit(triangle)` of those in the smallest boxes may set `lowest` lower.
+template <typename Reach, typename Visit>
+void TriangleShadow::walk_down(const double& lowest, Reach&& reach, Visit&& visit) {
+  const auto& boxes = mesh_->boxes;
+  queue_.clear();
+  const auto add = [&](std::uint32_t number) {
+    const double low = reach(boxes[number]);
+    if (!(low < lowest - 2 * slack_)) return;
+    queue_.emplace_back(low, number);
+    std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
+  };
+  add(0);
+  while (!queue_.empty() && queue_.front().first < lowest - 2 * slack_) {
+    const std::uint32_t number = queue_.front().second;
+    std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
+    queue_.pop_back();
+    const MeshBox& box = boxes[number];
+    if (box.second != 0) {
+      add(number + 1), add(box.second);
+      continue;
+    }
+    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) visit(t);
+  }
+}
+
+void TriangleShadow::find_bottom() {
+  walk_down(
+      bottom_[2], [&](const MeshBox& box) { return span(box, 2).low; },
+      [&](std::uint32_t t) {
+        double corner[3][3];
+        if (!(corner_span(t, 2, corner).low < bottom_[2])) return;
+        corners_of(t, corner);
+        for (const auto& one : corner) {
+          if (one[2] < bottom_[2]) std::copy(one, one + 3, bottom_);
+        }
+      });
+}
+
+void TriangleShadow::find_lowest() {
+  const auto reach = [&](const MeshBox& box) {
+    const Span z = span(box, 2);
+    if (!(z.high >= floor_) || !(z.low < lowest_ - 2 * slack_) || !may_face_down(box)) return kInfinite;
+    const Span x = span(box, 0), y = span(box, 1);
+    if (x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south) return kInfinite;
+    return std::max(z.low, floor_);
+  };
+  walk_down(lowest_, reach, [&](std::uint32_t t) {
+    double corner[3][3], normal[3];
+    const Span z = corner_span(t, 2, corner);
+    if (!(z.low < lowest_) || !(z.high >= floor_)) return;
+    corners_of(t, corner);
+    if (faces_down(corner, normal)) lowest_ = std::min(lowest_, lowest_over(corner, part_, floor_));
+  });
+}
+
+void TriangleShadow::gather() {
+  const auto& boxes = mesh_->boxes;
+  stack_.assign(1, 0);
+  while (!stack_.empty()) {
+    const std::uint32_t number = stack_.back();
+    stack_.pop_back();
+    const MeshBox& box = boxes[number];
+    const Span z = span(box, 2);
+    if (!(z.high >= floor_) || !(z.low <= ceiling_) || !may_face_down(box)) continue;
+    const Span x = span(box, 0), y = span(box, 1);
+    if (x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south) continue;
+    const bool inside = x.low >= part_.west && x.high <= part_.east && y.low >= part_.south && y.high <= part_.north;
+    if (box.second != 0 && !(inside && box.count <= kFew)) {
+      stack_.push_back(box.second);
+      stack_.push_back(number + 1);
+      continue;
+    }
+    for (std::uint32_t t = box.first; t < box.first + box.count; ++t) take(t);
+  }
+}
+
+// Keep a triangle if it may be met between the floor and the ceiling over the part.
+void TriangleShadow::take(std::uint32_t triangle) {
+  double corner[3][3], normal[3];
+  const Span z = corner_span(triangle, 2, corner);
+  if (!(z.high >= floor_) || !(z.low <= ceiling_)) return;
+  const Span x = corner_span(triangle, 0, corner);
+  if (x.low > part_.east || x.high < part_.west) return;
+  const Span y = corner_span(triangle, 1, corner);
+  if (y.low > part_.north || y.high < part_.south) return;
+  if (!faces_down(corner, normal)) return;
+  double a[3], b[3];
+  for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
+  const double per = 1.0 / normal[2];
+  triangles_.emplace_back();
+  Triangle& made = triangles_.back();
+  made.second[0] = b[1] * per, made.second[1] = -b[0] * per;
+  made.third[0] = -a[1] * per, made.third[1] = a[0] * per;
+  made.second[2] = -(made.second[0] * corner[0][0] + made.second[1] * corner[0][1]);
+  made.third[2] = -(made.third[0] * corner[0][0] + made.third[1] * corner[0][1]);
+  made.height = corner[0][2], made.second_rise = a[2], made.third_rise = b[2];
+  made.number = triangle;
+  spans_.push_back({x, y});
+}
+
+// Buckets cover what of the part lies under triangles, and no more: a small body has as many of them as a large one.
+void TriangleShadow::place_buckets() {
+  grid_ = {kInfinite, kInfinite, -kInfinite, -kInfinite};
+  for (const auto& [x, y] : spans_) {
+    grid_ = {std::min(grid_.west, x.low), std::min(grid_.south, y.low), std::max(grid_.east, x.high),
+             std::max(grid_.north, y.high)};
+  }
+  grid_ = {std::max(grid_.west, part_.west), std::max(grid_.south, part_.south), std::min(grid_.east, part_.east),
+           std::min(grid_.north, part_.north)};
+  per_[0] = static_cast<double>(kFinest) / (grid_.east - grid_.west);
+  per_[1] = static_cast<double>(kFinest) / (grid_.north - grid_.south);
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (int axis = 0; axis < 2; ++axis) {
+      triangles_[t].first[axis] = finest_bucket(spans_[t][axis].low, axis);
+      triangles_[t].last[axis] = finest_bucket(spans_[t][axis].high, axis);
+    }
+  }
+}
+
+std::uint8_t TriangleShadow::finest_bucket(double at, int axis) const {
+  const double place = (at - (axis == 0 ? grid_.west : grid_.south)) * per_[axis];
+  if (!(place > 0.0)) return 0;  // a grid of no extent has one bucket
+  return static_cast<std::uint8_t>(place < static_cast<double>(kFinest) ? static_cast<int>(place) : kFinest - 1);
+}
+
+// Triangles by the buckets their boxes meet, one bucket after the other.
+void TriangleShadow::fill_buckets() {
+  side_ = kFinest;
+  for (const std::size_t side : kBuckets) {
+    if (side * side >= triangles_.size()) {
+      side_ = side;
+      break;
+    }
+  }
+  starts_.assign(side_ * side_ + 1, 0);
+  const std::size_t finer = kFinest / side_;
+  const auto over_each = [this, finer](const Triangle& triangle, auto&& visit) {
+    const std::size_t west = triangle.first[0] / finer, east = triangle.last[0] / finer;
+    const std::size_t south = triangle.first[1] / finer, north = triangle.last[1] / finer;
+    for (std::size_t row = south; row <= north; ++row) {
+      for (std::size_t column = west; column <= east; ++column) visit(row * side_ + column);
+    }
+  };
+  for (const Triangle& triangle : triangles_) over_each(triangle, [this](std::size_t at) { ++starts_[at + 1]; });
+  for (std::size_t i = 0; i < side_ * side_; ++i) starts_[i + 1] += starts_[i];
+  entries_.resize(starts_.back());
+  fill_.assign(starts_.begin(), starts_.end() - 1);
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    over_each(triangles_[t], [this, t](std::size_t at) { entries_[fill_[at]++] = static_cast<std::uint32_t>(t); });
+  }
+}
+
+double TriangleShadow::height(double x, double y, double floor) const {
+  double lowest = kInfinite;
+  if (!grid_.holds(x, y)) return lowest;
+  const std::size_t finer = kFinest / side_;
+  const std::size_t at = finest_bucket(y, 1) / finer * side_ + finest_bucket(x, 0) / finer;
+  for (std::uint32_t e = starts_[at]; e < starts_[at + 1]; ++e) {
+    const Triangle& triangle = triangles_[entries_[e]];
+    const double second = triangle.second[0] * x + triangle.second[1] * y + triangle.second[2];
+    const double third = triangle.third[0] * x + triangle.third[1] * y + triangle.third[2];
+    if (second < -kSeam || third < -kSeam || second + third > 1.0 + kSeam) continue;
+    const double here = triangle.height + second * triangle.second_rise + third * triangle.third_rise;
+    if (here >= floor && here < lowest) lowest = here;
+  }
+  return lowest;
+}
+
+void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
+  points.clear();
+  if (triangles_.empty()) return;
+  done_.resize(std::max(done_.size(), mesh_->vertices.size() / 3), 0);
+  if (++calls_ == 0) {
+    std::fill(done_.begin(), done_.end(), 0);
+    calls_ = 1;
+  }
+  const auto vertex = [this](const Triangle& triangle, std::size_t k) {
+    return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle.number} + k]);
+  };
+  for (const Triangle& triangle : triangles_) {
+    const double heights[3] = {0.0, triangle.second_rise, triangle.third_rise};
+    const double least = std::min({heights[0], heights[1], heights[2]});
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (heights[k] > least + kLevel) done_[vertex(triangle, k)] = calls_;
+    }
+  }
+  const Spot none = {0.0, 0.0, kInfinite};
+  inner_.assign(kCandidates * kCandidates, none);
+  rim_.assign(kCandidates * kCandidates, none);
+  const auto offer = [&](std::vector<Spot>& candidates, const Spot& spot) {
+    if (!(spot[2] >= floor_ && spot[2] <= ceiling_)) return;
+    constexpr std::size_t finer = kFinest / kCandidates;
+    Spot& kept = candidates[finest_bucket(spot[1], 1) / finer * kCandidates + finest_bucket(spot[0], 0) / finer];
+    // Among level ones the first from the south-west: which triangle came first says nothing.
+    const bool level = spot[2] <= kept[2] + kLevel;
+    const bool before = spot[0] < kept[0] || (spot[0] == kept[0] && spot[1] < kept[1]);
+    if (spot[2] < kept[2] - kLevel || (level && before)) kept = spot;
+  };
+  for (const Triangle& triangle : triangles_) {
+    double corner[3][3];
+    const bool may_be_cut = triangle.first[0] == 0 || triangle.first[1] == 0 || triangle.last[0] == kFinest - 1 ||
+                            triangle.last[1] == kFinest - 1;
+    bool placed = may_be_cut;
+    if (placed) corners_of(triangle.number, corner);
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& looked_at = done_[vertex(triangle, k)];
+      if (looked_at == calls_) continue;
+      looked_at = calls_;
+      if (!placed) corners_of(triangle.number, corner), placed = true;
+      if (part_.holds(corner[k][0], corner[k][1])) offer(inner_, {corner[k][0], corner[k][1], corner[k][2]});
+    }
+    if (!may_be_cut || within(corner, part_)) continue;
+    const Polygon cut(corner, part_);
+    if (cut.count == 0) continue;
+    const auto lowest = std::min_element(cut.corners, cut.corners + cut.count,
+                                         [](const Spot& a, const Spot& b) { return a[2] < b[2]; });
+    const auto on_rim = [this](const Spot& at) {
+      return at[0] == part_.west || at[0] == part_.east || at[1] == part_.south || at[1] == part_.north;
+    };
+    if (on_rim(*lowest)) offer(rim_, *lowest);
+  }
+  for (std::size_t row = 0; row < kCandidates; ++row) {
+    for (std::size_t column = 0; column < kCandidates; ++column) {
+      const std::size_t at = row * kCandidates + column;
+      const auto visible = [this](const Spot& spot) {
+        return std::isfinite(spot[2]) && !(height(spot[0], spot[1], floor_) < spot[2] - kHidden);
+      };
+      if (visible(inner_[at])) points.push_back(inner_[at]);
+      if (!visible(rim_[at])) continue;
+      // At the rim the surface goes on into the next bucket: only the lowest of neighbours is a candidate.
+      bool least = true;
+      for (std::size_t r = row > 0 ? row - 1 : 0; r <= std::min(row + 1, kCandidates - 1); ++r) {
+        for (std::size_t c = column > 0 ? column - 1 : 0; c <= std::min(column + 1, kCandidates - 1); ++c) {
+          least = least && !(rim_[r * kCandidates + c][2] < rim_[at][2] - kLevel);
+        }
+      }
+      if (least) points.push_back(rim_[at]);
+    }
+  }
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,266 @@
+#include "influence/stress_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "linalg/kernels.hpp"
+
+namespace mjtactile {
+namespace {
+
+constexpr std::size_t kAligned = 16;   // rows are padded to this many, so that kernels see whole vectors only
+constexpr std::size_t kChunk = 128;    // columns handed to a kernel at once
+constexpr double kTopByte = 127.0;     // a scaled column's largest entry in bytes
+constexpr int kTopExponent = 15;       // of a scaled column's largest entry; half precision ends just below 2^16
+// Forces below this share of the precision's rounding, relative to the largest, are rounding themselves.
+constexpr double kNegligible = 1.0 / 16.0;
+
+void add(const Byte* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
+  kernels().add_byte(columns, weights, count, rows, sums);
+}
+void add(const Half* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
+  kernels().add_half(columns, weights, count, rows, sums);
+}
+void add(const float* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
+  kernels().add_float(columns, weights, count, rows, sums);
+}
+void add(const double* const* columns, const double* weights, std::size_t count, std::size_t rows, double* sums) {
+  kernels().add_double(columns, weights, count, rows, sums);
+}
+void norms_of(const float* const* classes, const float* signs, std::size_t points, float* norms) {
+  kernels().norms_float(classes, signs, points, norms);
+}
+void norms_of(const double* const* classes, const double* signs, std::size_t points, double* norms) {
+  kernels().norms_double(classes, signs, points, norms);
+}
+
+}  // namespace
+
+template <typename Value>
+Columns<Value>::Columns(std::size_t count, std::size_t rows, Precision precision)
+    : count_(count), rows_(rows), stride_((rows + kAligned - 1) / kAligned * kAligned) {
+  const bool narrow = std::is_same<Value, float>::value;
+  if (narrow && precision == Precision::byte) {
+    bytes_.assign(count * stride_, 0);
+    scales_.assign(count, Value(1));
+  } else if (narrow && precision == Precision::half) {
+    halves_.assign(count * stride_, 0);
+    scales_.assign(count, Value(1));
+  } else {
+    values_.assign(count * stride_, Value(0));
+  }
+}
+
+template <typename Value>
+void Columns<Value>::set(std::size_t column, const double* values) {
+  if (scales_.empty()) {
+    std::transform(values, values + rows_, values_.begin() + static_cast<std::ptrdiff_t>(column * stride_),
+                   [](double value) { return static_cast<Value>(value); });
+    return;
+  }
+  double largest = 0.0;
+  for (std::size_t r = 0; r < rows_; ++r) largest = std::max(largest, std::abs(values[r]));
+  if (halves_.empty()) {
+    set_byte(column, values, largest);
+  } else {
+    set_half(column, values, largest);
+  }
+}
+
+template <typename Value>
+void Columns<Value>::set_byte(std::size_t column, const double* values, double largest) {
+  const float scale = static_cast<float>(largest / kTopByte);
+  if (scale == 0.0f) return;
+  scales_[column] = scale;
+  Byte* to = bytes_.data() + column * stride_;
+  for (std::size_t r = 0; r < rows_; ++r) {
+    const double whole = std::nearbyint(values[r] / static_cast<double>(scale));
+    to[r] = static_cast<Byte>(std::clamp(whole, -kTopByte, kTopByte));
+  }
+}
+
+template <typename Value>
+void Columns<Value>::set_half(std::size_t column, const double* values, double largest) {
+  int exponent = 0;
+  if (largest > 0.0) {
+    std::frexp(largest, &exponent);
+    exponent -= kTopExponent;
+  }
+  scales_[column] = static_cast<Value>(std::ldexp(1.0, exponent));
+  Half* to = halves_.data() + column * stride_;
+  for (std::size_t r = 0; r < rows_; ++r) to[r] = to_half(static_cast<float>(std::ldexp(values[r], -exponent)));
+}
+
+template <typename Value>
+std::size_t Columns<Value>::bytes() const {
+  return bytes_.size() * sizeof(Byte) + halves_.size() * sizeof(Half) +
+         (values_.size() + scales_.size()) * sizeof(Value);
+}
+
+template <typename Value>
+template <typename Stored>
+void Columns<Value>::add_scaled(const std::vector<Stored>& stored, const std::uint32_t* places, const Value* weights,
+                                std::size_t count, Value* sums) const {
+  const Stored* columns[kChunk];
+  Value scaled[kChunk];
+  for (std::size_t first = 0; first < count; first += kChunk) {
+    const std::size_t taken = std::min(kChunk, count - first);
+    for (std::size_t j = 0; j < taken; ++j) {
+      columns[j] = stored.data() + places[first + j] * stride_;
+      scaled[j] = scales_.empty() ? weights[first + j] : weights[first + j] * scales_[places[first + j]];
+    }
+    mjtactile::add(columns, scaled, taken, stride_, sums);
+  }
+}
+
+template <typename Value>
+void Columns<Value>::add(const std::uint32_t* places, const Value* weights, std::size_t count, Value* sums) const {
+  if constexpr (std::is_same<Value, float>::value) {
+    if (!bytes_.empty()) return add_scaled(bytes_, places, weights, count, sums);
+    if (!halves_.empty()) return add_scaled(halves_, places, weights, count, sums);
+  }
+  add_scaled(values_, places, weights, count, sums);
+}
+
+template <typename Value>
+void StressMap<Value>::add_response(const double* forces, Workspace& workspace, Value* response) const {
+  if (!spread.empty()) {
+    spread.front().spread(forces, workspace.spread_rows, workspace.corners);
+    forces = workspace.corners.data();
+  }
+  const double scale = fold(forces, workspace);
+  if (scale == 0.0) return;
+  const double negligible = scale * kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
+  const Value back = static_cast<Value>(scale);
+  for (std::size_t c = 0; c < kClasses; ++c) {
+    // Scaled so that none is larger than 1: any magnitude keeps its digits in single precision.
+    workspace.weights.clear();
+    workspace.places.clear();
+    for (const Folded& one : workspace.folded) {
+      const std::uint32_t column = classes[c].columns[one.place];
+      if (column == kNone || std::abs(one.forces[c]) < negligible || one.forces[c] == 0.0) continue;
+      workspace.places.push_back(column);
+      workspace.weights.push_back(static_cast<Value>(one.forces[c] / scale));
+    }
+    const std::size_t kept = workspace.places.size();
+    if (kept == 0) continue;
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      const std::vector<Columns<Value>>& factors = classes[c].factors[k];
+      const Columns<Value>& first = factors.front();
+      Value* to = response + layers[k].offset + c * layers[k].rows;
+      workspace.sums.assign(first.stride(), Value(0));
+      first.add(workspace.places.data(), workspace.weights.data(), kept, workspace.sums.data());
+      for (Value& sum : workspace.sums) sum *= back;
+      if (factors.size() == 1) {
+        for (std::size_t r = 0; r < first.stride(); ++r) to[r] += workspace.sums[r];
+        continue;
+      }
+      for (std::size_t i = workspace.every.size(); i < first.rows(); ++i) {
+        workspace.every.push_back(static_cast<std::uint32_t>(i));
+      }
+      factors.back().add(workspace.every.data(), workspace.sums.data(), first.rows(), to);
+    }
+  }
+}
+
+// Forces of all classes on the quarter, where there are any; the largest of them.
+template <typename Value>
+double StressMap<Value>::fold(const double* forces, Workspace& workspace) const {
+  workspace.folded.clear();
+  const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, quarter_x = middle_x + 1, quarter_y = middle_y + 1;
+  double largest = 0.0;
+  const auto is_empty = [this](const double* row) {
+    return std::all_of(row, row + 3 * nodes_x, [](double force) { return force == 0.0; });
+  };
+  for (std::size_t y = 0; y < quarter_y; ++y) {
+    const double* upper = forces + 3 * (middle_y + y) * nodes_x;
+    const double* lower = forces + 3 * (middle_y - y) * nodes_x;
+    if (is_empty(upper) && is_empty(lower)) continue;
+    for (std::size_t component = 0; component < 3; ++component) {
+      // On a mirror a node is its own image.
+      double share_y[kClasses], share_x[kClasses];
+      for (std::size_t c = 0; c < kClasses; ++c) {
+        share_x[c] = classes[c].signs[component][0];
+        share_y[c] = y > 0 ? classes[c].signs[component][1] : 0.0;
+      }
+      for (std::size_t x = 0; x < quarter_x; ++x) {
+        const std::size_t right = 3 * (middle_x + x) + component, left = 3 * (middle_x - x) + component;
+        const double images[4] = {upper[right], upper[left], lower[right], lower[left]};
+        if (images[0] == 0.0 && images[1] == 0.0 && images[2] == 0.0 && images[3] == 0.0) continue;
+        Folded one;
+        one.place = static_cast<std::uint32_t>((component * quarter_y + y) * quarter_x + x);
+        for (std::size_t c = 0; c < kClasses; ++c) {
+          const double side = x > 0 ? share_x[c] * (images[1] + share_y[c] * images[3]) : 0.0;
+          one.forces[c] = images[0] + share_y[c] * images[2] + side;
+          if (classes[c].columns[one.place] != kNone) largest = std::max(largest, std::abs(one.forces[c]));
+        }
+        workspace.folded.push_back(one);
+      }
+    }
+  }
+  return largest;
+}
+
+template <typename Value>
+void StressMap<Value>::readings(const Value* response, Workspace& workspace, double* readings) const {
+  for (const Layer& layer : layers) {
+    workspace.norms.resize(kClasses * layer.points);
+    const Value* of_classes[kClasses];
+    for (std::size_t c = 0; c < kClasses; ++c) {
+      of_classes[c] = response + layer.offset + c * layer.rows;
+    }
+    norms_of(of_classes, signs, layer.points, workspace.norms.data());
+    for (const Share& share : layer.taxels) {
+      Value sum = 0;
+      for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
+        sum += layer.weights[i] * workspace.norms[layer.places[i]];
+      }
+      *readings++ = static_cast<double>(sum);
+    }
+  }
+}
+
+template <typename Value>
+void StressMap<Value>::means(const Value* response, const bool odd[][2], double* means) const {
+  std::size_t taxel = 0;
+  for (const Layer& layer : layers) {
+    for (const Share& share : layer.taxels) {
+      for (std::size_t k = 0; k < coordinates; ++k) {
+        double sum = 0.0;
+        for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
+          const std::size_t quadrant = layer.places[i] / layer.points, point = layer.places[i] % layer.points;
+          // Quadrants 1 and 3 lie at negative x, 2 and 3 at negative y.
+          const bool flipped = (odd[k][0] && quadrant % 2 == 1) != (odd[k][1] && quadrant / 2 == 1);
+          double value = 0.0;
+          for (std::size_t c = 0; c < kClasses; ++c) {
+            value += static_cast<double>(signs[kClasses * quadrant + c]) *
+                     static_cast<double>(response[layer.offset + c * layer.rows + k * layer.points + point]);
+          }
+          sum += static_cast<double>(layer.weights[i]) * (flipped ? -value : value);
+        }
+        means[k * taxels + taxel] = sum;
+      }
+      ++taxel;
+    }
+  }
+}
+
+template <typename Value>
+std::size_t StressMap<Value>::bytes() const {
+  std::size_t sum = 0;
+  for (const Class& of_class : classes) {
+    for (const auto& layer : of_class.factors) {
+      for (const auto& factor : layer) sum += factor.bytes();
+    }
+  }
+  return sum;
+}
+
+template class Columns<float>;
+template class Columns<double>;
+template class StressMap<float>;
+template class StressMap<double>;
+
+}  // namespace mjtactile

@@ -1,0 +1,109 @@
+// From nodal forces on the surface to stress at sample points, and to von Mises readings.
+//
+// Everything is kept by the sheet's four symmetry classes (mjtactile/folding.py): a load is folded into forces on a
+// quarter of the surface, one set per class, and each class has its own matrix to the stress at points of a quarter.
+// The response is linear in the load and adds up over loads; the readings, means of norms, come from it at the end.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "influence/corner_spread.hpp"
+#include "linalg/half.hpp"
+
+namespace mjtactile {
+
+constexpr std::size_t kClasses = 4;
+constexpr std::size_t kDeviatoric = 5;  // coordinates of deviatoric stress; their norm is the von Mises stress
+constexpr std::size_t kTensor = 6;      // components xx, yy, zz, xy, yz, zx of a stress tensor
+
+enum class Precision { half, single, twofold, byte };
+
+// A matrix stored column by column, each one run of memory; in half precision and in bytes every column has a scale.
+template <typename Value>
+class Columns {
+ public:
+  Columns(std::size_t count, std::size_t rows, Precision precision);
+
+  std::size_t rows() const { return rows_; }
+  std::size_t stride() const { return stride_; }
+  std::size_t bytes() const;
+
+  // Store one column, (rows).
+  void set(std::size_t column, const double* values);
+  // sums += sum_j weights[j] * column places[j]; sums has `stride` entries.
+  void add(const std::uint32_t* places, const Value* weights, std::size_t count, Value* sums) const;
+
+ private:
+  void set_half(std::size_t column, const double* values, double largest);
+  void set_byte(std::size_t column, const double* values, double largest);
+  template <typename Stored>
+  void add_scaled(const std::vector<Stored>& stored, const std::uint32_t* places, const Value* weights,
+                  std::size_t count, Value* sums) const;
+
+  std::size_t count_, rows_, stride_;
+  std::vector<Byte> bytes_;
+  std::vector<Half> halves_;
+  std::vector<Value> values_, scales_;
+};
+
+// One taxel's share in the norms of its sample points.
+struct Share {
+  std::uint32_t first, count;  // entries from `first` on
+};
+
+// What every class and layer of one pad needs. `Value` is float, or double for tables in double precision.
+template <typename Value>
+class StressMap {
+ public:
+  struct Layer {
+    std::size_t points = 0;               // folded sample points
+    std::size_t rows = 0;                 // room for a class's coordinates * points, whole vectors
+    std::size_t offset = 0;               // of its class 0 in the response; classes follow each other
+    std::vector<Share> taxels;            // per taxel, in reading order
+    std::vector<std::uint32_t> places;    // norm number quadrant * points + point
+    std::vector<Value> weights;
+  };
+  struct Class {
+    std::vector<std::uint32_t> columns;   // quarter's degree of freedom (component, y, x) -> column, or kNone
+    std::vector<std::vector<Columns<Value>>> factors;  // per layer: forces to stress, or to coefficients and those on
+    double signs[3][2];                   // of each force component under x -> -x and y -> -y
+  };
+  static constexpr std::uint32_t kNone = 0xffffffffu;
+
+  // Forces of each class on one degree of freedom (component, y, x) of the quarter.
+  struct Folded {
+    std::uint32_t place;
+    double forces[kClasses];
+  };
+  struct Workspace {
+    std::vector<std::uint32_t> places;
+    std::vector<Folded> folded;
+    std::vector<double> spread_rows, corners;
+    std::vector<Value> weights, sums, norms;
+    std::vector<std::uint32_t> every;  // 0, 1, 2, ...
+  };
+
+  std::size_t coordinates = kDeviatoric;  // or 1, for the mean stress
+  // Of the surface, or its corners where loads are spread onto those.
+  std::size_t nodes_x = 0, nodes_y = 0, response_size = 0, taxels = 0;
+  std::vector<CornerSpread> spread;  // none or one
+  Value signs[kClasses * kClasses] = {};  // (quadrants, classes)
+  std::vector<Layer> layers;
+  Class classes[kClasses];
+
+  // response += that to nodal forces (surface nodes y, nodes x, 3) [N].
+  void add_response(const double* forces, Workspace& workspace, Value* response) const;
+  // Readings (taxels of all layers) [Pa] of a response of deviatoric stress.
+  void readings(const Value* response, Workspace& workspace, double* readings) const;
+  // Means over each taxel's sample points, (coordinates, taxels) [Pa]. `odd`: per coordinate, whether it changes its
+  // sign under x -> -x and under y -> -y.
+  void means(const Value* response, const bool odd[][2], double* means) const;
+  std::size_t bytes() const;
+
+ private:
+  double fold(const double* forces, Workspace& workspace) const;
+};
+
+}  // namespace mjtactile

@@ -1,0 +1,41 @@
+// Loops that take most of the time, once per instruction set; the best one the processor has is taken at
+// run time. Results differ between instruction sets by rounding only, and not at all between runs of one.
+#pragma once
+
+#include <cstddef>
+
+#include "linalg/half.hpp"
+
+namespace mjtactile {
+
+struct Kernels {
+  const char* name;
+
+  // sums[r] += sum_j weights[j] * columns[j][r], r < rows.
+  void (*add_byte)(const Byte* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums);
+  void (*add_half)(const Half* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums);
+  void (*add_float)(const float* const* columns, const float* weights, std::size_t count, std::size_t rows,
+                    float* sums);
+  void (*add_double)(const double* const* columns, const double* weights, std::size_t count, std::size_t rows,
+                     double* sums);
+
+  // c += a b: a(i, k) = a[i * a_row + k * a_column] (rows, depth), b (depth, columns) and c (rows, columns) row by row.
+  void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                       double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
+
+  // norms[q * points + p] = |sum_c signs[4 q + c] * classes[c][k * points + p]| over k < 5: the von Mises stress of
+  // every folded point in every quadrant, from the four symmetry classes.
+  void (*norms_float)(const float* const* classes, const float* signs, std::size_t points, float* norms);
+  void (*norms_double)(const double* const* classes, const double* signs, std::size_t points, double* norms);
+
+  // 1/r integrated twice along each axis, at (x, y): differences of it are integrals over pairs of rectangles.
+  void (*integrate_inverse_distance)(const double* x, const double* y, std::size_t count, double* values);
+};
+
+// The kernels in use: the best that the processor has, or those asked for with `use_kernels`.
+const Kernels& kernels();
+
+// Take the kernels of that name, "plain", "avx2" or "avx512"; false where the processor lacks them.
+bool use_kernels(const char* name);
+
+}  // namespace mjtactile

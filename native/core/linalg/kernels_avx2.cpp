@@ -1,0 +1,73 @@
+#include <immintrin.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "linalg/kernels_sets.hpp"
+
+namespace mjtactile::avx2 {
+namespace {
+
+template <typename Value>
+Value widened(Half stored) {
+  return _cvtsh_ss(stored);
+}
+template <typename Value>
+Value widened(Byte stored) {
+  return stored;
+}
+template <typename Value>
+Value widened(float stored) {
+  return stored;
+}
+template <typename Value>
+Value widened(double stored) {
+  return stored;
+}
+
+inline void prefetch(const char* at) { _mm_prefetch(at, _MM_HINT_T0); }
+
+template <typename Value>
+struct Lanes;
+
+template <>
+struct Lanes<float> {
+  using Type = __m256;
+  static constexpr std::size_t width = 8;
+  static Type all(float value) { return _mm256_set1_ps(value); }
+  static Type load(const float* at) { return _mm256_loadu_ps(at); }
+  static Type load(const Half* at) {
+    return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at)));
+  }
+  static Type load(const Byte* at) {
+    return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(at))));
+  }
+  static void store(float* at, Type value) { _mm256_storeu_ps(at, value); }
+  static Type multiply(Type a, Type b) { return _mm256_mul_ps(a, b); }
+  static Type multiply_add(Type a, Type b, Type c) { return _mm256_fmadd_ps(a, b, c); }
+  static Type root(Type a) { return _mm256_sqrt_ps(a); }
+};
+
+template <>
+struct Lanes<double> {
+  using Type = __m256d;
+  static constexpr std::size_t width = 4;
+  static Type all(double value) { return _mm256_set1_pd(value); }
+  static Type load(const double* at) { return _mm256_loadu_pd(at); }
+  static void store(double* at, Type value) { _mm256_storeu_pd(at, value); }
+  static Type multiply(Type a, Type b) { return _mm256_mul_pd(a, b); }
+  static Type multiply_add(Type a, Type b, Type c) { return _mm256_fmadd_pd(a, b, c); }
+  static Type root(Type a) { return _mm256_sqrt_pd(a); }
+};
+
+constexpr std::size_t kSumVectors = 8;  // of sums that stay in registers
+constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product
+
+#include "linalg/kernels_body.hpp"
+
+}  // namespace
+
+Kernels make() { return make_kernels("avx2"); }
+
+}  // namespace mjtactile::avx2

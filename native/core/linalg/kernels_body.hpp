@@ -1,0 +1,230 @@
+// Body of kernels_*.cpp: included once per instruction set, inside its own namespace, after `Lanes` of that set.
+// Lanes<T> holds `width` numbers of type T; load() widens Half and Byte.
+
+constexpr std::size_t kColumnsAtOnce = 8;
+constexpr std::size_t kRowsAtOnce = 1024;  // their sums stay in the first-level cache
+constexpr std::size_t kAhead = 4;  // columns by which reading runs ahead of arithmetic
+
+// Rows of kVectors vectors: their sums stay in registers while all columns go by, kApart columns into sums of their own
+// so that additions need not wait for each other.
+template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
+void add_tile(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first, Value* sums) {
+  using L = Lanes<Value>;
+  typename L::Type tile[kApart][kVectors];
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    tile[0][v] = L::load(sums + first + v * L::width);
+    for (std::size_t a = 1; a < kApart; ++a) tile[a][v] = L::all(0);
+  }
+  std::size_t j = 0;
+  for (; j + kApart <= count; j += kApart) {
+    for (std::size_t a = 0; a < kApart; ++a) {
+      const typename L::Type weight = L::all(weights[j + a]);
+      const Stored* column = columns[j + a] + first;
+      if (j + a + kAhead < count) {
+        const char* next = reinterpret_cast<const char*>(columns[j + a + kAhead] + first);
+        for (std::size_t at = 0; at < kVectors * L::width * sizeof(Stored); at += 64) prefetch(next + at);
+      }
+      for (std::size_t v = 0; v < kVectors; ++v) {
+        tile[a][v] = L::multiply_add(weight, L::load(column + v * L::width), tile[a][v]);
+      }
+    }
+  }
+  for (; j < count; ++j) {
+    const typename L::Type weight = L::all(weights[j]);
+    for (std::size_t v = 0; v < kVectors; ++v) {
+      tile[0][v] = L::multiply_add(weight, L::load(columns[j] + first + v * L::width), tile[0][v]);
+    }
+  }
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    for (std::size_t a = 1; a < kApart; ++a) tile[0][v] = L::multiply_add(L::all(1), tile[a][v], tile[0][v]);
+    L::store(sums + first + v * L::width, tile[0][v]);
+  }
+}
+
+template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
+std::size_t add_tiles(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first,
+                      std::size_t rows, Value* sums) {
+  constexpr std::size_t kRows = kVectors * Lanes<Value>::width;
+  for (; first + kRows <= rows; first += kRows) add_tile<kVectors, kApart>(columns, weights, count, first, sums);
+  return first;
+}
+
+// Wide numbers: columns eight at a time from end to end, as memory streams them best.
+template <typename Stored, typename Value>
+void stream_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
+                    Value* sums) {
+  using L = Lanes<Value>;
+  for (std::size_t first = 0; first < rows; first += kRowsAtOnce) {
+    const std::size_t last = first + kRowsAtOnce < rows ? first + kRowsAtOnce : rows;
+    const std::size_t whole = first + (last - first) / L::width * L::width;
+    std::size_t j = 0;
+    for (; j + kColumnsAtOnce <= count; j += kColumnsAtOnce) {
+      typename L::Type w[kColumnsAtOnce];
+      for (std::size_t i = 0; i < kColumnsAtOnce; ++i) w[i] = L::all(weights[j + i]);
+      const Stored* const* c = columns + j;
+      for (std::size_t r = first; r < whole; r += L::width) {
+        typename L::Type sum = L::load(sums + r);
+        for (std::size_t i = 0; i < kColumnsAtOnce; ++i) sum = L::multiply_add(w[i], L::load(c[i] + r), sum);
+        L::store(sums + r, sum);
+      }
+    }
+    for (; j < count; ++j) {
+      const typename L::Type w = L::all(weights[j]);
+      for (std::size_t r = first; r < whole; r += L::width) {
+        L::store(sums + r, L::multiply_add(w, L::load(columns[j] + r), L::load(sums + r)));
+      }
+    }
+  }
+}
+
+template <typename Stored, typename Value>
+void add_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
+                 Value* sums) {
+  std::size_t first = 0;
+  if constexpr (sizeof(Stored) < sizeof(Value)) {
+    // Numbers that are widened: arithmetic counts more than memory.
+    first = add_tiles<kSumVectors, 1>(columns, weights, count, 0, rows, sums);
+    first = add_tiles<kSumVectors / 2, 1>(columns, weights, count, first, rows, sums);
+    first = add_tiles<kSumVectors / 4, 2>(columns, weights, count, first, rows, sums);
+    first = add_tiles<2, 4>(columns, weights, count, first, rows, sums);
+    first = add_tiles<1, 4>(columns, weights, count, first, rows, sums);
+  } else {
+    first = rows / Lanes<Value>::width * Lanes<Value>::width;
+    stream_columns(columns, weights, count, first, sums);
+  }
+  for (std::size_t r = first; r < rows; ++r) {
+    Value sum = sums[r];
+    for (std::size_t i = 0; i < count; ++i) sum += weights[i] * widened<Value>(columns[i][r]);
+    sums[r] = sum;
+  }
+}
+
+// One tile of c += a b, `kRows` by `kVectors` vectors: its sums stay in registers.
+template <std::size_t kRows, std::size_t kVectors>
+void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                   double* c, std::size_t c_row, std::size_t depth) {
+  using L = Lanes<double>;
+  typename L::Type sums[kRows][kVectors];
+  for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t v = 0; v < kVectors; ++v) sums[i][v] = L::load(c + i * c_row + v * L::width);
+  }
+  for (std::size_t k = 0; k < depth; ++k) {
+    typename L::Type of_b[kVectors];
+    for (std::size_t v = 0; v < kVectors; ++v) of_b[v] = L::load(b + k * b_row + v * L::width);
+    for (std::size_t i = 0; i < kRows; ++i) {
+      const typename L::Type of_a = L::all(a[i * a_row + k * a_column]);
+      for (std::size_t v = 0; v < kVectors; ++v) sums[i][v] = L::multiply_add(of_a, of_b[v], sums[i][v]);
+    }
+  }
+  for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t v = 0; v < kVectors; ++v) L::store(c + i * c_row + v * L::width, sums[i][v]);
+  }
+}
+
+template <std::size_t kRows>
+void multiply_rows(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                   double* c, std::size_t c_row, std::size_t columns, std::size_t depth) {
+  using L = Lanes<double>;
+  std::size_t j = 0;
+  for (; j + kTileVectors * L::width <= columns; j += kTileVectors * L::width) {
+    multiply_tile<kRows, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
+  }
+  for (; j + L::width <= columns; j += L::width) {
+    multiply_tile<kRows, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
+  }
+  for (; j < columns; ++j) {
+    for (std::size_t i = 0; i < kRows; ++i) {
+      double sum = c[i * c_row + j];
+      for (std::size_t k = 0; k < depth; ++k) sum += a[i * a_row + k * a_column] * b[k * b_row + j];
+      c[i * c_row + j] = sum;
+    }
+  }
+}
+
+inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_t a_column, const double* b,
+                                  std::size_t b_row, double* c, std::size_t c_row, std::size_t rows,
+                                  std::size_t columns, std::size_t depth) {
+  constexpr std::size_t kRows = 4;
+  std::size_t i = 0;
+  for (; i + kRows <= rows; i += kRows) {
+    multiply_rows<kRows>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  }
+  for (; i < rows; ++i) {
+    multiply_rows<1>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  }
+}
+
+template <typename Value>
+void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
+  using L = Lanes<Value>;
+  // The last vector overlaps the one before where points do not fill whole ones.
+  const std::size_t whole = points < L::width ? 0 : points;
+  for (std::size_t at = 0; at < whole; at += L::width) {
+    const std::size_t p = at + L::width <= points ? at : points - L::width;
+    typename L::Type squares[4] = {L::all(0), L::all(0), L::all(0), L::all(0)};
+    for (std::size_t k = 0; k < 5; ++k) {
+      typename L::Type c[4];
+      for (std::size_t i = 0; i < 4; ++i) c[i] = L::load(classes[i] + k * points + p);
+      for (std::size_t q = 0; q < 4; ++q) {
+        typename L::Type value = L::multiply(L::all(signs[4 * q]), c[0]);
+        for (std::size_t i = 1; i < 4; ++i) value = L::multiply_add(L::all(signs[4 * q + i]), c[i], value);
+        squares[q] = L::multiply_add(value, value, squares[q]);
+      }
+    }
+    for (std::size_t q = 0; q < 4; ++q) L::store(norms + q * points + p, L::root(squares[q]));
+  }
+  for (std::size_t p = whole; p < points; ++p) {
+    for (std::size_t q = 0; q < 4; ++q) {
+      Value square = 0;
+      for (std::size_t k = 0; k < 5; ++k) {
+        Value value = 0;
+        for (std::size_t i = 0; i < 4; ++i) value += signs[4 * q + i] * classes[i][k * points + p];
+        square += value * value;
+      }
+      norms[q * points + p] = std::sqrt(square);
+    }
+  }
+}
+
+// Natural logarithm of a positive, normal number, without a branch: loops over it run several numbers at a time. Of
+// m 2^k with m between the roots of 1/2 and 2, log m = 2 atanh((m - 1) / (m + 1)) by its series, which ends at rounding.
+inline double logarithm(double value) {
+  constexpr double kLogTwo = 0.693147180559945309417;
+  constexpr std::uint64_t kMantissa = 0x000fffffffffffffu, kOne = 0x3ff0000000000000u, kRoot = 0x3fe6a09e667f3bcdu;
+  std::uint64_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits += kOne - kRoot;  // the exponent changes where the mantissa passes the root
+  // An integer under 2^52 in the lowest bits of 2^52 is that number more.
+  const std::uint64_t shifted = (bits >> 52) | 0x4330000000000000u, scaled = (bits & kMantissa) + kRoot;
+  double exponent, mantissa;
+  std::memcpy(&exponent, &shifted, sizeof exponent);
+  std::memcpy(&mantissa, &scaled, sizeof mantissa);
+  exponent -= 4503599627370496.0 + 1023.0;
+  const double s = (mantissa - 1.0) / (mantissa + 1.0), square = s * s;
+  double series = 1.0 / 21.0;
+  for (int k = 19; k >= 1; k -= 2) series = series * square + 1.0 / k;
+  return exponent * kLogTwo + 2.0 * s * series;
+}
+
+// With r = |(x, y)|: (x y^2 asinh(x / |y|) + y x^2 asinh(y / |x|)) / 2 - r^3 / 6.
+inline void integrate_inverse_distance(const double* x, const double* y, std::size_t count, double* values) {
+  constexpr double kLeast = 1e-140;  // its logarithm is finite, and so are quotients by it
+  for (std::size_t i = 0; i < count; ++i) {
+    const double a = std::abs(x[i]), b = std::abs(y[i]), square = a * a + b * b, r = std::sqrt(square);
+    const double safe_a = a + kLeast, safe_b = b + kLeast;
+    const double along = logarithm((safe_a + r) / safe_b), across = logarithm((safe_b + r) / safe_a);
+    values[i] = 0.5 * a * b * (b * along + a * across) - square * r * (1.0 / 6.0);
+  }
+}
+
+inline Kernels make_kernels(const char* name) {
+  return {name,
+          add_columns<Byte, float>,
+          add_columns<Half, float>,
+          add_columns<float, float>,
+          add_columns<double, double>,
+          multiply_add_matrices,
+          norms_of<float>,
+          norms_of<double>,
+          integrate_inverse_distance};
+}

@@ -1,0 +1,53 @@
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "linalg/kernels_sets.hpp"
+
+namespace mjtactile::plain {
+namespace {
+
+template <typename Value>
+Value widened(Half stored) {
+  return to_float(stored);
+}
+template <typename Value>
+Value widened(Byte stored) {
+  return stored;
+}
+template <typename Value>
+Value widened(float stored) {
+  return stored;
+}
+template <typename Value>
+Value widened(double stored) {
+  return stored;
+}
+
+inline void prefetch(const char*) {}
+
+template <typename Value>
+struct Lanes {
+  using Type = Value;
+  static constexpr std::size_t width = 1;
+  static Type all(Value value) { return value; }
+  template <typename Stored>
+  static Type load(const Stored* at) {
+    return widened<Value>(*at);
+  }
+  static void store(Value* at, Type value) { *at = value; }
+  static Type multiply(Type a, Type b) { return a * b; }
+  static Type multiply_add(Type a, Type b, Type c) { return a * b + c; }
+  static Type root(Type a) { return std::sqrt(a); }
+};
+
+constexpr std::size_t kSumVectors = 4;  // of sums that stay in registers
+constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product
+
+#include "linalg/kernels_body.hpp"
+
+}  // namespace
+
+Kernels make() { return make_kernels("plain"); }
+
+}  // namespace mjtactile::plain

@@ -1,0 +1,100 @@
+#include "linalg/small.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+
+double dot(const double* a, const double* b, std::size_t count) {
+  // Four sums side by side: one would wait for itself.
+  double sums[4] = {0.0, 0.0, 0.0, 0.0};
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
+  }
+  for (; i < count; ++i) sums[0] += a[i] * b[i];
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+// Gauss's elimination without pivoting.
+bool solve_small(std::size_t size, const double* matrix, double* right, std::size_t sides, double least) {
+  double a[kMostSmall][kMostSmall], largest = 0.0;
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = 0; j < size; ++j) a[i][j] = matrix[i * size + j];
+    largest = std::max(largest, a[i][i]);
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    if (!(a[k][k] > least * largest)) return false;
+    for (std::size_t i = k + 1; i < size; ++i) {
+      const double ratio = a[i][k] / a[k][k];
+      for (std::size_t j = k; j < size; ++j) a[i][j] -= ratio * a[k][j];
+      for (std::size_t s = 0; s < sides; ++s) right[i * sides + s] -= ratio * right[k * sides + s];
+    }
+  }
+  for (std::size_t i = size; i-- > 0;) {
+    for (std::size_t s = 0; s < sides; ++s) {
+      double* x = right + i * sides + s;
+      for (std::size_t j = i + 1; j < size; ++j) *x -= a[i][j] * right[j * sides + s];
+      *x /= a[i][i];
+    }
+  }
+  return true;
+}
+
+// Jacobi's rotations, one pair of axes after the other.
+void symmetric_eigen(std::size_t size, const double* matrix, double* values, double* vectors) {
+  constexpr int kSweeps = 30;
+  double a[kMostSmall][kMostSmall];
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = 0; j < size; ++j) {
+      a[i][j] = matrix[i * size + j];
+      vectors[i * size + j] = i == j ? 1.0 : 0.0;
+    }
+  }
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    bool turned = false;
+    for (std::size_t p = 0; p < size; ++p) {
+      for (std::size_t q = p + 1; q < size; ++q) {
+        if (!(std::abs(a[p][q]) > 1e-17 * std::sqrt(std::abs(a[p][p] * a[q][q])))) continue;
+        if (std::abs(a[p][q]) < 1e-300) continue;
+        turned = true;
+        const double angle = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
+        const double c = std::cos(angle), s = std::sin(angle);
+        for (std::size_t k = 0; k < size; ++k) {
+          const double first = a[k][p], second = a[k][q];
+          a[k][p] = c * first - s * second;
+          a[k][q] = s * first + c * second;
+        }
+        for (std::size_t k = 0; k < size; ++k) {
+          const double first = a[p][k], second = a[q][k];
+          a[p][k] = c * first - s * second;
+          a[q][k] = s * first + c * second;
+        }
+        for (std::size_t k = 0; k < size; ++k) {
+          const double first = vectors[k * size + p], second = vectors[k * size + q];
+          vectors[k * size + p] = c * first - s * second;
+          vectors[k * size + q] = s * first + c * second;
+        }
+      }
+    }
+    if (!turned) break;
+  }
+  for (std::size_t i = 0; i < size; ++i) values[i] = a[i][i];
+}
+
+void pseudo_inverse(std::size_t size, const double* matrix, double least, double* inverse) {
+  double values[kMostSmall], vectors[kMostSmall * kMostSmall];
+  symmetric_eigen(size, matrix, values, vectors);
+  const double largest = *std::max_element(values, values + size);
+  std::fill(inverse, inverse + size * size, 0.0);
+  for (std::size_t k = 0; k < size; ++k) {
+    if (!(values[k] > least * largest) || !(values[k] > 0.0)) continue;
+    for (std::size_t i = 0; i < size; ++i) {
+      for (std::size_t j = 0; j < size; ++j) {
+        inverse[i * size + j] += vectors[i * size + k] * vectors[j * size + k] / values[k];
+      }
+    }
+  }
+}
+
+}  // namespace mjtactile
