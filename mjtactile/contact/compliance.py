@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
@@ -89,6 +89,17 @@ class SurfaceCompliance:
     def splines(self) -> tuple[PPoly, PPoly]:
         """Weights of the patches along x and along y."""
         return _averaging_spline(self.lines[0]), _averaging_spline(self.lines[1])
+
+    @cached_property
+    def spline_remainder(self) -> Array:
+        """The remainder in B-splines, of which few are not zero at a point, (3, splines, 3, splines) [m/N].
+
+        Products of quadratic B-splines over the patches, one more along each axis than patch ends, those along x
+        first. They span what `splines` do.
+        """
+        along_x, along_y = (_in_b_splines(spline) for spline in self.splines)
+        both = np.einsum("ak,bl->abkl", along_y, along_x).reshape(len(along_y) * len(along_x), -1)
+        return np.einsum("ap,ipjq,bq->iajb", both, self.remainder, both, optimize=True)
 
 
 _known: weakref.WeakKeyDictionary[InfluenceMatrices, SurfaceCompliance] = weakref.WeakKeyDictionary()
@@ -199,3 +210,10 @@ def _averaging_spline(ends: Array) -> PPoly:
     """Quadratic spline weights of patch values whose interpolant has these values as its averages over the patches."""
     running = np.vstack([np.zeros(len(ends) - 1), np.cumsum(np.diag(np.diff(ends)), axis=0)])
     return CubicSpline(ends, running, axis=0).derivative()
+
+
+def _in_b_splines(spline: PPoly) -> Array:
+    """Coefficients of quadratic B-splines per patch value, (ends + 1, patches), outermost ends counted thrice."""
+    knots = np.concatenate([spline.x[[0, 0]], spline.x, spline.x[[-1, -1]]])
+    places = (knots[1:-2] + knots[2:-1]) / 2  # as many as splines, each where one of them is largest
+    return np.asarray(make_interp_spline(places, spline(places), k=2, t=knots).c)

@@ -3,41 +3,47 @@
 from __future__ import annotations
 
 import ctypes
-from typing import TYPE_CHECKING
 
-import numpy as np
-
-from mjtactile._native import contiguous, library, pointer
+from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
 from mjtactile.contact.compliance import surface_compliance
 from mjtactile.contact.linear_range import linear_range
-from mjtactile.influence.core_pad import CorePad, PressedSurface, core_pad
+from mjtactile.influence.core_pad import CorePad, core_pad
 from mjtactile.influence.matrices import InfluenceMatrices
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
 
 
 def contact_pad(influence: InfluenceMatrices, *, stress: bool = False) -> CorePad:
     """A pad that is pressed and read, shared by all that use the same influence matrices; see `core_pad`."""
-    return core_pad(influence, stress=stress, surface=lambda: pressed_surface(influence))
+    pad = core_pad(influence, stress=stress)
+    _give_surface(pad, influence, compliant=True)
+    return pad
 
 
 def press_pad(influence: InfluenceMatrices, *, compliant: bool) -> CorePad:
     """A pad that is pressed but not read, without stress matrices; `compliant`: whether the law asks how it gives."""
-    return CorePad(influence, pressed_surface(influence) if compliant else None)
+    pad = CorePad(influence)
+    _give_surface(pad, influence, compliant=compliant)
+    return pad
 
 
-def pressed_surface(influence: InfluenceMatrices) -> PressedSurface:
-    """The surface of a pad as the core presses on it."""
-    compliance = surface_compliance(influence)
-    return PressedSurface(
-        linear_range(influence.pad),
-        compliance.normal_factor,
-        (contiguous(compliance.lines[0]), contiguous(compliance.lines[1])),
-        (_coefficients(compliance.splines[0]), _coefficients(compliance.splines[1])),
-        contiguous(compliance.remainder[2, :, 2, :]),
-    )
+def _give_surface(pad: CorePad, influence: InfluenceMatrices, *, compliant: bool) -> None:
+    """Hand over the range of small strains, and how the surface gives."""
+
+    def hand_over() -> None:
+        limits = contiguous([*linear_range(influence.pad), influence.pad.thickness])
+        library().mjt_pad_set_range(pad.handle, pointer(limits))
+        if compliant:
+            compliance = surface_compliance(influence)
+            pieces = [contiguous(line) for line in compliance.lines]
+            remainder = contiguous(compliance.spline_remainder[2, :, 2, :])
+            library().mjt_pad_set_compliance(
+                pad.handle,
+                ctypes.c_double(compliance.normal_factor),
+                *(part for line in pieces for part in sized(line)),
+                pointer(remainder),
+            )
+
+    pad.give("surface", hand_over)
 
 
 def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
@@ -45,7 +51,7 @@ def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
 
     def hand_over() -> None:
         compliance = surface_compliance(influence)
-        remainder = contiguous(compliance.remainder)
+        remainder = contiguous(compliance.spline_remainder)
         library().mjt_pad_set_tangential(pad.handle, ctypes.c_double(compliance.poisson), pointer(remainder))
 
     pad.give("shear", hand_over)
@@ -60,9 +66,3 @@ def give_springs(pad: CorePad, areas: Array, stiffnesses: Array) -> None:
         library().mjt_pad_set_foundation(pad.handle, count, pointer(of_areas), pointer(of_stiffnesses))
 
     pad.give("springs", hand_over)
-
-
-def _coefficients(spline: PPoly) -> Array:
-    """Of a quadratic spline, (3, intervals, patches), highest power first."""
-    coefficients = np.asarray(spline.c)
-    return contiguous(np.concatenate([np.zeros((3 - len(coefficients), *coefficients.shape[1:])), coefficients]))

@@ -6,13 +6,12 @@ import ctypes
 import threading
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._native import contiguous, library, pointer
+from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array, Indices
 from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.symmetry import QUADRANT_SIGNS, QUADRANTS
@@ -25,62 +24,27 @@ _PRECISIONS = ("float16", "float32", "float64", "int8")
 _COMMON_POWERS = 20
 
 
-@dataclass(frozen=True, eq=False)
-class PressedSurface:
-    """What the core needs of a pad to press on it.
-
-    Attributes:
-        limits: mean pressure [Pa] and indentation [m] up to which strains are small.
-        factor: of the half space that the surface gives like near by [1/Pa].
-        patches: ends of the patches of the remainder, along x and along y [m].
-        splines: coefficients of the patches' weights, highest power first, (3, intervals, patches) each.
-        remainder: sheet minus half space between patches, patches by row [m/N].
-    """
-
-    limits: tuple[float, float]
-    factor: float
-    patches: tuple[Array, Array]
-    splines: tuple[Array, Array]
-    remainder: Array
-
-
 class CorePad:
-    """One pad as the core holds it.
+    """One pad as the core holds it; its stress matrices and what bodies press on are handed over afterwards.
 
     Args:
-        influence: of the pad; its matrices are not handed over yet.
-        surface: what bodies press on; None where forces are only read.
+        influence: of the pad.
 
     Attributes:
         handle: what the core's functions take.
-        presses: whether bodies can press on it.
     """
 
-    def __init__(self, influence: PadTables, surface: PressedSurface | None) -> None:
-        grid, pad = influence.surface, influence.pad
-        ends = [contiguous(line.vertices) for line in (grid.x, grid.y)]
-        self.presses = surface is not None
-        if surface is None:
-            bare = contiguous([0.0, 0.0, 1.0])
-            patches = contiguous(ends[0][[0, -1]]), contiguous(ends[1][[0, -1]])
-            surface = PressedSurface((0.0, 0.0), 0.0, patches, (bare, bare), np.zeros((1, 1)))
-        signs, limits = contiguous(QUADRANT_SIGNS), contiguous([*surface.limits, pad.thickness])
+    def __init__(self, influence: PadTables) -> None:
+        grid = influence.surface
+        ends, signs = [contiguous(line.vertices) for line in (grid.x, grid.y)], contiguous(QUADRANT_SIGNS)
         handle = library().mjt_pad_new(
             ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
             ctypes.c_int(influence.fidelity.loads == "corners"),
-            pointer(limits),
-            *(part for line in ends for part in (ctypes.c_size_t(len(line)), pointer(line))),
-            ctypes.c_double(surface.factor),
-            *(
-                part
-                for line, spline in zip(surface.patches, surface.splines, strict=True)
-                for part in (ctypes.c_size_t(len(line) - 1), pointer(line), pointer(spline))
-            ),
-            pointer(surface.remainder),
+            *(part for line in ends for part in sized(line)),
             pointer(signs),
         )
         self.handle = ctypes.c_void_p(handle)
-        self._taxels, self._given, self._giving = pad.reading_shape, set[str](), threading.Lock()
+        self._taxels, self._given, self._giving = influence.pad.reading_shape, set[str](), threading.Lock()
         self._finalizer = weakref.finalize(self, library().mjt_pad_free, self.handle)
 
     def give(self, what: str, action: Callable[[], None]) -> None:
@@ -110,33 +74,26 @@ _pads: weakref.WeakKeyDictionary[PadTables, dict[bool, CorePad]] = weakref.WeakK
 _making = threading.Lock()
 
 
-def core_pad(
-    influence: PadTables,
-    *,
-    stress: bool = False,
-    surface: Callable[[], PressedSurface] | None = None,
-) -> CorePad:
+def core_pad(influence: PadTables, *, stress: bool = False) -> CorePad:
     """The core's copy of influence matrices, made when it is first asked for and shared by all that use them.
 
     Args:
         influence: of the pad.
         stress: whether whole stress tensors are wanted, which take a fifth more memory.
-        surface: makes what bodies press on; None where forces are only read. A copy that was made without is let go
-            when one with it is asked for.
 
     Raises:
         CorruptInfluenceError: when the matrices are not those the pad and the fidelity need; the core does not look.
     """
     with _making:
         made = _pads.setdefault(influence, {})
-        if stress not in made or (surface is not None and not made[stress].presses):
-            made[stress] = _whole_pad(influence, stress, None if surface is None else surface())
+        if stress not in made:
+            made[stress] = _with_matrices(influence, stress)
         return made[stress]
 
 
-def _whole_pad(influence: PadTables, stress: bool, surface: PressedSurface | None) -> CorePad:
+def _with_matrices(influence: PadTables, stress: bool) -> CorePad:
     influence.check()
-    pad = CorePad(influence, surface)
+    pad = CorePad(influence)
     orders = [_by_taxel(influence, k) for k in range(len(influence.pad.depths))]
     for k, order in enumerate(orders):
         _add_layer(pad, influence, k, order)

@@ -55,29 +55,30 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 6; }
+int mjt_version(void) { return 7; }
 
 const char* mjt_kernels(void) { return kernels().name; }
 
 int mjt_use_kernels(const char* name) { return use_kernels(name) ? 1 : 0; }
 
-mjt_pad* mjt_pad_new(int precision, int corners, const double* range, size_t count_x, const double* ends_x,
-                     size_t count_y, const double* ends_y, double factor, size_t patches_x,
-                     const double* patch_ends_x, const double* spline_x, size_t patches_y, const double* patch_ends_y,
-                     const double* spline_y, const double* remainder, const double* quadrant_signs) {
-  const size_t patches = patches_x * patches_y;
-  Matrix smooth(patches, patches);
-  copy(remainder, smooth);
-  AveragingSpline x({patch_ends_x, patch_ends_x + patches_x + 1}, {spline_x, spline_x + 3 * patches_x * patches_x});
-  AveragingSpline y({patch_ends_y, patch_ends_y + patches_y + 1}, {spline_y, spline_y + 3 * patches_y * patches_y});
-  SurfaceGrid surface({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
-  SurfaceCompliance compliance(factor, std::move(x), std::move(y), std::move(smooth));
+mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
+                     const double* ends_y, const double* quadrant_signs) {
   const CornerSpread spread({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
-  auto* made = new mjt_pad{std::make_shared<Pad>(std::move(surface), std::move(compliance),
-                                                 static_cast<Precision>(precision), corners ? &spread : nullptr,
-                                                 LinearRange{range[0], range[1], range[2]})};
+  auto* made = new mjt_pad{std::make_shared<Pad>(SurfaceGrid({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y}),
+                                                 static_cast<Precision>(precision), corners ? &spread : nullptr)};
   made->pad->set_signs(quadrant_signs);
   return made;
+}
+
+void mjt_pad_set_range(mjt_pad* pad, const double* range) { pad->pad->set_range({range[0], range[1], range[2]}); }
+
+void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,
+                            const double* ends_y, const double* remainder) {
+  QuadraticSplines x({ends_x, ends_x + count_x}), y({ends_y, ends_y + count_y});
+  const size_t splines = x.count() * y.count();
+  Matrix smooth(splines, splines);
+  copy(remainder, smooth);
+  pad->pad->set_compliance(SurfaceCompliance(factor, std::move(x), std::move(y), std::move(smooth)));
 }
 
 void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts, const int32_t* places,
@@ -281,7 +282,7 @@ int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, 
 }
 
 void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder) {
-  const size_t size = 3 * pad->pad->compliance().patches();
+  const size_t size = 3 * pad->pad->compliance().splines();
   Matrix whole(size, size);
   copy(remainder, whole);
   pad->pad->compliance().set_tangential(poisson, std::move(whole));

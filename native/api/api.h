@@ -19,13 +19,15 @@ MJT_API int mjt_version(void);
 MJT_API const char* mjt_kernels(void);
 MJT_API int mjt_use_kernels(const char* name);
 
-/* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. range:
-   mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]. Spline coefficients: (3, patches, patches). */
-MJT_API mjt_pad* mjt_pad_new(int precision, int corners, const double* range, size_t count_x, const double* ends_x,
-                             size_t count_y, const double* ends_y, double factor, size_t patches_x,
-                             const double* patch_ends_x, const double* spline_x, size_t patches_y,
-                             const double* patch_ends_y, const double* spline_y, const double* remainder,
-                             const double* quadrant_signs);
+/* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. */
+MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
+                             const double* ends_y, const double* quadrant_signs);
+/* Mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]. */
+MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range);
+/* How far the surface gives: factor of the half space [1/Pa], ends of the splines' pieces [m], and what the sheet gives
+   more than the half space, (splines, splines) [m/N], see SurfaceCompliance. */
+MJT_API void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,
+                                    const double* ends_y, const double* remainder);
 MJT_API void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts,
                                const int32_t* places, const double* weights);
 MJT_API void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,
@@ -111,8 +113,8 @@ MJT_API void mjt_face_cells_free(mjt_cells* cells);
    `room` corners. Number of rings, with where they begin (rings + 1), or -1 where the room is too small. */
 MJT_API int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, const double* place,
                              const double* sheet, size_t room, size_t* cut_begins, double* cut_corners);
-/* What shear needs besides: Poisson's ratio of the half space, and what the sheet gives more than it between patches,
-   (3, patches, 3, patches) [m/N]. Set once, before any thread uses it. */
+/* What shear needs besides: Poisson's ratio of the half space, and what the sheet gives more than it,
+   (3, splines, 3, splines) [m/N]. Set once, before any thread uses it. */
 MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder);
 /* Integrals over pairs of cells of a half space's response, (6, cells, cells) [m^3], of 1/r and of ShearIntegrals; edges
    (count, 2 ends, 2) with cells on both sides (count, 2), -1 for none. */

@@ -19,9 +19,8 @@ Columns<Value> filled(const double* matrix, std::size_t count, std::size_t rows,
 
 }  // namespace
 
-Pad::Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, const CornerSpread* corners,
-         LinearRange range)
-    : surface_(std::move(surface)), compliance_(std::move(compliance)), precision_(precision), range_(range) {
+Pad::Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners)
+    : surface_(std::move(surface)), precision_(precision) {
   prepare(float_maps_, corners);
   prepare(double_maps_, corners);
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "contact/cells/compliance.hpp"
@@ -36,8 +37,11 @@ struct LinearRange {
 class Pad {
  public:
   // `corners`: where loads are spread onto the elements' corners; null where they act on all nodes.
-  Pad(SurfaceGrid surface, SurfaceCompliance compliance, Precision precision, const CornerSpread* corners,
-      LinearRange range);
+  Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners);
+
+  // What contacts need: when strains are small, and how far the surface gives under cells.
+  void set_range(const LinearRange& range) { range_ = range; }
+  void set_compliance(SurfaceCompliance compliance) { compliance_ = std::move(compliance); }
 
   // In this order: the quadrants' signs (quadrants, classes) and every layer; then every class.
   void set_signs(const double* signs);
@@ -93,7 +97,7 @@ class Pad {
   SurfaceGrid surface_;
   SurfaceCompliance compliance_;
   Precision precision_;
-  LinearRange range_;
+  LinearRange range_ = {};
   bool has_mean_ = false;
   std::vector<std::size_t> points_;  // of each layer
   Maps<float> float_maps_;

@@ -5,23 +5,23 @@
 #include <utility>
 
 #include "linalg/kernels.hpp"
+#include "linalg/small.hpp"
 
 namespace mjtactile {
 
-AveragingSpline::AveragingSpline(std::vector<double> ends, std::vector<double> coefficients)
-    : ends_(std::move(ends)), coefficients_(std::move(coefficients)) {}
-
-void AveragingSpline::weights(double at, double* weights) const {
-  const auto after = std::upper_bound(ends_.begin() + 1, ends_.end() - 1, at);
-  const std::size_t interval = static_cast<std::size_t>(after - ends_.begin()) - 1, count = patches();
-  const double local = at - ends_[interval];
-  const double* square = coefficients_.data() + interval * count;
-  const double* linear = square + count * count;
-  const double* constant = linear + count * count;
-  for (std::size_t i = 0; i < count; ++i) weights[i] = (square[i] * local + linear[i]) * local + constant[i];
+std::size_t QuadraticSplines::at(double place, double* values) const {
+  const auto after = std::upper_bound(ends_.begin() + 1, ends_.end() - 1, place);
+  const auto piece = static_cast<std::size_t>(after - ends_.begin()) - 1, last = ends_.size() - 1;
+  const double low = ends_[piece], high = ends_[piece + 1];
+  const double before = ends_[piece > 0 ? piece - 1 : 0], beyond = ends_[std::min(piece + 2, last)];
+  // De Boor's recurrence, with the outermost ends counted three times.
+  values[0] = (high - place) * (high - place) / ((high - low) * (high - before));
+  values[2] = (place - low) * (place - low) / ((high - low) * (beyond - low));
+  values[1] = 1.0 - values[0] - values[2];
+  return piece;
 }
 
-SurfaceCompliance::SurfaceCompliance(double factor, AveragingSpline x, AveragingSpline y, Matrix remainder)
+SurfaceCompliance::SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder)
     : factor_(factor), x_(std::move(x)), y_(std::move(y)), remainder_(std::move(remainder)) {}
 
 void SurfaceCompliance::set_foundation(std::vector<double> areas, std::vector<double> stiffnesses) {
@@ -46,55 +46,90 @@ void SurfaceCompliance::set_tangential(double poisson, Matrix remainder) {
 
 void SurfaceCompliance::weigh(const double* points, std::size_t per_cell, std::size_t cells,
                               Workspace& workspace) const {
-  const std::size_t columns = x_.patches(), patches = columns * y_.patches();
-  workspace.weights.resize(cells, patches);
-  workspace.transposed.resize(patches, cells);
-  workspace.x.resize(columns);
-  workspace.y.resize(y_.patches());
+  constexpr std::size_t kOver = QuadraticSplines::kOver;
+  workspace.windows.clear();
+  workspace.values.clear();
+  double along[kOver], across[kOver];
   for (std::size_t i = 0; i < cells; ++i) {
-    std::fill(workspace.weights[i], workspace.weights[i] + patches, 0.0);
+    const double* own = points + 2 * per_cell * i;
+    std::size_t low[2] = {x_.count(), y_.count()}, high[2] = {0, 0};
     for (std::size_t k = 0; k < per_cell; ++k) {
-      const double* point = points + 2 * (per_cell * i + k);
-      x_.weights(point[0], workspace.x.data());
-      y_.weights(point[1], workspace.y.data());
-      double* weights = workspace.weights[i];
-      for (std::size_t row = 0; row < y_.patches(); ++row) {
-        const double share = workspace.y[row] / static_cast<double>(per_cell);
-        for (std::size_t column = 0; column < columns; ++column) *weights++ += share * workspace.x[column];
+      const std::size_t found[2] = {x_.at(own[2 * k], along), y_.at(own[2 * k + 1], across)};
+      for (int axis = 0; axis < 2; ++axis) {
+        low[axis] = std::min(low[axis], found[axis]);
+        high[axis] = std::max(high[axis], found[axis]);
+      }
+    }
+    const Window window = {low[0], low[1], high[0] - low[0] + kOver, high[1] - low[1] + kOver, workspace.values.size()};
+    workspace.windows.push_back(window);
+    workspace.values.resize(window.first + window.columns * window.rows, 0.0);
+    for (std::size_t k = 0; k < per_cell; ++k) {
+      const std::size_t column = x_.at(own[2 * k], along) - low[0], row = y_.at(own[2 * k + 1], across) - low[1];
+      for (std::size_t r = 0; r < kOver; ++r) {
+        double* to = workspace.values.data() + window.first + (row + r) * window.columns + column;
+        for (std::size_t c = 0; c < kOver; ++c) to[c] += across[r] * along[c] / static_cast<double>(per_cell);
       }
     }
   }
-  for (std::size_t p = 0; p < patches; ++p) {
-    double* to = workspace.transposed[p];
-    for (std::size_t i = 0; i < cells; ++i) to[i] = workspace.weights[i][p];
+}
+
+void SurfaceCompliance::add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace,
+                                      double* block, std::size_t block_stride) const {
+  const std::size_t cells = workspace.windows.size(), columns = x_.count();
+  // Only splines in rows that reach some cell count.
+  std::size_t first = y_.count(), last = 0;
+  for (const Window& window : workspace.windows) {
+    first = std::min(first, window.row);
+    last = std::max(last, window.row + window.rows);
+  }
+  const std::size_t begin = first * columns, size = (last - first) * columns;
+  Matrix &through = workspace.through, &transposed = workspace.transposed;
+  through.resize(cells, size);
+  transposed.resize(size, cells);
+  const auto lines = [&](const Window& window, const auto& line_of) {
+    workspace.lines.clear();
+    for (std::size_t row = window.row; row < window.row + window.rows; ++row) {
+      for (std::size_t column = window.column; column < window.column + window.columns; ++column) {
+        workspace.lines.push_back(line_of(row * columns + column));
+      }
+    }
+    return workspace.lines.size();
+  };
+  for (std::size_t i = 0; i < cells; ++i) {
+    const Window& window = workspace.windows[i];
+    const std::size_t count = lines(window, [&](std::size_t p) { return remainder + p * stride + begin; });
+    std::fill(through[i], through[i] + size, 0.0);
+    kernels().add_double(workspace.lines.data(), workspace.values.data() + window.first, count, size, through[i]);
+  }
+  for (std::size_t p = 0; p < size; ++p) {
+    double* to = transposed[p];
+    for (std::size_t i = 0; i < cells; ++i) to[i] = through[i][p];
+  }
+  for (std::size_t j = 0; j < cells; ++j) {
+    const Window& window = workspace.windows[j];
+    const std::size_t from = upper ? j : 0;
+    const std::size_t count = lines(window, [&](std::size_t p) { return transposed[p - begin] + from; });
+    kernels().add_double(workspace.lines.data(), workspace.values.data() + window.first, count, cells - from,
+                         block + j * block_stride + from);
   }
 }
 
 void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const double* areas, std::size_t cells,
                                const double* inverse_distance, double scale, Workspace& workspace,
                                Matrix& compliance) const {
-  constexpr std::size_t kBlock = 16;
-  const std::size_t patches = x_.patches() * y_.patches();
   weigh(points, per_cell, cells, workspace);
-  workspace.through.resize(cells, patches);
-  Matrix& through = workspace.through;
-  std::fill(through.data(), through.data() + cells * through.stride(), 0.0);
-  kernels().multiply_add(workspace.weights.data(), workspace.weights.stride(), 1, remainder_.data(),
-                         remainder_.stride(), through.data(), through.stride(), cells, through.stride(), patches);
   compliance.resize(cells, cells);
+  std::vector<double>& inverse_areas = workspace.smooth;
+  inverse_areas.resize(cells);
+  for (std::size_t i = 0; i < cells; ++i) inverse_areas[i] = 1.0 / areas[i];
   const double cube = factor_ * scale * scale * scale;
-  for (std::size_t first = 0; first < cells; first += kBlock) {
-    const std::size_t last = std::min(first + kBlock, cells);
-    for (std::size_t i = first; i < last; ++i) {
-      const double own = cube / areas[i];
-      const double* near = inverse_distance + i * cells;
-      double* row = compliance[i];
-      for (std::size_t j = first; j < cells; ++j) row[j] = own * near[j] / areas[j];
-    }
-    kernels().multiply_add(through[first], through.stride(), 1, workspace.transposed.data() + first,
-                           workspace.transposed.stride(), compliance[first] + first, compliance.stride(),
-                           last - first, compliance.stride() - first, patches);
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double own = cube * inverse_areas[i];
+    const double* near = inverse_distance + i * cells;
+    double* row = compliance[i];
+    for (std::size_t j = i; j < cells; ++j) row[j] = own * near[j] * inverse_areas[j];
   }
+  add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
   for (std::size_t i = 0; i < cells; ++i) {
     for (std::size_t j = 0; j < i; ++j) compliance[i][j] = compliance[j][i];
   }
@@ -103,7 +138,6 @@ void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const
 void SurfaceCompliance::full(const double* centroids, const double* areas, std::size_t cells,
                              const double* inverse_distance, const ShearIntegrals& integrals, double cosine,
                              double sine, Workspace& workspace, Matrix& compliance) const {
-  const std::size_t patches = x_.patches() * y_.patches();
   weigh(centroids, 1, cells, workspace);
   compliance.resize(3 * cells, 3 * cells);
   // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
@@ -127,24 +161,12 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
       y[2 * cells + j] = per_area * slope * across;
     }
   }
-  Matrix &through = workspace.through, &block = workspace.block;
-  block.resize(cells, cells);
+  // Blocks on the diagonal and right of it. The remainder is symmetric: a block is added from what forces of its column
+  // do, line by line of its row.
   for (std::size_t a = 0; a < 3; ++a) {
-    // Blocks right of the diagonal, and the one on it.
-    through.resize(cells, (3 - a) * patches);
-    std::fill(through.data(), through.data() + cells * through.stride(), 0.0);
-    kernels().multiply_add(workspace.weights.data(), workspace.weights.stride(), 1,
-                           full_remainder_[a * patches] + a * patches, full_remainder_.stride(), through.data(),
-                           through.stride(), cells, through.columns(), patches);
     for (std::size_t b = a; b < 3; ++b) {
-      std::fill(block.data(), block.data() + cells * block.stride(), 0.0);
-      kernels().multiply_add(through.data() + (b - a) * patches, through.stride(), 1, workspace.transposed.data(),
-                             workspace.transposed.stride(), block.data(), block.stride(), cells, block.stride(),
-                             patches);
-      for (std::size_t i = 0; i < cells; ++i) {
-        double* row = compliance[a * cells + i] + b * cells;
-        for (std::size_t j = 0; j < cells; ++j) row[j] += block[i][j];
-      }
+      add_remainder(full_remainder_[b * splines()] + a * splines(), full_remainder_.stride(), a == b, workspace,
+                    compliance[a * cells] + b * cells, compliance.stride());
     }
   }
   for (std::size_t i = 0; i < 3 * cells; ++i) {
@@ -157,25 +179,23 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
                                     double* sunk) const {
   // The mean of 1/r over a square of side s from its middle is 4 ln(1 + sqrt 2) / s.
   const double own = 4.0 * std::log(1.0 + std::sqrt(2.0));
-  const std::size_t columns = x_.patches(), patches = columns * y_.patches();
-  workspace.x.resize(columns);
-  workspace.y.resize(y_.patches());
-  workspace.patches.assign(patches, 0.0);
-  workspace.smooth.assign(patches, 0.0);
-  const auto over_patches = [&](const double* at, auto&& visit) {
-    x_.weights(at[0], workspace.x.data());
-    y_.weights(at[1], workspace.y.data());
-    for (std::size_t row = 0; row < y_.patches(); ++row) {
-      for (std::size_t column = 0; column < columns; ++column) {
-        visit(row * columns + column, workspace.y[row] * workspace.x[column]);
-      }
+  constexpr std::size_t kOver = QuadraticSplines::kOver;
+  const std::size_t columns = x_.count();
+  workspace.coefficients.assign(splines(), 0.0);
+  workspace.smooth.assign(splines(), 0.0);
+  const auto over_splines = [&](const double* at, auto&& visit) {
+    double along[kOver], across[kOver];
+    const std::size_t column = x_.at(at[0], along), row = y_.at(at[1], across);
+    for (std::size_t r = 0; r < kOver; ++r) {
+      for (std::size_t c = 0; c < kOver; ++c) visit((row + r) * columns + column + c, across[r] * along[c]);
     }
   };
   for (std::size_t j = 0; j < cells; ++j) {
-    over_patches(centroids + 2 * j, [&](std::size_t p, double weight) { workspace.patches[p] += weight * forces[j]; });
+    const double force = forces[j];
+    over_splines(centroids + 2 * j, [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
   }
-  for (std::size_t p = 0; p < patches; ++p) {
-    for (std::size_t q = 0; q < patches; ++q) workspace.smooth[p] += remainder_[p][q] * workspace.patches[q];
+  for (std::size_t p = 0; p < splines(); ++p) {
+    workspace.smooth[p] = dot(remainder_[p], workspace.coefficients.data(), splines());
   }
   for (std::size_t i = 0; i < count; ++i) {
     double sum = 0.0;
@@ -184,7 +204,7 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
       sum += forces[j] / std::sqrt(x * x + y * y + areas[j] / (own * own));
     }
     sunk[i] += factor_ * sum;
-    over_patches(points + 2 * i, [&](std::size_t p, double weight) { sunk[i] += weight * workspace.smooth[p]; });
+    over_splines(points + 2 * i, [&](std::size_t p, double value) { sunk[i] += value * workspace.smooth[p]; });
   }
 }
 

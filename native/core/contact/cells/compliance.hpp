@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "contact/cells/tangential.hpp"
@@ -9,25 +10,29 @@
 
 namespace mjtactile {
 
-// Weights of patch values along one axis: a quadratic spline that keeps the values as its averages over the patches.
-class AveragingSpline {
+// Quadratic B-splines along one axis: smooth where pieces meet, three of them over each piece.
+class QuadraticSplines {
  public:
-  // `ends`: of the patches, ascending [m]; `coefficients`: (3, patches, patches), highest power first, of the local
-  // coordinate x - ends[interval], the weight of each patch last.
-  AveragingSpline(std::vector<double> ends, std::vector<double> coefficients);
+  static constexpr std::size_t kOver = 3;
 
-  std::size_t patches() const { return ends_.size() - 1; }
-  void weights(double at, double* weights) const;
+  // `ends`: of the pieces, ascending [m]. Beyond the first and the last the outermost pieces go on.
+  explicit QuadraticSplines(std::vector<double> ends) : ends_(std::move(ends)) {}
+
+  std::size_t count() const { return ends_.size() + 1; }
+  // The first of the splines that are not zero at a place, and their values.
+  std::size_t at(double place, double* values) const;
 
  private:
-  std::vector<double> ends_, coefficients_;
+  std::vector<double> ends_;
 };
 
 // Normal compliance of one pad's surface between any contact cells.
 class SurfaceCompliance {
  public:
-  // `factor`: of the half space [1/Pa]; `remainder`: sheet minus half space between patches, patches by row [m/N].
-  SurfaceCompliance(double factor, AveragingSpline x, AveragingSpline y, Matrix remainder);
+  SurfaceCompliance() = default;
+  // `factor`: of the half space [1/Pa]; `remainder`: sheet minus half space, as the coefficients of products of splines,
+  // those along x first, of where it sinks by those of where it is pressed [m/N].
+  SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder);
 
   // Springs that stand for the surface under law "foundation": logarithms of contact areas [m^2], ascending, and of the
   // stiffness per area under each [Pa/m].
@@ -36,16 +41,22 @@ class SurfaceCompliance {
   bool has_foundation() const { return !areas_.empty(); }
 
   // What shear needs besides: Poisson's ratio of the half space, and the remainder of all three components, (component,
-  // patch) by (component, patch) [m/N]. Set once, before any thread asks for `full`.
+  // spline) by (component, spline) [m/N]. Set once, before any thread asks for `full`.
   void set_tangential(double poisson, Matrix remainder);
   bool has_tangential() const { return full_remainder_.rows() > 0; }
 
   double factor() const { return factor_; }
-  std::size_t patches() const { return x_.patches() * y_.patches(); }
+  std::size_t splines() const { return x_.count() * y_.count(); }
 
+  // Which splines are not zero at a cell: `columns` along x and `rows` along y from a first one, their values by row.
+  struct Window {
+    std::size_t column, row, columns, rows, first;
+  };
   struct Workspace {
-    Matrix weights, transposed, through, block;
-    std::vector<double> x, y, patches, smooth;
+    std::vector<Window> windows;
+    std::vector<double> values, coefficients, smooth;
+    std::vector<const double*> lines;
+    Matrix through, transposed;
   };
 
   // Mean normal displacement of each cell per normal force on each cell [m/N].
@@ -67,11 +78,15 @@ class SurfaceCompliance {
             Matrix& compliance) const;
 
  private:
-  // Weights of the patches at the cells, and the same transposed.
+  // Mean splines over each cell.
   void weigh(const double* points, std::size_t per_cell, std::size_t cells, Workspace& workspace) const;
+  // Add what a remainder gives between the cells that were weighed: to `block`, all of it or from the diagonal on.
+  // `remainder`: its first entry and its stride.
+  void add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace, double* block,
+                     std::size_t block_stride) const;
 
-  double factor_;
-  AveragingSpline x_, y_;
+  double factor_ = 0.0;
+  QuadraticSplines x_{{}}, y_{{}};
   Matrix remainder_, full_remainder_;
   double poisson_ = 0.0;
   std::vector<double> areas_, stiffnesses_;  // logarithms
