@@ -6,7 +6,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 # Beside the MuJoCo of constraints.txt: the oldest that works, on which most runs, and others for the plugin alone.
 OLDEST_MUJOCO := 3.3.7
 OTHER_MUJOCO := 3.8.0 3.10.0 3.17.0
-PLUGIN_TESTS := tests/mujoco/test_attach*.py tests/mujoco/test_plugin*.py
+PLUGIN_TESTS := tests/doors/test_attach*.py tests/plugin/test_plugin*.py
+MUJOCO_TESTS := tests/geometry/test_primitives.py tests/sim tests/plugin tests/doors tests/experiments/loop
 NATIVE := $(shell find native -type f)
 
 .PHONY: demo test check install install-dev models soak tables weights policies clean
@@ -18,9 +19,10 @@ demo: $(VENV)/installed
 test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest
-	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest tests/mujoco -m "not slow"
+	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest $(MUJOCO_TESTS) -m "not slow"
 	for version in $(OTHER_MUJOCO); do \
 		PYTHONPATH=.mujoco-$$version $(BIN)/python -m pytest $(PLUGIN_TESTS) -m "not slow" || exit 1; \
 	done
@@ -28,6 +30,7 @@ test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 # What a developer runs between edits.
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest -m "not slow"
 

@@ -9,9 +9,10 @@ import time
 import numpy as np
 import scipy.sparse.linalg
 
-from mjtactile.elimination import EliminatedSheet
-from mjtactile.fem import PARITIES, assemble, free_in_plane
-from mjtactile.mesh import mesh_density, sheet_mesh
+from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
+from mjtactile.fidelity import mesh_density
 from mjtactile.pad import Pad
 
 SAMPLE = 64

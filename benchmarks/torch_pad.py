@@ -11,8 +11,8 @@ import torch
 from torch import Tensor
 
 from mjtactile import Footprint, contact_load, indenter_outline, influence_matrices
-from mjtactile.preset import PRESETS
-from mjtactile.timing import median_time
+from mjtactile.cli.benchmarks.timing import median_time
+from mjtactile.fidelity import PRESETS
 from mjtactile.torch import PadModel
 
 LOADS, REPEATS = 256, 3
@@ -27,7 +27,7 @@ def nbytes(tensors: list[Tensor]) -> int:
 def row(preset: str) -> list[str]:
     influence = influence_matrices(preset=preset)
     model = PadModel(influence)
-    footprint = Footprint.from_outline(indenter_outline("star", rotate_deg=20), influence)
+    footprint = Footprint.from_outline(indenter_outline("star", rotate_deg=20), influence.surface)
     load = contact_load(influence, footprint, force=(0.1, 0.0, -0.5))
     forces = model.nodal_forces([load]).repeat(LOADS, 1, 1, 1)
     points = [part.stop - part.start for part in influence.sample_slices]

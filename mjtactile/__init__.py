@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from mjtactile import envs as envs
     from mjtactile import recognition
     from mjtactile.attach import attach_pad
-    from mjtactile.basis import WrenchBasis
-    from mjtactile.cache import influence_matrices
-    from mjtactile.contact import contact_load
+    from mjtactile.contact.contact_load import contact_load, contact_loads
+    from mjtactile.contact.footprint import Footprint
+    from mjtactile.contact.wrench_basis import WrenchBasis
     from mjtactile.errors import (
         ContactError,
         ContactWarning,
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
         SceneError,
         StaleInfluenceError,
     )
-    from mjtactile.footprint import Footprint
-    from mjtactile.indenter import (
+    from mjtactile.fidelity import MESHES, PRESETS, Fidelity, MeshDensity
+    from mjtactile.geometry.indenter import (
         INDENTER_NAMES,
         Indenter,
         box,
@@ -49,29 +49,26 @@ if TYPE_CHECKING:
         punch,
         sphere,
     )
-    from mjtactile.influence import InfluenceMatrices, load_influence
-    from mjtactile.load import ContactState, SurfaceLoad
-    from mjtactile.mesh import MESHES, MeshDensity
-    from mjtactile.native_host import Health, set_warnings
-    from mjtactile.pad import Layer, Pad, TaxelGrid
-    from mjtactile.pad_json import pad_text
-    from mjtactile.plugin_attributes import plugin_health, register_pad
-    from mjtactile.preset import PRESETS, Fidelity
-    from mjtactile.scene import PressResult, force_vector, press, press_scene
+    from mjtactile.influence.cache import influence_matrices
+    from mjtactile.influence.matrices import InfluenceMatrices, load_influence
+    from mjtactile.influence.surface_load import ContactState, SurfaceLoad
+    from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
+    from mjtactile.pad_names import pad_text, register_pad
+    from mjtactile.plugin.attributes import plugin_health
+    from mjtactile.plugin.health import Health, set_warnings
     from mjtactile.sensor import TactileSensor
-    from mjtactile.several import contact_loads
+    from mjtactile.sim.press_scene import PressResult, press, press_scene
 
-from mjtactile import plugin_hook as _plugin_hook
-
-__version__ = "0.1.0"
+from mjtactile._version import __version__ as __version__
+from mjtactile.plugin import import_hook as _import_hook
 
 _MODULE_OF = {
     name: module
     for module, names in {
         "attach": ("attach_pad",),
-        "cache": ("influence_matrices",),
-        "basis": ("WrenchBasis",),
-        "contact": ("contact_load",),
+        "influence.cache": ("influence_matrices",),
+        "contact.wrench_basis": ("WrenchBasis",),
+        "contact.contact_load": ("contact_load", "contact_loads"),
         "errors": (
             "ContactError",
             "ContactWarning",
@@ -89,8 +86,8 @@ _MODULE_OF = {
             "SceneError",
             "StaleInfluenceError",
         ),
-        "footprint": ("Footprint",),
-        "indenter": (
+        "contact.footprint": ("Footprint",),
+        "geometry.indenter": (
             "INDENTER_NAMES",
             "Indenter",
             "box",
@@ -102,17 +99,15 @@ _MODULE_OF = {
             "punch",
             "sphere",
         ),
-        "influence": ("InfluenceMatrices", "load_influence"),
-        "load": ("ContactState", "SurfaceLoad"),
-        "mesh": ("MESHES", "MeshDensity"),
-        "pad": ("Layer", "Pad", "TaxelGrid"),
-        "pad_json": ("pad_text",),
-        "native_host": ("Health", "set_warnings"),
-        "plugin_attributes": ("plugin_health", "register_pad"),
-        "preset": ("PRESETS", "Fidelity"),
-        "scene": ("PressResult", "force_vector", "press", "press_scene"),
+        "influence.matrices": ("InfluenceMatrices", "load_influence"),
+        "influence.surface_load": ("ContactState", "SurfaceLoad"),
+        "pad": ("Layer", "Pad", "TaxelGrid", "force_vector"),
+        "pad_names": ("pad_text", "register_pad"),
+        "plugin.health": ("Health", "set_warnings"),
+        "plugin.attributes": ("plugin_health",),
+        "fidelity": ("MESHES", "PRESETS", "Fidelity", "MeshDensity"),
+        "sim.press_scene": ("PressResult", "press", "press_scene"),
         "sensor": ("TactileSensor",),
-        "several": ("contact_loads",),
     }.items()
     for name in names
 }
@@ -177,7 +172,7 @@ __all__ = [
 #: Packages inside this one that are reached as attributes as well.
 _PACKAGES = ("envs", "recognition", "torch")
 
-_plugin_hook.install()
+_import_hook.install()
 
 
 def __getattr__(name: str) -> Any:

@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile.errors import SceneError
+from mjtactile.fidelity import PRESETS
 from mjtactile.pad import Pad
-from mjtactile.pad_geom import add_pad_geom
-from mjtactile.pad_json import pad_text
-from mjtactile.plugin import PLUGIN, ensure_registered
-from mjtactile.plugin_attributes import OUTPUTS, known_pad, named_pad
-from mjtactile.preset import PRESETS
+from mjtactile.pad_names import PLUGIN, named_pad, pad_text
+from mjtactile.plugin.attributes import OUTPUTS, known_pad
+from mjtactile.plugin.registration import ensure_registered
+from mjtactile.sim.pad_geom import add_pad_geom
 
 
 def attach_pad(

@@ -75,3 +75,7 @@ class UnitError(MjTactileError, ValueError):
 
 class OutputError(MjTactileError, OSError):
     """A file that cannot be written."""
+
+
+class DatasetError(MjTactileError, ValueError):
+    """A dataset that cannot be described, written, resumed or read."""

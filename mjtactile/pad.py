@@ -14,11 +14,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.errors import PadError
-
-Array = npt.NDArray[np.float64]
 
 #: Thinnest layer that is meshed [m]; thinner ones are better described by a change of their neighbour's modulus.
 MINIMUM_LAYER_THICKNESS = 1e-6
@@ -309,3 +307,16 @@ def _first_of(values: Any, most: int) -> tuple[Any, ...] | None:
         return tuple(itertools.islice(values, most + 1))
     except TypeError:
         return None
+
+
+def force_vector(magnitude: float, tilt_deg: float = 0.0, azimuth_deg: float = 0.0) -> Array:
+    """Force F (sin t cos a, sin t sin a, -cos t) in the pad frame [N], shape (3,).
+
+    Args:
+        magnitude: F [N]; 1 gf is 9.80665e-3 N.
+        tilt_deg: t, from straight into the pad [deg].
+        azimuth_deg: a, of the tangential part, from +x towards +y [deg].
+    """
+    tilt, azimuth = math.radians(tilt_deg), math.radians(azimuth_deg)
+    tangential = math.sin(tilt)
+    return magnitude * np.array([tangential * math.cos(azimuth), tangential * math.sin(azimuth), -math.cos(tilt)])

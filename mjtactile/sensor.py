@@ -9,23 +9,24 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile.cache import influence_matrices
+from mjtactile._types import Array
+from mjtactile.contact.footprint import FACING_GAP
+from mjtactile.contact.laws import BY_NAME
+from mjtactile.contact.options import contact_options
 from mjtactile.errors import ContactWarning, FootprintError, SceneError
-from mjtactile.footprint import FACING_GAP
-from mjtactile.geom import pad_geom
-from mjtactile.imprint import GapImprints, SectionImprints
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.laws import BY_NAME
-from mjtactile.load import ContactState, SurfaceLoad
-from mjtactile.mesh import MeshDensity
-from mjtactile.native_host import Health
-from mjtactile.native_reader import NativeReader, Reading
-from mjtactile.options import contact_options
-from mjtactile.pad import Array, Pad
-from mjtactile.planar import areal
-from mjtactile.plugin_attributes import plugin_sensor
-from mjtactile.preset import Fidelity
-from mjtactile.wrench import contact_wrenches, geom_frame
+from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.geometry.planar import areal
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import ContactState, SurfaceLoad
+from mjtactile.pad import Pad
+from mjtactile.plugin.attributes import plugin_sensor
+from mjtactile.plugin.health import Health
+from mjtactile.plugin.reader import NativeReader
+from mjtactile.plugin.reading import Reading
+from mjtactile.sim.footprints import GapImprints, SectionImprints
+from mjtactile.sim.geoms import pad_geom
+from mjtactile.sim.wrench import contact_wrenches, geom_frame
 
 
 class TactileSensor:
@@ -143,10 +144,12 @@ class TactileSensor:
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
         if not BY_NAME[self.law].shapes:
-            imprints = SectionImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap)
+            imprints = SectionImprints(self.model, self.geom, self.influence.surface, facing_gap=self.facing_gap)
         else:
             level = self.tilt == "fixed"
-            imprints = GapImprints(self.model, self.geom, self.influence, facing_gap=self.facing_gap, level=level)
+            imprints = GapImprints(
+                self.model, self.geom, self.influence.surface, facing_gap=self.facing_gap, level=level
+            )
         outlines = []
         for body, wrench in contacts.by_body(self.model).items():
             if not wrench.any() or body < 0:

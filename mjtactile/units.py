@@ -7,6 +7,13 @@ import re
 
 from mjtactile.errors import UnitError
 
+#: Of any seed; larger ones would be drawn from as well, but other programs could not read them back.
+MOST_SEED = 2**63 - 1
+#: Of noise over the largest reading: beyond this there is nothing left to see.
+MOST_NOISE = 10.0
+#: Presses of a dataset: files' names count them with nine digits.
+MOST_PRESSES = 10**9 - 1
+
 #: One gram-force [N], by definition of standard gravity.
 GRAM_FORCE = 9.80665e-3
 MILLIMETRE = 1e-3

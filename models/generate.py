@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from mjtactile.grasp.scene import GraspObject, grasp_mjcf
-from mjtactile.gripper import gripper_mjcf
-from mjtactile.hand import hand_mjcf
-from mjtactile.indenter import INDENTER_NAMES, box, cylinder, punch, sphere
-from mjtactile.mjcf import indenter_mjcf, pad_mjcf, press_mjcf
+from mjtactile.experiments.grasp.scene import GraspObject, grasp_mjcf
+from mjtactile.experiments.hands.gripper import gripper_mjcf
+from mjtactile.experiments.hands.hand import hand_mjcf
+from mjtactile.geometry.indenter import INDENTER_NAMES, box, cylinder, punch, sphere
+from mjtactile.sim.mjcf import indenter_mjcf, pad_mjcf, press_mjcf
 
 ROOT = Path(__file__).resolve().parent.parent
 

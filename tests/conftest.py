@@ -8,8 +8,8 @@ import pytest
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 from threadpoolctl import threadpool_limits
 
-from mjtactile.cache import influence_matrices
-from mjtactile.influence import InfluenceMatrices
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
 
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mjtactile.build import build_tables
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.mesh import MeshDensity
+from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
+from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.influence.build import build_tables
+from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.preset import Fidelity
-from mjtactile.sampling import layer_sampling, sampling_tables
 
 #: Three elements per half width, three across the thickness: everything is there, nothing takes long.
 COARSE = MeshDensity(

@@ -31,7 +31,7 @@ def test_the_pad_without_mujoco_never_imports_mujoco_or_scikit_fem_from_a_warm_c
     code = (
         "import sys, mjtactile as m\n"
         "i = m.influence_matrices(mesh='draft')\n"
-        "f = m.Footprint.from_outline(m.indenter_outline('star'), i)\n"
+        "f = m.Footprint.from_outline(m.indenter_outline('star'), i.surface)\n"
         "i.readings(m.contact_load(i, f, force=(0, 0, -1)))\n"
         "print([x for x in ('mujoco', 'skfem', 'torch', 'matplotlib') if x in sys.modules])"
     )

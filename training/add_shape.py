@@ -3,7 +3,7 @@
     python training/add_shape.py --shape hexagon --weights build/weights/all
     python training/add_shape.py --shape my_tool.stl --weights my_weights
 
-The shape is a name of mjtactile.shapes or a mesh file whose lowest face is flat. Presses of it are made the way the
+The shape is a name of dataset/shapes.py or a mesh file whose lowest face is flat. Presses of it are made the way the
 other modules' were; of the shapes known there are examples beside the weights. Then:
 mjtactile.recognition.load("shape", folder=..., also=["hexagon"]).
 """
@@ -21,18 +21,18 @@ import torch
 from arguments import parsed
 from lesson import write_module
 
-from mjtactile.dataset import make_dataset
-from mjtactile.dataset_spec import DatasetSpec, spec_from
-from mjtactile.recognition.addition import NewModule, fit_module, look_at, most_alike
-from mjtactile.recognition.examples import Examples, read_examples
-from mjtactile.recognition.fitting import Schedule, rate
-from mjtactile.recognition.looker import Looker
-from mjtactile.recognition.presses import see_presses
+from mjtactile.dataset.files import make_dataset
+from mjtactile.dataset.spec import DatasetSpec, spec_from
+from mjtactile.recognition.features import View
 from mjtactile.recognition.registry import read_registry, stored_module
 from mjtactile.recognition.shape import ShapeModule
-from mjtactile.recognition.shape_networks import PoseNetworks
-from mjtactile.recognition.store import RecognitionError, read_weights
-from mjtactile.recognition.view import View
+from mjtactile.recognition.training.addition import NewModule, fit_module, look_at, most_alike
+from mjtactile.recognition.training.examples import Examples, read_examples
+from mjtactile.recognition.training.fitting import Schedule, rate
+from mjtactile.recognition.training.looker import Looker
+from mjtactile.recognition.training.presses import see_presses
+from mjtactile.recognition.training.shape_networks import PoseNetworks
+from mjtactile.recognition.weight_files import RecognitionError, read_weights
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,13 +19,14 @@ import numpy as np
 import shapely
 from arguments import parsed
 
-from mjtactile.basis import WrenchBasis
-from mjtactile.cache import influence_matrices
+from mjtactile._files import write_atomically
+from mjtactile._progress import progress_bar
+from mjtactile._types import Array
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import ContactWarning
-from mjtactile.files import write_atomically
-from mjtactile.footprint import Footprint
-from mjtactile.pad import Array, Pad
-from mjtactile.progress import progress_bar
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.pad import Pad
 
 #: Presses of one job.
 _PER_JOB = 500
@@ -69,7 +70,7 @@ def pressed(job: tuple[int, int, str]) -> tuple[np.ndarray, Array]:
     pad = Pad()
     influence = influence_matrices(pad, preset=fidelity, progress=False)
     sheet = shapely.box(-pad.size[0] / 2, -pad.size[1] / 2, pad.size[0] / 2, pad.size[1] / 2)
-    basis = WrenchBasis(influence, Footprint.from_outline(sheet, influence))
+    basis = WrenchBasis(influence, Footprint.from_outline(sheet, influence.surface))
     wrenches = np.array([random_wrench(drawn) for _ in range(_PER_JOB)])
     with warnings.catch_warnings():
         # Near the edges the pressure leaves the range of small strains; the readings stay those of the linear model.

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import torch
 
-from mjtactile.dataset_spec import pad_from
-from mjtactile.recognition.fitting import Schedule, provenance
-from mjtactile.recognition.looker import Looker
-from mjtactile.recognition.presses import Presses, see_presses
+from mjtactile.dataset.spec import pad_from
+from mjtactile.recognition.features import View
 from mjtactile.recognition.registry import register
-from mjtactile.recognition.store import read_weights, write_weights
-from mjtactile.recognition.view import View
+from mjtactile.recognition.training.fitting import Schedule, provenance
+from mjtactile.recognition.training.looker import Looker
+from mjtactile.recognition.training.presses import Presses, see_presses
+from mjtactile.recognition.weight_files import read_weights, write_weights
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecEnv
 
 from mjtactile.envs import make_vec
-from mjtactile.envs.features import moments
+from mjtactile.envs.touch import moments
 
 Array = npt.NDArray[np.float32]
 

@@ -20,11 +20,11 @@ from arguments import parsed
 from lesson import Lesson, LessonConfig
 
 from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.fitting import fit, perceptron, perceptron_arrays, set_weights
 from mjtactile.recognition.force import ForceRecogniser
 from mjtactile.recognition.network import Network
-from mjtactile.recognition.presses import Presses
-from mjtactile.recognition.store import read_weights
+from mjtactile.recognition.training.fitting import fit, perceptron, perceptron_arrays, set_weights
+from mjtactile.recognition.training.presses import Presses
+from mjtactile.recognition.weight_files import read_weights
 
 #: Typical errors, by which outputs are scaled: tangential over pressing force, position [m], logarithm of the force.
 _SCALE = np.array([0.1, 0.1, 2e-4, 2e-4, 0.1], dtype=np.float32)

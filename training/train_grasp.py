@@ -16,15 +16,15 @@ import numpy as np
 import torch
 from arguments import parsed
 
+from mjtactile._progress import progress_bar
 from mjtactile.pad import Pad
-from mjtactile.progress import progress_bar
 from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.fitting import perceptron, perceptron_arrays
+from mjtactile.recognition.features import View
 from mjtactile.recognition.grasp import GRASP_OUTPUTS, GraspRecogniser, grasp_targets
-from mjtactile.recognition.octant import into_octant
 from mjtactile.recognition.registry import register
-from mjtactile.recognition.store import write_weights
-from mjtactile.recognition.view import View
+from mjtactile.recognition.symmetry import into_octant
+from mjtactile.recognition.training.fitting import perceptron, perceptron_arrays
+from mjtactile.recognition.weight_files import write_weights
 
 #: Typical errors, by which outputs are scaled: tangential over pressing force, centre [m], twist over pressing force
 #: [m], logarithm of the pressing force.

@@ -4,8 +4,8 @@
     python training/train_policy.py --out build/policy --seeds 1 --steps 20000   # a look
 
 Both arms have the same body, time, networks, steps and settings; one also has its pads' readings, as their moments
-(`mjtactile.envs.features`). Training draws masses and frictions from every second band of their ranges, the test from
-the bands between. A run that is there already is not made again. Needs `pip install mjtactile[train]`.
+(`mjtactile.envs.touch.moments`). Training draws masses and frictions from every second band of their ranges, the test
+from the bands between. A run that is there already is not made again. Needs `pip install mjtactile[train]`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from arguments import parsed
 from policy_environment import StackedLifts
 from policy_report import draw_curves, success_table
 
-from mjtactile.bench_tables import rewrite_table
-from mjtactile.files import write_atomically
+from mjtactile._files import write_atomically
+from mjtactile.cli.benchmarks.tables import rewrite_table
 
 #: What is compared: with touch, and without.
 ARMS = {"touch": "readings", "no touch": "none"}

@@ -12,10 +12,10 @@ import torch
 from arguments import parsed
 from lesson import Lesson, LessonConfig
 
-from mjtactile.recognition.fitting import fit, perceptron, perceptron_arrays
+from mjtactile.dataset.shapes import DISC_RADIUS
 from mjtactile.recognition.pose import POSE_KINDS, orientation_targets
-from mjtactile.recognition.presses import Presses
-from mjtactile.shapes import DISC_RADIUS
+from mjtactile.recognition.training.fitting import fit, perceptron, perceptron_arrays
+from mjtactile.recognition.training.presses import Presses
 
 #: Typical errors, by which outputs are scaled.
 _SCALE = {"position": 1e-3, "size": 0.1, "orientation": 0.5}

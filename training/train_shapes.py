@@ -15,9 +15,9 @@ import torch
 from arguments import parsed
 from lesson import Lesson, LessonConfig
 
-from mjtactile.recognition.examples import EXAMPLES, Examples, choose
-from mjtactile.recognition.fitting import fit, rate
-from mjtactile.recognition.shape_networks import PoseNetworks, ShapeNetworks
+from mjtactile.recognition.training.examples import EXAMPLES, Examples, choose
+from mjtactile.recognition.training.fitting import fit, rate
+from mjtactile.recognition.training.shape_networks import PoseNetworks, ShapeNetworks
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 from arguments import parsed
 from lesson import write_module
 
-from mjtactile.recognition.presses import fit_view
+from mjtactile.recognition.training.presses import fit_view
 
 
 @dataclass(frozen=True, kw_only=True)

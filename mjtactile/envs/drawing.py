@@ -68,7 +68,7 @@ class Drawing:
         self._window: Any = None
 
     def _open(self, model: mujoco.MjModel) -> None:
-        from mjtactile.render import context_class, working_backend
+        from mjtactile.sim.render import context_class, working_backend
 
         self._context = context_class(working_backend())(self._width, self._height)
         self._context.make_current()

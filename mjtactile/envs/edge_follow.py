@@ -11,11 +11,11 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon, affinity
 
+from mjtactile._types import Array, Mask
 from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Mask, Task, Told
-from mjtactile.pad import Array
+from mjtactile.envs.task import Channel, Task, Told
 
 #: Speeds at full action [m/s, rad/s] and the most force [N].
 SPEED, TURN_SPEED, FORCE = 0.025, 2.0, 1.0

@@ -8,9 +8,10 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
-from mjtactile.pad import Array, Pad
+from mjtactile.pad import Pad
 
 #: How high the finger hovers [m], and the stiffness of the spring that lifts it there [N/m].
 HOVER, LIFT = 2e-3, 20.0

@@ -9,14 +9,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjtactile.envs.bands import Bands
+from mjtactile._types import Array, Mask
 from mjtactile.envs.grasp_scene import HANDLE, PAD_FORCES, gripper_spec
-from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.options import Bands, EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Mask, Task, Told, within
+from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
-from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
-from mjtactile.pad import Array
+from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 
 #: What is drawn: mass [kg], evenly in its logarithm, and friction [-], evenly.
 MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)

@@ -7,12 +7,12 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array
 from mjtactile.attach import pad_table
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
-from mjtactile.grasp.scene import GraspObject, grasp_spec
-from mjtactile.gripper import GRIPPER_PADS
-from mjtactile.pad import Array
+from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
+from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 
 #: Names of the sensors of all contact forces on each pad, world frame, for the examiner.
 PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)

@@ -14,13 +14,13 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from mjtactile._types import Array, Mask
 from mjtactile.envs.drawing import Drawing
 from mjtactile.envs.options import EnvError
 from mjtactile.envs.registration import task_of
 from mjtactile.envs.simulation import BatchSimulations, Rows
 from mjtactile.envs.single import TactileEnv, check_render_mode
-from mjtactile.envs.task import Mask, Observation, Task, Told
-from mjtactile.pad import Array
+from mjtactile.envs.task import Observation, Task, Told
 
 
 def make_vec(

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import PRESETS
 from mjtactile.pad import Pad
-from mjtactile.preset import PRESETS
 
 #: What is seen of the pads.
 OBSERVATIONS = ("readings", "pascals", "wrench", "recognised", "none")
@@ -63,3 +65,31 @@ class TouchOptions:
     def touches(self) -> bool:
         """Whether pads are read at all."""
         return self.observation != "none"
+
+
+#: Which bands are drawn from.
+SPLITS = ("all", "train", "test")
+
+
+class Bands:
+    """A range in bands of equal width; every second one, from the second on, is never trained on.
+
+    Args:
+        low, high: of the range.
+        split: "all" bands, those to "train" with, or those to "test" with.
+        count: of bands, odd, so that what is tested lies between what was trained.
+
+    Raises:
+        EnvError: there is no such split.
+    """
+
+    def __init__(self, low: float, high: float, *, split: str, count: int = 7) -> None:
+        if split not in SPLITS:
+            raise EnvError(f"split = {split!r} does not exist. Available: {', '.join(SPLITS)}.")
+        self._low, self._width = low, (high - low) / count
+        self._bands = {"all": np.arange(count), "train": np.arange(0, count, 2), "test": np.arange(1, count, 2)}[split]
+
+    def draw(self, drawn: np.random.Generator) -> float:
+        """A value, evenly from the bands."""
+        band = self._bands[drawn.integers(len(self._bands))]
+        return float(self._low + (band + drawn.random()) * self._width)

@@ -8,13 +8,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array, Mask
 from mjtactile.envs.grasp_scene import HANDLE, gripper_spec
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Mask, Task, Told, within
+from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
-from mjtactile.gripper import CLOSED_GAP, GRIPPER_PADS
-from mjtactile.pad import Array
+from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS
 
 #: Half the peg's width, its length below the handle's middle, and how much wider the hole is than the peg [m].
 PEG, LENGTH, CLEARANCE = 4e-3, 0.03, 6e-4

@@ -9,14 +9,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjtactile._types import Array, Mask
 from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
-from mjtactile.envs.task import Channel, Mask, Task, Told, within
-from mjtactile.indenter import punch
-from mjtactile.mjcf import indenter_mjcf
-from mjtactile.outlines import INDENTER_NAMES
-from mjtactile.pad import Array
+from mjtactile.envs.task import Channel, Task, Told, within
+from mjtactile.geometry.indenter import punch
+from mjtactile.geometry.outlines import INDENTER_NAMES
+from mjtactile.sim.mjcf import indenter_mjcf
 
 #: Speeds at full action [m/s, rad/s], how far the finger may go from where it starts [m, rad], and the most force [N].
 SPEED, TURN_SPEED, REACH, TURN_REACH, FORCE = 0.02, 3.0, 1e-3, math.pi / 2, 1.0

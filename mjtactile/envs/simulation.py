@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.errors import ContactWarning
-from mjtactile.pad import Array
 
 #: Simulations meant, shape (k,).
 Rows = npt.NDArray[np.int32]

@@ -16,13 +16,12 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Array, Mask
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows, Simulations, SingleSimulation
 from mjtactile.envs.touch import Touch
-from mjtactile.pad import Array
 
 Observation = dict[str, npt.NDArray[np.float32]]
-Mask = npt.NDArray[np.bool_]
 #: What there is to say besides, by name, each of shape (n,).
 Told = dict[str, npt.NDArray[Any]]
 

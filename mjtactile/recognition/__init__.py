@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Literal, overload
 
 from mjtactile.pad import Pad
+from mjtactile.recognition.features import View
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
 from mjtactile.recognition.registry import Entry, read_registry, stored_module
 from mjtactile.recognition.shape import ModuleStack, ShapeModule, ShapeRecogniser, ShapeResult
-from mjtactile.recognition.store import SHIPPED, RecognitionError, check_pad
-from mjtactile.recognition.view import View
+from mjtactile.recognition.weight_files import SHIPPED, RecognitionError, check_pad
 
 __all__ = [
     "ForceRecogniser",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.recognition.network import Network
 
 #: Logarithms of standard deviations, over the scale, are taken no further than this.

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.octant import Mirrors
-from mjtactile.recognition.store import Stored
-from mjtactile.recognition.view import Seen, View
+from mjtactile.recognition.features import Seen, View
+from mjtactile.recognition.symmetry import Mirrors
+from mjtactile.recognition.weight_files import Stored
 
 #: A direction known to within this is half trusted [rad].
 _HALF_TRUSTED = np.radians(3.0)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.store import Stored
-from mjtactile.recognition.view import View
+from mjtactile.recognition.features import View
+from mjtactile.recognition.weight_files import Stored
 
 #: What is recognised, besides the deviations: tangential over pressing force (2), centre of pressure (2) [m], twist
 #: over pressing force [m], logarithm of pressing force over the readings' size.

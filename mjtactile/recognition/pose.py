@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
+from mjtactile.recognition.features import Seen
 from mjtactile.recognition.network import Network
-from mjtactile.recognition.octant import Mirrors
-from mjtactile.recognition.store import Stored
-from mjtactile.recognition.view import Seen
+from mjtactile.recognition.symmetry import Mirrors
+from mjtactile.recognition.weight_files import Stored
 
 #: What a pose module may say, and how many numbers that is.
 POSE_KINDS = {"position": 2, "size": 1, "orientation": 12}

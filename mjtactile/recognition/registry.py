@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from mjtactile.recognition.store import RecognitionError, Stored, file_hash, read_weights
+from mjtactile.recognition.weight_files import RecognitionError, Stored, file_hash, read_weights
 
 REGISTRY = "registry.json"
 #: The registry's entry by which damage to it is found.
@@ -53,7 +53,7 @@ def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
     Raises:
         RecognitionError: the file is no module.
     """
-    from mjtactile.files import write_atomically
+    from mjtactile._files import write_atomically
 
     stored = read_weights(folder / file)
     kind = stored.metadata["kind"]

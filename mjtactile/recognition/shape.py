@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
+from mjtactile.recognition.features import Seen, View
 from mjtactile.recognition.network import Network, silu
 from mjtactile.recognition.pose import PoseModule, rotation_of
-from mjtactile.recognition.store import RecognitionError, Stored
-from mjtactile.recognition.view import Seen, View
+from mjtactile.recognition.weight_files import RecognitionError, Stored
 
 
 @dataclass(frozen=True, eq=False)

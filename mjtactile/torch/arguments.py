@@ -7,12 +7,12 @@ from pathlib import Path
 
 import torch
 
-from mjtactile.cache import influence_matrices
 from mjtactile.errors import InfluenceError, PresetError
-from mjtactile.influence import InfluenceMatrices, load_influence
+from mjtactile.fidelity import Fidelity
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
-from mjtactile.pad_json import names_file
-from mjtactile.preset import Fidelity
+from mjtactile.pad_names import named_pad, names_file
 
 #: Fidelity of a pad when none is named, as in MuJoCo models.
 _FIDELITY = "balanced"
@@ -35,9 +35,7 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
     if is_file:
         return load_influence(str(pad))
     if isinstance(pad, str):
-        from mjtactile.plugin_attributes import known_pad
-
-        pad = known_pad(pad)
+        pad = named_pad(pad)
     assert not isinstance(pad, Path)
     return influence_matrices(pad, preset=_FIDELITY if fidelity is None else fidelity)
 

@@ -11,16 +11,16 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.uniform import UniformBasis
 from mjtactile.errors import InfluenceError, StaleInfluenceError
-from mjtactile.footprint import Footprint
-from mjtactile.forces import nodal_batch
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import SurfaceLoad
+from mjtactile.fidelity import Fidelity, mesh_name
+from mjtactile.influence.forces import nodal_batch
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
-from mjtactile.preset import Fidelity, mesh_name
 from mjtactile.torch.arguments import existing_layers, floating, matrices_of
-from mjtactile.torch.folding import Folded, LayerStress, as_buffer, element_integrals
-from mjtactile.uniform import UniformBasis
+from mjtactile.torch.symmetry import Folded, LayerStress, as_buffer, element_integrals
 
 
 class PadOutput(NamedTuple):

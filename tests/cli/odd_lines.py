@@ -15,7 +15,7 @@ import trimesh
 import typer
 from typer.models import OptionInfo
 
-from mjtactile.cli import app
+from mjtactile.cli.main import app
 
 HUGE = "9" * 20
 NUMBERS = (

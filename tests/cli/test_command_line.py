@@ -14,7 +14,7 @@ from mjtactile.units import GRAM_FORCE
 
 def run(*arguments, **environment):
     return subprocess.run(
-        [sys.executable, "-m", "mjtactile.cli", *arguments],
+        [sys.executable, "-m", "mjtactile", *arguments],
         capture_output=True,
         text=True,
         env={**os.environ, **environment},

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 from typer.testing import CliRunner
 
-from mjtactile.cli import app
-from mjtactile.dataset import read_dataset
+from mjtactile.cli.main import app
+from mjtactile.dataset.files import read_dataset
 
 SPEC = """
 presses = 6

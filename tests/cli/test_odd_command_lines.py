@@ -20,22 +20,22 @@ from typing import Any
 import pytest
 from odd_lines import Files, lines, make_files
 
-from mjtactile.cli import main
+from mjtactile.cli.main import main
 
 SEED, QUICK, ALL = 13, 60, 300
 #: No command line may take longer [s].
 PATIENCE = 60
 #: What commands do once everything is checked, where it takes long: module and function.
 WORK = (
-    ("mjtactile.bench", "mesh_benchmark"),
-    ("mjtactile.bench_plugin", "plugin_benchmark"),
-    ("mjtactile.bench_trade", "trade_benchmark"),
-    ("mjtactile.bench_envs", "envs_benchmark"),
-    ("mjtactile.bench_extremes", "extremes_benchmark"),
-    ("mjtactile.evaluation", "evaluate"),
-    ("mjtactile.grasp.trials", "run_trials"),
-    ("mjtactile.loop.run", "run_loop"),
-    ("mjtactile.study.reproduce", "reproduce"),
+    ("mjtactile.cli.benchmarks.mesh", "mesh_benchmark"),
+    ("mjtactile.cli.benchmarks.plugin", "plugin_benchmark"),
+    ("mjtactile.cli.benchmarks.trade", "trade_benchmark"),
+    ("mjtactile.cli.benchmarks.envs", "envs_benchmark"),
+    ("mjtactile.cli.benchmarks.extremes", "extremes_benchmark"),
+    ("mjtactile.recognition.evaluation.recognisers", "evaluate"),
+    ("mjtactile.experiments.grasp.trials", "run_trials"),
+    ("mjtactile.experiments.loop.run", "run_loop"),
+    ("mjtactile.experiments.study.reproduce", "reproduce"),
 )
 
 
@@ -212,7 +212,11 @@ def test_a_dataset_of_presses_is_not_made_smaller(files, monkeypatch):
 
 def process(*line: str, **options: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "mjtactile.cli", *line], stderr=subprocess.PIPE, text=True, timeout=PATIENCE, **options
+        [sys.executable, "-m", "mjtactile", *line],
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=PATIENCE,
+        **options,
     )
 
 

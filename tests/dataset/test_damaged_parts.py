@@ -14,13 +14,12 @@ import pyarrow.parquet as pq
 import pytest
 from filelock import FileLock
 
-from mjtactile import dataset as dataset_module
-from mjtactile import dataset_parts
-from mjtactile.dataset import DatasetWarning, make_dataset, read_dataset
-from mjtactile.dataset_parts import DamagedPartError
-from mjtactile.dataset_seal import is_whole, sealed
-from mjtactile.dataset_spec import DatasetError, parse_spec
-from mjtactile.errors import OutputError
+from mjtactile.dataset import files as dataset_module
+from mjtactile.dataset import files as dataset_parts
+from mjtactile.dataset.files import DamagedPartError, DatasetWarning, make_dataset, read_dataset
+from mjtactile.dataset.seal import is_whole, sealed
+from mjtactile.dataset.spec import parse_spec
+from mjtactile.errors import DatasetError, OutputError
 
 PUNCHES = {"shapes": ["star", "triangle"], "shift": 1.5}
 SPEC = parse_spec(
@@ -115,7 +114,7 @@ REPAIRED: tuple[Callable[[Path], None], ...] = (
 
 
 @pytest.mark.parametrize("damage", REPAIRED)
-@pytest.mark.filterwarnings("ignore::mjtactile.dataset.DatasetWarning")
+@pytest.mark.filterwarnings("ignore::mjtactile.dataset.files.DatasetWarning")
 def test_damage_is_refused_when_read_and_repaired_when_made(damage, folder, made):
     damage(folder)
     with pytest.raises(DatasetError, match="mjtactile dataset"):

@@ -8,10 +8,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from mjtactile import Footprint, Pad, contact_load, influence_matrices
-from mjtactile import dataset as dataset_module
-from mjtactile.dataset import make_dataset, read_dataset
-from mjtactile.dataset_spec import DatasetError, parse_spec
-from mjtactile.shapes import placed, sized_face
+from mjtactile.dataset import files as dataset_module
+from mjtactile.dataset.files import make_dataset, read_dataset
+from mjtactile.dataset.shapes import placed, sized_face
+from mjtactile.dataset.spec import parse_spec
+from mjtactile.errors import DatasetError
 
 PUNCHES = {"shapes": ["star", "triangle", "cross"], "size": [0.7, 1.0], "shift": 1.5}
 SPEC = parse_spec({"presses": 20, "seed": 4, "preset": "fast", "poses": 2, "forces": 2, "contact": [PUNCHES]})
@@ -41,7 +42,7 @@ def test_readings_are_those_of_the_contact_the_labels_describe(tmp_path, fast):
         labels = {name: column[k] for name, column in data.labels.items()}
         face = sized_face(labels["shape"], labels["size"])
         at = placed(face, (labels["shift_x"], labels["shift_y"]), labels["rotation"])
-        load = contact_load(fast, Footprint.from_outline(at, fast), data.forces[k])
+        load = contact_load(fast, Footprint.from_outline(at, fast.surface), data.forces[k])
         np.testing.assert_allclose(data.readings[k], fast.readings(load), rtol=0, atol=2e-4 * data.readings[k].max())
         force, moment = load.resultant()
         np.testing.assert_allclose([moment[1], -moment[0]] / -force[2], data.positions[k], atol=1e-9)

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from mjtactile.dataset_spec import DatasetError, load_spec, parse_spec, spec_from
-from mjtactile.errors import IndenterError
+from mjtactile.dataset.spec import load_spec, parse_spec, spec_from
+from mjtactile.errors import DatasetError, IndenterError
 from mjtactile.units import GRAM_FORCE
 
 CONTACT = {"shapes": ["star", "sphere"], "size": [0.7, 1.3], "shift": 2.5, "force": 100, "tilt": [0, 30]}

@@ -15,7 +15,7 @@ import mjtactile  # noqa: F401  registers the environments
 from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.errors import RenderError
 from mjtactile.pad import Pad
-from mjtactile.render import working_backend
+from mjtactile.sim.render import working_backend
 
 NAMES = tuple(ENTRY_POINTS)
 
@@ -167,7 +167,7 @@ def test_registering_imports_no_environment():
 
 
 def test_the_page_has_the_tables_of_the_spaces():
-    from mjtactile.envs.tables import environment_tables
+    from mjtactile.cli.envs_tables import environment_tables
 
     page = (Path(__file__).parents[2] / "docs" / "environments.md").read_text()
     assert environment_tables() in page, "run: mjtactile envs --readme docs/environments.md"

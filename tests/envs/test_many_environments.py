@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.envs.grasp_lift import GraspLift
 from mjtactile.errors import RenderError
-from mjtactile.render import working_backend
+from mjtactile.sim.render import working_backend
 
 COUNT = 3
 #: Actions under which episodes end soon: an answer now and then, a grip that crushes, away from the edge, a peg pulled

@@ -8,12 +8,12 @@ import pytest
 import shapely
 
 from mjtactile.envs import EnvError, TactileEnv
-from mjtactile.envs.bands import Bands
 from mjtactile.envs.edge_follow import PLATES, SPEED, EdgeFollow, rim_points
 from mjtactile.envs.grasp_lift import FRICTIONS, GRIP_FACTOR, MASSES, GraspLift, crushing_grip, least_grip
+from mjtactile.envs.options import Bands
 from mjtactile.envs.peg_insert import PegInsert
 from mjtactile.envs.press_identify import PressIdentify
-from mjtactile.outlines import INDENTER_NAMES
+from mjtactile.geometry.outlines import INDENTER_NAMES
 
 
 def repeated(env, action, most=1000) -> Any:

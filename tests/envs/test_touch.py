@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mjtactile.envs import TactileEnv
-from mjtactile.envs.features import moments
 from mjtactile.envs.press_identify import FORCE, PressIdentify
-from mjtactile.envs.touch import READING_SCALE
+from mjtactile.envs.touch import READING_SCALE, moments
 
 PRESS = np.array([0.0, 0.0, 0.0, 1.0, -1.0, *[0.0] * 7])
 

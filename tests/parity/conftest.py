@@ -3,7 +3,7 @@
 import pytest
 
 import mjtactile
-from mjtactile import native
+from mjtactile import _native as native
 
 #: From the widest to none.
 SETS = ("avx512", "avx2", "plain")

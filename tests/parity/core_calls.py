@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.compliance import surface_compliance
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.laws import TANGENTIALS
-from mjtactile.native import contiguous, library, native_pad, pointer
+from mjtactile._native import contiguous, library, pointer
+from mjtactile._types import Array
+from mjtactile.contact.core_pad import contact_pad, give_shear
+from mjtactile.contact.laws import TANGENTIALS
+from mjtactile.influence.matrices import InfluenceMatrices
 
-Array = npt.NDArray[np.float64]
 _REFUSED, _SLIDES, _SIMPLIFIED = 1, 2, 4
 
 
@@ -39,7 +39,7 @@ def normal_compliance(influence: InfluenceMatrices, centroids: Array, areas: Arr
     arrays = [contiguous(one) for one in (centroids, areas, inverse_distance)]
     compliance = np.empty((len(areas), len(areas)))
     library().mjt_normal_compliance(
-        native_pad(influence).handle,
+        contact_pad(influence).handle,
         ctypes.c_size_t(len(areas)),
         *(pointer(one) for one in arrays),
         ctypes.c_double(1.0),
@@ -58,8 +58,8 @@ def full_compliance(
     angle: float = 0.0,
 ) -> Array:
     """Mean displacement per force, (3, cells, 3, cells) [m/N], of turned cells, see SurfaceCompliance::full."""
-    pad = native_pad(influence)
-    pad.set_tangential(surface_compliance(influence))
+    pad = contact_pad(influence)
+    give_shear(pad, influence)
     arrays = [contiguous(one) for one in (centroids, areas, inverse_distance)]
     edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
     compliance = np.empty((3, len(areas), 3, len(areas)))

@@ -16,14 +16,16 @@ from scipy.spatial.transform import Rotation
 from shapely import box
 
 import mjtactile
-from mjtactile.envelope import TriangleSurface
-from mjtactile.facing import lower_surface
-from mjtactile.footprint import FACING_GAP, Footprint
-from mjtactile.foundation import foundation_springs
-from mjtactile.gap import Array, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
-from mjtactile.laws import BY_NAME as LAWS
-from mjtactile.native import library, native_pad, pointer
-from mjtactile.search import Rectangle
+from mjtactile._native import library, pointer
+from mjtactile._types import Array
+from mjtactile.contact.core_pad import contact_pad, give_springs
+from mjtactile.contact.footprint import FACING_GAP, Footprint
+from mjtactile.contact.foundation import foundation_springs
+from mjtactile.contact.laws import BY_NAME as LAWS
+from mjtactile.geometry.height_minimum import Rectangle
+from mjtactile.geometry.lower_surface import lower_surface
+from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
+from mjtactile.geometry.triangle_mesh import TriangleSurface
 
 pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
 HALF = 7.5e-3
@@ -113,7 +115,7 @@ class CoreBody:
         """Nodal forces (nodes y, nodes x, 3) [N], and the wrench carried (6,)."""
         forces, carried = np.empty((*influence.surface.node_shape, 3)), np.empty(6)
         whole = library().mjt_body_press(
-            native_pad(influence).handle,
+            contact_pad(influence).handle,
             self.handle,
             pointer(numbers(pose)),
             pointer(wrench),
@@ -152,7 +154,7 @@ def numbers(pose: Pose) -> npt.NDArray[np.float64]:
 @functools.cache
 def fast() -> mjtactile.InfluenceMatrices:
     influence = mjtactile.influence_matrices(preset="fast")
-    native_pad(influence).set_foundation(*foundation_springs(influence))
+    give_springs(contact_pad(influence), *foundation_springs(influence))
     return influence
 
 
@@ -201,7 +203,7 @@ def test_flat_faces_press_as_footprints_do(name, law):
     outline = surface.flat_face(FACING_GAP)
     assert outline is not None
     # The core's own circle has other corners.
-    check(name, pose, Footprint.from_outline(outline, influence), law, 5e-3 if name == "cylinder" else 1e-9)
+    check(name, pose, Footprint.from_outline(outline, influence.surface), law, 5e-3 if name == "cylinder" else 1e-9)
 
 
 @pytest.mark.parametrize("law", ["elastic", "foundation"])
@@ -211,7 +213,7 @@ def test_curved_bodies_press_as_footprints_do(name, law):
     pose = posed(name, 0.7e-3, -1.1e-3, Rotation.from_euler("zyx", (0.5, 0.004, 0.01)))
     surface = lower_surface([(reference(name), pose)], SHEET, depth=5e-3, facing_gap=FACING_GAP)
     # What is looked at ends at the body there, and where it is out of reach here: cells lie otherwise.
-    check(name, pose, Footprint.from_gap(surface.gap, influence, lowest=0.0), law, 5e-3)
+    check(name, pose, Footprint.from_gap(surface.gap, influence.surface, lowest=0.0), law, 5e-3)
 
 
 def check(name: str, pose: Pose, footprint: Footprint, law: str, tolerance: float) -> None:
@@ -225,14 +227,14 @@ def check(name: str, pose: Pose, footprint: Footprint, law: str, tolerance: floa
     forces, carried = CoreBody(name).press(influence, pose, wrench, law)
     np.testing.assert_allclose(carried, wrench, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(forces.sum(axis=(0, 1)), FORCE, rtol=1e-9)
-    found = native_pad(influence).readings(forces)
+    found = contact_pad(influence).readings(forces)
     assert np.linalg.norm(found - expected) <= tolerance * np.linalg.norm(expected)
 
 
 def test_law_uniform_on_a_whole_face_is_exact():
     """It needs no cells: a pressure that is linear over the face."""
     influence = fast()
-    footprint = Footprint.from_outline(box(-4e-3, -3e-3, 4e-3, 3e-3), influence)
+    footprint = Footprint.from_outline(box(-4e-3, -3e-3, 4e-3, 3e-3), influence.surface)
     moment = np.array([1e-4, -2e-4, 0.0])
     forces, _ = CoreBody("box").press(
         influence, posed("box", 0.0, 0.0, Rotation.identity()), np.concatenate([FORCE, moment]), "uniform"

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from shapely import MultiLineString, MultiPolygon, Polygon, affinity
 
 import mjtactile
-from mjtactile.native_face_cells import clip_outline, face_cells
+from mjtactile.contact.face_cells import clip_outline, face_cells
 
 PAD = mjtactile.Pad()
 #: What sums of a few hundred areas cost in rounding.

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from shapely import Point, affinity, box
 
 import mjtactile
-from mjtactile import native
-from mjtactile.compliance import surface_compliance
-from mjtactile.line import Line
-from mjtactile.load import SurfaceLoad
-from mjtactile.native_face_cells import face_cells
-from mjtactile.planar import areal
-from mjtactile.surface import SurfaceGrid, oriented_edges
+from mjtactile import _native as native
+from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.face_cells import face_cells
+from mjtactile.fem.line import Line
+from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
+from mjtactile.geometry.planar import areal
+from mjtactile.influence.surface_load import SurfaceLoad
 
 PAD = mjtactile.Pad()
 #: Largest difference over the largest reading, by storage precision. Half precision is widened to single.
@@ -69,7 +69,7 @@ def test_readings_do_not_depend_on_the_batch(influence):
 def test_contact_load_of_every_shape_with_every_instruction_set(influence, instruction_set):
     for number, shape in enumerate(mjtactile.INDENTER_NAMES[:7]):
         outline = mjtactile.indenter_outline(shape, rotate_deg=40 * number, shift=(1e-3, -0.7e-3))
-        footprint = mjtactile.Footprint.from_outline(outline, influence)
+        footprint = mjtactile.Footprint.from_outline(outline, influence.surface)
         force, moment = (0.02, -0.05, -0.5), (1e-4, 3e-4, 1e-5)
         ours = mjtactile.contact_load(influence, footprint, force, moment=moment)
         native.use_instruction_set("plain")
@@ -92,7 +92,7 @@ numbers = st.floats(-1.2, 1.2)
     traction=st.tuples(numbers, numbers, numbers),
 )
 def test_nodal_forces_of_any_polygon(centre, size, angle, hole, traction):
-    grid = SurfaceGrid(Line(np.array([-1.0, -0.7, -0.1, 0.1, 0.7, 1.0])), Line(np.array([-1.0, -0.5, 0.5, 1.0])))
+    grid = SurfaceGrid(Line(np.array([-1.0, -0.7, -0.1, 0.1, 0.7, 1.0])), Line(np.array([-1.0, -0.5, 0.5, 1.0])), 1.0)
     region = Point(centre).buffer(size, quad_segs=3)
     if hole:
         region = region.difference(affinity.scale(region, 0.4, 0.4))

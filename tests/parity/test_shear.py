@@ -11,8 +11,8 @@ from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Polygon
 
 import mjtactile
-from mjtactile.compliance import surface_compliance
-from mjtactile.native_face_cells import FaceCells, face_cells
+from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.face_cells import FaceCells, face_cells
 
 #: Largest difference of compliances over the largest: sums of some hundred terms in another order.
 SAME_COMPLIANCE = 1e-9

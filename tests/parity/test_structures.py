@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from mjtactile.laws import BY_NAME, TANGENTIALS
-from mjtactile.native_host import Note
-from mjtactile.native_press import Told
-from mjtactile.plugin import Instance
+from mjtactile.contact.laws import BY_NAME, TANGENTIALS
+from mjtactile.contact.press import Told
+from mjtactile.plugin.engine import Instance
+from mjtactile.plugin.health import Note
 
 NATIVE = Path(__file__).parents[2] / "native"
 CONSTANTS = {"MJT_MOST_OUTPUTS": Instance.outputs.size // ctypes.sizeof(ctypes.c_int)}

@@ -16,13 +16,12 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from shapely import Polygon
 
-from mjtactile.envelope import TriangleSurface
-from mjtactile.gap import Pose
-from mjtactile.geom import geom_shape
-from mjtactile.native import contiguous, library, pointer
-from mjtactile.search import Rectangle
-
-Array = npt.NDArray[np.float64]
+from mjtactile._native import contiguous, library, pointer
+from mjtactile._types import Array
+from mjtactile.geometry.height_minimum import Rectangle
+from mjtactile.geometry.primitives import Pose
+from mjtactile.geometry.triangle_mesh import TriangleSurface
+from mjtactile.sim.geoms import geom_shape
 
 PART = Rectangle(-10e-3, -10e-3, 10e-3, 10e-3)
 #: What nothing of a body may reach beyond a facet by [m].

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ellipe
 
-from mjtactile.pad import Array, Layer
+from mjtactile._types import Array
+from mjtactile.pad import Layer
 
 
 class AxisStress(NamedTuple):

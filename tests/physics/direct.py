@@ -13,15 +13,17 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from mjtactile.build import available_cores
-from mjtactile.contact import SurfaceLoad
-from mjtactile.elimination import EliminatedSheet
-from mjtactile.fem import PARITIES, Parity, assemble
-from mjtactile.folding import QUADRANT_SIGNS, fold_forces, unfold_field
-from mjtactile.mesh import MeshDensity, sheet_mesh
-from mjtactile.pad import Array, Pad
-from mjtactile.sampling import layer_sampling
-from mjtactile.stress import StressSampler, von_mises
+from mjtactile._types import Array
+from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fem.stiffness import PARITIES, Parity, assemble
+from mjtactile.fem.stress import StressSampler, von_mises
+from mjtactile.fem.symmetry import QUADRANT_SIGNS, fold_forces, unfold_field
+from mjtactile.fem.taxel_quadrature import layer_sampling
+from mjtactile.fidelity import MeshDensity
+from mjtactile.influence.build import available_cores
+from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Pad
 
 _QUARTER = 0.25
 

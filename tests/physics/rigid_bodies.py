@@ -9,15 +9,17 @@ import numpy as np
 from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Point, Polygon
 
-from mjtactile import compliance as compliances
-from mjtactile.compliance import SurfaceCompliance
-from mjtactile.footprint import Footprint, GapMap
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import ContactState
-from mjtactile.native_press import CellForces, Press
-from mjtactile.options import ContactOptions, Wrench
-from mjtactile.pad import Array, Layer, Pad, TaxelGrid
-from mjtactile.preset import Fidelity
+from mjtactile._types import Array
+from mjtactile.contact import compliance as compliances
+from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.contact.footprint import Footprint, GapMap
+from mjtactile.contact.options import ContactOptions, Wrench
+from mjtactile.contact.press import CellForces
+from mjtactile.contact.ready import new_press
+from mjtactile.fidelity import Fidelity
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import ContactState
+from mjtactile.pad import Layer, Pad, TaxelGrid
 
 YOUNG = 3e6
 
@@ -78,13 +80,13 @@ def pressed(
 ) -> Pressed:
     """A flat face, given as its outline, or a body given by its gap map, pressed by law "elastic"."""
     if isinstance(body, Polygon):
-        footprint = Footprint.from_outline(body, influence)
+        footprint = Footprint.from_outline(body, influence.surface)
     else:
-        footprint = Footprint.from_gap(body, influence, outline=outline)
+        footprint = Footprint.from_gap(body, influence.surface, outline=outline)
     options = ContactOptions(law="elastic", tangential=tangential, friction=friction, tilting=tilting, cells=cells)
     vector = np.array([*shear, -force])
     wrench = Wrench(vector, np.cross([*through, 0.0], vector) + np.array([0.0, 0.0, torsion]))
-    press = Press(influence, options, strength=0.0, narrowest=1e-9)
+    press = new_press(influence, options, strength=0.0, narrowest=1e-9)
     state = press.loads([footprint], [wrench])[0].load.state
     return Pressed(state, press.cell_forces())
 

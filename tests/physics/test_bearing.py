@@ -7,9 +7,9 @@ from scipy.optimize import linprog
 from shapely import Point, Polygon
 
 from mjtactile import indenter_outline
-from mjtactile.footprint import Footprint
-from mjtactile.native_press import Press
-from mjtactile.options import ContactOptions, Wrench
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.options import ContactOptions, Wrench
+from mjtactile.contact.press import Press
 
 #: Share of what cells bear of which loads that would need more are given.
 SAFE = 1 / 1.01
@@ -51,7 +51,10 @@ def test_a_load_that_breaks_cells_moves_towards_their_middle_as_far_as_it_must(n
         strength=strength,
         narrowest=1e-9,
     )
-    footprint, toward = Footprint.from_outline(outline, influence), np.array([np.cos(direction), np.sin(direction)])
+    footprint, toward = (
+        Footprint.from_outline(outline, influence.surface),
+        np.array([np.cos(direction), np.sin(direction)]),
+    )
     middle = np.array(outline.centroid.coords[0])
     # Within the middles of the outermost cells.
     rim = 0.75 * max(t for t in np.linspace(0, 8e-3, 800) if outline.contains(Point(middle + t * toward)))

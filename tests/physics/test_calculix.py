@@ -16,11 +16,12 @@ import pytest
 from direct import relative_difference, solve
 from shapely import Polygon, affinity
 
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.direct import without_tables
-from mjtactile.footprint import Footprint
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.mesh import MESHES, MeshDensity
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fidelity import MESHES, MeshDensity
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad
 
 DATA = Path(__file__).parents[2] / "benchmarks"
@@ -63,7 +64,7 @@ def pad_of(case: dict) -> Pad:
 
 
 def load_of(case: dict, influence: InfluenceMatrices) -> SurfaceLoad:
-    footprint = Footprint.from_outline(outline_of(case), influence)
+    footprint = Footprint.from_outline(outline_of(case), influence.surface)
     force = np.array(case["direction"]) * case["total_force_gf"] * GRAM_FORCE
     # The force acts at the loaded area's centroid, so the traction is uniform.
     return contact_load(influence, footprint, force)
@@ -121,7 +122,7 @@ NEAR_RIM = MeshDensity(
 def corner_loads(influence: InfluenceMatrices) -> list[SurfaceLoad]:
     force = 20 * GRAM_FORCE * np.array([math.sin(TILT), 0.0, -math.cos(TILT)])
     discs = [affinity.translate(true_ellipse(radius, radius), *place) for radius, place in CORNER_DISCS]
-    return [contact_load(influence, Footprint.from_outline(disc, influence), force) for disc in discs]
+    return [contact_load(influence, Footprint.from_outline(disc, influence.surface), force) for disc in discs]
 
 
 def worst_difference(readings: np.ndarray, reference: np.ndarray) -> float:

@@ -9,11 +9,12 @@ import pytest
 from direct import Response, relative_difference, solve
 from shapely import Polygon
 
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.direct import without_tables
-from mjtactile.footprint import Footprint
-from mjtactile.indenter import indenter_outline
-from mjtactile.mesh import MeshDensity
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fidelity import MeshDensity
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
 #: Half as wide as the paper's, so that fine meshes are cheap; every taxel's ball lies inside.
@@ -33,7 +34,7 @@ def uniform(elements: int) -> MeshDensity:
 def disc_response(pad: Pad, density: MeshDensity, outline: Polygon | None = None) -> tuple[Response, SurfaceLoad]:
     influence = without_tables(pad, density)
     disc = indenter_outline("circle", scale=0.5) if outline is None else outline
-    load = contact_load(influence, Footprint.from_outline(disc, influence), FORCE)
+    load = contact_load(influence, Footprint.from_outline(disc, influence.surface), FORCE)
     return solve(pad, density, [load]), load
 
 

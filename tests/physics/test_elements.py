@@ -7,12 +7,13 @@ import pytest
 import scipy.sparse.linalg
 from closed_forms import confined_modulus
 
-from mjtactile.elimination import EliminatedSheet
-from mjtactile.fem import PARITIES, Parity, assemble, free_in_plane
-from mjtactile.line import Line
-from mjtactile.mesh import SheetMesh
-from mjtactile.pad import Array, Layer
-from mjtactile.stress import StressSampler, stress_tensor
+from mjtactile._types import Array
+from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.line import Line
+from mjtactile.fem.mesh import SheetMesh
+from mjtactile.fem.stiffness import PARITIES, Parity, assemble, free_in_plane
+from mjtactile.fem.stress import StressSampler, stress_tensor
+from mjtactile.pad import Layer
 
 POISSONS = (0.0, 0.3, 0.49, 0.4999)
 #: Unequal elements in every direction.

@@ -8,10 +8,10 @@ from closed_forms import disc_stress_on_axis, disc_surface_sinking
 from direct import solve
 from shapely import Point
 
-from mjtactile.contact import contact_load
-from mjtactile.direct import without_tables
-from mjtactile.footprint import Footprint
-from mjtactile.mesh import MeshDensity
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fidelity import MeshDensity
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
 RADIUS = 1e-3
@@ -44,7 +44,7 @@ def block(poisson: float) -> Pad:
 def test_disc_on_a_large_block_is_loves(poisson):
     pad = block(poisson)
     influence = without_tables(pad, GROWING)
-    disc = Footprint.from_outline(Point(0, 0).buffer(RADIUS, quad_segs=64), influence)
+    disc = Footprint.from_outline(Point(0, 0).buffer(RADIUS, quad_segs=64), influence.surface)
     load = contact_load(influence, disc, (0.0, 0.0, -PRESSURE * disc.area))
     response = solve(pad, GROWING, [load])
 

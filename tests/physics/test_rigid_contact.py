@@ -14,11 +14,12 @@ from shapely import Point, Polygon, affinity
 from shapely.geometry.base import BaseGeometry
 from test_calculix import CASES, GRAM_FORCE, expected_readings, outline_of
 
-from mjtactile.cache import influence_matrices
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.footprint import Footprint
-from mjtactile.indenter import indenter_outline
-from mjtactile.influence import InfluenceMatrices
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 
 #: Relative L2 error over the 676 readings, per preset and group of cases.
 BOUNDS = {"balanced": {"B2": 0.036, "B3": 0.048}, "accurate": {"B2": 0.016, "B3": 0.018}}
@@ -59,7 +60,7 @@ def force_of(case: dict) -> np.ndarray:
 @pytest.mark.parametrize("preset", PRESETS)
 def test_flat_punches_agree_with_calculix(name, preset, request):
     influence, case, group = request.getfixturevalue(preset), CASES[name], name.split("_")[0]
-    footprint = Footprint.from_outline(outline_of(case, CORNERS), influence)
+    footprint = Footprint.from_outline(outline_of(case, CORNERS), influence.surface)
     tangential = "stick" if group == "B3" else "proportional"
     load = contact_load(influence, footprint, force_of(case), tangential=tangential, tilt="fixed")
     bound = STAR_BOUND[preset] if "star" in name else BOUNDS[preset][group]
@@ -78,7 +79,7 @@ def sphere_gap(radius: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def test_sphere_agrees_with_calculix(preset, request):
     influence, case = request.getfixturevalue(preset), CASES[SPHERE]
     radius = case["geometry"]["R"] * 1e-3
-    footprint = Footprint.from_gap(lambda x, y: sphere_gap(radius, x, y), influence)
+    footprint = Footprint.from_gap(lambda x, y: sphere_gap(radius, x, y), influence.surface)
     load = contact_load(influence, footprint, force_of(case))
     assert relative_difference(influence.readings(load), expected_readings(SPHERE)) <= SPHERE_BOUND[preset]
     assert load.approach == pytest.approx(case["indentation_mm"] * 1e-3, rel=0.02)
@@ -117,15 +118,15 @@ UNLISTED = {
 @pytest.mark.parametrize("name", UNLISTED)
 def test_unlisted_shapes_agree_between_presets(name, tilt, balanced, accurate):
     def readings(influence: InfluenceMatrices) -> np.ndarray:
-        footprint = Footprint.from_outline(UNLISTED[name], influence)
+        footprint = Footprint.from_outline(UNLISTED[name], influence.surface)
         return influence.readings(contact_load(influence, footprint, (0.0, 0.0, -0.1), tilt=tilt))
 
     assert relative_difference(readings(balanced), readings(accurate)) <= BETWEEN_PRESETS
 
 
 def test_pressing_harder_scales_a_flat_contact_and_spreads_a_round_one(balanced):
-    flat = Footprint.from_outline(UNLISTED["octagon"], balanced)
-    round_ = Footprint.from_gap(lambda x, y: sphere_gap(6e-3, x, y), balanced)
+    flat = Footprint.from_outline(UNLISTED["octagon"], balanced.surface)
+    round_ = Footprint.from_gap(lambda x, y: sphere_gap(6e-3, x, y), balanced.surface)
 
     def both(footprint: Footprint) -> list[SurfaceLoad]:
         return [contact_load(balanced, footprint, (0.0, 0.0, -force), cells=200) for force in (0.05, 0.1)]

@@ -13,16 +13,18 @@ import scipy.sparse.linalg
 from direct import relative_difference, solve
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
-from mjtactile.contact import SurfaceLoad, contact_load
-from mjtactile.direct import without_tables
-from mjtactile.elimination import EliminatedSheet
-from mjtactile.fem import PARITIES, assemble, free_in_plane
-from mjtactile.footprint import Footprint
-from mjtactile.indenter import indenter_outline
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.mesh import sheet_mesh
-from mjtactile.pad import Array, Pad
-from mjtactile.stress import von_mises
+from mjtactile._types import Array
+from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
+from mjtactile.fem.stress import von_mises
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Pad
 
 PADS = {"paper's": Pad(), "layered": LAYERED_PAD}
 
@@ -37,7 +39,7 @@ def random_load(influence: InfluenceMatrices, seed: int) -> SurfaceLoad:
 def oblique_load(influence: InfluenceMatrices) -> SurfaceLoad:
     """A star, turned and off the middle, pressed obliquely, with torsion."""
     outline = indenter_outline("star", shift=(1e-3, 0.4e-3), rotate_deg=20, scale=0.45)
-    footprint = Footprint.from_outline(outline, influence)
+    footprint = Footprint.from_outline(outline, influence.surface)
     return contact_load(influence, footprint, (0.03, 0.02, -0.1), moment=(-4e-5, 1.1e-4, 2e-5))
 
 
@@ -164,7 +166,7 @@ def test_sheet_that_does_not_spread_is_compressed_uniformly():
     """Poisson ratio 0, pressure p all over: sigma_zz = -p and nothing else, everywhere, the rim and layers included."""
     layers = tuple(replace(layer, poisson=0.0) for layer in LAYERED_PAD.layers)
     influence = in_double_precision(replace(LAYERED_PAD, layers=layers), COARSE)
-    sheet = Footprint.from_outline(influence.surface.sheet, influence)
+    sheet = Footprint.from_outline(influence.surface.sheet, influence.surface)
     pressure = 1000.0
     load = contact_load(influence, sheet, (0, 0, -pressure * sheet.area))
     stress, sinking = influence.stress(load), -influence.surface_displacement(load)[..., 2]

@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 from rigid_bodies import YOUNG, contact_modulus, disc
 
-from mjtactile.build import build_tables
-from mjtactile.contact import contact_load
-from mjtactile.footprint import Footprint
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import SurfaceLoad
-from mjtactile.mesh import MeshDensity
-from mjtactile.native_press import Press
-from mjtactile.options import contact_options, wanted_wrench
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.options import contact_options, wanted_wrench
+from mjtactile.contact.ready import new_press
+from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.influence.build import build_tables
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.preset import Fidelity
 
 SIDE = 30e-3
 POISSON = 0.49
@@ -54,20 +53,20 @@ def sphere(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def finely_pressed(influence: InfluenceMatrices, footprint: Footprint, force, **options) -> SurfaceLoad:
     """On cells as narrow as the contact asks for, whatever taxels tell apart."""
-    press = Press(influence, contact_options(influence, **options), narrowest=1e-9)
+    press = new_press(influence, contact_options(influence, **options), narrowest=1e-9)
     return press.loads([footprint], [wanted_wrench(footprint, force, None)])[0].load
 
 
 @pytest.mark.parametrize("radius", [0.1e-3, 0.3e-3, 0.6e-3])
 def test_flat_round_punch_is_as_stiff_as_on_a_half_space(block, radius):
     force = 1e3 * radius**2
-    load = contact_load(block, Footprint.from_outline(disc(radius), block), (0.0, 0.0, -force))
+    load = contact_load(block, Footprint.from_outline(disc(radius), block.surface), (0.0, 0.0, -force))
     assert force / load.approach == pytest.approx(2 * radius * MODULUS, rel=0.01)
 
 
 @pytest.mark.parametrize("force", [1e-4, 1e-3, 1e-2])
 def test_sphere_is_hertzs(block, force):
-    footprint = Footprint.from_gap(sphere, block)
+    footprint = Footprint.from_gap(sphere, block.surface)
     load = finely_pressed(block, footprint, (0.0, 0.0, -force), cells=800)
     radius = (3 * force * CURVATURE / (4 * MODULUS)) ** (1 / 3)
     assert force == pytest.approx(4 / 3 * MODULUS * math.sqrt(CURVATURE * load.approach**3), rel=0.01)
@@ -81,7 +80,7 @@ def test_stick_radius_is_cattaneos_and_mindlins(block, share):
     shear = share * friction * force
     load = finely_pressed(
         block,
-        Footprint.from_gap(sphere, block),
+        Footprint.from_gap(sphere, block.surface),
         (shear, 0.0, -force),
         tangential="coulomb",
         friction=friction,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mjtactile import influence_matrices
-from mjtactile.press_physics import physics_readings
-from mjtactile.press_sampling import OutlinePresses, Pose
+from mjtactile.dataset.by_law import physics_readings
+from mjtactile.dataset.sampling import OutlinePresses, Pose
 
 Pressed = Callable[..., np.ndarray]
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from mjtactile.recognition.addition import Looks, NewModule, fit_module, most_alike
-from mjtactile.recognition.fitting import Schedule
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.shape import ShapeModule
+from mjtactile.recognition.training.addition import Looks, NewModule, fit_module, most_alike
+from mjtactile.recognition.training.fitting import Schedule
 
 INPUTS, WIDTH = 5, 8
 

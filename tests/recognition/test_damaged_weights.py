@@ -11,10 +11,10 @@ import pytest
 
 from mjtactile import recognition
 from mjtactile.pad import Pad
-from mjtactile.recognition.examples import EXAMPLES, read_examples
+from mjtactile.recognition.features import View
 from mjtactile.recognition.registry import REGISTRY
-from mjtactile.recognition.store import SHIPPED, RecognitionError, read_weights, write_weights
-from mjtactile.recognition.view import View
+from mjtactile.recognition.training.examples import EXAMPLES, read_examples
+from mjtactile.recognition.weight_files import SHIPPED, RecognitionError, read_weights, write_weights
 
 FLIPS, CUTS = 300, 50
 

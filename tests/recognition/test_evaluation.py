@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from mjtactile.cli import app
-from mjtactile.cli_evaluate import side_by_side, tables
-from mjtactile.evaluation import angles_between, evaluate, noisy
-from mjtactile.evaluation_arrays import TransducerArray
-from mjtactile.transducer import Imperfections
+from mjtactile.cli.evaluate import side_by_side, tables
+from mjtactile.cli.main import app
+from mjtactile.recognition.evaluation.arrays import TransducerArray
+from mjtactile.recognition.evaluation.recognisers import angles_between, evaluate, noisy
+from mjtactile.transducer.imperfections import Imperfections
 
 
 def test_small_angles_are_exact():

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mjtactile.recognition.examples import Examples, choose, read_examples
-from mjtactile.recognition.store import SHIPPED, Stored, read_weights
-from mjtactile.recognition.view import View
+from mjtactile.recognition.features import View
+from mjtactile.recognition.training.examples import Examples, choose, read_examples
+from mjtactile.recognition.weight_files import SHIPPED, Stored, read_weights
 
 
 @pytest.fixture(scope="module")

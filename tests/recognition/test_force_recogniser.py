@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mjtactile import Pad, force_vector, recognition
-from mjtactile.evaluation import angles_between, noisy
+from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.recognition import RecognitionError
-from mjtactile.timing import median_time
+from mjtactile.recognition.evaluation.recognisers import angles_between, noisy
 
 
 @pytest.fixture(scope="module")

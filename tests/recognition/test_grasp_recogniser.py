@@ -13,7 +13,7 @@ HALF = 7.5e-3
 @pytest.fixture(scope="module")
 def basis():
     influence = influence_matrices(preset="fast", progress=False)
-    return WrenchBasis(influence, Footprint.from_outline(shapely.box(-HALF, -HALF, HALF, HALF), influence))
+    return WrenchBasis(influence, Footprint.from_outline(shapely.box(-HALF, -HALF, HALF, HALF), influence.surface))
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from mjtactile import INDENTER_NAMES, Pad, force_vector, recognition
+from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.recognition import RecognitionError
 from mjtactile.recognition.registry import read_registry, register, stored_module
-from mjtactile.recognition.store import SHIPPED, read_weights
-from mjtactile.timing import median_time
+from mjtactile.recognition.weight_files import SHIPPED, read_weights
 
 DOWN = force_vector(0.098)
 

@@ -7,16 +7,13 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 from dense_cells import Heights
 from dense_contact import Body, DenseContact, dense_readings
 
-from mjtactile.gap import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose
+from mjtactile._types import Array
+from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose
 from mjtactile.sensor import TactileSensor
-from mjtactile.wrench import PadFrame, geom_frame
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
+from mjtactile.sim.wrench import PadFrame, geom_frame
 
 #: Contacts whose normal leans more than this from the pad's press beside the surface, not on it [rad].
 MOST_LEAN = np.pi / 4

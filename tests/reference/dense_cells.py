@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
+from mjtactile._types import Array, Indices, Mask
+
 #: Height of a body's lower surface over points (x, y) [m], each (n,), over any plane; infinite where there is none.
 Heights = Callable[[Array, Array], Array]
 

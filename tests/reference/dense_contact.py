@@ -19,20 +19,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from dense_cells import SIEVE, Cells, Heights, Lattice, among, cells_over, covered_box, division, rotation
 from dense_minimum import ROUNDING, Problem, active_set, conditions, interior_point
 from dense_surface import compliance, nodal_forces, sinking
 from shapely import Polygon
 
-from mjtactile.compliance import SurfaceCompliance, surface_compliance
-from mjtactile.influence import InfluenceMatrices
-from mjtactile.load import SurfaceLoad
-from mjtactile.surface import SurfaceGrid
-
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
+from mjtactile._types import Array, Indices, Mask
+from mjtactile.contact.compliance import SurfaceCompliance, surface_compliance
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
 
 #: Cells of the first lattice of a body.
 FIRST_CELLS = 625

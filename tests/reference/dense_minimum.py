@@ -8,11 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from mjtactile._types import Array, Mask
 
 #: Forces and gaps this small, over the largest force and the deepest sinking, are rounding.
 ROUNDING = 1e-10

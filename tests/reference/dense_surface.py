@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from dense_cells import Cells, Lattice
 
-from mjtactile.compliance import SurfaceCompliance
-from mjtactile.line import Line
-from mjtactile.surface import SurfaceGrid
-
-Array = npt.NDArray[np.float64]
+from mjtactile._types import Array
+from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.fem.line import Line
+from mjtactile.fem.surface_grid import SurfaceGrid
 
 #: Cells this many lengths apart see each other as points with a size; nearer ones exactly.
 FAR = 20.0

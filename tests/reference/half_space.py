@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.pad import Array
+from mjtactile._types import Array
 
 Indices = npt.NDArray[np.integer]
 

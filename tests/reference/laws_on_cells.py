@@ -12,11 +12,9 @@ import numpy as np
 import numpy.typing as npt
 from half_space import HalfSpaceIntegrals, half_space_compliance
 
-from mjtactile.compliance import SurfaceCompliance
-from mjtactile.native_face_cells import FaceCells
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from mjtactile._types import Array
+from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.contact.face_cells import FaceCells
 
 _EXCHANGES = 100
 

@@ -11,7 +11,7 @@ from dense_surface import mean_inverse_distance
 from shapely import affinity
 
 import mjtactile
-from mjtactile.compliance import surface_compliance
+from mjtactile.contact.compliance import surface_compliance
 
 FORCE = 0.5
 DOWN = np.array([0.0, 0.0, -FORCE])
@@ -86,7 +86,7 @@ def test_ball_on_a_half_space_is_hertz(draft, monkeypatch):
 def test_flat_punch_reads_as_with_many_cells_of_the_package(draft, outline):
     x, y = outline.centroid.coords[0]
     dense = dense_readings(draft, [Body(face(outline), DOWN, through(x, y))])
-    footprint = mjtactile.Footprint.from_outline(outline, draft)
+    footprint = mjtactile.Footprint.from_outline(outline, draft.surface)
     load = mjtactile.contact_load(draft, footprint, DOWN, moment=through(x, y), law="elastic", cells=800)
     assert difference(dense.readings, draft.readings(load)) < 0.01
 
@@ -101,7 +101,7 @@ def test_lying_cylinder_reads_as_with_many_cells_of_the_package(draft, yaw):
         return np.where(inside, radius - np.sqrt(np.maximum(radius**2 - v**2, 0.0)), np.inf)
 
     dense = dense_readings(draft, [Body(heights, DOWN, NOTHING)])
-    footprint = mjtactile.Footprint.from_gap(heights, draft)
+    footprint = mjtactile.Footprint.from_gap(heights, draft.surface)
     load = mjtactile.contact_load(draft, footprint, DOWN, moment=NOTHING, law="elastic", cells=800)
     assert difference(dense.readings, draft.readings(load)) < 0.02
 
@@ -207,7 +207,7 @@ def test_two_bodies_feel_each_other_as_in_the_package(draft):
     places, radius = (-1.3e-3, 1.3e-3), 3e-3
     bodies = [Body(ball(radius, x), DOWN, through(x, 0.0)) for x in places]
     dense = dense_readings(draft, bodies, cells=1000)
-    footprints = [mjtactile.Footprint.from_gap(ball(radius, x), draft) for x in places]
+    footprints = [mjtactile.Footprint.from_gap(ball(radius, x), draft.surface) for x in places]
     moments = [through(x, 0.0) for x in places]
     loads = mjtactile.contact_loads(draft, footprints, [DOWN, DOWN], moments=moments, law="elastic", cells=800)
     assert difference(dense.readings, draft.readings(loads[0] + loads[1])) < 0.01

@@ -10,9 +10,9 @@ import pytest
 from half_space import HalfSpaceIntegrals
 from shapely import Polygon, affinity, box
 
-from mjtactile.native import half_space
-from mjtactile.native_face_cells import face_cells
-from mjtactile.surface import oriented_edges
+from mjtactile.contact.compliance import half_space
+from mjtactile.contact.face_cells import face_cells
+from mjtactile.fem.surface_grid import oriented_edges
 
 TRIANGLE = Polygon([(0.0, 0.0), (1.0, 0.1), (0.3, 0.8)])
 HOOK = Polygon([(0, 0), (1, 0), (1, 0.4), (0.4, 0.4), (0.4, 1), (0, 1)])

@@ -8,12 +8,13 @@ from laws_on_cells import Cells, bonded, coulomb, full_compliance, normal_compli
 from shapely import box
 
 import mjtactile
-from mjtactile.compliance import surface_compliance
-from mjtactile.footprint import Footprint
-from mjtactile.foundation import foundation_springs
-from mjtactile.native_face_cells import placed_cells
-from mjtactile.native_press import CellForces, Press
-from mjtactile.options import Wrench, contact_options
+from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.face_cells import placed_cells
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.foundation import foundation_springs
+from mjtactile.contact.options import Wrench, contact_options
+from mjtactile.contact.press import CellForces
+from mjtactile.contact.ready import new_press
 
 #: Forces agree to this fraction of the largest: dense systems of some hundred unknowns, solved in two ways.
 EXACT = 1e-9
@@ -41,7 +42,7 @@ def solved(influence, footprint: Footprint, lever=(0.0, 0.0), **options) -> tupl
     chosen = contact_options(influence, cells=COUNT, **{"law": "elastic", **options})
     moment = np.cross([footprint.centroid[0] + lever[0], footprint.centroid[1] + lever[1], 0.0], FORCE)
     moment[2] += 1e-5
-    press = Press(influence, chosen, strength=0.0)
+    press = new_press(influence, chosen, strength=0.0)
     found = press.loads([footprint], [Wrench(FORCE, moment)])[0]
     assert not found.bounded
     assert not found.simplified
@@ -64,7 +65,7 @@ def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
 @pytest.mark.parametrize("tilt", ["free", "fixed"])
 @pytest.mark.parametrize("name", OUTLINES)
 def test_elastic_and_proportional_shear(influence, name, tilt):
-    found, cells, wrench = solved(influence, Footprint.from_outline(OUTLINES[name], influence), tilt=tilt)
+    found, cells, wrench = solved(influence, Footprint.from_outline(OUTLINES[name], influence.surface), tilt=tilt)
     modes = cells.modes if tilt == "free" else cells.modes[:, :1]
     compliance = normal_compliance(surface_compliance(influence), cells)
     normal = pressing(compliance, modes, np.zeros(len(modes)), normal_resultants(cells, wrench, tilt == "free"))
@@ -74,7 +75,7 @@ def test_elastic_and_proportional_shear(influence, name, tilt):
 
 @pytest.mark.parametrize("lever", [(0.9e-3, 0.0), (-0.5e-3, 1.1e-3)])
 def test_a_face_that_lifts(influence, lever):
-    footprint = Footprint.from_outline(box(-2e-3, -1.5e-3, 2e-3, 1.5e-3), influence)
+    footprint = Footprint.from_outline(box(-2e-3, -1.5e-3, 2e-3, 1.5e-3), influence.surface)
     found, cells, wrench = solved(influence, footprint, lever)
     compliance = normal_compliance(surface_compliance(influence), cells)
     resultants = normal_resultants(cells, wrench, tilting=True)
@@ -85,7 +86,9 @@ def test_a_face_that_lifts(influence, lever):
 
 @pytest.mark.parametrize("name", ["circle", "star", "triangle"])
 def test_foundation_is_a_bed_of_springs(influence, name):
-    found, cells, wrench = solved(influence, Footprint.from_outline(OUTLINES[name], influence), law="foundation")
+    found, cells, wrench = solved(
+        influence, Footprint.from_outline(OUTLINES[name], influence.surface), law="foundation"
+    )
     areas, stiffnesses = foundation_springs(influence)
     pressed = cells.areas[found.forces[:, 2] < 0.0].sum()
     stiffness = np.exp(np.interp(np.log(pressed), areas, stiffnesses))
@@ -96,7 +99,9 @@ def test_foundation_is_a_bed_of_springs(influence, name):
 
 @pytest.mark.parametrize("name", OUTLINES)
 def test_shear_that_sticks(influence, name):
-    found, cells, wrench = solved(influence, Footprint.from_outline(OUTLINES[name], influence), tangential="stick")
+    found, cells, wrench = solved(
+        influence, Footprint.from_outline(OUTLINES[name], influence.surface), tangential="stick"
+    )
     if (found.forces[:, 2] >= 0.0).any():
         return  # not all of the face presses
     assert_same(found.forces, bonded(full_compliance(surface_compliance(influence), cells), cells, wrench))
@@ -105,7 +110,7 @@ def test_shear_that_sticks(influence, name):
 @pytest.mark.parametrize("friction", [0.2, 0.5])
 @pytest.mark.parametrize("name", OUTLINES)
 def test_shear_that_slips_where_friction_does_not_hold(influence, name, friction):
-    footprint = Footprint.from_outline(OUTLINES[name], influence)
+    footprint = Footprint.from_outline(OUTLINES[name], influence.surface)
     found, cells, _ = solved(influence, footprint, tangential="coulomb", friction=friction)
     full = full_compliance(surface_compliance(influence), cells)
     left = coulomb(full, cells, found.forces, np.zeros(len(cells.areas)), friction)

@@ -42,17 +42,18 @@ import random_scenes as scenes  # noqa: E402
 from bodies_of_model import bodies_on_pad, on_surface  # noqa: E402
 from dense_contact import Body, DenseContact, DenseContactError, dense_readings  # noqa: E402
 from dense_surface import nodal_forces  # noqa: E402
-from random_scenes import Array, Scene  # noqa: E402
+from random_scenes import Scene  # noqa: E402
 from shapely import Polygon  # noqa: E402
 
 import mjtactile  # noqa: E402
-from mjtactile.influence import InfluenceMatrices  # noqa: E402
-from mjtactile.load import SurfaceLoad  # noqa: E402
-from mjtactile.native_host import Health  # noqa: E402
-from mjtactile.preset import PRESETS  # noqa: E402
+from mjtactile._types import Array  # noqa: E402
+from mjtactile.fem.surface_grid import SurfaceGrid  # noqa: E402
+from mjtactile.fidelity import PRESETS  # noqa: E402
+from mjtactile.influence.matrices import InfluenceMatrices  # noqa: E402
+from mjtactile.influence.surface_load import SurfaceLoad  # noqa: E402
+from mjtactile.plugin.health import Health  # noqa: E402
 from mjtactile.sensor import TactileSensor  # noqa: E402
-from mjtactile.surface import SurfaceGrid  # noqa: E402
-from mjtactile.wrench import geom_frame  # noqa: E402
+from mjtactile.sim.wrench import geom_frame  # noqa: E402
 
 FIDELITIES = ("fast", "balanced")
 #: Contacts no deeper than this share of the pad's thickness, and no harder on the average than this share of its

@@ -189,7 +189,7 @@ def _jaco(task: str, seed: int) -> World:
     import numpy as np
     from dm_control import manipulation, mjcf  # pyright: ignore[reportMissingImports]
 
-    from mjtactile.pad_geom import contact_constants
+    from mjtactile.sim.pad_geom import contact_constants
 
     before = mjcf.Physics.from_mjcf_model
 

@@ -15,9 +15,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import random_scenes as scenes
-from random_scenes import Array, Scene
+from random_scenes import Scene
 
-from mjtactile.wrench import contact_wrenches, geom_frame
+from mjtactile._types import Array
+from mjtactile.sim.wrench import contact_wrenches, geom_frame
 
 #: No reading beyond this share of the top layer's modulus, or of the mean pressure if that is higher.
 MOST_PRESSURE = 1.2

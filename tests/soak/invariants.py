@@ -22,9 +22,10 @@ sys.path.insert(0, str(HERE))
 import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 import random_scenes as scenes  # noqa: E402
-from random_scenes import Array, Scene  # noqa: E402
+from random_scenes import Scene  # noqa: E402
 
-from mjtactile.wrench import contact_wrenches  # noqa: E402
+from mjtactile._types import Array  # noqa: E402
+from mjtactile.sim.wrench import contact_wrenches  # noqa: E402
 
 #: Where MuJoCo's own wrenches differ by more than this, relative to the force, scenes are not compared.
 _SAME_WRENCH = 1e-8

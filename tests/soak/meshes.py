@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import ConvexHull
 
-Array = npt.NDArray[np.float64]
+from mjtactile._types import Array
+
 Triangles = npt.NDArray[np.int64]
 Mesh = tuple[Array, Triangles]
 

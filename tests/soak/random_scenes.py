@@ -15,13 +15,11 @@ from pathlib import Path
 import meshes
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
 import mjtactile
-from mjtactile.plugin_attributes import OUTPUTS
-from mjtactile.preset import PRESETS
-
-Array = npt.NDArray[np.float64]
+from mjtactile._types import Array
+from mjtactile.fidelity import PRESETS
+from mjtactile.plugin.attributes import OUTPUTS
 
 ROOT = Path(__file__).resolve().parents[2]
 #: What every sensor puts out, and how many numbers that is; those that this version does not know are left out.

@@ -9,7 +9,7 @@ from bodies_of_model import compare
 from rough_cases import CASES, load
 
 import mjtactile
-from mjtactile.wrench import contact_wrenches
+from mjtactile.sim.wrench import contact_wrenches
 
 pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
 TOP_MODULUS = mjtactile.Pad().layers[0].young

@@ -11,12 +11,12 @@ import pytest
 import torch
 
 from mjtactile import Pad, recognition
-from mjtactile.dataset import make_dataset
-from mjtactile.dataset_spec import load_spec, parse_spec
-from mjtactile.recognition.fitting import perceptron, set_weights
+from mjtactile.dataset.files import make_dataset
+from mjtactile.dataset.spec import load_spec, parse_spec
 from mjtactile.recognition.network import Network
 from mjtactile.recognition.registry import read_registry
-from mjtactile.recognition.store import read_weights
+from mjtactile.recognition.training.fitting import perceptron, set_weights
+from mjtactile.recognition.weight_files import read_weights
 
 TRAINING = Path(__file__).parents[2] / "training"
 SPEC = parse_spec(

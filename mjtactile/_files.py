@@ -1,0 +1,254 @@
+"""Files that people name: looked at before long work begins, and written whole or not at all.
+
+Only regular files are read and written: a device or a pipe of that name stays what it is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Tables
+from mjtactile.errors import OutputError
+
+#: Kinds of figures that can be drawn, by the ending of the file's name.
+FIGURE_KINDS = ("png", "pdf", "svg", "eps", "jpg", "jpeg", "tif", "tiff", "webp")
+#: What files have at the end of their names while they are being written.
+PARTIAL = ".partial"
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def read_text(path: Path) -> str:
+    """The text of a regular file in UTF-8.
+
+    Raises:
+        OSError: there is none, it cannot be read, or there is something else of that name.
+        ValueError: it is no text, or no file can have that name.
+    """
+    found = unusable(path)
+    if found is not None:
+        raise OSError(f"it is {found}, not a file")
+    return path.read_text(encoding="utf-8")
+
+
+def unusable(path: Path) -> str | None:
+    """What stands at a path in place of a regular file, such as "a folder"; None for a file, or for nothing.
+
+    Raises:
+        OSError: the path cannot be looked at: too long, a loop of links, a folder that may not be searched.
+        ValueError: no file can have that name.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if stat.S_ISREG(mode):
+        return None
+    return next((name for is_kind, name in _KINDS if is_kind(mode)), "no regular file")
+
+
+def check_writable(path: Path) -> None:
+    """Find out before long work whether a file can be written.
+
+    Raises:
+        OutputError: its folder is missing or refuses, the name is none a file can have, or what has that name is
+            write-protected or no regular file.
+    """
+    try:
+        target = _target(path)
+        with tempfile.TemporaryFile(dir=target.parent):
+            pass
+    except (OSError, ValueError) as error:
+        raise _refused(path, error) from error
+
+
+def check_figure(path: Path) -> None:
+    """Find out before long work whether a figure can be drawn to a file.
+
+    Raises:
+        OutputError: the name's ending is no kind of figure, or the file cannot be written.
+    """
+    figure_kind(path)
+    check_writable(path)
+
+
+def check_apart(paths: Mapping[str, Path | None]) -> None:
+    """Refuse two names for the same file, one of which would overwrite the other.
+
+    Args:
+        paths: by the options that name them; those that are None are left out.
+
+    Raises:
+        OutputError: two are the same.
+    """
+    seen: dict[str, str] = {}
+    for option, path in paths.items():
+        if path is None:
+            continue
+        try:
+            real = os.path.realpath(path)
+        except (OSError, ValueError) as error:
+            raise _refused(path, error) from error
+        if real in seen:
+            raise OutputError(f"{seen[real]} and {option} are the same file, {path}. Give each a file of its own.")
+        seen[real] = option
+
+
+def figure_kind(path: Path) -> str:
+    """The kind of figure a file's name asks for, "png" without an ending.
+
+    Raises:
+        OutputError: the ending is no kind of figure.
+    """
+    kind = path.suffix.removeprefix(".").lower() or "png"
+    if kind not in FIGURE_KINDS:
+        raise OutputError(f"cannot draw {path}: expected a name that ends in .{', .'.join(FIGURE_KINDS)}.")
+    return kind
+
+
+def save_figure(path: Path, figure: Any, dpi: int) -> None:
+    """Write a matplotlib figure; it appears complete or not at all.
+
+    Raises:
+        OutputError: the name's ending is no kind of figure, or the file cannot be written.
+    """
+    kind = figure_kind(path)
+    write_atomically(path, lambda file: figure.savefig(file, format=kind, dpi=dpi))
+
+
+def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
+    """Let `write` fill a binary file that appears at `path` complete or not at all.
+
+    A link is followed. A file that was there keeps its permissions.
+
+    Raises:
+        OutputError: when it cannot be written; the message says why.
+    """
+    try:
+        target = _target(path)
+        mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o644
+        # The file's own name may be as long as names may be, so that nothing can be put before it.
+        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".", suffix=PARTIAL, delete=False) as file:
+            partial = Path(file.name)
+            try:
+                write(file)
+                file.flush()
+                os.fsync(file.fileno())
+                file.close()
+                partial.chmod(mode)
+                partial.replace(target)
+            finally:
+                partial.unlink(missing_ok=True)
+    except OSError as error:
+        raise _refused(path, error) from error
+
+
+def _target(path: Path) -> Path:
+    """The file behind a path, its links followed.
+
+    Raises:
+        OSError: something else than a regular file is there, or one that is write-protected.
+        ValueError: no file can have that name.
+    """
+    found = unusable(path)
+    if found == "a folder":
+        raise OSError("it is a folder; give a file name")
+    if found is not None:
+        raise OSError(f"it is {found}; only regular files are written")
+    target = Path(os.path.realpath(path))
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError("it is write-protected")
+    return target
+
+
+def _refused(path: Path, error: Exception) -> OutputError:
+    why = error.strerror if isinstance(error, OSError) and error.strerror else error
+    return OutputError(f"cannot write {path}: {why}. Choose a file in a folder you can write to.")
+
+
+#: Entries of a safetensors header's metadata: what the writer says, the arrays' checksums, and that of all this.
+METADATA, CHECKSUMS, HEADER = "mjtactile", "checksums", "header"
+_WORD = 8
+#: Words of a row: 4 kB, what disks and memory are damaged by.
+_ROW = 512
+#: Rows looked at in one go: few enough to stay in the processor's cache for the second sum.
+_ROWS = 128
+_DIGEST_BYTES = 8
+
+
+def checksum(array: npt.NDArray[Any]) -> str:
+    """Checksum of an array's bytes in C order, 16 hexadecimal digits; dtype and shape do not enter.
+
+    Args:
+        array: of any dtype and shape; one that is not contiguous is copied.
+    """
+    content = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+    whole = len(content) // (_WORD * _ROW)
+    rows = content[: whole * _WORD * _ROW].view(np.uint64).reshape(whole, _ROW)
+    digest = hashlib.blake2b(len(content).to_bytes(_WORD, "little"), digest_size=_DIGEST_BYTES)
+    columns = np.zeros(_ROW, np.uint64)
+    for first in range(0, whole, _ROWS):
+        block = rows[first : first + _ROWS]
+        digest.update(block.sum(axis=1).tobytes())
+        columns += block.sum(axis=0)
+    digest.update(columns.tobytes())
+    digest.update(content[whole * _WORD * _ROW :].tobytes())
+    return digest.hexdigest()
+
+
+def with_checksums(arrays: Tables, said: str) -> dict[str, str]:
+    """A header's metadata for arrays by name, from what the writer says of them."""
+    about = {METADATA: said, CHECKSUMS: json.dumps({name: checksum(array) for name, array in arrays.items()})}
+    return about | {HEADER: _header_checksum(arrays, about)}
+
+
+def has_no_checksums(about: dict[str, str]) -> bool:
+    """Whether a header's metadata is from before there were any."""
+    return set(about) == {METADATA}
+
+
+def check_header(arrays: Tables, about: dict[str, str]) -> None:
+    """Refuse a header that is not as it was written: names, types and shapes of arrays, and what is said of them.
+
+    Raises:
+        ValueError: when it is not; the message says in which way.
+    """
+    if set(about) != {METADATA, CHECKSUMS, HEADER}:
+        raise ValueError(f"the header's metadata has entries {', '.join(sorted(about)) or 'none'}")
+    if about[HEADER] != _header_checksum(arrays, about):
+        raise ValueError("the header does not match its checksum")
+
+
+def check_arrays(arrays: Tables, about: dict[str, str]) -> None:
+    """Refuse arrays that do not match their checksums in a header that was checked.
+
+    Raises:
+        ValueError: when some do not; the message names them.
+    """
+    expected = json.loads(about[CHECKSUMS])
+    wrong = [name for name, array in arrays.items() if checksum(array) != expected[name]]
+    if wrong:
+        raise ValueError(f"{', '.join(map(repr, wrong))} does not match its checksum")
+
+
+def _header_checksum(arrays: Tables, about: dict[str, str]) -> str:
+    """Of all a header says, offsets apart: arrays in each other's places are not what their checksums expect."""
+    entries = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
+    said = json.dumps([entries, about[METADATA], about[CHECKSUMS]], sort_keys=True)
+    return hashlib.blake2b(said.encode(), digest_size=_DIGEST_BYTES).hexdigest()

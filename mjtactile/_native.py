@@ -1,0 +1,108 @@
+"""The compiled core, which presses bodies and reads pads: found, loaded, and handed arrays."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import sys
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array
+from mjtactile.errors import NativeError
+
+#: Version of the functions in native/api/api.h that this module calls.
+API_VERSION = 7
+#: Functions that give back a handle, and those that give back a number of something.
+_MADE = tuple(
+    f"mjt_{name}"
+    for name in ("pad_new", "body_new", "reader_new", "face_cells", "footprint_flat", "footprint_heights", "press_new")
+)
+_COUNTS = ("mjt_pad_bytes", "mjt_basis_bytes", "mjt_press_parts", "mjt_press_edges")
+_NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platform, "libmjtactile.so")
+
+
+def library_path() -> Path:
+    """Where the compiled core lies: MJTACTILE_LIBRARY, or what was installed with the package.
+
+    Raises:
+        NativeError: when there is none.
+    """
+    named = os.environ.get("MJTACTILE_LIBRARY")
+    candidates = [Path(named)] if named else [Path(__file__).parent / _NAME]
+    if not named:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            files = metadata.files("mjtactile") or []
+            candidates += [Path(str(file.locate())) for file in files if file.name == _NAME]
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate.resolve()
+    looked = ", ".join(str(candidate) for candidate in candidates)
+    raise NativeError(
+        f"the compiled core was not found (looked for {looked}). Install mjtactile with `pip install .`, which "
+        "compiles it."
+    )
+
+
+@lru_cache(maxsize=1)
+def library() -> ctypes.CDLL:
+    """The compiled core, loaded once.
+
+    Raises:
+        NativeError: when there is none, or one of another version.
+    """
+    path = library_path()
+    loaded = ctypes.CDLL(str(path))
+    found = int(loaded.mjt_version())
+    if found != API_VERSION:
+        raise NativeError(
+            f"the compiled core {path} has version {found}, but this mjtactile needs {API_VERSION}. Install mjtactile "
+            "again with `pip install .`, so that both come from one source."
+        )
+    loaded.mjt_kernels.restype = ctypes.c_char_p
+    for name in _MADE:
+        getattr(loaded, name).restype = ctypes.c_void_p
+    for name in _COUNTS:
+        getattr(loaded, name).restype = ctypes.c_size_t
+    return loaded
+
+
+def instruction_set() -> str:
+    """Instruction set of the kernels in use: "avx512", "avx2" or "plain"."""
+    return str(library().mjt_kernels().decode())
+
+
+def use_instruction_set(name: str) -> None:
+    """Use the kernels of an instruction set, "avx512", "avx2" or "plain", in all threads.
+
+    Raises:
+        NativeError: when this processor does not have it.
+    """
+    if not library().mjt_use_kernels(name.encode()):
+        raise NativeError(f"no kernels {name!r} for this processor. Known: avx512, avx2, plain.")
+
+
+def basis_bytes() -> int:
+    """Memory that wrench bases take in this process [bytes]; bounded by 256 MiB for each precision."""
+    return int(library().mjt_basis_bytes())
+
+
+def contiguous(array: npt.ArrayLike) -> Array:
+    """As the core takes it: double precision, in order."""
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def pointer(array: npt.NDArray[Any] | None) -> ctypes.c_void_p:
+    """Where an array lies; it must stay alive."""
+    return ctypes.c_void_p(None if array is None else array.ctypes.data)
+
+
+def sized(array: Array) -> tuple[ctypes.c_size_t, ctypes.c_void_p]:
+    """Length and place of an array."""
+    return ctypes.c_size_t(len(array)), pointer(array)

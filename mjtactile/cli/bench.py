@@ -1,0 +1,135 @@
+"""The command line: `mjtactile bench mesh`, `bench plugin`, `bench trade`, `bench envs` and `bench extremes`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mjtactile.cli.options import AsJson
+from mjtactile.errors import OutputError
+
+bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
+
+Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
+
+
+@bench_app.command("mesh")
+def bench_mesh(
+    as_json: AsJson = False,
+    readme: Readme = None,
+) -> None:
+    """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
+    from mjtactile.cli.benchmarks.mesh import mesh_benchmark
+    from mjtactile.cli.benchmarks.tables import check_page, mesh_table, rewrite_table
+
+    if readme is not None:
+        check_page(readme, "mesh")
+    result = mesh_benchmark()
+    typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
+    if readme is not None:
+        rewrite_table(readme, "mesh", mesh_table(result))
+
+
+@bench_app.command("plugin")
+def bench_plugin(
+    as_json: AsJson = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Preset fast and few runs only.")] = False,
+    readme: Readme = None,
+) -> None:
+    """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's <tactile>, and many simulations at once."""
+    from mjtactile.cli.benchmarks.plugin import plugin_benchmark, plugin_table
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+
+    if readme is not None:
+        check_page(readme, "plugin")
+    result = plugin_benchmark(quick=quick)
+    typer.echo(json.dumps(result, indent=2) if as_json else plugin_table(result))
+    if readme is not None:
+        rewrite_table(readme, "plugin", plugin_table(result))
+
+
+@bench_app.command("trade")
+def bench_trade(
+    as_json: AsJson = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Mesh draft and three cases only.")] = False,
+    measured: Annotated[Path | None, typer.Option(help="Show this earlier result (JSON), measure nothing.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")] = None,
+    readme: Readme = None,
+    figure: Annotated[Path | None, typer.Option(help="Draw error against time to this file.")] = None,
+) -> None:
+    """Error and time per update of every fidelity, which of them nothing beats, and the presets among them.
+
+    Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
+    """
+    from mjtactile._files import check_apart, check_figure, check_writable, write_atomically
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table, rounded, trade_table
+    from mjtactile.cli.benchmarks.trade import trade_benchmark
+
+    check_apart({"--measured": measured, "--out": out, "--figure": figure, "--readme": readme})
+    if out is not None:
+        check_writable(out)
+    if figure is not None:
+        check_figure(figure)
+    if readme is not None:
+        check_page(readme, "trade")
+    result = rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)
+    table = trade_table(result)
+    if out is not None:
+        write_atomically(out, lambda file: file.write((json.dumps(result, indent=1) + "\n").encode()))
+    typer.echo(json.dumps(result, indent=2) if as_json else table)
+    if readme is not None:
+        rewrite_table(readme, "trade", table)
+    if figure is not None:
+        _draw_trade(result, figure)
+
+
+@bench_app.command("envs")
+def bench_envs(
+    as_json: AsJson = False,
+    quick: Annotated[bool, typer.Option("--quick", help="One environment and few runs only.")] = False,
+    readme: Readme = None,
+) -> None:
+    """Steps per second of one environment and of many, with and without pads, beside a plain step of MuJoCo."""
+    from mjtactile.cli.benchmarks.envs import envs_benchmark, envs_table
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+
+    if readme is not None:
+        check_page(readme, "envs")
+    result = envs_benchmark(quick=quick)
+    typer.echo(json.dumps(result, indent=2) if as_json else envs_table(result))
+    if readme is not None:
+        rewrite_table(readme, "envs", envs_table(result))
+
+
+@bench_app.command("extremes")
+def bench_extremes(as_json: AsJson = False) -> None:
+    """What comes out, or which error, at the ends of what may be asked."""
+    from mjtactile.cli.benchmarks.extremes import extremes_benchmark, extremes_table
+
+    result = extremes_benchmark()
+    typer.echo(json.dumps(result, indent=2) if as_json else extremes_table(result))
+
+
+def _earlier(path: Path) -> dict[str, Any]:
+    """A result written by `--out`."""
+    from mjtactile._files import read_text
+    from mjtactile.cli.benchmarks.tables import trade_table
+
+    try:
+        result = json.loads(read_text(path))
+        trade_table(result)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise OutputError(
+            f"{path} holds no result of an earlier run: {error or type(error).__name__}. Write one with --out."
+        ) from error
+    return result
+
+
+def _draw_trade(result: dict[str, Any], path: Path) -> None:
+    from mjtactile._files import save_figure
+    from mjtactile.cli.benchmarks.figure import trade_figure
+
+    save_figure(path, trade_figure(result), dpi=130)

@@ -1,0 +1,179 @@
+"""What benchmarks press into the pad: cases as data, and those of an independent code with its readings."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from scipy.spatial.transform import Rotation
+from shapely import Polygon, affinity
+
+from mjtactile._types import Array
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint, GapMap
+from mjtactile.contact.laws import BY_NAME
+from mjtactile.errors import MjTactileError
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
+from mjtactile.geometry.primitives import Box, Cylinder, Ellipsoid, Pose, Shape
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import Area, SurfaceLoad
+from mjtactile.pad import force_vector
+from mjtactile.sim.assets import asset_path
+from mjtactile.units import GRAM_FORCE, MILLIMETRE
+
+#: Readings of CalculiX in calculix.npz are MPa.
+_MEGA = 1e6
+#: Groups of its cases: frictionless punches, bonded punches, a sphere.
+CALCULIX_GROUPS = {"B2": "B2", "B3": "B3", "C": "sphere"}
+_RIGID = tuple(f"{group}_" for group in CALCULIX_GROUPS)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body where it touches the pad: a flat face, or one with a height at every point.
+
+    Attributes:
+        outline: of the face in the pad frame [m]; None for a body that ends nowhere above the pad.
+        gap: its height [m]; None for a flat face.
+    """
+
+    outline: Area | None
+    gap: GapMap | None = None
+
+    def moved(self, x: float, y: float) -> Body:
+        """The same body elsewhere [m]."""
+        outline = None if self.outline is None else affinity.translate(self.outline, x, y)
+        gap = self.gap
+        return Body(outline, None if gap is None else lambda px, py: gap(px - x, py - y))
+
+    def footprint(self, surface: SurfaceGrid) -> Footprint:
+        """What faces the pad."""
+        if self.gap is not None:
+            return Footprint.from_gap(self.gap, surface, outline=self.outline)
+        assert self.outline is not None
+        return Footprint.from_outline(self.outline, surface)
+
+
+@dataclass(frozen=True, eq=False)
+class PressCase:
+    """One body pressed with one force, and what an independent code reads if it was asked."""
+
+    name: str
+    body: Body
+    force: Array  #: on the pad at the middle of what touches first [N], shape (3,)
+    tilt: str = "free"  #: see contact_load
+    tangential: str = "proportional"  #: see contact_load; laws that know no other ignore it
+    readings: Array | None = None  #: (layers, rows, columns) [Pa]
+
+    @property
+    def reference(self) -> Array:
+        """What the independent code reads [Pa]."""
+        if self.readings is None:
+            raise MjTactileError(f"case {self.name!r} has no readings of an independent code.")
+        return self.readings
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether a flat face presses."""
+        return self.body.gap is None
+
+    def contact(self, law: str) -> dict[str, Any]:
+        """Arguments of contact_load besides the force and the law."""
+        return {
+            "tilt": self.tilt,
+            "tangential": self.tangential if self.tangential in BY_NAME[law].tangentials else "proportional",
+        }
+
+    def load(self, influence: InfluenceMatrices, body: Body | None = None) -> SurfaceLoad:
+        """The tractions of this press by the law of the influence matrices' fidelity; of the body moved, if given."""
+        footprint = (self.body if body is None else body).footprint(influence.surface)
+        return contact_load(influence, footprint, self.force, **self.contact(influence.fidelity.law))
+
+
+def press_case(case: dict[str, Any]) -> PressCase:
+    """A case of benchmarks/trade.toml.
+
+    Raises:
+        MjTactileError: when the case names a shape that does not exist.
+    """
+    x, y = case.get("at", (0.0, 0.0))
+    rotation = Rotation.from_euler("xyz", case.get("turn", (0.0, 0.0, 0.0)), degrees=True)
+    body = _punch(case["shape"], rotation) if case["shape"] in INDENTER_NAMES else _solid(case, rotation)
+    return PressCase(
+        name=case["name"],
+        body=body.moved(x * MILLIMETRE, y * MILLIMETRE),
+        force=force_vector(case["force"] * GRAM_FORCE, case.get("tilt", 0.0), case.get("azimuth", 0.0)),
+        tilt=case.get("orientation", "free"),
+    )
+
+
+def calculix_cases() -> list[PressCase]:
+    """Rigid punches and a sphere as CalculiX solved them; benchmarks/calculix.json tells how."""
+    cases = json.loads(asset_path("benchmarks/calculix.json").read_text())["cases"]
+    with np.load(asset_path("benchmarks/calculix.npz")) as readings:
+        return [
+            PressCase(
+                name=name,
+                body=_calculix_body(case["geometry"]),
+                force=np.array(case["direction"], dtype=float) * case["total_force_gf"] * GRAM_FORCE,
+                tilt="fixed",
+                tangential="stick" if name.startswith("B3") else "proportional",
+                readings=readings[name].astype(float) * _MEGA,
+            )
+            for name, case in cases.items()
+            if name.startswith(_RIGID)
+        ]
+
+
+def moved_bodies(case: PressCase, count: int, shift: float, seed: int) -> Sequence[Body]:
+    """The case's body, shifted by random amounts along x and y of at most `shift` [m]."""
+    shifts = np.random.default_rng(seed).uniform(-shift, shift, (count, 2))
+    return [case.body.moved(float(x), float(y)) for x, y in shifts]
+
+
+def _punch(name: str, rotation: Rotation) -> Body:
+    """A flat punch turned about the pad's normal; one that leans is its face as an inclined plane."""
+    matrix = rotation.as_matrix()
+    turned = affinity.rotate(punch_outline(name), np.arctan2(matrix[1, 0], matrix[0, 0]), (0, 0), use_radians=True)
+    normal = matrix[:, 2]
+    if np.hypot(normal[0], normal[1]) < 1e-12:
+        return Body(turned)
+    return Body(turned, lambda x, y: -(normal[0] * x + normal[1] * y) / normal[2])
+
+
+def _solid(case: dict[str, Any], rotation: Rotation) -> Body:
+    """A sphere, cylinder or box above the pad, its centre over the origin."""
+    sizes = {name: np.array(case[name]) * MILLIMETRE for name in ("radius", "length", "size") if name in case}
+    shape: Shape
+    match case["shape"]:
+        case "sphere":
+            extent = float(sizes["radius"])
+            shape = Ellipsoid((extent, extent, extent))
+        case "cylinder":
+            shape = Cylinder(float(sizes["radius"]), float(sizes["length"]) / 2)
+            extent = float(np.hypot(shape.radius, shape.half_length))
+        case "box":
+            shape = Box(tuple((sizes["size"] / 2).tolist()))
+            extent = float(np.linalg.norm(shape.half_sizes))
+        case other:
+            known = (*INDENTER_NAMES, "sphere", "cylinder", "box")
+            raise MjTactileError(f"shape {other!r} of a case does not exist. Available: {', '.join(known)}.")
+    pose = Pose(np.array([0.0, 0.0, extent]), rotation.as_matrix())
+    return Body(None, lambda x, y: shape.heights(pose, x, y, 0.0))
+
+
+def _calculix_body(geometry: dict[str, Any]) -> Body:
+    match geometry["kind"]:
+        case "sphere":
+            return _solid({"shape": "sphere", "radius": geometry["R"]}, Rotation.identity())
+        case "ellipse":
+            outline = ellipse(geometry["a"] * MILLIMETRE, geometry["b"] * MILLIMETRE)
+            x, y = geometry["c"]
+            return Body(affinity.translate(outline, x * MILLIMETRE, y * MILLIMETRE))
+        case _:
+            return Body(shapely.transform(Polygon(geometry["v"]), lambda points: points * MILLIMETRE))

@@ -1,0 +1,101 @@
+"""The benchmark of the meshes: cases as data in benchmarks/mesh.toml, tables of their own in fresh processes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+from mjtactile.cli.benchmarks.measure import relative
+from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
+from mjtactile.cli.benchmarks.timing import median_time
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.errors import MjTactileError
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.influence.cache import CACHE_VARIABLE, cached_path
+from mjtactile.influence.matrices import InfluenceMatrices, load_influence
+from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Pad, force_vector
+from mjtactile.sim.assets import asset_path
+from mjtactile.units import GRAM_FORCE, MILLIMETRE
+
+_REPEATS = 30
+
+
+def mesh_benchmark() -> dict[str, Any]:
+    """Build, store and apply the paper's pad on every mesh, each built in a fresh process and a cache of its own.
+
+    Returns:
+        {"meshes": {name: figures}, "mujoco_tactile_s": what MuJoCo's own tactile sensor adds to a step [s], ...}.
+    """
+    cases = tomllib.loads(asset_path("benchmarks/mesh.toml").read_text())
+    pad = Pad()
+    with tempfile.TemporaryDirectory(prefix="mjtactile-bench-") as folder:
+        built = {name: _build_in_fresh_process(name, pad, Path(folder)) for name in cases["meshes"]}
+        readings, figures = {}, {}
+        for name, (path, build_time, peak_memory) in built.items():
+            start = time.perf_counter()
+            influence = load_influence(path, pad, name)
+            load_time = time.perf_counter() - start
+            loads = [_load(influence, case) for case in cases["load"]]
+            readings[name] = [influence.readings(load) for load in loads]
+            figures[name] = {
+                "build_s": build_time,
+                "peak_memory_bytes": peak_memory,
+                "table_bytes": path.stat().st_size,
+                "load_s": load_time,
+                "new_footprint_s": median_time(
+                    lambda i=influence: [i.readings(_load(i, c)) for c in cases["load"]], _REPEATS
+                )
+                / len(loads),
+                "same_footprint_s": median_time(lambda i=influence, ls=loads: [i.readings(one) for one in ls], _REPEATS)
+                / len(loads),
+            }
+        reference = readings[cases["reference"]]
+        for name, values in readings.items():
+            errors = [relative(a, b) for a, b in zip(values, reference, strict=True)]
+            figures[name]["errors"] = dict(zip((c["name"] for c in cases["load"]), errors, strict=True))
+    return {
+        "reference": cases["reference"],
+        "meshes": figures,
+        "mujoco_version": mujoco.mj_versionString(),
+        "mujoco_tactile_s": mujoco_tactile_time(),
+    }
+
+
+def _build_in_fresh_process(mesh: str, pad: Pad, folder: Path) -> tuple[Path, float, int]:
+    """Path of the built table, wall time of the build [s] and peak memory of its process [bytes]."""
+    code = (
+        "import json, resource, sys, time\n"
+        "from mjtactile import influence_matrices\n"
+        "start = time.perf_counter(); influence_matrices(mesh=sys.argv[1], progress=False)\n"
+        "unit = 1 if sys.platform == 'darwin' else 1024\n"
+        "print(json.dumps([time.perf_counter() - start, unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss]))\n"
+    )
+    environment = {**os.environ, CACHE_VARIABLE: str(folder)}
+    run = subprocess.run([sys.executable, "-c", code, mesh], env=environment, capture_output=True, text=True)
+    if run.returncode != 0:
+        raise MjTactileError(f"building mesh {mesh!r} failed: {run.stderr.strip()[-500:]}")
+    build_time, peak_memory = json.loads(run.stdout)
+    return folder / cached_path(pad, mesh).name, build_time, peak_memory
+
+
+def _load(influence: InfluenceMatrices, case: dict[str, Any]) -> SurfaceLoad:
+    x, y = case.get("shift", (0.0, 0.0))
+    outline = indenter_outline(
+        case["shape"],
+        shift=(x * MILLIMETRE, y * MILLIMETRE),
+        rotate_deg=case.get("rotate", 0.0),
+        scale=case.get("scale", 1.0),
+    )
+    force = force_vector(case["force"] * GRAM_FORCE, case.get("tilt", 0.0), case.get("azimuth", 0.0))
+    return contact_load(influence, Footprint.from_outline(outline, influence.surface), force)

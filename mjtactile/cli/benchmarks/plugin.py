@@ -1,0 +1,325 @@
+"""What the plugin adds to a step of MuJoCo, beside what MuJoCo's own tactile sensor adds.
+
+Every figure is the difference between two scenes that differ by the sensor alone: one punch, pressed by one force, on
+our pad or on MuJoCo's tactile sensor, with the same joints, forces and solver settings. Both are timed turn by turn in
+short runs, and the medians compared, so that a machine that slows down for a while does so for both.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import shapely
+from trimesh.creation import icosphere
+
+from mjtactile._native import instruction_set
+from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import Fidelity, fidelity
+from mjtactile.geometry.indenter import convex_pieces, indenter_outline
+from mjtactile.influence.cache import influence_matrices
+
+#: Height of punches [m], and the force pressing on them [N].
+_HEIGHT, _FORCE = 5e-3, 0.5
+#: A moving punch goes to and fro at this speed [m/s], for this many steps each way.
+SPEED, STEPS_EACH_WAY = 0.01, 100
+
+_SCENE = """
+<mujoco>
+  {extension}
+  <option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="10" jacobian="dense"/>
+  <default><geom solref="0.005 1" condim="4" friction="0.5 0.005 0.0001"/></default>
+  <asset>{assets}</asset>
+  <worldbody>{pads}{punches}</worldbody>
+  <actuator>{actuators}</actuator>
+  <sensor>{sensors}</sensor>
+</mujoco>
+"""
+_PUNCH = """
+<body name="punch{n}" pos="{x} 0 {z}" gravcomp="1">
+  {slide}<joint name="press{n}" type="slide" axis="0 0 1" damping="0.05"/>
+  {geoms}
+</body>
+"""
+_SLIDE = '<joint name="slide{n}" type="slide" axis="1 0 0"/>'
+_PAD = '<geom name="pad{n}" type="box" size="0.0075 0.0075 0.0025" pos="{x} 0 -0.0025" priority="1"/>'
+# A plate lies in its geom's plane x = 0, so MuJoCo's pad is a thin box standing in the world's horizontal plane.
+_PLATE = (
+    '<geom name="pad{n}" type="box" size="0.000001 0.0075 0.0075" quat="0.70710678 0 -0.70710678 0" pos="{x} 0 0" '
+    'priority="1"/>'
+)
+_OURS = (
+    '<plugin name="touch{n}" plugin="mjtactile.pad" objtype="geom" objname="pad{n}">'
+    '<config key="pad" value="{table}"/><config key="fidelity" value="{fidelity}"/></plugin>'
+)
+_THEIRS = '<tactile name="touch{n}" geom="pad{n}" mesh="plate"/>'
+_PITCH = 0.03
+
+
+def _ball_mesh() -> str:
+    vertices = " ".join(f"{value:.9g}" for value in icosphere(subdivisions=2, radius=5e-3).vertices.ravel())
+    return f'<mesh name="ball" vertex="{vertices}"/>'
+
+
+#: Bodies that touch with a small part of themselves, by name: assets, and geoms whose lowest point is at z = 0.
+BODIES = {
+    "ball": ("", '<geom type="sphere" size="0.005" pos="0 0 0.005" mass="0.015"/>'),
+    "ball of 320 triangles": (_ball_mesh(), '<geom type="mesh" mesh="ball" pos="0 0 0.005" mass="0.015"/>'),
+    "box leaning 2 degrees": (
+        "",
+        '<geom type="box" size="0.004 0.004 0.0025" pos="0 0 0.00264" euler="0 2 0" mass="0.015"/>',
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PluginScene:
+    """One scene.
+
+    Attributes:
+        shape: of the punch, "box", one of the seven, or one of `BODIES`.
+        sensor: "ours", "theirs" or None.
+        fidelity: of our sensor; empty for a table's own.
+        table: pad or file of our sensor.
+        moving: whether the punch may slide.
+        pads: how many pads there are.
+        touched: how many of them have a punch on them; the others' hover.
+    """
+
+    shape: str = "box"
+    sensor: str | None = None
+    fidelity: str = "balanced"
+    table: str = "default"
+    moving: bool = False
+    pads: int = 1
+    touched: int = 1
+    ground: str = "ours"
+
+    def xml(self) -> str:
+        """The scene."""
+        places = [(n, _PITCH * n) for n in range(self.pads)]
+        assets, geoms = _punch(self.shape)
+        theirs = self.ground == "theirs"
+        plate = '<mesh name="plate" builtin="plate" params="26 26" scale="0.0075 0.0075 0.0001"/>' if theirs else ""
+        ground = _PLATE if theirs else _PAD
+        sensor = {"ours": _OURS, "theirs": _THEIRS, None: ""}[self.sensor]
+        actuators = [f'<motor joint="press{n}"/>' for n, _ in places]
+        if self.moving:
+            actuators += [f'<velocity joint="slide{n}" kv="200"/>' for n, _ in places]
+        return _SCENE.format(
+            extension='<extension><plugin plugin="mjtactile.pad"/></extension>' if self.sensor == "ours" else "",
+            assets=assets + plate,
+            pads="".join(ground.format(n=n, x=x) for n, x in places),
+            punches="".join(
+                _PUNCH.format(
+                    n=n,
+                    x=x,
+                    z=0.0 if n < self.touched else 0.005,
+                    slide=_SLIDE.format(n=n) if self.moving else "",
+                    geoms=geoms,
+                )
+                for n, x in places
+            ),
+            actuators="".join(actuators),
+            sensors="".join(sensor.format(n=n, table=self.table, fidelity=self.fidelity) for n, _ in places),
+        )
+
+    def controls(self, step: int) -> np.ndarray:
+        """Controls at one step: punches that touch are pressed, and pushed to and fro."""
+        pressing = np.where(np.arange(self.pads) < self.touched, -_FORCE, 0.0)
+        if not self.moving:
+            return pressing
+        speed = SPEED if (step // STEPS_EACH_WAY) % 2 == 0 else -SPEED
+        return np.concatenate([pressing, np.full(self.pads, speed)])
+
+
+def _punch(shape: str) -> tuple[str, str]:
+    """Assets and geoms of a punch whose face is at z = 0."""
+    if shape in BODIES:
+        return BODIES[shape]
+    if shape == "box":
+        return "", f'<geom type="box" size="0.005 0.005 {_HEIGHT / 2}" pos="0 0 {_HEIGHT / 2}" mass="0.015"/>'
+    pieces = convex_pieces(shape) if shape in ("star", "doughnut") else [indenter_outline(shape)]
+    assets, geoms = [], []
+    for number, piece in enumerate(pieces):
+        rim = shapely.get_coordinates(piece)[:-1]
+        vertices = np.vstack([np.column_stack([rim, np.full(len(rim), z)]) for z in (0.0, _HEIGHT)])
+        text = " ".join(f"{value:.9g}" for value in vertices.ravel())
+        assets.append(f'<mesh name="piece{number}" vertex="{text}"/>')
+        geoms.append(f'<geom type="mesh" mesh="piece{number}" mass="{0.015 / len(pieces):.6g}"/>')
+    return "".join(assets), "".join(geoms)
+
+
+_SETTLING_STEPS = 300
+#: Simulations of the batch, and steps they are timed over.
+_SIMULATIONS, _BATCH_STEPS = 64, 100
+#: Contact cells of the law that a bound is named for.
+_CELLS = 200
+
+
+def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
+    """Time added to a step [s] by scene, and the batch.
+
+    Args:
+        quick: a tenth of the runs, for tests.
+    """
+    import tempfile
+    from pathlib import Path
+
+    runs = 5 if quick else 40
+    presets = ("fast",) if quick else ("fast", "balanced")
+    with tempfile.TemporaryDirectory() as folder:
+        table = str(Path(folder) / "elastic200.mjt")
+        if not quick:
+            _save_table(table)
+        rows = [_row(name, scene, bare, runs) for name, scene, bare in _cases(presets, "" if quick else table)]
+    return {
+        "mujoco_version": mujoco.__version__,
+        "instruction_set": instruction_set(),
+        "rows": rows,
+        "batch": _batch(presets[0], 8 if quick else _SIMULATIONS),
+    }
+
+
+def _save_table(path: str) -> None:
+    """Tables of preset "balanced" whose law has as many cells as the bound is for."""
+    chosen = fidelity("balanced")
+    law = Fidelity(**{**_fields(chosen), "law": "elastic", "cells": _CELLS})
+    influence_matrices(preset=law).save(path)
+
+
+def _fields(chosen: Fidelity) -> dict[str, Any]:
+    return {name: getattr(chosen, name) for name in chosen.__dataclass_fields__}
+
+
+def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginScene, PluginScene]]:
+    """Name, scene with its sensor, and the same without."""
+    for shape in ("box", "star"):
+        theirs: dict[str, Any] = {"shape": shape, "ground": "theirs"}
+        name = f"MuJoCo `<tactile>`, {shape}"
+        yield name, PluginScene(sensor="theirs", **theirs), PluginScene(**theirs)
+    yield "no contact", PluginScene(sensor="ours", touched=0), PluginScene(touched=0)
+    for moving in (False, True):
+        for shape in ("box", "star"):
+            for preset in presets:
+                common: dict[str, Any] = {"shape": shape, "moving": moving}
+                name = f"{'moving' if moving else 'unchanged'} {shape}, {preset}"
+                yield name, PluginScene(sensor="ours", fidelity=preset, **common), PluginScene(**common)
+    for shape in BODIES:
+        for preset in presets[:2]:
+            bare = PluginScene(shape=shape, moving=True)
+            yield f"moving {shape}, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
+    if table:
+        bare = PluginScene(moving=True)
+        name = f"moving box, balanced with {_CELLS} cells"
+        yield name, PluginScene(moving=True, sensor="ours", fidelity="", table=table), bare
+    for touched in range(6):
+        common = {"pads": 5, "touched": touched}
+        name = f"five pads, {touched} touched, {presets[-1]}"
+        yield name, PluginScene(sensor="ours", fidelity=presets[-1], **common), PluginScene(**common)
+
+
+def _row(name: str, scene: PluginScene, bare: PluginScene, runs: int) -> dict[str, Any]:
+    timed, plain = _Stepper(scene), _Stepper(bare)
+    pairs = np.array([(timed.run(), plain.run()) for _ in range(runs)])
+    if scene.touched and not timed.reads_something:
+        raise MjTactileError(f"the sensor of '{name}' reads nothing under the punch: its timing would be meaningless.")
+    step, without = np.median(pairs, axis=0)
+    return {"name": name, "added_s": float(step - without), "bare_s": float(without)}
+
+
+class _Stepper:
+    """One scene, stepped in short runs."""
+
+    def __init__(self, scene: PluginScene) -> None:
+        self._scene = scene
+        self._model = compiled(scene)
+        self._data = mujoco.MjData(self._model)
+        self._step = 0
+        self._data.ctrl[:] = scene.controls(0)
+        self._data.ctrl[scene.pads :] = 0.0
+        mujoco.mj_step(self._model, self._data, _SETTLING_STEPS)
+
+    def run(self) -> float:
+        """Time per step over one stroke [s]."""
+        self._data.ctrl[:] = self._scene.controls(self._step)
+        start = time.perf_counter()
+        mujoco.mj_step(self._model, self._data, STEPS_EACH_WAY)
+        self._step += STEPS_EACH_WAY
+        return (time.perf_counter() - start) / STEPS_EACH_WAY
+
+    @property
+    def reads_something(self) -> bool:
+        """Whether the sensor's depth or stress is anywhere not zero."""
+        data = self._data.sensordata
+        return bool(data[: len(data) // 3].any())
+
+
+def compiled(scene: PluginScene) -> mujoco.MjModel:
+    """The scene's model; MuJoCo's own sensor sees meshes through signed distances, made here."""
+    spec = mujoco.MjSpec.from_string(scene.xml())
+    for mesh in spec.meshes:
+        mesh.needsdf = scene.sensor == "theirs" and mesh.name != "plate"
+    return spec.compile()
+
+
+def _batch(preset: str, simulations: int) -> dict[str, Any]:
+    """Many simulations at once: speed-up of two threads over one, and whether a plain loop gives the same bits."""
+    try:
+        from mujoco.batch import Batch
+    except ImportError:
+        return {"available": False}
+    scene = PluginScene(sensor="ours", fidelity=preset, moving=True)
+    model = compiled(scene)
+    times, readings = {}, {}
+    for threads in (1, 2):
+        batch = Batch(model, nsim=simulations, nthread=threads)
+        batch.ctrl[:] = _batch_controls(scene, simulations)
+        sensordata = batch.bind("sensordata")
+        batch.step()
+        start = time.perf_counter()
+        for _ in range(_BATCH_STEPS):
+            batch.step()
+        times[threads] = time.perf_counter() - start
+        readings[threads] = sensordata.copy()
+    loop = np.array([_looped(model, control) for control in _batch_controls(scene, simulations)])
+    same = all((found == loop).all() for found in readings.values())
+    return {"available": True, "simulations": simulations, "speed_up": times[1] / times[2], "same_bits": bool(same)}
+
+
+def _batch_controls(scene: PluginScene, simulations: int) -> np.ndarray:
+    factor = 0.5 + np.arange(simulations)[:, None] / simulations
+    return factor * scene.controls(0)
+
+
+def _looped(model: mujoco.MjModel, control: np.ndarray) -> np.ndarray:
+    data = mujoco.MjData(model)
+    data.ctrl[:] = control
+    mujoco.mj_step(model, data, _BATCH_STEPS + 1)
+    return data.sensordata.copy()
+
+
+def plugin_table(result: dict[str, Any]) -> str:
+    """The benchmark's result as a Markdown table."""
+    rows = {row["name"]: row["added_s"] for row in result["rows"]}
+    yardsticks = {shape: rows[f"MuJoCo `<tactile>`, {shape}"] for shape in ("box", "star")}
+    lines = [
+        "| scene | added to a step | over `<tactile>`, box | over `<tactile>`, same punch |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name, added in rows.items():
+        same = yardsticks["star" if "star" in name else "box"]
+        beside = "-" if any(body in name for body in BODIES) else f"{added / same:.2f} x"
+        lines.append(f"| {name} | {added * 1e6:.1f} us | {added / yardsticks['box']:.2f} x | {beside} |")
+    batch = result["batch"]
+    if batch["available"]:
+        bits = "the same bits as" if batch["same_bits"] else "OTHER BITS THAN"
+        lines.append(
+            f"| `mujoco.batch`, {batch['simulations']} moving scenes, two threads over one | "
+            f"{batch['speed_up']:.2f} x as fast, {bits} a plain loop | - | - |"
+        )
+    return "\n".join(lines)

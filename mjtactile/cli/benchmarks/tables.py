@@ -1,0 +1,163 @@
+"""Benchmark results as Markdown tables, and a README whose tables are never typed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjtactile._files import check_writable, read_text, write_atomically
+from mjtactile.cli.benchmarks.cases import CALCULIX_GROUPS
+from mjtactile.cli.benchmarks.front import front
+from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import PRESETS
+
+
+def mesh_table(result: dict[str, Any]) -> str:
+    """The benchmark's result as a Markdown table."""
+    lines = [
+        "| mesh | build | table | peak memory | load | update, new footprint | update, same footprint "
+        f"| error against {result['reference']}: median (worst) |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, row in result["meshes"].items():
+        errors = list(row["errors"].values())
+        error = "-" if name == result["reference"] else f"{np.median(errors):.2%} ({max(errors):.2%})"
+        lines.append(
+            f"| {name} | {row['build_s']:.1f} s | {row['table_bytes'] / 1e6:.0f} MB "
+            f"| {row['peak_memory_bytes'] / 1e9:.2f} GB | {row['load_s'] * 1e3:.0f} ms "
+            f"| {row['new_footprint_s'] * 1e3:.1f} ms | {row['same_footprint_s'] * 1e3:.1f} ms | {error} |"
+        )
+    lines.append(
+        f"| MuJoCo {result['mujoco_version']} `<tactile>`, 676 points | - | - | - | - "
+        f"| {result['mujoco_tactile_s'] * 1e3:.3f} ms | {result['mujoco_tactile_s'] * 1e3:.3f} ms "
+        "| penetration depth, no stress |"
+    )
+    return "\n".join(lines)
+
+
+def check_page(path: Path, *names: str) -> None:
+    """Find out before long work whether `rewrite_table` will find its place.
+
+    Raises:
+        MjTactileError: the file is missing, is no text, cannot be written, or lacks the markers of a table.
+    """
+    text = _page(path)
+    for name in names:
+        _table_in(path, text, name)
+    check_writable(path)
+
+
+def rewrite_table(path: Path, name: str, table: str) -> None:
+    """Replace the table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
+
+    Raises:
+        MjTactileError: when the file has no such markers.
+    """
+    text = _page(path)
+    start, end = _table_in(path, text, name).span(1)
+    write_atomically(path, lambda file: file.write(f"{text[:start]}{table}\n{text[end:]}".encode()))
+
+
+def _page(path: Path) -> str:
+    try:
+        return read_text(path)
+    except (OSError, ValueError) as error:
+        raise MjTactileError(f"cannot put a table into {path}: {error}. Name a Markdown file that is there.") from error
+
+
+def _table_in(path: Path, text: str, name: str) -> re.Match[str]:
+    """Where a table is: group 1 of the match."""
+    found = re.search(rf"<!-- bench {re.escape(name)} -->\n(.*?)<!-- end -->", text, flags=re.DOTALL)
+    if found is None:
+        raise MjTactileError(
+            f"{path} has no lines '<!-- bench {name} -->' and '<!-- end -->' to put the table between."
+        )
+    return found
+
+
+def trade_table(result: dict[str, Any]) -> str:
+    """The benchmark of fidelities as a Markdown table: presets, then what nothing beats, then what else there is."""
+    rows = result["rows"]
+    presets = [row for name in PRESETS for row in rows if row["preset"] == name]
+    others = [row for row in front(rows) if row["preset"] is None]
+    groups = list(CALCULIX_GROUPS.values())
+    titles = [
+        "preset",
+        "mesh",
+        "law",
+        "cells",
+        "points per axis",
+        "precision",
+        "reduction",
+        "table",
+        "error against finest: median (worst)",
+        *(f"CalculiX {group}: median (worst)" for group in groups),
+        "moved: flat face",
+        "moved: other body",
+        "unchanged",
+    ]
+    lines = [_line(titles), _line(["---"] * len(titles))]
+    lines += [_line(_trade_cells(row, result)) for row in (*presets, *others)]
+    solves = [("direct FEM solve of one load", mesh, seconds) for mesh, seconds in result["direct_s"].items()]
+    tactile = f"MuJoCo {result['mujoco_version']} `<tactile>`, 676 points"
+    for name, mesh, seconds in (*solves, (tactile, "-", result["mujoco_tactile_s"])):
+        times = [_milliseconds(seconds)] * 3
+        lines.append(_line([name, mesh, *["-"] * (len(titles) - 2 - len(times)), *times]))
+    return "\n".join(lines)
+
+
+def rounded(result: Any) -> Any:
+    """The same plain values with every number rounded to four digits, which is more than timings repeat."""
+    if isinstance(result, dict):
+        return {name: rounded(value) for name, value in result.items()}
+    if isinstance(result, list):
+        return [rounded(value) for value in result]
+    return float(f"{result:.4g}") if isinstance(result, float) else result
+
+
+def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
+    errors = list(row["errors"].values())
+    grouped = [
+        [value for name, value in row["calculix"].items() if name.startswith(f"{group}_")] for group in CALCULIX_GROUPS
+    ]
+    flat = [row["moved_s"][name] for name in result["flat"]]
+    other = [seconds for name, seconds in row["moved_s"].items() if name not in result["flat"]]
+    return [
+        f"**{row['preset']}**" if row["preset"] else "",
+        row["mesh"],
+        row["law"],
+        str(row["cells"] or "-"),
+        ", ".join(map(str, row["points"])),
+        ", ".join([row["precision"], *_unusual(row)]),
+        f"{row['reduction']:g}",
+        f"{row['table_bytes'] / 1e6:.0f} MB",
+        _median_worst(errors),
+        *(_median_worst(values) for values in grouped),
+        _milliseconds(float(np.median(flat))),
+        _milliseconds(float(np.median(other))),
+        _milliseconds(float(np.median(list(row["unchanged_s"].values())))),
+    ]
+
+
+def _unusual(row: dict[str, Any]) -> list[str]:
+    """Averaging and loads where they are not the plain ones; early runs knew no others."""
+    averaging, loads = row.get("averaging", "points"), row.get("loads", "nodes")
+    unusual = [f"averaging {averaging}"] if averaging != "points" else []
+    return unusual + ([f"loads on {loads}"] if loads != "nodes" else [])
+
+
+def _median_worst(errors: list[float]) -> str:
+    if len(errors) == 1:
+        return f"{errors[0]:.2%}"
+    return f"{np.median(errors):.2%} ({max(errors):.2%})"
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+
+
+def _line(cells: list[str]) -> str:
+    return f"| {' | '.join(cells)} |"

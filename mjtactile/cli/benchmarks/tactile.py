@@ -1,0 +1,45 @@
+"""What MuJoCo's own tactile sensor costs: the yardstick of every benchmark here."""
+
+from __future__ import annotations
+
+import mujoco
+
+from mjtactile.cli.benchmarks.timing import median_time
+from mjtactile.errors import MjTactileError
+
+_STEPS = 2000
+_SETTLING_STEPS = 200
+#: A press on MuJoCo's own tactile sensor: a square punch, its best case, on a plate of 26 x 26 = 676 points. A plate
+#: lies in its geom's plane x = 0, so the pad is a thin box standing in the world's horizontal plane.
+_MUJOCO_TACTILE = """
+<mujoco>
+  <option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"/>
+  <asset><mesh name="plate" builtin="plate" params="26 26" scale="0.0075 0.0075 0.0001"/></asset>
+  <worldbody>
+    <geom name="pad" type="box" size="0.000001 0.0075 0.0075" quat="0.70710678 0 -0.70710678 0" priority="1"
+          solref="0.003 1" solimp="0.98 0.99 0.001 0.5 2"/>
+    <body pos="0 0 0.0025" gravcomp="1">
+      <joint name="press" type="slide" axis="0 0 1"/>
+      <geom type="box" size="0.005 0.005 0.0025" mass="0.015"/>
+    </body>
+  </worldbody>
+  <actuator><motor joint="press"/></actuator>
+  {sensor}
+</mujoco>
+"""
+_TACTILE_SENSOR = '<sensor><tactile geom="pad" mesh="plate"/></sensor>'
+
+
+def mujoco_tactile_time() -> float:
+    """Time MuJoCo's own tactile sensor with 676 points adds to a step under a pressing square punch [s]."""
+    return _step_time(_TACTILE_SENSOR) - _step_time("")
+
+
+def _step_time(sensor: str) -> float:
+    model = mujoco.MjModel.from_xml_string(_MUJOCO_TACTILE.format(sensor=sensor))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -1.0
+    mujoco.mj_step(model, data, _SETTLING_STEPS)
+    if sensor and not data.sensordata[: model.nsensordata // 3].any():
+        raise MjTactileError("MuJoCo's tactile sensor reads nothing under the punch: its timing would be meaningless.")
+    return median_time(lambda: mujoco.mj_step(model, data, _STEPS), 5) / _STEPS

@@ -1,0 +1,85 @@
+"""The benchmark of fidelities: what each choice costs and gains, and which of them nothing beats."""
+
+from __future__ import annotations
+
+import time
+import tomllib
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import mujoco
+
+from mjtactile.cli.benchmarks.cases import calculix_cases, press_case
+from mjtactile.cli.benchmarks.direct import direct_readings
+from mjtactile.cli.benchmarks.measure import Bench, measure, one_core
+from mjtactile.cli.benchmarks.sweep import Choice, sweep
+from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
+from mjtactile.fidelity import Fidelity, mesh_density
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.pad import Pad
+from mjtactile.sim.assets import asset_path
+
+
+def trade_benchmark(*, quick: bool = False, progress: bool = True) -> dict[str, Any]:
+    """Measure every fidelity of benchmarks/trade.toml on its cases, on the paper's pad and one core.
+
+    Tables come from the cache and stay there, so that a run that was interrupted goes on quickly.
+
+    Args:
+        quick: measure only what the file's section "quick" names.
+        progress: show a progress bar on a terminal.
+
+    Returns:
+        {"reference": the reference's values, "rows": see `bench_measure.measure`, "flat": names of the cases with a
+        flat face, "direct_s": time of one direct solve by mesh [s], "mujoco_version": of MuJoCo, "mujoco_tactile_s":
+        what its own tactile sensor adds to a step [s]}.
+    """
+    design = tomllib.loads(asset_path("benchmarks/trade.toml").read_text())
+    if quick:
+        design = _quick(design)
+    wanted = design.get("cases")
+    cases = [press_case(case) for case in design["case"] if wanted is None or case["name"] in wanted]
+    bench = Bench.of(design, cases, calculix_cases())
+    reference = Choice.of(Fidelity(**design["reference"]))
+    _measure_truth(reference, bench)
+    choices = sweep(design)
+    return {
+        "reference": reference.as_dict(),
+        "rows": [measure(choice, bench) for choice in _tracked(choices, progress)],
+        "direct_s": {mesh: _direct_time(mesh, bench) for mesh in design["direct"]},
+        "flat": [case.name for case in cases if case.is_flat],
+        "mujoco_version": mujoco.mj_versionString(),
+        "mujoco_tactile_s": mujoco_tactile_time(),
+    }
+
+
+def _quick(design: dict[str, Any]) -> dict[str, Any]:
+    quick = dict(design["quick"])
+    product = {name: quick.pop(name) for name in ("meshes", "laws")}
+    return {**design, **quick, "product": product, "around": {}}
+
+
+def _measure_truth(reference: Choice, bench: Bench) -> None:
+    """Readings of the reference, which all others are held against."""
+    influence = influence_matrices(preset=reference.fidelity)
+    with one_core():
+        readings = influence.readings([case.load(influence) for case in bench.cases])
+    bench.truth.update({case.name: values for case, values in zip(bench.cases, readings, strict=True)})
+
+
+def _direct_time(mesh: str, bench: Bench) -> float:
+    """Time of one solution of the finite elements for one load, contact found already [s]."""
+    influence = influence_matrices(mesh=mesh)
+    with one_core():
+        load = bench.cases[0].load(influence)
+        start = time.perf_counter()
+        direct_readings(Pad(), mesh_density(mesh), [load])
+        return time.perf_counter() - start
+
+
+def _tracked(choices: Sequence[Choice], progress: bool) -> Iterable[Choice]:
+    from rich.console import Console
+    from rich.progress import track
+
+    console = Console(stderr=True)
+    return track(choices, "measuring", console=console, transient=True, disable=not (progress and console.is_terminal))

@@ -1,0 +1,60 @@
+"""The command line: `mjtactile dataset`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mjtactile.cli.options import RayAddressOption, RayOption, WorkersOption
+from mjtactile.errors import OutputError
+from mjtactile.units import MOST_PRESSES, MOST_SEED
+
+
+def dataset(
+    spec: Annotated[Path, typer.Option(help="TOML file that says what to press; see docs/datasets.md.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write to.  [default: the file's name without .toml]")
+    ] = None,
+    presses: Annotated[
+        int | None, typer.Option(min=1, max=MOST_PRESSES, help="How many, in place of the file's number.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=MOST_SEED, help="In place of the file's.")] = None,
+    workers: WorkersOption = 2,
+    ray: RayOption = False,
+    ray_address: RayAddressOption = None,
+) -> None:
+    """Make a dataset of presses; call again to go on where it was interrupted."""
+    from dataclasses import replace
+    from time import perf_counter
+
+    from mjtactile.dataset.files import make_dataset
+    from mjtactile.dataset.spec import load_spec
+    from mjtactile.workers import Workers
+
+    who = Workers(count=workers, ray=ray, ray_address=ray_address)
+    wanted = load_spec(spec)
+    if presses is not None:
+        wanted = replace(wanted, presses=presses)
+    if seed is not None:
+        wanted = replace(wanted, seed=seed)
+    folder = spec.with_suffix("") if out is None else out
+    _check_folder(folder)
+    start = perf_counter()
+    made = make_dataset(wanted, folder, workers=who)
+    typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {folder}")
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse what is there and is no folder, and names that no folder can have."""
+    try:
+        there = folder.exists()
+        if there and not folder.is_dir():
+            raise OutputError(f"{folder} is there and is no folder. Name the folder of the dataset with --out.")
+        folder.mkdir(parents=True, exist_ok=True)
+    except OutputError:
+        raise
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else error
+        raise OutputError(f"cannot make the folder {folder}: {why}. Name another with --out.") from error

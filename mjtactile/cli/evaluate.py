@@ -1,0 +1,184 @@
+"""The command line: `mjtactile evaluate`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mjtactile.units import MOST_SEED
+
+#: All presses are in memory together, some 20 kB each.
+_MOST_PRESSES = 100_000
+
+
+def evaluate(
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of the presses and the noise.")] = 1,
+    presses: Annotated[int, typer.Option(min=20, max=_MOST_PRESSES, help="How many in MuJoCo.")] = 2000,
+    preset: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Fidelity of the sensor: fast, balanced, precise or accurate; several, side by side.  "
+            "[default: precise]"
+        ),
+    ] = None,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(help="Contact law: uniform, foundation or elastic; several.  [default: the preset's own]"),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
+    weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
+) -> None:
+    """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
+    from dataclasses import replace
+
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.fidelity import fidelity
+    from mjtactile.recognition.evaluation.recognisers import evaluate as measure
+    from mjtactile.recognition.evaluation.recognisers import recognisers
+    from mjtactile.workers import Workers
+
+    Workers(count=workers)
+    sensors = [(name, of) for name in preset or ["precise"] for of in law or [None]]
+    for name, of in sensors:
+        known = fidelity(name)
+        replace(known, law=known.law if of is None else of)
+    part = "evaluate" if len(sensors) == 1 else "evaluate sensors"
+    if readme is not None:
+        check_page(readme, part)
+    recognisers(weights)
+    results = [
+        measure(seed, presses=presses, preset=name, law=of, workers=workers, folder=weights) for name, of in sensors
+    ]
+    alone = len(results) == 1
+    text = tables(results[0]) if alone else side_by_side(results)
+    typer.echo(json.dumps(results[0] if alone else results, indent=2) if as_json else text)
+    if readme is not None:
+        rewrite_table(readme, part, text)
+
+
+def tables(result: dict[str, Any]) -> str:
+    """All tables of one sensor with their titles, Markdown."""
+    parts = (
+        f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
+        f"{result['presses']} presses in MuJoCo.",
+        _markdown(
+            ("figure", "unit", "bound", "four layers", "one layer"),
+            [
+                (*names, *(text(result[part][layers]) for layers in ("all", "top")))
+                for names, part, text in _summary_rows()
+            ],
+        ),
+        "Each contact by itself, MuJoCo, 1 % noise, four layers / the top one:",
+        shape_table(result),
+        "With what noise the layers differ, MuJoCo, four layers / the top one:",
+        noise_table(result),
+        "Transducers of 100 kPa full scale with 1 % noise, all forces from 5 gf on, four layers / the top one:",
+        transducer_table(result),
+    )
+    return "\n\n".join(parts)
+
+
+def side_by_side(results: list[dict[str, Any]]) -> str:
+    """Every figure with its bound for several sensors, Markdown."""
+    head = ("figure", "unit", "bound", *(f"{result['preset']}, {result['law']}" for result in results))
+    rows = [
+        (*names, *(" / ".join(text(result[part][layers]) for layers in ("all", "top")) for result in results))
+        for names, part, text in _summary_rows(three="; ")
+    ]
+    title = (
+        f"Seed {results[0]['seed']}, {results[0]['presses']} presses in MuJoCo for each preset and contact law, four "
+        "layers / the top one:"
+    )
+    return f"{title}\n\n{_markdown(head, rows)}"
+
+
+def _summary_rows(three: str = " / ") -> list[tuple[tuple[str, str, str], str, Callable[[dict[str, Any]], str]]]:
+    """Every figure: its name, unit and bound; which part of a result it is in; its text."""
+
+    def of_three(figures: dict[str, Any]) -> str:
+        return three.join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
+
+    return [
+        (("direction, protocol, mean", "deg", "<= 0.05"), "protocol", lambda r: f"{r['direction_deg']:.3f}"),
+        (("magnitude, protocol, mean", "gf", "<= 0.05"), "protocol", lambda r: f"{r['magnitude_gf']:.3f}"),
+        (
+            ("seven shapes, protocol", "right", "56 of 56"),
+            "protocol",
+            lambda r: f"{r['shapes_right']} of {r['shapes_asked']}",
+        ),
+        (("circle / triangle / square, protocol", "%", "100 / 100 / 100"), "protocol", of_three),
+        (("direction, MuJoCo, median", "deg", "<= 0.5"), "mujoco", lambda r: f"{r['direction_median_deg']:.3f}"),
+        (
+            ("magnitude, MuJoCo, mean", "% of 200 gf", "<= 0.5"),
+            "mujoco",
+            lambda r: f"{r['magnitude_of_200gf']:.3%}".rstrip("%"),
+        ),
+        (("position, MuJoCo, mean", "mm", "<= 0.1"), "mujoco", lambda r: f"{r['position_mean_mm']:.3f}"),
+        (("seven shapes, MuJoCo", "%", ">= 99.6"), "mujoco", lambda r: f"{100 * r['shape_rate']:.2f}"),
+        (("circle / triangle / square, MuJoCo", "%", "100 / 100 / 100"), "mujoco", of_three),
+    ]
+
+
+def shape_table(result: dict[str, Any]) -> str:
+    """Each contact by itself, Markdown."""
+    both = [result["mujoco"][layers]["by_shape"] for layers in ("all", "top")]
+    cells = [
+        (
+            name,
+            str(one["presses"]),
+            *(
+                " / ".join(text(each[name]) for each in both)
+                for text in (
+                    lambda r: f"{r['direction_median_deg']:.2f}",
+                    lambda r: f"{r['magnitude_mean_gf']:.2f}",
+                    lambda r: f"{r['position_mean_mm']:.3f}",
+                    lambda r: f"{100 * r['rate']:.2f}" if "rate" in r else "-",
+                )
+            ),
+        )
+        for name, one in both[0].items()
+    ]
+    head = ("contact", "presses", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %")
+    return _markdown(head, cells)
+
+
+#: Columns of tables with a row for each noise or array: title and text of a row's figures.
+_COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "direction, median deg": lambda r: f"{r['direction_median_deg']:.3f}",
+    "magnitude, gf": lambda r: f"{r['magnitude_mean_gf']:.2f}",
+    "position, mm": lambda r: f"{r['position_mean_mm']:.3f}",
+    "shape right, %": lambda r: f"{100 * r['shape_rate']:.2f}",
+}
+_FIRM_COLUMN = {"from 50 gf on, %": lambda r: f"{100 * r['shape_rate_firm']:.2f}"}
+
+
+def noise_table(result: dict[str, Any]) -> str:
+    """Four layers and one under noises, Markdown."""
+    return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]], _COLUMNS)
+
+
+def transducer_table(result: dict[str, Any]) -> str:
+    """Four layers and one with transducers, Markdown."""
+    rows = [(row["transducer"], row) for row in result["transducers"]]
+    return _rows_table("transducers", rows, _COLUMNS | _FIRM_COLUMN)
+
+
+def _rows_table(
+    kind: str, rows: list[tuple[str, dict[str, Any]]], columns: dict[str, Callable[[dict[str, Any]], str]]
+) -> str:
+    cells = [
+        (title, *(" / ".join(text(row[layers]) for layers in ("all", "top")) for text in columns.values()))
+        for title, row in rows
+    ]
+    return _markdown((kind, *columns), cells)
+
+
+def _markdown(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)

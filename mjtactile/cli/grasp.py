@@ -1,0 +1,126 @@
+"""The command line: `mjtactile grasp`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mjtactile.cli.options import AsJson, RayAddressOption, RayOption, WorkersOption, finite
+from mjtactile.units import MOST_NOISE, MOST_SEED
+
+if TYPE_CHECKING:
+    from mjtactile.experiments.grasp.statistics import Report
+    from mjtactile.experiments.grasp.trials import Experiment, Settings
+    from mjtactile.workers import Workers
+
+grasp_app = typer.Typer(
+    help="Grasp experiments: hands that know what their pads feel, against blind ones and ones that know all.",
+    no_args_is_help=True,
+)
+
+#: All results are in memory together.
+_MOST_TRIALS = 1_000_000
+
+Seed = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of objects, disturbances and noise.")]
+Trials = Annotated[int, typer.Option(min=1, max=_MOST_TRIALS, help="How many of each kind.")]
+Noise = Annotated[
+    float,
+    typer.Option(min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation over a pad's largest reading [-]."),
+]
+Fidelity = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
+Weights = Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")]
+Out = Annotated[Path | None, typer.Option(help="Keep results in this file; call again to go on with it.")]
+Figure = Annotated[Path | None, typer.Option(help="Draw to this file; lift alone: grips over what they had to be.")]
+Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
+
+
+def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
+    """Add the command of an experiment; all of them take the same options."""
+
+    def command(
+        seed: Seed = 0,
+        trials: Trials = 200,
+        workers: WorkersOption = 2,
+        ray: RayOption = False,
+        ray_address: RayAddressOption = None,
+        noise: Noise = 0.01,
+        fidelity: Fidelity = fidelity,
+        weights: Weights = None,
+        out: Out = None,
+        figure: Figure = None,
+        as_json: AsJson = False,
+        readme: Readme = None,
+    ) -> None:
+        from mjtactile.experiments.grasp.trials import Settings
+        from mjtactile.fidelity import fidelity as checked
+        from mjtactile.workers import Workers, check_workers
+
+        checked(fidelity)
+        own = None if weights is None else str(weights)
+        settings = Settings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
+        who = Workers(count=workers, ray=ray, ray_address=ray_address)
+        check_workers(who)
+        _run(_experiment(experiment), settings, who, out=out, figure=figure, as_json=as_json, readme=readme)
+
+    grasp_app.command(experiment, help=told)(command)
+
+
+_add_command("lift", "Lift objects of unknown mass and friction with the least grip that holds.")
+_add_command("slip", "Notice what slips before it has gone 2 mm, and hold it.")
+_add_command("handover", "Put down on contact: onto shelves of unknown height, neither dropped nor pushed.")
+_add_command("sort", "Sort blocks by the shape that the fingers recognise.", fidelity="precise")
+
+
+def _experiment(name: str) -> Experiment:
+    return getattr(import_module(f"mjtactile.experiments.grasp.{name}"), name.upper())
+
+
+def _run(
+    experiment: Experiment,
+    settings: Settings,
+    workers: Workers,
+    *,
+    out: Path | None,
+    figure: Path | None,
+    as_json: bool,
+    readme: Path | None,
+) -> None:
+    from mjtactile._files import check_apart, check_figure, check_writable, save_figure
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.experiments.grasp.trials import run_trials
+
+    table = f"grasp {experiment.name}"
+    if figure is not None and experiment.figure is None:
+        raise typer.BadParameter(f"{table} has no figure, only lift has one. Drop --figure.")
+    check_apart({"--out": out, "--figure": figure, "--readme": readme})
+    if out is not None:
+        check_writable(out)
+    if figure is not None:
+        check_figure(figure)
+    if readme is not None:
+        check_page(readme, table)
+    if experiment.recognisers is not None:
+        experiment.recognisers(settings.weights)
+    results = run_trials(experiment, settings, workers=workers, out=out)
+    report: Report = experiment.report(results)
+    text = report.markdown()
+    typer.echo(json.dumps(_as_dict(settings, report, results), indent=2) if as_json else text)
+    if readme is not None:
+        about = f"Seed {settings.seed}, readings {settings.fidelity}, noise {settings.noise:g}."
+        rewrite_table(readme, table, f"{about}\n\n{text}")
+    if figure is not None and experiment.figure is not None:
+        save_figure(figure, experiment.figure(results), dpi=110)
+
+
+def _as_dict(settings: Any, report: Report, results: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
+    return {
+        "settings": asdict(settings),
+        "bounds": [asdict(one) for one in report.bounds],
+        "figures": report.figures,
+        "trials": results,
+    }

@@ -1,0 +1,124 @@
+"""Figures of one press: the layer maps, a section through the pad, and the scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from shapely import MultiPolygon, Polygon
+
+from mjtactile._types import Array
+from mjtactile.geometry.planar import polygons_of, rings_of
+from mjtactile.pad import Pad
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MILLI = 1e3
+_KILO = 1e-3
+_COLOURS = "magma"
+
+
+def press_figure(
+    pad: Pad,
+    readings: Array,
+    outline: Polygon | MultiPolygon,
+    *,
+    title: str = "",
+    picture: npt.NDArray[np.uint8] | None = None,
+) -> Figure:
+    """Layer maps with the outline drawn on them, a section through the pad, and the rendered scene.
+
+    Args:
+        pad: what was pressed.
+        readings: (layers, rows, columns) [Pa].
+        outline: what pressed, in the pad frame [m].
+        title: of the figure.
+        picture: RGB (height, width, 3) of the scene; without it that panel is left out.
+    """
+    from matplotlib.figure import Figure
+
+    layers = len(pad.depths)
+    map_columns = int(np.ceil(np.sqrt(layers)))
+    rows = max(int(np.ceil(layers / map_columns)), 2)
+    figure = Figure(figsize=(3.6 * map_columns + 5.0, 3.5 * rows), layout="constrained")
+    figure.suptitle(title)
+    maps, side = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(3.6 * map_columns, 5.0))))
+    for k, axes in enumerate(np.ravel(maps.subplots(rows, map_columns, squeeze=False))):
+        if k < layers:
+            _draw_map(axes, pad, readings[k], pad.depths[k], outline)
+        else:
+            axes.set_axis_off()
+    panels = side.subplots(1 if picture is None else 2, 1, squeeze=False)[:, 0]
+    _draw_section(panels[0], pad, readings, outline)
+    if picture is not None:
+        panels[1].imshow(picture)
+        panels[1].set_title("scene")
+        panels[1].set_axis_off()
+    return figure
+
+
+def _draw_map(axes: Axes, pad: Pad, reading: Array, depth: float, outline: Polygon | MultiPolygon) -> None:
+    half_pitch = np.array(pad.taxels.pitch) / 2
+    extent = (
+        pad.taxels.x[0] - half_pitch[0],
+        pad.taxels.x[-1] + half_pitch[0],
+        pad.taxels.y[0] - half_pitch[1],
+        pad.taxels.y[-1] + half_pitch[1],
+    )
+    image = axes.imshow(
+        reading * _KILO, origin="lower", extent=tuple(_MILLI * e for e in extent), cmap=_COLOURS, vmin=0.0
+    )
+    for polygon in polygons_of(outline):
+        for ring in rings_of(polygon):
+            closed = np.concatenate([ring, ring[:1]]) * _MILLI
+            axes.plot(closed[:, 0], closed[:, 1], color="white", linewidth=1.2)
+    axes.set(title=f"{depth * _MILLI:g} mm deep", xlabel="x [mm]", ylabel="y [mm]")
+    axes.set(xlim=tuple(_MILLI * e for e in extent[:2]), ylim=tuple(_MILLI * e for e in extent[2:]))
+    colourbar = axes.figure.colorbar(image, ax=axes, shrink=0.85)
+    colourbar.set_label("von Mises [kPa]")
+
+
+def _draw_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
+    """Readings of the row with the highest one, against depth; the contact is drawn on top of the pad."""
+    row = int(np.unravel_index(np.argmax(readings), readings.shape)[1])
+    x, z = pad.taxels.x * _MILLI, -np.array(pad.depths) * _MILLI
+    half_width, thickness = pad.size[0] / 2 * _MILLI, pad.thickness * _MILLI
+    axes.add_patch(_rectangle(-half_width, -thickness, 2 * half_width, thickness))
+    for height in pad.interfaces:
+        axes.axhline(height * _MILLI, color="0.5", linewidth=0.8, linestyle="--")
+    values = readings[:, row] * _KILO
+    if len(z) > 1 and len(x) > 1:
+        shading = axes.pcolormesh(x, z, values, shading="gouraud", cmap=_COLOURS, vmin=0.0)
+    else:
+        shading = axes.scatter(*(g.ravel() for g in np.meshgrid(x, z)), c=values.ravel(), cmap=_COLOURS, vmin=0.0)
+    grid_x, grid_z = np.meshgrid(x, z)
+    axes.plot(grid_x.ravel(), grid_z.ravel(), ".", color="white", markersize=2)
+    cut = outline.intersection(_line_at(pad, float(pad.taxels.y[row])))
+    for part in getattr(cut, "geoms", [cut]):
+        if not part.is_empty:
+            left, _, right, _ = (_MILLI * bound for bound in part.bounds)
+            axes.plot([left, right], [0.0, 0.0], color="tab:orange", linewidth=4, solid_capstyle="butt")
+    axes.set(
+        title=f"section at y = {pad.taxels.y[row] * _MILLI:g} mm",
+        xlabel="x [mm]",
+        ylabel="z [mm]",
+        xlim=(-half_width, half_width),
+        ylim=(-thickness, 0.08 * thickness),
+        aspect="equal",
+    )
+    axes.figure.colorbar(shading, ax=axes, shrink=0.6, orientation="horizontal").set_label("von Mises [kPa]")
+
+
+def _rectangle(x: float, y: float, width: float, height: float):
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((x, y), width, height, facecolor="0.92", edgecolor="0.3")
+
+
+def _line_at(pad: Pad, y: float):
+    from shapely import LineString
+
+    return LineString([(-pad.size[0], y), (pad.size[0], y)])

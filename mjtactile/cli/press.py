@@ -1,0 +1,213 @@
+"""One press from scene to readings, measured, as arrays, JSON and text."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from shapely import MultiPolygon, Polygon
+
+from mjtactile._files import write_atomically
+from mjtactile._types import Array
+from mjtactile.cli.benchmarks.timing import median_time
+from mjtactile.contact.options import contact_options
+from mjtactile.errors import MjTactileError, SceneError
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_or_preset
+from mjtactile.geometry.indenter import INDENTER_NAMES, Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Pad
+from mjtactile.sensor import TactileSensor
+from mjtactile.sim.press_scene import PressResult, press, press_scene
+from mjtactile.units import GRAM_FORCE
+
+#: Indenters by name besides the seven punches, at the sizes of models/xml.
+OTHER_INDENTERS: dict[str, Callable[[], Indenter]] = {
+    "sphere": lambda: sphere(6e-3),
+    "cylinder": lambda: cylinder(3e-3, 8e-3),
+    "box": lambda: box((6e-3, 4e-3, 5e-3)),
+}
+_TIMED_UPDATES = 15
+
+
+@dataclass(frozen=True, eq=False)
+class PressReport:
+    """A settled press and what the pad reads.
+
+    Attributes:
+        shape: name of the indenter.
+        model, data: the scene, settled.
+        commanded: force on the indenter [N], pad frame, shape (3,).
+        settled: how the press ended.
+        readings: (layers, rows, columns) [Pa].
+        load: tractions on the pad and the state of the contact.
+        outline: what faces the pad [m].
+        influence: of the pad.
+        law: contact law.
+        update_time: median time of an update [s].
+    """
+
+    shape: str
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    commanded: Array
+    settled: PressResult
+    readings: Array
+    load: SurfaceLoad
+    outline: Polygon | MultiPolygon
+    influence: InfluenceMatrices
+    law: str
+    update_time: float
+
+    @property
+    def contact(self) -> Polygon | MultiPolygon:
+        """The part of the surface under pressure [m]."""
+        return self.load.contact
+
+    @property
+    def force_reached(self) -> float:
+        """Magnitude of the contact force [N]."""
+        return float(np.linalg.norm(self.settled.wrench[:3]))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every figure of the report as plain numbers, SI units unless the name says otherwise."""
+        peaks = self.readings.max(axis=(1, 2))
+        return {
+            "shape": self.shape,
+            "mesh": self.influence.mesh_name,
+            "law": self.law,
+            "force_commanded_N": self.commanded.tolist(),
+            "force_reached_N": self.settled.wrench[:3].tolist(),
+            "moment_reached_Nm": self.settled.wrench[3:].tolist(),
+            "force_reached_gf": self.force_reached / GRAM_FORCE,
+            "force_error_relative": self.settled.error,
+            "settle_time_s": self.settled.time,
+            "settle_steps": self.settled.steps,
+            "contact_area_m2": self.load.contact_area,
+            "approach_m": _known(self.load.approach),
+            "peak_pressure_Pa": self.load.peak_pressure,
+            "depths_m": list(self.influence.pad.depths),
+            "peak_reading_Pa": peaks.tolist(),
+            "update_s": self.update_time,
+        }
+
+    def save(self, path: Path) -> None:
+        """Write readings, wrench and geometry to a compressed .npz; it appears complete or not at all.
+
+        Raises:
+            OutputError: when the file cannot be written.
+        """
+        pad = self.influence.pad
+        arrays = {
+            "readings": self.readings,
+            "wrench": self.settled.wrench,
+            "commanded_force": self.commanded,
+            "x": pad.taxels.x,
+            "y": pad.taxels.y,
+            "depths": np.array(pad.depths),
+            "contact_wkt": np.array(self.contact.wkt),
+            "outline_wkt": np.array(self.outline.wkt),
+            "report_json": np.array(json.dumps(self.as_dict())),
+            "pad_json": np.array(json.dumps(pad.description)),
+        }
+        write_atomically(path, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
+
+
+def run_press(
+    shape: str,
+    force: Array,
+    *,
+    pad: Pad | None = None,
+    mesh: str | MeshDensity | None = None,
+    preset: str | Fidelity | None = None,
+    law: str | None = None,
+    tangential: str = "proportional",
+    friction: float | None = None,
+    shift: tuple[float, float] = (0.0, 0.0),
+    rotate_deg: float = 0.0,
+    tilt_free: bool = False,
+) -> PressReport:
+    """Press an indenter into the pad until it settles, and read the pad.
+
+    Args:
+        shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file in metres.
+        force: on the indenter [N], pad frame, shape (3,).
+        pad: by default the paper's.
+        mesh: of the influence matrices, which are built if the cache lacks them; "default" without a preset.
+        preset: fidelity in place of a mesh.
+        law: of the contact; by default the preset's.
+        tangential: how shear spreads, see `contact_load`.
+        friction: see `TactileSensor`.
+        shift: of the indenter's origin in the pad frame [m].
+        rotate_deg: counter-clockwise about its origin, before the shift [deg].
+        tilt_free: whether the indenter may tilt.
+
+    Raises:
+        IndenterError: unknown shape.
+        MeshError: unknown mesh.
+        PresetError: unknown preset, or a mesh too.
+        ContactError: unknown law, or one that does not go with the shear asked for.
+        SceneError: the indenter is off the pad, or the press does not settle.
+    """
+    # The scene comes first: what is wrong with it shows before minutes may go into a table.
+    pad, fidelity = Pad() if pad is None else pad, mesh_or_preset(mesh, preset)
+    # Without a coefficient "coulomb" takes that of MuJoCo's contact.
+    contact_options(fidelity, law=law, tangential=tangential, friction=1.0 if friction is None else friction)
+    model = _scene(named_indenter(shape), pad, shift, rotate_deg, tilt_free)
+    data = mujoco.MjData(model)
+    settled = press(model, data, force)
+    influence = influence_matrices(pad, preset=fidelity)
+    sensor = TactileSensor(model, influence=influence, law=law, tangential=tangential, friction=friction)
+    update_time = median_time(lambda: sensor.read(data), _TIMED_UPDATES)
+    load = sensor.load(data)
+    if load is None:
+        raise SceneError(f"'{shape}' does not touch the pad after settling. Shift it onto the pad.")
+    return PressReport(
+        shape=shape,
+        model=model,
+        data=data,
+        commanded=force,
+        settled=settled,
+        readings=influence.readings(load),
+        load=load,
+        outline=sensor.outline(data),
+        influence=influence,
+        law=sensor.law,
+        update_time=update_time,
+    )
+
+
+def named_indenter(shape: str) -> Indenter:
+    """The indenter of that name, or of that mesh file.
+
+    Raises:
+        IndenterError: when there is neither; the message lists the names.
+    """
+    if shape in OTHER_INDENTERS:
+        return OTHER_INDENTERS[shape]()
+    if shape not in INDENTER_NAMES and Path(shape).suffix:
+        return mesh_indenter(shape, name=body_name(Path(shape)))
+    return punch(shape)
+
+
+def _scene(
+    indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float, tilt_free: bool
+) -> mujoco.MjModel:
+    try:
+        return press_scene(indenter, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free)
+    except MjTactileError:
+        raise
+    except (ValueError, mujoco.FatalError) as error:  # solids that MuJoCo's compiler refuses
+        raise SceneError(f"MuJoCo cannot make a scene of '{indenter.name}': {error}") from error
+
+
+def _known(value: float) -> float | None:
+    """JSON has no NaN."""
+    return None if math.isnan(value) else value

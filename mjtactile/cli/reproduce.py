@@ -1,0 +1,59 @@
+"""The command line: `mjtactile reproduce`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def reproduce(
+    seeds: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="Initialisations of every network.  [default: 10]")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Little training, no reasons tested: to see it run.")] = False,
+    iterations: Annotated[
+        int | None,
+        typer.Option(min=1, max=10**9, help="Of the magnitude networks' training, at most.  [default: 100000]"),
+    ] = None,
+    preset: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: precise]")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Do again what an earlier run finished.")] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write all figures to this JSON file.")] = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Rewrite the study's section of this Markdown file, for example docs/study.md.")
+    ] = None,
+) -> None:
+    """Train and test the source paper's networks by its protocols; print its tables beside ours."""
+    from mjtactile._files import check_apart, check_writable, write_atomically
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.experiments.study.plan import QUICK, Settings
+    from mjtactile.experiments.study.report import study_report
+    from mjtactile.experiments.study.reproduce import reproduce as run_study
+    from mjtactile.fidelity import fidelity
+    from mjtactile.workers import Workers
+
+    settings = QUICK if quick else Settings()
+    if seeds is not None:
+        settings = replace(settings, seeds=seeds)
+    if iterations is not None:
+        settings = replace(settings, magnitude_iterations=iterations)
+    if preset is not None:
+        fidelity(preset)
+        settings = replace(settings, preset=preset)
+    Workers(count=workers)
+    check_apart({"--json": json_file, "--page": page})
+    if json_file is not None:
+        check_writable(json_file)
+    if page is not None:
+        check_page(page, "study")
+    found = run_study(settings, workers=workers, fresh=fresh)
+    report = study_report(found)
+    typer.echo(report)
+    if json_file is not None:
+        write_atomically(json_file, lambda file: file.write((json.dumps(found, indent=2) + "\n").encode()))
+    if page is not None:
+        rewrite_table(page, "study", report)

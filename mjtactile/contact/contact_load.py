@@ -1,0 +1,240 @@
+"""Contact laws: which tractions on the footprint make up a given contact wrench.
+
+Tractions are what the indenter does to the pad, in the pad frame. They are returned as consistent nodal forces of the
+surface grid; these reproduce the traction's resultant force and moment to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+from shapely import Polygon
+
+from mjtactile._types import Array
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.linear_range import beyond_linear_range
+from mjtactile.contact.options import ContactOptions, Wrench, contact_options, wanted_wrench
+from mjtactile.contact.ready import press_of
+from mjtactile.errors import ContactError, ContactWarning
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import ContactState, SurfaceLoad
+
+#: A part of the wrench counts as not carried when it is larger than this fraction of the wrench.
+_RESIDUAL_TOLERANCE = 1e-9
+
+
+def contact_load(
+    influence: InfluenceMatrices,
+    footprint: Footprint,
+    force: npt.ArrayLike,
+    *,
+    moment: npt.ArrayLike | None = None,
+    law: str | None = None,
+    tangential: str = "proportional",
+    friction: float | None = None,
+    tilt: str = "free",
+    cells: int | None = None,
+) -> SurfaceLoad:
+    """Tractions that carry a contact wrench on a footprint.
+
+    Laws: "uniform": pressure is constant over the footprint plus the linear gradient that carries the moment, and zero
+    where that would pull; a curved body presses with its lowest part. "foundation": springs under the body's true
+    shape, as stiff as the pad is under a face of the same area. "elastic": the pad's own compliance against the rigid
+    body: pressure where they touch, a gap where they do not.
+
+    Shear: "proportional" to the pressure, as in sliding, with a turn for the torsion; "stick": the surface does not
+    move along the body; "coulomb": it sticks where |t| < mu p and slips elsewhere, after loading without history.
+    Laws "uniform" and "foundation" know proportional shear only.
+
+    Args:
+        influence: of the pad.
+        footprint: of the body, made with the same influence matrices.
+        force: on the pad [N], pad frame, shape (3,); pressing is force[2] < 0.
+        moment: about the pad's origin [N m], shape (3,); by default the force acts at the footprint's centroid.
+        law: name of the contact law; by default the one the influence matrices' preset names.
+        tangential: how shear spreads.
+        friction: coefficient [-], which bounds shear and torsion; None: no bound. "coulomb" needs one.
+        tilt: "free": the body tilts until its moments are the given ones; "fixed": it keeps its orientation, and the
+            moments about x and y are what comes of that: the residual holds the difference to given ones. Law
+            "uniform" takes no notice of it.
+        cells: contact cells of laws "foundation" and "elastic"; by default as many as the preset says.
+
+    Returns:
+        The load, by the compiled core: what a sensor of the plugin reads of the same contact. No cell bears more than
+        the top layer's modulus. What the contact cannot carry is left out, nearest first, and stands in its residual.
+
+    Raises:
+        ContactError: for an unknown name, a wrench that is not three finite numbers each, or no contact found.
+        Exception: what the footprint's gap map raises.
+
+    Warns:
+        ContactWarning: when the wrench cannot be carried, no contact is found as the law wants it, or the contact is
+            beyond small strains.
+    """
+    options = contact_options(influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells)
+    wrench = wanted_wrench(footprint, force, moment)
+    return reported(influence, footprint, solved_load(influence, footprint, wrench, options), wrench, options)
+
+
+def solved_load(
+    influence: InfluenceMatrices, footprint: Footprint, wrench: Wrench, options: ContactOptions
+) -> SurfaceLoad:
+    """The load by the law asked for; of a wrench that does not press, nothing.
+
+    Raises:
+        ContactError: when no contact was found.
+    """
+    return solved_loads(influence, [footprint], [wrench], options)[0]
+
+
+def solved_loads(
+    influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
+) -> list[SurfaceLoad]:
+    """Loads of bodies that press on one pad at once; see `solved_load`."""
+    loads = [_nothing(influence, wrench) for wrench in wrenches]
+    pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
+    if not pressing:
+        return loads
+    bodies = [footprints[k] if options.contact_law.shapes else footprints[k].facing for k in pressing]
+    with press_of(influence, options) as press:
+        solved = press.loads(bodies, [wrenches[k] for k in pressing])
+    for k, one in zip(pressing, solved, strict=True):
+        loads[k] = one.load
+        if one.bounded:
+            _warn(
+                "no contact was found as its law wants it: the pressure is spread over as much area next to where the "
+                "force passes as it needs.",
+                stacklevel=5,
+            )
+        elif one.simplified and options.tangential == "coulomb":
+            _warn(
+                "pressure and slip do not agree, as on few cells or with much friction: the pressure is that without "
+                "friction.",
+                stacklevel=5,
+            )
+    return loads
+
+
+def _nothing(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:
+    surface = influence.surface
+    nodal = np.zeros((*surface.node_shape, 3))
+    return SurfaceLoad(nodal, surface, Polygon(), wrench.force, wrench.moment, ContactState(stick_area=0.0))
+
+
+def _warn(text: str, stacklevel: int) -> None:
+    warnings.warn(text, ContactWarning, stacklevel=stacklevel)
+
+
+def reported(
+    influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
+) -> SurfaceLoad:
+    """The load, after warnings about what it does not carry and where it is out of range."""
+    answers = options.gives_moment
+    if answers and not wrench.moment_given:
+        # The moment is what a body that keeps its orientation answers with; none was asked for.
+        load = replace(load, residual_moment=load.residual_moment * np.array([0.0, 0.0, 1.0]))
+    _warn_unless_carried(load, wrench, footprint, options, answers)
+    warn_beyond_linear_range(influence, wrench, load.state)
+    return load
+
+
+def _warn_unless_carried(
+    load: SurfaceLoad, wrench: Wrench, footprint: Footprint, options: ContactOptions, answers: bool
+) -> None:
+    length = math.sqrt(footprint.area)
+    size = math.hypot(*wrench.force) + math.hypot(*wrench.moment) / length
+    left_force = load.residual_force
+    left_moment = load.residual_moment * np.array([0.0, 0.0, 1.0]) if answers else load.residual_moment
+    if math.hypot(*left_force) + math.hypot(*left_moment) / length <= _RESIDUAL_TOLERANCE * size:
+        return
+    pressing_left = abs(left_force[2]) + math.hypot(*left_moment[:2]) / length
+    if wrench.normal < 0.0:
+        reason = "the force pulls the indenter off the pad"
+    elif wrench.normal == 0.0:
+        reason = "there is a moment or shear but no force pressing"
+    elif abs(left_force[2]) > _RESIDUAL_TOLERANCE * size:
+        reason = "it is more than its area bears at the top layer's modulus"
+    elif pressing_left > _RESIDUAL_TOLERANCE * size:
+        x, y = np.round(wrench.through * 1e3, 6) + 0.0
+        reason = f"the force passes through ({x:.4g}, {y:.4g}) mm, outside the area it spans"
+    elif options.friction is None:
+        reason = "its shear and torsion are more than what presses bears"
+    else:
+        reason = f"it slips: friction {options.friction} does not hold the shear and torsion"
+    _warn(
+        f"the footprint cannot carry this wrench: {reason}. The nearest load that it can carry is used; "
+        f"force {_format(left_force, size)} N and moment {_format(left_moment, size * length)} N m "
+        "are left over.",
+        stacklevel=5,
+    )
+
+
+def _format(vector: Array, size: float) -> str:
+    """Three digits each; what is rounding beside `size` as 0."""
+    shown = np.where(np.abs(vector) <= _RESIDUAL_TOLERANCE * size, 0.0, vector)
+    return "(" + ", ".join(f"{v:.3g}" for v in shown) + ")"
+
+
+def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state: ContactState) -> None:
+    """Warn where strains are no longer small under a contact."""
+    if state.contact_area == 0.0 or wrench.normal <= 0.0:
+        return
+    reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.approach)
+    if reason is not None:
+        _warn(reason, stacklevel=5)
+
+
+def contact_loads(
+    influence: InfluenceMatrices,
+    footprints: Sequence[Footprint],
+    forces: npt.ArrayLike,
+    *,
+    moments: npt.ArrayLike | None = None,
+    law: str | None = None,
+    tangential: str = "proportional",
+    friction: float | None = None,
+    tilt: str = "free",
+    cells: int | None = None,
+) -> list[SurfaceLoad]:
+    """Loads of several rigid bodies that press on one pad at once.
+
+    Under law "elastic" each body feels how the others bend the surface; under the other laws, and where only one body
+    presses, the loads are those of `contact_load`. They add up: `influence.readings(sum(loads[1:], loads[0]))`.
+
+    Args:
+        influence: of the pad.
+        footprints: of the bodies.
+        forces: on the pad [N], pad frame, shape (bodies, 3).
+        moments: about the pad's origin [N m], shape (bodies, 3); by default each force acts at its centroid.
+        law: as in `contact_load`.
+        tangential: as in `contact_load`.
+        friction: as in `contact_load`.
+        tilt: as in `contact_load`.
+        cells: for each body, as in `contact_load`.
+
+    Raises:
+        ContactError: as `contact_load`, or when there are not as many forces or moments as footprints.
+
+    Warns:
+        ContactWarning: as `contact_load`.
+    """
+    options = contact_options(influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells)
+    given = [None] * len(footprints) if moments is None else list(np.asarray(moments, dtype=float))
+    wanted_forces = list(np.asarray(forces, dtype=float))
+    if not len(wanted_forces) == len(given) == len(footprints):
+        raise ContactError(
+            f"{len(footprints)} footprints, {len(wanted_forces)} forces and {len(given)} moments; expected one force "
+            "and, if any, one moment per footprint."
+        )
+    triples = zip(footprints, wanted_forces, given, strict=True)
+    wrenches = [wanted_wrench(footprint, force, moment) for footprint, force, moment in triples]
+    loads = solved_loads(influence, footprints, wrenches, options)
+    return [
+        reported(influence, footprint, load, wrench, options)
+        for footprint, load, wrench in zip(footprints, loads, wrenches, strict=True)
+    ]

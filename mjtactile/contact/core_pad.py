@@ -1,0 +1,68 @@
+"""What the compiled core needs of a pad to press on it: its compliance, and what contact laws ask for besides."""
+
+from __future__ import annotations
+
+import ctypes
+
+from mjtactile._native import contiguous, library, pointer, sized
+from mjtactile._types import Array
+from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.linear_range import linear_range
+from mjtactile.influence.core_pad import CorePad, core_pad
+from mjtactile.influence.matrices import InfluenceMatrices
+
+
+def contact_pad(influence: InfluenceMatrices, *, stress: bool = False) -> CorePad:
+    """A pad that is pressed and read, shared by all that use the same influence matrices; see `core_pad`."""
+    pad = core_pad(influence, stress=stress)
+    _give_surface(pad, influence, compliant=True)
+    return pad
+
+
+def press_pad(influence: InfluenceMatrices, *, compliant: bool) -> CorePad:
+    """A pad that is pressed but not read, without stress matrices; `compliant`: whether the law asks how it gives."""
+    pad = CorePad(influence)
+    _give_surface(pad, influence, compliant=compliant)
+    return pad
+
+
+def _give_surface(pad: CorePad, influence: InfluenceMatrices, *, compliant: bool) -> None:
+    """Hand over the range of small strains, and how the surface gives."""
+
+    def hand_over() -> None:
+        limits = contiguous([*linear_range(influence.pad), influence.pad.thickness])
+        library().mjt_pad_set_range(pad.handle, pointer(limits))
+        if compliant:
+            compliance = surface_compliance(influence)
+            pieces = [contiguous(line) for line in compliance.lines]
+            remainder = contiguous(compliance.spline_remainder[2, :, 2, :])
+            library().mjt_pad_set_compliance(
+                pad.handle,
+                ctypes.c_double(compliance.normal_factor),
+                *(part for line in pieces for part in sized(line)),
+                pointer(remainder),
+            )
+
+    pad.give("surface", hand_over)
+
+
+def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
+    """Hand over what shear needs that does not spread in proportion to the pressure."""
+
+    def hand_over() -> None:
+        compliance = surface_compliance(influence)
+        remainder = contiguous(compliance.spline_remainder)
+        library().mjt_pad_set_tangential(pad.handle, ctypes.c_double(compliance.poisson), pointer(remainder))
+
+    pad.give("shear", hand_over)
+
+
+def give_springs(pad: CorePad, areas: Array, stiffnesses: Array) -> None:
+    """Hand over the springs of law "foundation", see `foundation_springs`."""
+
+    def hand_over() -> None:
+        of_areas, of_stiffnesses = contiguous(areas), contiguous(stiffnesses)
+        count = ctypes.c_size_t(len(of_areas))
+        library().mjt_pad_set_foundation(pad.handle, count, pointer(of_areas), pointer(of_stiffnesses))
+
+    pad.give("springs", hand_over)

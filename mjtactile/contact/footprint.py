@@ -1,0 +1,242 @@
+"""What faces the pad: the covered part of its surface, and how far above it the body is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from mjtactile._types import Array
+from mjtactile.errors import FootprintError
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.geometry.contour import region_below
+from mjtactile.geometry.planar import areal
+
+#: Height of the body above the pad's surface at first touch [m] at points x, y [m]; infinite where there is no body.
+GapMap = Callable[[Array, Array], npt.ArrayLike]
+
+#: What is further than this above the first touch cannot come into contact, over the sheet's thickness.
+REACH = 0.2
+#: What touches first is what is within this of the lowest point, over the sheet's thickness.
+_FIRST_TOUCH = 1e-3
+#: Lines of the grid that finds the lowest point, and of those that close in on it, each four times finer.
+_FIRST_LINES, _CLOSER_LINES = 61, 17
+_REFINEMENTS = 8
+#: Under law "uniform" a curved body presses with what is within this of its lowest point [m].
+FACING_GAP = 50e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """A covered area of one pad's surface; make it with `Footprint.from_outline` or `Footprint.from_gap`.
+
+    Attributes:
+        outline: where the body may touch, in the pad frame [m], cut at the sheet's edge.
+        surface: the grid it is integrated on.
+        gap: height of the body above the surface at first touch; None for a flat face.
+        lowest: least height, where the body touches first [m].
+        reach: heights further than this above the lowest are out of reach [m].
+        bounded: whether the body may touch within the outline only, as whoever made it said; otherwise the outline is
+            traced from the gap map, which knows better.
+    """
+
+    outline: Polygon | MultiPolygon
+    surface: SurfaceGrid
+    gap: GapMap | None = None
+    lowest: float = 0.0
+    reach: float = 0.0
+    bounded: bool = False
+
+    @classmethod
+    def from_outline(cls, outline: BaseGeometry, surface: SurfaceGrid) -> Footprint:
+        """Footprint of a flat face.
+
+        Args:
+            outline: polygon or multipolygon in the pad frame [m], holes allowed. What overhangs the sheet carries
+                nothing.
+            surface: the pad's surface grid, `influence.surface`, which integrates loads.
+
+        Raises:
+            FootprintError: when the outline is not a valid area, or covers none of the sheet.
+        """
+        return cls(_area_on_sheet(outline, surface.sheet), surface)
+
+    @classmethod
+    def from_gap(
+        cls,
+        gap: GapMap,
+        surface: SurfaceGrid,
+        *,
+        outline: BaseGeometry | None = None,
+        lowest: float | None = None,
+    ) -> Footprint:
+        """Footprint of a body of any shape.
+
+        Args:
+            gap: function of x and y [m] in the pad frame, arrays of shape (n,): height of the rigid surface above the
+                pad at first touch [m]; infinite where there is no body. Only differences of height matter: the body
+                is lowered until it touches the sheet.
+            surface: the pad's surface grid, `influence.surface`.
+            outline: polygon within which the body may touch [m], where it is known; by default it is traced from the
+                gap map, which rounds corners off by a tenth of a millimetre on the paper's pad.
+            lowest: least height over the sheet [m], where it is known; by default it is looked for.
+
+        Raises:
+            FootprintError: when the gap map is NaN or minus infinity somewhere, gives another number of heights than
+                points, or covers none of the sheet.
+        """
+        checked = _checked(gap)
+        sheet = surface.sheet
+        bounds = sheet.bounds if outline is None else _area_on_sheet(outline, sheet).bounds
+        lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
+        reach = REACH * surface.thickness
+        if outline is None:
+            area = region_below(checked, lowest + reach, bounds)
+            if area.area == 0.0:
+                raise FootprintError("what the gap map covers of the pad is too narrow to find. Pass its outline=...")
+        else:
+            area = _area_on_sheet(outline, sheet)
+        return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
+
+    def heights(self, points: Array) -> Array:
+        """Height of the body above the surface at first touch at points (n, 2) [m].
+
+        Infinite out of reach and, of a curved body, off the sheet, or off its outline where that was given.
+        """
+        if self.gap is None:
+            return np.zeros(len(points))
+        x, y = points[:, 0], points[:, 1]
+        heights = np.asarray(self.gap(x, y)) - self.lowest
+        west, south, east, north = self._bounds
+        within = (x >= west) & (x <= east) & (y >= south) & (y <= north) & (heights <= self.reach)
+        if self.bounded:
+            within &= shapely.intersects_xy(self.outline, x, y)
+        return np.where(within, heights, np.inf)
+
+    def height(self, x: float, y: float) -> float:
+        """The same at one point (x, y) [m], of a curved body."""
+        assert self.gap is not None
+        west, south, east, north = self._bounds
+        if not (west <= x <= east and south <= y <= north):
+            return math.inf
+        height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
+        if height > self.reach or (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
+            return math.inf
+        return height
+
+    @cached_property
+    def _bounds(self) -> tuple[float, float, float, float]:
+        return self.surface.sheet.bounds
+
+    @cached_property
+    def facing(self) -> Footprint:
+        """The flat footprint that stands for a curved body where its shape is not looked at: its lowest part."""
+        if self.gap is None:
+            return self
+        area = self._below(FACING_GAP)
+        return Footprint(self.outline if area.area == 0.0 else area, self.surface)
+
+    @property
+    def area(self) -> float:
+        """Covered area [m^2]."""
+        return self.outline.area
+
+    @cached_property
+    def centroid(self) -> tuple[float, float]:
+        """Middle of the area that touches first (x, y) [m]; of the whole outline for a flat face."""
+        area = self.outline
+        if self.gap is not None:
+            first = self._below(_FIRST_TOUCH / REACH * self.reach)
+            area = area if first.area == 0.0 else first
+        centre = area.centroid
+        return centre.x, centre.y
+
+    @cached_property
+    def integrals(self) -> Array:
+        """Integrals of each node's shape function times 1, x and y over the area, see SurfaceGrid."""
+        return self.surface.nodal_integrals(self.outline)
+
+    def _below(self, height: float) -> Polygon | MultiPolygon:
+        """The part of the outline above which the body is no higher than this over its lowest point [m]."""
+        assert self.gap is not None
+        return areal(region_below(self.gap, self.lowest + height, self.outline.bounds).intersection(self.outline))
+
+
+def _checked(gap: GapMap) -> Callable[[Array, Array], Array]:
+    """The same function, whose heights are looked at."""
+
+    def heights(x: Array, y: Array) -> Array:
+        values = np.asarray(gap(x, y), dtype=float)
+        if values.shape != x.shape:
+            raise FootprintError(
+                f"the gap map gave heights of shape {values.shape} for points of shape {x.shape}. It must take arrays "
+                "x and y and return one height per point."
+            )
+        if not (values > -np.inf).all():  # NaN is not, either
+            wrong = ~(values > -np.inf)
+            first = int(np.flatnonzero(wrong)[0])
+            raise FootprintError(
+                f"the gap map is {values[first]} at x = {x[first]:.6g} m, y = {y[first]:.6g} m. Heights are finite, or "
+                "numpy.inf where there is no body."
+            )
+        return values
+
+    return heights
+
+
+def _lowest(
+    gap: Callable[[Array, Array], Array], bounds: tuple[float, float, float, float], outline: BaseGeometry | None
+) -> float:
+    """Least height over the bounds, on a grid that closes in on it."""
+    low_x, low_y, high_x, high_y = bounds
+    lowest = np.inf
+    for lines in (_FIRST_LINES, *[_CLOSER_LINES] * _REFINEMENTS):
+        along_x, along_y = np.linspace(low_x, high_x, lines), np.linspace(low_y, high_y, lines)
+        x, y = (line.ravel() for line in np.meshgrid(along_x, along_y))
+        values = gap(x, y)
+        if outline is not None:
+            values = np.where(shapely.intersects_xy(outline, x, y), values, np.inf)
+        place = int(values.argmin())
+        if not np.isfinite(values[place]):
+            break
+        lowest = min(lowest, float(values[place]))
+        span_x, span_y = 2 * (high_x - low_x) / (lines - 1), 2 * (high_y - low_y) / (lines - 1)
+        low_x, high_x = max(bounds[0], x[place] - span_x), min(bounds[2], x[place] + span_x)
+        low_y, high_y = max(bounds[1], y[place] - span_y), min(bounds[3], y[place] + span_y)
+    if not np.isfinite(lowest):
+        raise FootprintError(
+            "the gap map is infinite over the whole sheet: there is no body above it, or one too small to find. "
+            "Shift it onto the sheet, or pass its outline=...; lengths are metres."
+        )
+    return lowest
+
+
+def _area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
+    if not isinstance(outline, Polygon | MultiPolygon):
+        raise FootprintError(
+            f"the outline is a {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
+        )
+    if not np.isfinite(shapely.get_coordinates(outline)).all():
+        raise FootprintError("the outline has NaN or infinite coordinates; check the pose it was made from.")
+    if not outline.is_valid:
+        raise FootprintError(
+            f"the outline is not a valid area ({shapely.is_valid_reason(outline)}). "
+            "shapely.make_valid mends self-crossing polygons."
+        )
+    covered = areal(outline.intersection(sheet))
+    if covered.area == 0.0:
+        bounds = "nothing" if outline.is_empty else "x {0:.4g}..{2:.4g} m, y {1:.4g}..{3:.4g} m".format(*outline.bounds)
+        raise FootprintError(
+            f"the outline covers none of the pad: it spans {bounds}, and the sheet "
+            "x {:.4g}..{:.4g} m, y {:.4g}..{:.4g} m. Shift it onto the sheet; lengths are metres.".format(
+                *(sheet.bounds[i] for i in (0, 2, 1, 3))
+            )
+        )
+    return covered

@@ -1,0 +1,48 @@
+"""Stiffness of the springs that stand for the pad under law "foundation", calibrated against the elastic surface.
+
+An elastic surface gives more under a large face than springs of one stiffness would. The springs' stiffness therefore
+depends on the area in contact: it is the one with which a flat round punch of that area sinks in as far as on the
+pad itself.
+"""
+
+from __future__ import annotations
+
+import weakref
+
+import numpy as np
+import shapely
+
+from mjtactile._types import Array
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.options import Wrench, contact_options
+from mjtactile.contact.press import Press
+from mjtactile.influence.matrices import InfluenceMatrices
+
+#: Radii of the punches, over half the sheet's shorter side.
+_RADII = (0.02, 0.05, 0.1, 0.2, 0.4, 0.65, 0.95)
+_CELLS = 60
+_QUADRANT_SEGMENTS = 12
+
+_calibrations: weakref.WeakKeyDictionary[InfluenceMatrices, tuple[Array, Array]] = weakref.WeakKeyDictionary()
+
+
+def foundation_springs(influence: InfluenceMatrices) -> tuple[Array, Array]:
+    """Logarithms of contact areas [m^2], ascending, and of the stiffness per area under each [Pa/m]; made once."""
+    if influence not in _calibrations:
+        areas, stiffnesses = _calibrate(influence)
+        _calibrations[influence] = np.log(areas), np.log(stiffnesses)
+    return _calibrations[influence]
+
+
+def _calibrate(influence: InfluenceMatrices) -> tuple[Array, Array]:
+    surface = influence.surface
+    press = Press(influence, contact_options(influence, law="elastic", tilt="fixed", cells=_CELLS), strength=0.0)
+    west, south, east, north = surface.sheet.bounds
+    wrench = Wrench(np.array([0.0, 0.0, -1.0]), np.zeros(3))
+    areas, stiffnesses = [], []
+    for radius in np.array(_RADII) * min(east - west, north - south) / 2:
+        disc = shapely.Point(0.0, 0.0).buffer(radius, quad_segs=_QUADRANT_SEGMENTS)
+        state = press.loads([Footprint(disc, surface)], [wrench])[0].load.state
+        areas.append(disc.area)
+        stiffnesses.append(1.0 / (state.approach * disc.area))
+    return np.array(areas), np.array(stiffnesses)

@@ -1,0 +1,131 @@
+"""What is asked of a contact: law, shear, friction, tilt and the wrench, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.laws import BY_NAME, TANGENTIALS, ContactLaw
+from mjtactile.errors import ContactError
+from mjtactile.fidelity import CONTACT_LAWS as LAWS
+from mjtactile.fidelity import Fidelity
+from mjtactile.influence.matrices import InfluenceMatrices
+
+__all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
+
+#: Whether the body may tilt under its load.
+TILTS = ("free", "fixed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactOptions:
+    """How a contact is solved; see `contact_load`."""
+
+    law: str
+    tangential: str
+    friction: float | None
+    tilting: bool
+    cells: int
+
+    @property
+    def contact_law(self) -> ContactLaw:
+        """The law itself."""
+        return BY_NAME[self.law]
+
+    @property
+    def gives_moment(self) -> bool:
+        """Whether the moments about x and y are what comes of a body that keeps its orientation."""
+        return self.contact_law.shapes and not self.tilting
+
+
+@dataclass(frozen=True, eq=False)
+class Wrench:
+    """A force and its moment about the pad's origin, pad frame.
+
+    Attributes:
+        force: [N], shape (3,); pressing is force[2] < 0.
+        moment: [N m], shape (3,).
+        moment_given: False where the force was put at the footprint's centroid.
+    """
+
+    force: Array
+    moment: Array
+    moment_given: bool = True
+
+    @property
+    def normal(self) -> float:
+        """Pressing force [N]."""
+        return -float(self.force[2])
+
+    @property
+    def through(self) -> Array:
+        """Point (x, y) at which the force's line meets the surface, torsion apart [m]; for a pressing force."""
+        return np.array([self.moment[1], -self.moment[0]]) / self.normal
+
+
+def contact_options(
+    influence: InfluenceMatrices | Fidelity,
+    *,
+    law: str | None = None,
+    tangential: str = "proportional",
+    friction: float | None = None,
+    tilt: str = "free",
+    cells: int | None = None,
+) -> ContactOptions:
+    """Options as `contact_load` takes them; what is None comes from the (influence matrices') fidelity.
+
+    Raises:
+        ContactError: for names and numbers that make no sense, alone or together.
+    """
+    fidelity = influence if isinstance(influence, Fidelity) else influence.fidelity
+    law = fidelity.law if law is None else law
+    cells = fidelity.cells if cells is None else cells
+    for kind, name, known in (
+        ("contact law", law, LAWS),
+        ("tangential", tangential, TANGENTIALS),
+        ("tilt", tilt, TILTS),
+    ):
+        if name not in known:
+            raise ContactError(f"{kind} {name!r} does not exist. Available: {', '.join(known)}.")
+    if tangential not in BY_NAME[law].tangentials:
+        able = " or ".join(repr(one.name) for one in BY_NAME.values() if tangential in one.tangentials)
+        raise ContactError(f"tangential={tangential!r} needs law={able}; law {law!r} knows 'proportional' only.")
+    if friction is not None and not (_is_number(friction) and math.isfinite(friction) and friction >= 0.0):
+        raise ContactError(f"friction = {friction!r}; expected a coefficient that is not negative, for example 0.8.")
+    if tangential == "coulomb" and friction is None:
+        raise ContactError("tangential='coulomb' needs a coefficient: pass friction=..., for example 0.8.")
+    if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or cells < 1:
+        raise ContactError(f"cells = {cells!r}; expected a whole number of contact cells from 1 on.")
+    return ContactOptions(law=law, tangential=tangential, friction=friction, tilting=tilt == "free", cells=int(cells))
+
+
+def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayLike | None) -> Wrench:
+    """The wrench to carry; without a moment the force acts at the footprint's centroid.
+
+    Raises:
+        ContactError: when force or moment is not three finite numbers.
+    """
+    wanted = _vector("force", force)
+    if moment is None:
+        (x, y), (along, across, normal) = footprint.centroid, wanted
+        return Wrench(wanted, np.array([y * normal, -x * normal, x * across - y * along]), moment_given=False)
+    return Wrench(wanted, _vector("moment", moment))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
+def _vector(name: str, value: npt.ArrayLike) -> Array:
+    try:
+        vector = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.zeros(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise ContactError(f"{name} = {value!r}; expected three finite numbers (x, y, z) in the pad frame, N or N m.")
+    return vector

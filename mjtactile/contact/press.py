@@ -1,0 +1,296 @@
+"""Bodies pressed on a pad by the compiled core, without MuJoCo: footprints in, loads out."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import weakref
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from mjtactile._native import library, pointer
+from mjtactile._types import Array
+from mjtactile.contact.core_pad import give_shear, give_springs, press_pad
+from mjtactile.contact.face_cells import placed_cells
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.options import TANGENTIALS, ContactOptions, Wrench
+from mjtactile.errors import ContactError
+from mjtactile.geometry.planar import areal
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import Area, ContactState, SurfaceLoad
+
+#: Grid on which edges about what is under pressure are joined, over the size of the contact.
+_GRID = 1e-7
+
+#: Flat footprints kept where they stand.
+_KEPT_FACES = 64
+
+_HeightsFunction = ctypes.CFUNCTYPE(
+    None, ctypes.c_size_t, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_double)
+)
+
+
+class Told(ctypes.Structure):
+    """`mjt_pressed` of native/api/api.h."""
+
+    _fields_ = [
+        ("approach", ctypes.c_double),
+        ("slopes", ctypes.c_double * 2),
+        ("carried", ctypes.c_double * 6),
+        ("area", ctypes.c_double),
+        ("peak", ctypes.c_double),
+        ("stick", ctypes.c_double),
+        ("refused", ctypes.c_int32),
+        ("bounded", ctypes.c_int32),
+        ("simplified", ctypes.c_int32),
+        ("cells", ctypes.c_int32),
+        ("edges", ctypes.c_int32),
+    ]
+
+
+class Solved(NamedTuple):
+    """What the core found of one body.
+
+    Attributes:
+        load: its tractions.
+        bounded: whether no contact was found as the law wants it, so that the nearest cells bear the force.
+        simplified: whether none was found with shear as asked for, so that a simpler choice carries it.
+    """
+
+    load: SurfaceLoad
+    bounded: bool
+    simplified: bool
+
+
+class CellForces(NamedTuple):
+    """Forces on the contact cells of one body, pad frame.
+
+    Attributes:
+        centroids: (cells, 2) [m].
+        areas: (cells,) [m^2].
+        forces: (cells, 3) [N].
+        heights: of the body above each before it moved, (cells,) [m].
+        edges: of the cells, each once, (edges, 2 ends, 2) [m].
+        sides: cells to the left and right of each edge, (edges, 2); -1 for none.
+    """
+
+    centroids: Array
+    areas: Array
+    forces: Array
+    heights: Array
+    edges: Array
+    sides: npt.NDArray[np.int32]
+
+
+class _CoreFootprint:
+    """A footprint as the core holds it.
+
+    Attributes:
+        handle: what the core's functions take.
+        error: what a gap map raised.
+    """
+
+    def __init__(self, handle: int) -> None:
+        self.handle = handle
+        self.error: BaseException | None = None
+        weakref.finalize(self, library().mjt_footprint_free, ctypes.c_void_p(handle))
+
+
+@functools.lru_cache(maxsize=_KEPT_FACES)
+def _flat_footprint(outline: bytes, cells: int) -> _CoreFootprint:
+    made, place = placed_cells(areal(shapely.from_wkb(outline)), cells)
+    return _CoreFootprint(library().mjt_footprint_flat(made.handle, pointer(place)))
+
+
+class _CurvedFootprint(_CoreFootprint):
+    """A body that the core asks for its heights, for one press."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._footprint, self._call = footprint, _HeightsFunction(self._heights)
+        bounds = np.array(footprint.outline.bounds)
+        super().__init__(library().mjt_footprint_heights(self._call, pointer(bounds)))
+
+    def _heights(self, count: int, points: Any, to: Any) -> None:
+        heights: float | Array = np.inf
+        try:
+            if self.error is not None:
+                pass
+            elif count == 1:  # not worth an array
+                heights = self._footprint.height(points[0], points[1])
+            else:
+                heights = self._footprint.heights(np.ctypeslib.as_array(points, (count, 2)))
+        except BaseException as error:  # it must pass through C first
+            self.error = error
+        if count == 1:
+            to[0] = heights
+        else:
+            np.ctypeslib.as_array(to, (count,))[:] = heights
+
+
+def _core_footprint(footprint: Footprint, cells: int) -> _CoreFootprint:
+    if footprint.gap is None:
+        return _flat_footprint(shapely.to_wkb(footprint.outline), cells)
+    return _CurvedFootprint(footprint)
+
+
+class Press:
+    """Presses footprints on one pad, in one thread at a time.
+
+    Args:
+        influence: of the pad.
+        options: law, friction and tilt.
+        strength: pressure that no cell bears more than [Pa]; None: the top layer's modulus, as for the plugin's
+            sensors; 0: no bound.
+        springs: areas and stiffnesses for law "foundation", see `foundation_springs`.
+        narrowest: width of the narrowest cells [m]; 0: what the pad's taxels tell apart.
+    """
+
+    def __init__(
+        self,
+        influence: InfluenceMatrices,
+        options: ContactOptions,
+        *,
+        springs: tuple[Array, Array] | None = None,
+        strength: float | None = None,
+        narrowest: float = 0.0,
+    ) -> None:
+        law = options.contact_law
+        pad = press_pad(influence, compliant=law.shapes)
+        if springs is not None:
+            give_springs(pad, *springs)
+        if options.tangential != "proportional":
+            give_shear(pad, influence)
+        self._surface, self._options = influence.surface, options
+        core = library()
+        self._handle = ctypes.c_void_p(
+            core.mjt_press_new(
+                pad.handle,
+                ctypes.c_int(law.number),
+                ctypes.c_int(TANGENTIALS.index(options.tangential)),
+                ctypes.c_int(options.tilting),
+                ctypes.c_double(-1.0 if options.friction is None else options.friction),
+                ctypes.c_size_t(options.cells),
+                ctypes.c_double(influence.pad.layers[0].young if strength is None else strength),
+                ctypes.c_double(narrowest),
+            )
+        )
+        self._cells: list[int] = []
+        weakref.finalize(self, core.mjt_press_free, self._handle)
+
+    def loads(self, footprints: Sequence[Footprint], wrenches: Sequence[Wrench]) -> list[Solved]:
+        """Loads of bodies that press at once.
+
+        Args:
+            footprints: of the bodies.
+            wrenches: one for each.
+
+        Raises:
+            ContactError: when nothing of a body that presses is in the pad's reach.
+            Exception: what a gap map raises.
+        """
+        count, nodes = len(footprints), self._surface.node_shape
+        made = [_core_footprint(one, self._options.cells) for one in footprints]
+        handles = (ctypes.c_void_p * count)(*(one.handle for one in made))
+        forces = np.array([[*wrench.force, *wrench.moment] for wrench in wrenches])
+        points = np.array([footprint.centroid for footprint in footprints])
+        nodal, told = np.empty((count, *nodes, 3)), (Told * count)()
+        library().mjt_press_bodies(
+            self._handle, ctypes.c_size_t(count), handles, pointer(forces), pointer(points), pointer(nodal), told
+        )
+        for one in made:
+            if one.error is not None:
+                raise one.error
+        self._cells = [one.cells for one in told]
+        return [self._solved(k, nodal[k], told[k], wrenches[k]) for k in range(count)]
+
+    def _solved(self, body: int, nodal: Array, told: Told, wrench: Wrench) -> Solved:
+        if told.refused:
+            raise ContactError(
+                "nothing of the body touches: it is out of the pad's reach everywhere, or too narrow to find where it "
+                "is lowest. Check its gap map, or pass its outline=... to from_gap."
+            )
+        ends = np.empty((told.edges, 2, 2))
+        library().mjt_press_rim(self._handle, ctypes.c_size_t(body), pointer(ends))
+        covered = _Rim(ends)
+        slips = self._options.tangential == "coulomb"
+        state = ContactState(
+            approach=told.approach,
+            # The body moves down by approach + slope . (x, y), so it turns by (-slope y, slope x).
+            tilts=(0.0 - told.slopes[1], told.slopes[0]),
+            contact_area=told.area,
+            peak_pressure=told.peak,
+            stick_area=told.stick if slips else np.nan,
+        )
+        carried = np.array(told.carried)
+        left_force, left_moment = wrench.force - carried[:3], wrench.moment - carried[3:]
+        load = SurfaceLoad(nodal, self._surface, covered, left_force, left_moment, state)
+        return Solved(load, bool(told.bounded), bool(told.simplified))
+
+    def cell_forces(self, body: int = 0) -> CellForces:
+        """Forces on the cells of a body pressed last; none where the law needs no cells."""
+        core, count, number = library(), self._cells[body], ctypes.c_size_t(body)
+        edges = int(core.mjt_press_edges(self._handle, number, pointer(None), pointer(None)))
+        found = CellForces(
+            np.empty((count, 2)),
+            np.empty(count),
+            np.empty((count, 3)),
+            np.empty(count),
+            np.empty((edges, 2, 2)),
+            np.empty((edges, 2), dtype=np.int32),
+        )
+        core.mjt_press_cells(self._handle, number, *(pointer(array) for array in found[:4]))
+        core.mjt_press_edges(self._handle, number, pointer(found.edges), pointer(found.sides))
+        return found
+
+    def parts(self) -> Array | None:
+        """Nodal forces of the parts whose sums the loads of the one body pressed last are, (parts, ny, nx, 3) [N].
+
+        None where they are not a sum of parts.
+        """
+        core, nothing = library(), pointer(None)
+        count = int(core.mjt_press_parts(self._handle, ctypes.c_size_t(0), nothing))
+        if count == 0:
+            return None
+        nodal = np.empty((count, *self._surface.node_shape, 3))
+        core.mjt_press_parts(self._handle, ctypes.c_size_t(0), pointer(nodal))
+        return nodal
+
+    def weights(self, wrench: Wrench, parts: int) -> Array | None:
+        """Share of each part in a wrench's load, (parts,); None where they do not make it up."""
+        weights, both = np.empty(parts), np.concatenate([wrench.force, wrench.moment])
+        found = library().mjt_press_weights(self._handle, pointer(both), pointer(weights))
+        return weights if found else None
+
+
+class _Rim:
+    """What is under pressure, drawn when asked from the edges about it.
+
+    Args:
+        ends: of the edges, pressure on their left, (edges, 2 ends, 2) [m].
+    """
+
+    def __init__(self, ends: Array) -> None:
+        self._ends = ends
+
+    def __call__(self) -> Area:
+        if not len(self._ends):
+            return shapely.Polygon()
+        grid = _GRID * float(np.ptp(self._ends.reshape(-1, 2), axis=0).max())
+        lines = shapely.union_all(shapely.linestrings(self._ends), grid_size=grid)
+        pieces = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
+        under = [
+            piece for piece in pieces if self._winds_about(shapely.get_coordinates(piece.representative_point())[0])
+        ]
+        return areal(shapely.union_all(under, grid_size=grid))
+
+    def _winds_about(self, point: Array) -> bool:
+        """Whether the edges run about a point."""
+        start, end = self._ends[:, 0] - point, self._ends[:, 1] - point
+        upward = (start[:, 1] <= 0.0) & (end[:, 1] > 0.0)
+        downward = (start[:, 1] > 0.0) & (end[:, 1] <= 0.0)
+        left = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
+        return bool((upward & (left > 0.0)).sum() > (downward & (left < 0.0)).sum())

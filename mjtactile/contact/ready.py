@@ -1,0 +1,47 @@
+"""Pads and presses made ready for a contact law: with its springs, and with what shear needs."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from mjtactile.contact.core_pad import contact_pad, give_shear, give_springs
+from mjtactile.contact.foundation import foundation_springs
+from mjtactile.contact.options import ContactOptions
+from mjtactile.contact.press import Press
+from mjtactile.influence.core_pad import CorePad
+from mjtactile.influence.matrices import InfluenceMatrices
+
+
+def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: bool = False) -> CorePad:
+    """A pad on which contacts are solved as the options say; see `contact_pad`."""
+    pad = contact_pad(influence, stress=stress)
+    if options.contact_law.springs:
+        give_springs(pad, *foundation_springs(influence))
+    if options.tangential != "proportional":
+        give_shear(pad, influence)
+    return pad
+
+
+def new_press(
+    influence: InfluenceMatrices, options: ContactOptions, *, strength: float | None = None, narrowest: float = 0.0
+) -> Press:
+    """A press of a pad for contacts as the options say; see `Press`."""
+    springs = foundation_springs(influence) if options.contact_law.springs else None
+    return Press(influence, options, springs=springs, strength=strength, narrowest=narrowest)
+
+
+_Pool = dict[ContactOptions, list[Press]]
+_presses: weakref.WeakKeyDictionary[InfluenceMatrices, _Pool] = weakref.WeakKeyDictionary()
+
+
+@contextmanager
+def press_of(influence: InfluenceMatrices, options: ContactOptions) -> Iterator[Press]:
+    """A press of a pad, kept for the next who asks for one like it, and nobody else's meanwhile."""
+    free = _presses.setdefault(influence, {}).setdefault(options, [])
+    press = free.pop() if free else new_press(influence, options)
+    try:
+        yield press
+    finally:
+        free.append(press)

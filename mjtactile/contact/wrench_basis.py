@@ -1,0 +1,132 @@
+"""Readings of one footprint under changing wrenches, without pressing anew each time.
+
+While the same contact cells of a flat face are pressed, the stress at the sample points is a fixed combination of a few
+responses, the wrench basis; it is made once a few readings in a row could have come from one. A wrench that presses
+other cells ends it: the contact is solved anew, and a new basis begins. Curved bodies, shear that friction bounds and
+shear that sticks are solved anew each time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array
+from mjtactile.contact.contact_load import reported, solved_load, warn_beyond_linear_range
+from mjtactile.contact.footprint import Footprint
+from mjtactile.contact.options import Wrench, contact_options, wanted_wrench
+from mjtactile.contact.press import Press
+from mjtactile.contact.ready import new_press
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import ContactState, SurfaceLoad
+
+#: Readings in a row that press the same cells before a basis is worth its making.
+_STEADY_READINGS = 2
+
+
+class WrenchBasis:
+    """One footprint that does not move, pressed by one wrench after another.
+
+    Readings equal those of `contact_load` to the rounding of single precision.
+
+    Args:
+        influence: of the pad.
+        footprint: made with the same influence matrices.
+        law, tangential, friction, tilt, cells: as in `contact_load`.
+
+    Raises:
+        ContactError: for options that make no sense.
+    """
+
+    def __init__(
+        self,
+        influence: InfluenceMatrices,
+        footprint: Footprint,
+        *,
+        law: str | None = None,
+        tangential: str = "proportional",
+        friction: float | None = None,
+        tilt: str = "free",
+        cells: int | None = None,
+    ) -> None:
+        self.influence = influence
+        self.footprint = footprint
+        self.options = contact_options(
+            influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells
+        )
+        self._parts: _Parts | None = None
+        self._steady = 0
+
+    @property
+    def active(self) -> bool:
+        """Whether a basis is at hand."""
+        return self._parts is not None
+
+    def readings(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> Array:
+        """Readings (layers, rows, columns) [Pa] under a wrench, as `contact_load` takes it.
+
+        Raises:
+            ContactError: as `contact_load`.
+
+        Warns:
+            ContactWarning: as `contact_load`.
+        """
+        return self.influence.readings_of(self.response(force, moment))
+
+    def response(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> Array:
+        """Deviatoric stress at the sample points (points, 5) [Pa], which adds up over bodies; see `readings`."""
+        wrench = wanted_wrench(self.footprint, force, moment)
+        if self._parts is not None:
+            response = self._parts.response(self.influence, wrench)
+            if response is not None:
+                return response
+            self._parts, self._steady = None, 0
+        load = self._pressed(wrench)
+        if wrench.normal > 0.0 and self.footprint.gap is None:
+            self._steady += 1
+            if self._steady >= _STEADY_READINGS:
+                self._parts = _Parts.of(self, wrench, load.state)
+                self._steady = 0
+        return self.influence.point_response(load)
+
+    def load(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> SurfaceLoad:
+        """The load under a wrench."""
+        return self._pressed(wanted_wrench(self.footprint, force, moment))
+
+    def _pressed(self, wrench: Wrench) -> SurfaceLoad:
+        load = solved_load(self.influence, self.footprint, wrench, self.options)
+        return reported(self.influence, self.footprint, load, wrench, self.options)
+
+
+class _Parts:
+    """Responses at the sample points to the linear parts of a load."""
+
+    def __init__(self, influence: InfluenceMatrices, press: Press, forces: Array, state: ContactState) -> None:
+        self._used = np.flatnonzero(forces.reshape(len(forces), -1).any(axis=1))
+        surface = influence.surface
+        loads = [SurfaceLoad(forces[k], surface, surface.sheet) for k in self._used]
+        response = influence.point_response(loads)
+        # Parts of very different size are scaled to one before they are rounded.
+        self._scale = np.maximum(np.abs(response).max(axis=(1, 2)), np.finfo(float).tiny)
+        self._shape = response.shape[1:]
+        self._response = (response / self._scale[:, None, None]).astype(np.float32).reshape(len(response), -1)
+        self._count, self._press, self._state = len(forces), press, state
+
+    @classmethod
+    def of(cls, basis: WrenchBasis, wrench: Wrench, state: ContactState) -> _Parts | None:
+        """Parts of the contact under a wrench; None where its load is not a sum of parts."""
+        press = new_press(basis.influence, basis.options)
+        press.loads([basis.footprint], [wrench])
+        forces = press.parts()
+        return None if forces is None else cls(basis.influence, press, forces, state)
+
+    def response(self, influence: InfluenceMatrices, wrench: Wrench) -> Array | None:
+        """Response to a wrench; None where the parts do not make up its load."""
+        weights = self._press.weights(wrench, self._count) if wrench.normal > 0.0 else None
+        if weights is None:
+            return None
+        warn_beyond_linear_range(influence, wrench, self._state)
+        shares = weights[self._used] * self._scale
+        size = float(np.abs(shares).max()) or 1.0
+        combined = (shares / size).astype(np.float32) @ self._response
+        return size * combined.reshape(self._shape)

@@ -1,0 +1,16 @@
+"""Presses by the hundred thousand: described, drawn from seeds, pressed, kept on disk in parts."""
+
+from mjtactile.dataset.files import Dataset, DatasetWarning, make_dataset, read_dataset
+from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec
+from mjtactile.errors import DatasetError
+
+__all__ = [
+    "ContactSpec",
+    "Dataset",
+    "DatasetError",
+    "DatasetSpec",
+    "DatasetWarning",
+    "load_spec",
+    "make_dataset",
+    "read_dataset",
+]

@@ -1,0 +1,91 @@
+"""Presses made by the contact laws alone, without MuJoCo: several forces on a pose for little more than one.
+
+Under a flat face the contact scales with the force, and shear in proportion to the pressure (or bonded) is linear in
+its resultants: three loads give the response to every force on a pose. On a curved body the contact grows with the
+force; there the same holds for forces that share one pressing component, so each pose gets one.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.dataset.sampling import OutlinePresses, Pose
+from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
+from mjtactile.errors import ContactWarning
+from mjtactile.influence.matrices import InfluenceMatrices
+
+#: Tangential force of the loads that probe a contact, over the pressing force.
+_PROBE = 0.3
+
+
+def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tuple[Array, Array, Array]:
+    """Readings of all presses that share an outline.
+
+    Args:
+        influence: of the pad, at the presses' fidelity.
+        presses: what presses.
+
+    Returns:
+        readings (presses, layers, rows, columns) [Pa]; forces on the pad (presses, 3) [N], and the points in which
+        they pass through the surface (presses, 2) [m], pad frame.
+    """
+    made = [_pose_readings(influence, presses, pose) for pose in presses.poses]
+    readings, forces, points = zip(*made, strict=True)
+    return np.concatenate(readings), np.concatenate(forces), np.concatenate(points)
+
+
+def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: Pose) -> Footprint:
+    """What faces the pad in a pose."""
+    if presses.shape == "sphere":
+        return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence.surface, lowest=0.0)
+    return Footprint.from_outline(
+        placed(sized_face(presses.shape, presses.size), pose.shift, pose.rotation), influence.surface
+    )
+
+
+def sphere_gap(radius: float, x: float, y: float) -> Callable[[Array, Array], Array]:
+    """Height of a sphere above the surface it touches at (x, y) [m]."""
+
+    def gap(at_x: Array, at_y: Array) -> Array:
+        inside = radius**2 - (at_x - x) ** 2 - (at_y - y) ** 2
+        return np.where(inside > 0.0, radius - np.sqrt(np.maximum(inside, 0.0)), np.inf)
+
+    return gap
+
+
+def _pose_readings(influence: InfluenceMatrices, presses: OutlinePresses, pose: Pose) -> tuple[Array, Array, Array]:
+    footprint = pose_footprint(influence, presses, pose)
+    curved = footprint.gap is not None
+    through = np.array(pose.shift if presses.free or curved else footprint.centroid)
+    forces = pose.directions * pose.magnitudes[:, None]
+    if curved:
+        # One pressing component for the pose, under which no force exceeds the magnitude drawn first.
+        down = pose.directions[:, 2]
+        forces = pose.directions * (pose.magnitudes[0] * np.abs(down).min() / np.abs(down))[:, None]
+    pressing = -float(forces[0, 2])
+    probes = pressing * np.array([(0.0, 0.0, -1.0), (_PROBE, 0.0, -1.0), (0.0, _PROBE, -1.0)])
+    with warnings.catch_warnings():
+        # Small hard spheres leave the range of small strains; the readings stay those of the linear model.
+        warnings.simplefilter("ignore", ContactWarning)
+        loads = [
+            contact_load(
+                influence,
+                footprint,
+                force,
+                moment=np.cross([*through, 0.0], force),
+                law=presses.law,
+                tangential=presses.tangential,
+            )
+            for force in probes
+        ]
+    down, with_x, with_y = influence.point_response(loads) / pressing
+    parts = np.stack([(with_x - down) / _PROBE, (with_y - down) / _PROBE, -down]).astype(np.float32)
+    # In single precision, as influence matrices store stress: half the memory traffic of a batch.
+    response: Array = np.tensordot(forces.astype(np.float32), parts, 1)  # type: ignore[assignment]
+    return influence.readings_of(response), forces, np.broadcast_to(through, (len(forces), 2))

@@ -1,0 +1,54 @@
+"""Presses made by MuJoCo: a press scene settled for every force, read by a TactileSensor as any scene would be."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import mujoco
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.dataset.sampling import OutlinePresses
+from mjtactile.dataset.shapes import shape_indenter
+from mjtactile.errors import ContactWarning, SceneError
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.sensor import TactileSensor
+from mjtactile.sim.press_scene import press, press_scene
+
+
+def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tuple[Array, Array, Array]:
+    """Readings of all presses that share an outline; arguments and results as of `physics_readings`.
+
+    Forces and points are those MuJoCo's contacts carry, not those commanded. A press that does not settle (NaN
+    readings) is left out by whoever asked.
+    """
+    indenter = shape_indenter(presses.shape, presses.size)
+    readings, forces, points = [], [], []
+    for pose in presses.poses:
+        model = press_scene(
+            indenter,
+            shift=pose.shift,
+            rotate_deg=math.degrees(pose.rotation),
+            pad=influence.pad,
+            tilt_free=presses.free,
+        )
+        sensor = TactileSensor(model, influence=influence, law=presses.law, tangential=presses.tangential)
+        for direction, magnitude in zip(pose.directions, pose.magnitudes, strict=True):
+            data = mujoco.MjData(model)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ContactWarning)
+                reading, wrench = _settled(model, data, sensor, direction * magnitude)
+            readings.append(reading)
+            forces.append(wrench[:3])
+            points.append(np.array([wrench[4], -wrench[3]]) / -wrench[2])
+    return np.array(readings), np.array(forces), np.array(points)
+
+
+def _settled(model: mujoco.MjModel, data: mujoco.MjData, sensor: TactileSensor, force: Array) -> tuple[Array, Array]:
+    """Readings and wrench of one press; NaN where it does not settle."""
+    try:
+        press(model, data, force)
+    except SceneError:
+        return np.full(sensor.pad.reading_shape, math.nan), np.full(6, math.nan)
+    return sensor.read(data), sensor.wrench(data)

@@ -1,0 +1,491 @@
+"""Datasets of presses on disk: made by any number of workers, continued where they were interrupted.
+
+A dataset is a folder of Parquet files: columns by name that pandas, polars, DuckDB or Arrow in any language read
+without this package, labels readable without the readings, compressed, and every part a file that is there whole or
+not at all, so that going on after an interruption is making the parts that are missing. HDF5 and Zarr hold arrays as
+well, but one HDF5 file is lost to a crash while it is written, and neither is read by table tools. Each file's
+metadata holds the pad, its fingerprint and the specification, as JSON under "mjtactile", and a checksum of the whole
+file (seal.py): a part that is damaged is made again, and refused by whoever reads it.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import shutil
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mjtactile._files import PARTIAL, check_writable, unusable
+from mjtactile._progress import progress_bar
+from mjtactile._types import Array
+from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
+from mjtactile.dataset.seal import UNSEALED, is_sealed, is_whole, sealed
+from mjtactile.dataset.spec import DatasetSpec
+from mjtactile.errors import DatasetError
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import Pad
+from mjtactile.workers import Workers, check_workers, make_files
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+#: Of the files' metadata.
+FORMAT = 2
+#: Columns of names.
+_NAMES = ("shape", "preset", "law", "tangential", "transducer")
+#: Key of the metadata in a file's schema.
+_METADATA = b"mjtactile"
+
+
+class DamagedPartError(DatasetError):
+    """A part that is not as it was written; it can be made again."""
+
+
+@dataclass(frozen=True)
+class PartOf:
+    """What a worker is asked for."""
+
+    spec: DatasetSpec
+    part: tuple[int, int]  #: first press and end
+
+
+def part_file(task: PartOf) -> bytes:
+    """The file of one part."""
+    import pyarrow.parquet as pq
+
+    spec, (first, end) = task.spec, task.part
+    outlines = range(first // spec.presses_per_outline, math.ceil(end / spec.presses_per_outline))
+    made = [press_columns(spec, outline_presses(spec, outline)) for outline in outlines]
+    columns = {name: np.concatenate([columns[name] for columns in made]) for name in made[0]}
+    wanted = columns["press"] < end
+    table = _table(spec, task.part, {name: column[wanted] for name, column in columns.items()})
+    file = io.BytesIO()
+    # No two readings are alike: a dictionary of them is larger than they are. Page checksums are for readers that know
+    # nothing of this package.
+    writer = pq.ParquetWriter(
+        file,
+        table.schema,
+        compression="zstd",
+        use_dictionary=list(_NAMES),  # type: ignore[arg-type]
+        write_page_checksum=True,
+    )
+    with writer:
+        writer.write_table(table)
+        writer.add_key_value_metadata(UNSEALED)
+    return sealed(file.getvalue())
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part that was read back and is as it was written.
+
+    Attributes:
+        path: of the file.
+        metadata: pad, specification and place of the part.
+        content: the file.
+    """
+
+    path: Path
+    metadata: dict[str, Any]
+    content: bytes
+
+    @property
+    def presses(self) -> tuple[int, int]:
+        """First press and end."""
+        first, end = self.metadata["part"]
+        return first, end
+
+    @property
+    def asked(self) -> int:
+        """How many presses were asked for when the part was made, in the whole dataset."""
+        return self.metadata["spec"]["presses"]
+
+    def table(self, *, readings: bool) -> pa.Table:
+        """The columns, with the readings or without them."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        names = [name for name in part_schema(self.metadata["reading_shape"]).names if readings or name != "readings"]
+        return pq.read_table(pa.BufferReader(self.content), columns=names).replace_schema_metadata(None)
+
+
+def part_name(first: int) -> str:
+    """What the file of a part is called, by its first press."""
+    return f"presses-{first:09d}.parquet"
+
+
+def read_part(path: Path) -> Part:
+    """Read a part and make sure that it is as it was written.
+
+    Raises:
+        DamagedPartError: it is damaged, or lies under another part's name.
+        DatasetError: it is something else.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    found = unusable(path)
+    if found is not None:
+        raise DatasetError(f"{path} is {found}, not a part of a dataset of presses. Move it elsewhere.")
+    content = path.read_bytes()
+    if not is_whole(content):
+        if _is_foreign(content):
+            raise DatasetError(f"{path} is not a part of a dataset of presses. Move it elsewhere.")
+        raise DamagedPartError(f"{path} is damaged: its bytes are not those that were written.")
+    schema = pq.read_schema(pa.BufferReader(content))
+    metadata = json.loads((schema.metadata or {}).get(_METADATA, b"{}"))
+    if metadata.get("format") != FORMAT:
+        raise DatasetError(f"{path} is of another version of mjtactile. Read it with that, or make the dataset again.")
+    if not schema.equals(part_schema(metadata["reading_shape"])):
+        raise DamagedPartError(f"{path} has other columns than a part of a dataset of presses.")
+    part = Part(path, metadata, content)
+    if path.name != part_name(part.presses[0]):
+        raise DamagedPartError(f"{path} holds presses {part.presses[0]} to {part.presses[1]}: it was renamed.")
+    return part
+
+
+def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
+    """Columns of a part, in order."""
+    import pyarrow as pa
+
+    text, number, flag = pa.string(), pa.float64(), pa.bool_()
+    columns = {"press": pa.int64(), "shape": text}
+    columns |= dict.fromkeys(("size", "rotation", "shift_x", "shift_y"), number)
+    columns |= dict.fromkeys(("force_x", "force_y", "force_z", "position_x", "position_y"), number)
+    columns |= {"free": flag, "preset": text, "law": text, "tangential": text, "noise": number, "transducer": text}
+    return pa.schema({**columns, "readings": pa.list_(pa.float32(), math.prod(reading_shape))})
+
+
+def _is_foreign(content: bytes) -> bool:
+    """Whether it is a sound Parquet file of somebody else."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    if is_sealed(content):
+        return False
+    try:
+        return _METADATA not in (pq.read_schema(pa.BufferReader(content)).metadata or {})
+    except (pa.ArrowException, OSError, ValueError):
+        return False
+
+
+def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
+    """Labels and readings of the presses of one outline, as columns; presses that did not settle are left out."""
+    influence = _influence(spec.pad, presses.preset)
+    if spec.backend == "mujoco":
+        from mjtactile.dataset.by_scene import mujoco_readings as readings_of
+    else:
+        from mjtactile.dataset.by_law import physics_readings as readings_of
+    readings, forces, points = readings_of(influence, presses)
+    count = len(readings)
+    index = presses.first + np.arange(count)
+    noise = np.zeros(count)
+    for k in range(count):
+        readings[k], noise[k] = _as_reported(spec, readings[k], stream(spec.seed, NOISE, int(index[k])))
+    shifts = np.repeat([pose.shift for pose in presses.poses], spec.forces, axis=0)
+    columns = {
+        "press": index,
+        "shape": np.full(count, presses.shape),
+        "size": np.full(count, presses.size),
+        "rotation": np.repeat([pose.rotation for pose in presses.poses], spec.forces),
+        "shift_x": shifts[:, 0],
+        "shift_y": shifts[:, 1],
+        "force_x": forces[:, 0],
+        "force_y": forces[:, 1],
+        "force_z": forces[:, 2],
+        "position_x": points[:, 0],
+        "position_y": points[:, 1],
+        "free": np.full(count, presses.free),
+        "preset": np.full(count, presses.preset),
+        "law": np.full(count, presses.law),
+        "tangential": np.full(count, presses.tangential),
+        "noise": noise,
+        "transducer": np.full(count, (spec.transducer or {}).get("name", "none")),
+        "readings": readings.reshape(count, -1).astype(np.float32),
+    }
+    settled = np.isfinite(columns["readings"]).all(axis=1)
+    return {name: column[settled] for name, column in columns.items()}
+
+
+def _as_reported(spec: DatasetSpec, readings: Array, rng: np.random.Generator) -> tuple[Array, float]:
+    """Readings [Pa] as the transducer reports them, with noise, and its relative standard deviation."""
+    if spec.transducer is not None:
+        from mjtactile.dataset.hardware import reported
+
+        readings = reported(spec.transducer, readings, rng)
+    noise = float(rng.uniform(*spec.noise))
+    if noise > 0.0:
+        readings = readings + noise * np.nanmax(readings) * rng.standard_normal(readings.shape)
+    return readings, noise
+
+
+@lru_cache(maxsize=4)
+def _influence(pad: Pad, preset: str) -> InfluenceMatrices:
+    from mjtactile.influence.cache import influence_matrices
+
+    return influence_matrices(pad, preset=preset, progress=False)
+
+
+def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:
+    import pyarrow as pa
+
+    from mjtactile._version import __version__
+
+    readings = columns["readings"]
+    lists = pa.FixedSizeListArray.from_arrays(pa.array(readings.ravel()), readings.shape[1])
+    arrays = {name: pa.array(column) for name, column in columns.items() if name != "readings"}
+    schema = part_schema(spec.pad.reading_shape)
+    metadata = {
+        "format": FORMAT,
+        "version": __version__,
+        "part": part,
+        "pad": spec.pad.description,
+        "pad_fingerprint": spec.pad.fingerprint,
+        "reading_shape": spec.pad.reading_shape,
+        "spec": spec.description,
+        "spec_fingerprint": spec.fingerprint,
+    }
+    return pa.table({**arrays, "readings": lists}, schema=schema.with_metadata({_METADATA: json.dumps(metadata)}))
+
+
+#: About as many presses go into one file.
+_PRESSES_PER_PART = 960
+_FILES = "presses-*.parquet"
+
+
+class DatasetWarning(UserWarning):
+    """A part of a dataset that had to be made again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """Presses read back.
+
+    Attributes:
+        readings: (presses, layers, rows, columns) [Pa], float32.
+        labels: the other columns by name, (presses,) each, SI units; see docs/datasets.md.
+        metadata: pad, fingerprint and specification.
+    """
+
+    readings: np.ndarray
+    labels: dict[str, np.ndarray]
+    metadata: dict[str, Any]
+
+    @property
+    def pad_fingerprint(self) -> str:
+        """Of the pad that was pressed."""
+        return self.metadata["pad_fingerprint"]
+
+    @property
+    def forces(self) -> Array:
+        """On the pad, pad frame, (presses, 3) [N]."""
+        return self._vectors("force_x", "force_y", "force_z")
+
+    @property
+    def positions(self) -> Array:
+        """Where the forces pass through the surface, (presses, 2) [m]."""
+        return self._vectors("position_x", "position_y")
+
+    @property
+    def shifts(self) -> Array:
+        """Where the bodies' origins are, (presses, 2) [m]."""
+        return self._vectors("shift_x", "shift_y")
+
+    def _vectors(self, *names: str) -> Array:
+        return np.stack([self.labels[name] for name in names], axis=-1)
+
+
+def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1, progress: bool = True) -> int:
+    """Make the parts of a dataset that are not there yet, or not as they were written.
+
+    Args:
+        spec: what to make.
+        folder: where to; made if needed. Parts of the same specification are kept.
+        workers: processes, one core each, or where to find others (workers.py). The files do not depend on them.
+        progress: show a progress bar on a terminal.
+
+    Returns:
+        How many presses were made now; those in MuJoCo that did not settle are left out.
+
+    Raises:
+        DatasetError: the folder holds another dataset, more presses than are asked for, or something else under a
+            part's name; another process is making it; the presses do not fit on the disk.
+        DistributeError: there are no workers, or they die again and again.
+        OSError: the folder cannot be written.
+
+    Warns:
+        DatasetWarning: a part was damaged and is made again.
+    """
+    import pyarrow.parquet as pq
+
+    from mjtactile.influence.cache import influence_matrices
+
+    chosen = Workers(count=workers) if isinstance(workers, int) else workers
+    check_workers(chosen)
+    folder.mkdir(parents=True, exist_ok=True)
+    check_writable(folder / part_name(0))
+    with _alone(folder):
+        kept = _kept(spec, folder)
+        _check_space(spec, folder, spec.presses - sum(end - first for first, end in kept))
+        parts = {folder / part_name(part[0]): part for part in _parts(spec) if part not in kept}
+        if not parts:
+            return 0
+        for preset in spec.presets:  # built once, before workers ask for them together
+            influence_matrices(spec.pad, preset=preset, progress=progress)
+        made = 0
+        total = sum(end - first for first, end in parts.values())
+        tasks = {path: PartOf(spec, part) for path, part in parts.items()}
+        with progress_bar(f"pressing, {spec.backend}", total, wanted=progress) as advance:
+            for path in make_files(part_file, tasks, chosen):
+                first, end = parts[path]
+                with path.open("rb") as file:  # Arrow opens no names that are not UTF-8
+                    made += pq.ParquetFile(file).metadata.num_rows
+                advance(end - first)
+    return made
+
+
+def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = None) -> Dataset:
+    """Read a dataset, every file against its checksum.
+
+    Args:
+        folder: as given to `make_dataset`.
+        labels_only: leave the readings out, as an empty array.
+        most: read no more parts once there are this many presses; by default all.
+
+    Raises:
+        DatasetError: there is none, files are not of one dataset, one is damaged, or presses are missing.
+    """
+    import pyarrow as pa
+
+    remedy = f"Make what is missing: mjtactile dataset --spec FILE.toml --out {folder}"
+    paths = sorted(folder.glob(_FILES))
+    if not paths:
+        raise DatasetError(
+            f"there is no dataset in {folder}. Make one: mjtactile dataset --spec FILE.toml --out {folder}"
+        )
+    tables, metadata, following, asked = [], {}, 0, 0
+    for path in paths:
+        try:
+            part = read_part(path)
+        except DamagedPartError as error:
+            raise DamagedPartError(f"{error} {remedy}") from error
+        if metadata and part.metadata["spec_fingerprint"] != metadata["spec_fingerprint"]:
+            raise DatasetError(f"{path} belongs to another dataset than {paths[0].name}. Keep one dataset per folder.")
+        first, end = part.presses
+        if first != following:
+            raise DatasetError(f"presses {following} to {first} are missing in {folder}. {remedy}")
+        metadata, following, asked = part.metadata, end, max(asked, part.asked)
+        tables.append(part.table(readings=not labels_only))
+        if most is not None and sum(len(one) for one in tables) >= most:
+            break
+    else:
+        if following < asked:
+            raise DatasetError(f"presses {following} to {asked} are missing in {folder}. {remedy}")
+    whole = pa.concat_tables(tables)
+    labels = {name: whole[name].to_numpy() for name in whole.column_names if name != "readings"}
+    if labels_only:
+        return Dataset(np.zeros(0, dtype=np.float32), labels, metadata)
+    flat = whole["readings"].combine_chunks().flatten().to_numpy()
+    return Dataset(flat.reshape(-1, *metadata["reading_shape"]), labels, metadata)
+
+
+def _parts(spec: DatasetSpec) -> Iterator[tuple[int, int]]:
+    """First press and end of every part; parts hold whole outlines, the last one as much as is asked for."""
+    per_part = math.ceil(_PRESSES_PER_PART / spec.presses_per_outline) * spec.presses_per_outline
+    return ((first, min(first + per_part, spec.presses)) for first in range(0, spec.presses, per_part))
+
+
+def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
+    """First press and end of the parts that are there and as they were written; damaged ones are put aside.
+
+    Raises:
+        DatasetError: the folder holds another dataset, more presses than are asked for, or something else under a
+            part's name.
+    """
+    kept, damaged, most = set(), [], 0
+    for path in sorted(folder.glob(_FILES)):
+        try:
+            part = read_part(path)
+        except DamagedPartError as error:
+            damaged.append((path, error))
+            continue
+        if part.metadata["spec_fingerprint"] != spec.fingerprint:
+            raise DatasetError(
+                f"{folder} holds a dataset of another specification or seed. Choose another folder, or delete that one."
+            )
+        kept.add(part.presses)
+        most = max(most, part.asked, part.presses[1])
+    for path, _ in damaged:
+        most = max(most, _least_asked(path))
+    if spec.presses < most:
+        raise DatasetError(
+            f"{folder} holds a dataset of {most} presses, but {spec.presses} were asked for. None are taken away: ask "
+            f"for at least {most}, or choose another folder."
+        )
+    for path, error in damaged:
+        aside = _put_aside(path)
+        warnings.warn(
+            f"{error} Its presses are made again; what was there is now {aside}.", DatasetWarning, stacklevel=3
+        )
+    return kept
+
+
+def _least_asked(path: Path) -> int:
+    """How many presses were asked for at least when a part that is damaged now was made, by its name."""
+    digits = path.stem.removeprefix("presses-")
+    return int(digits) + 1 if digits.isdecimal() and len(digits) == len(part_name(0)) - len("presses-.parquet") else 0
+
+
+def _put_aside(path: Path) -> Path:
+    """Rename a damaged part: it may be somebody's, and readers of Parquet folders pass over names with a line first."""
+    number = 0
+    while (aside := path.with_name(f"_damaged-{number}-{path.name}")).exists():
+        number += 1
+    return path.rename(aside)
+
+
+def _check_space(spec: DatasetSpec, folder: Path, presses: int) -> None:
+    """Refuse what the disk cannot hold; readings with noise hardly get smaller by compression."""
+    needed, free = presses * math.prod(spec.pad.reading_shape) * 4, shutil.disk_usage(folder).free
+    if needed > free:
+        raise DatasetError(
+            f"{presses} presses take up to {needed / 1e9:.3g} GB, but {folder} has {free / 1e9:.3g} GB left. Ask for "
+            "fewer presses, free some space, or choose another folder."
+        )
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Keep other processes from making a dataset in the same folder, and clear away what a killed one left.
+
+    Raises:
+        DatasetError: another process is at it.
+    """
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(folder / ".lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise DatasetError(
+            f"another process is making the dataset in {folder}. Wait for it, or choose another folder."
+        ) from None
+    except NotImplementedError:  # a disk without locks
+        pass
+    try:
+        if lock.is_locked:
+            for left in folder.glob(f".*{PARTIAL}"):
+                left.unlink(missing_ok=True)
+        yield
+    finally:
+        lock.release()

@@ -1,0 +1,62 @@
+"""Transducers in datasets: readings as hardware reports them, from a table in the specification.
+
+    [transducer]
+    name = "capacitive"      # or "piezoresistive"
+    full_scale = 100e3       # [Pa]
+    imperfections = { noise = 0.002, gain_spread = 0.01, dead = 0.003, adc_bits = 12 }
+
+Every press meets an array of its own, drawn from the press's seed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.errors import DatasetError
+from mjtactile.transducer.array import Element, Transducer
+from mjtactile.transducer.capacitive import CapacitiveCell
+from mjtactile.transducer.imperfections import Imperfections
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
+
+
+def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) -> Array:
+    """Readings (layers, rows, columns) [Pa] as a new array of these transducers reports them.
+
+    Raises:
+        DatasetError: the table names no transducer.
+        TransducerError: values that no transducer has.
+    """
+    return transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))(readings)
+
+
+def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) -> Transducer:
+    """An array of these transducers for readings (layers, rows, columns); errors as in `reported`."""
+    imperfections, element = transducer_of(values)
+    layers, rows, columns = shape
+    return Transducer(element, imperfections, shape=(layers, rows, columns), seed=seed)
+
+
+def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:
+    """The imperfections and the element a table describes; errors as in `reported`."""
+    if not isinstance(values, dict):
+        raise DatasetError(f"transducer = {values!r}; expected a table [transducer] with a name.")
+    unknown = set(values) - {"name", "full_scale", "imperfections"}
+    if unknown:
+        raise DatasetError(f"[transducer] has no entry {sorted(unknown)}. Available: name, full_scale, imperfections.")
+    full_scale = values.get("full_scale", 100e3)
+    if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not 1.0 <= full_scale <= 1e9:
+        raise DatasetError(f"[transducer] full_scale = {full_scale!r}; expected a stress of 1 to 1e9 Pa.")
+    try:
+        imperfections = Imperfections(**values.get("imperfections", {}))
+    except (TypeError, OverflowError) as error:
+        raise DatasetError(f"[transducer] imperfections: {error}. Expected the arguments of Imperfections.") from None
+    if values.get("name") == "capacitive":
+        return imperfections, CapacitiveCell.with_range(full_scale)
+    if values.get("name") == "piezoresistive":
+        element = PiezoresistiveElement()
+        return imperfections, replace(element, full_force=full_scale * element.area)
+    raise DatasetError(f"[transducer] name = {values.get('name')!r}; expected 'capacitive' or 'piezoresistive'.")

@@ -1,0 +1,88 @@
+"""Which presses a dataset holds: drawn from its specification, each from seeds of its own.
+
+Presses that share an outline are drawn together, because cells of an outline that only moved are cheap. Every outline,
+pose and press has its own stream of random numbers, named by the dataset's seed and its place, so a press is the same
+however many workers make the dataset and wherever it was interrupted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.dataset.spec import ContactSpec, DatasetSpec
+
+#: Streams of random numbers.
+_OUTLINE, _POSE, _PRESS, NOISE = range(4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose:
+    """A body in one place, and the forces that press on it there."""
+
+    shift: tuple[float, float]  #: of the body's origin in the pad frame [m]
+    rotation: float  #: counter-clockwise about its origin, before the shift [rad]
+    directions: Array  #: (presses, 3), unit vectors, pad frame; pressing is -z
+    magnitudes: Array  #: (presses,) [N]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutlinePresses:
+    """Presses that share one outline."""
+
+    first: int  #: index of the first press
+    shape: str
+    size: float  #: relative to the shape's own [-]
+    preset: str
+    law: str
+    tangential: str
+    free: bool  #: the body may tilt, and the force passes through its origin
+    poses: tuple[Pose, ...]
+
+
+def stream(seed: int, kind: int, index: int) -> np.random.Generator:
+    """The random numbers of one outline, pose or press."""
+    return np.random.default_rng([seed, kind, index])
+
+
+def outline_presses(spec: DatasetSpec, index: int) -> OutlinePresses:
+    """The presses of one outline of a dataset."""
+    rng = stream(spec.seed, _OUTLINE, index)
+    weights = np.array([contact.weight for contact in spec.contacts])
+    contact = spec.contacts[rng.choice(len(weights), p=weights / weights.sum())]
+    first = index * spec.presses_per_outline
+    return OutlinePresses(
+        first=first,
+        shape=str(rng.choice(contact.shapes)),
+        size=float(rng.uniform(*contact.size)),
+        preset=str(rng.choice(spec.presets)),
+        law=str(rng.choice(spec.laws)),
+        tangential=str(rng.choice(spec.tangential)),
+        free=bool(rng.random() < spec.free),
+        poses=tuple(_pose(spec, contact, index * spec.poses + k) for k in range(spec.poses)),
+    )
+
+
+def _pose(spec: DatasetSpec, contact: ContactSpec, index: int) -> Pose:
+    rng = stream(spec.seed, _POSE, index)
+    x, y = rng.uniform(*contact.shift, 2).tolist()
+    rotation = float(rng.uniform(*contact.rotation))
+    presses = range(index * spec.forces, (index + 1) * spec.forces)
+    drawn = [_force(contact, stream(spec.seed, _PRESS, press)) for press in presses]
+    return Pose(
+        shift=(x, y),
+        rotation=rotation,
+        directions=np.array([direction for direction, _ in drawn]),
+        magnitudes=np.array([magnitude for _, magnitude in drawn]),
+    )
+
+
+def _force(contact: ContactSpec, rng: np.random.Generator) -> tuple[Array, float]:
+    """Direction and magnitude [N] of one force."""
+    magnitude, tilt, azimuth = (rng.uniform(*bounds) for bounds in (contact.force, contact.tilt, contact.azimuth))
+    if rng.random() < contact.upright:
+        tilt = 0.0
+    across = np.sin(tilt)
+    return np.array([across * np.cos(azimuth), across * np.sin(azimuth), -np.cos(tilt)]), float(magnitude)

@@ -1,0 +1,93 @@
+"""Shapes by name for datasets and recognition: the seven punches, a disc, a sphere, and any flat punch of one's own.
+
+Lengths are metres. A shape at size 1 has the dimensions given here; sizes multiply every length in its plane.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from shapely import MultiPolygon, Polygon, affinity
+
+from mjtactile.errors import IndenterError
+from mjtactile.geometry.indenter import Indenter, body_name, mesh_indenter, sphere
+from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
+from mjtactile.geometry.solid import extrude
+
+#: Radius of the paper's disc, through which forces are recognised [m].
+DISC_RADIUS = 3e-3
+#: Radius of the sphere at size 1, that of models/xml/sphere.xml [m].
+SPHERE_RADIUS = 6e-3
+
+_HALF_BOX = 5e-3
+_PUNCH_HEIGHT = 5e-3
+
+
+def _hexagon() -> Polygon:
+    """Regular, across flats 10 mm, like the octagon."""
+    angles = np.pi / 6 + np.pi / 3 * np.arange(6)
+    return Polygon(_HALF_BOX / math.cos(math.pi / 6) * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+def _cross() -> Polygon:
+    """Two bars of 10 mm by 3.6 mm across each other."""
+    long, short = _HALF_BOX, 1.8e-3
+    quarter = np.array([(long, -short), (long, short), (short, short)])
+    turns = [np.linalg.matrix_power(np.array([[0, -1], [1, 0]]), k) for k in range(4)]
+    return Polygon(np.concatenate([quarter @ turn.T for turn in turns]))
+
+
+_OWN = {"disc": lambda: ellipse(DISC_RADIUS, DISC_RADIUS), "hexagon": _hexagon, "cross": _cross}
+
+#: Every shape that has a name; a file of a mesh whose lowest face is flat is a shape as well.
+SHAPE_NAMES: tuple[str, ...] = (*INDENTER_NAMES, *_OWN, "sphere")
+
+
+@cache
+def shape_face(shape: str) -> Polygon | MultiPolygon | None:
+    """The flat face a shape presses with, at size 1 about its origin [m]; None for the sphere.
+
+    Args:
+        shape: a name, or the path of a mesh file in metres.
+
+    Raises:
+        IndenterError: there is no such shape, or it has no flat face.
+    """
+    if shape == "sphere":
+        return None
+    if shape in _OWN:
+        return _OWN[shape]()
+    if shape in INDENTER_NAMES:
+        return punch_outline(shape)
+    if not Path(shape).suffix:
+        raise IndenterError(f"shape '{shape}' does not exist. Available: {list(SHAPE_NAMES)}, or a mesh file.")
+    outline = mesh_indenter(shape).outline
+    if outline is None:
+        raise IndenterError(f"{shape} has no flat face. Expected a punch whose lowest face is flat.")
+    return outline
+
+
+def sized_face(shape: str, size: float) -> Polygon | MultiPolygon:
+    """The flat face of a shape at a size [m]; errors as in `shape_face`."""
+    face = shape_face(shape)
+    if face is None:
+        raise IndenterError(f"shape '{shape}' is curved and has no face.")
+    return affinity.scale(face, size, size, origin=(0, 0))
+
+
+def placed(face: Polygon | MultiPolygon, shift: tuple[float, float], rotation: float) -> Polygon | MultiPolygon:
+    """A face turned counter-clockwise about its origin [rad], then shifted [m]."""
+    turned = affinity.rotate(face, rotation, origin=(0, 0), use_radians=True)
+    return affinity.translate(turned, *shift)
+
+
+def shape_indenter(shape: str, size: float = 1.0) -> Indenter:
+    """A shape at a size as a body for press scenes; errors as in `shape_face`."""
+    if shape_face(shape) is None:
+        return sphere(SPHERE_RADIUS * size)
+    outline = sized_face(shape, size)
+    name = shape if shape in SHAPE_NAMES else body_name(Path(shape))
+    return Indenter(name=name, solid=extrude(outline, _PUNCH_HEIGHT), outline=outline)

@@ -1,0 +1,272 @@
+"""What a dataset of presses holds: a TOML file, read into checked values.
+
+In the file lengths are millimetres, forces gram-force and angles degrees, as in benchmarks/; here they are SI. A range
+is two numbers, drawn from uniformly, or one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import sys
+import tomllib
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mjtactile._files import read_text
+from mjtactile.contact.options import LAWS, TANGENTIALS
+from mjtactile.dataset.shapes import shape_face
+from mjtactile.errors import DatasetError, MjTactileError
+from mjtactile.fidelity import PRESETS
+from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED
+
+Range = tuple[float, float]
+
+BACKENDS = ("physics", "mujoco")
+#: Presses of one outline, poses times forces: they are made together.
+MOST_PER_OUTLINE = 10_000
+#: Forces beyond this [gf] are far outside the linear range of any pad; those in MuJoCo reach 255 gf along each axis.
+MOST_FORCE = 10_000.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSpec:
+    """One kind of contact: which bodies press, where, and how hard."""
+
+    shapes: tuple[str, ...]  #: names of shapes.SHAPE_NAMES, or mesh files
+    weight: float = 1.0  #: share of the presses, relative to the other kinds
+    size: Range = (1.0, 1.0)  #: relative to the shape's own [-]
+    shift: Range = (0.0, 0.0)  #: along x and along y, each [m]
+    rotation: Range = (0.0, 2.0 * math.pi)  #: counter-clockwise [rad]
+    force: Range = (5 * GRAM_FORCE, 200 * GRAM_FORCE)  #: magnitude [N]
+    tilt: Range = (0.0, math.radians(35.0))  #: of the force, from straight into the pad [rad]
+    azimuth: Range = (0.0, 2.0 * math.pi)  #: of the tilt, from +x towards +y [rad]
+    upright: float = 0.0  #: share of the presses whose force is not tilted [-]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetSpec:
+    """A dataset; make it with `load_spec`."""
+
+    contacts: tuple[ContactSpec, ...]
+    presses: int = 1000  #: how many
+    seed: int = 0
+    backend: str = "physics"  #: "physics": contact laws alone; "mujoco": press scenes, settled
+    presets: tuple[str, ...] = ("precise",)  #: fidelities, drawn with equal odds
+    laws: tuple[str, ...] = ("elastic",)  #: contact laws, drawn with equal odds
+    tangential: tuple[str, ...] = ("proportional",)  #: how shear spreads, drawn with equal odds
+    free: float = 0.0  #: share of the bodies that may tilt, so that the force passes through their origin [-]
+    poses: int = 6  #: in a row with the same outline: cells of a moved outline cost a fifth of new ones
+    forces: int = 4  #: in a row on the same pose: another force on an unmoved footprint costs next to nothing
+    noise: Range = (0.0, 0.0)  #: standard deviation of additive noise, relative to the press's largest reading [-]
+    transducer: dict[str, Any] | None = None  #: "name" and parameters; see hardware.py
+    pad: Pad = field(default_factory=Pad)
+
+    def __post_init__(self) -> None:
+        """Refuse numbers of presses and seeds that no file can hold."""
+        for name, least, most in (("presses", 1, MOST_PRESSES), ("seed", 0, MOST_SEED)):
+            _count({name: getattr(self, name)}, name, least, least, most)
+
+    @property
+    def presses_per_outline(self) -> int:
+        """Presses that share one outline, the unit of work."""
+        return self.poses * self.forces
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """Everything as plain values."""
+        return json.loads(json.dumps(asdict(self)))
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 over what the presses depend on; their number is left out, so that a dataset can be continued."""
+        values = {name: value for name, value in self.description.items() if name != "presses"}
+        return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
+def load_spec(path: Path) -> DatasetSpec:
+    """Read a dataset's TOML file.
+
+    Raises:
+        DatasetError: it cannot be read, or says what cannot be; the message names the entry.
+    """
+    try:
+        values = tomllib.loads(read_text(path))
+    except (OSError, ValueError, RecursionError) as error:
+        raise DatasetError(f"cannot read {path} as a dataset's TOML file: {error}") from error
+    return parse_spec(values)
+
+
+def parse_spec(values: dict[str, Any]) -> DatasetSpec:
+    """A dataset from the values of a TOML file; errors as in `load_spec`."""
+    known = {"presses", "seed", "backend", "preset", "law", "tangential", "free", "poses", "forces", "noise"}
+    _refuse_unknown("the dataset", values, {*known, "transducer", "pad", "contact"})
+    contacts = values.get("contact", [])
+    if not isinstance(contacts, list) or not contacts:
+        raise DatasetError("there is no [[contact]]: expected at least one, with shapes = [...].")
+    backend, *others = _names(values, "backend", "physics", BACKENDS)
+    if others:
+        raise DatasetError(f"backend = {[backend, *others]}; expected one of {', '.join(BACKENDS)}.")
+    spec = DatasetSpec(
+        contacts=tuple(_contact(entry) for entry in contacts),
+        presses=_count(values, "presses", 1000, most=MOST_PRESSES),
+        seed=_count(values, "seed", 0, least=0, most=MOST_SEED),
+        backend=backend,
+        presets=_names(values, "preset", "precise", tuple(PRESETS)),
+        laws=_names(values, "law", "elastic", LAWS),
+        tangential=_names(values, "tangential", "proportional", TANGENTIALS[:2]),
+        free=_share(values, "free"),
+        poses=_count(values, "poses", 6),
+        forces=_count(values, "forces", 4),
+        noise=_range(values, "noise", (0.0, 0.0), 1.0, least=0.0, most=MOST_NOISE),
+        transducer=values.get("transducer"),
+        pad=pad_from(values.get("pad", {})),
+    )
+    if spec.presses_per_outline > MOST_PER_OUTLINE:
+        raise DatasetError(
+            f"poses = {spec.poses} times forces = {spec.forces} presses share one outline; expected at most "
+            f"{MOST_PER_OUTLINE}."
+        )
+    if spec.transducer is not None:
+        from mjtactile.dataset.hardware import transducer_for
+
+        transducer_for(spec.transducer, spec.pad.reading_shape, seed=0)
+    return spec
+
+
+def spec_from(description: dict[str, Any]) -> DatasetSpec:
+    """The specification behind `DatasetSpec.description`, as stored with datasets and weights."""
+    contacts = tuple(ContactSpec(**_with_tuples(entry)) for entry in description["contacts"])
+    values = _with_tuples(description)
+    return DatasetSpec(**{**values, "contacts": contacts, "pad": pad_from(description["pad"])})
+
+
+def _contact(entry: dict[str, Any]) -> ContactSpec:
+    _refuse_unknown(
+        "[[contact]]",
+        entry,
+        {"shapes", "weight", "size", "shift", "rotation", "force", "tilt", "azimuth", "upright"},
+    )
+    shapes = entry.get("shapes", [])
+    if not (isinstance(shapes, list) and shapes and all(isinstance(shape, str) for shape in shapes)):
+        raise DatasetError(
+            f"[[contact]] shapes = {_short(shapes)}; expected a list of names, for example ['star', 'sphere']."
+        )
+    for shape in shapes:
+        shape_face(shape)
+    weight = entry.get("weight", float(len(shapes)))
+    if not (_is_number(weight) and weight > 0.0):
+        raise DatasetError(f"[[contact]] weight = {_short(weight)}; expected a positive number.")
+    turn, degree = (0.0, 360.0), math.pi / 180.0
+    shift = entry.get("shift", 0.0)
+    return ContactSpec(
+        shapes=tuple(shapes),
+        weight=float(weight),
+        size=_range(entry, "size", (1.0, 1.0), 1.0, least=1e-3, most=1e3),
+        shift=_range({"shift": [-shift, shift] if _is_number(shift) else shift}, "shift", (0.0, 0.0), MILLIMETRE),
+        rotation=_range(entry, "rotation", turn, degree),
+        force=_range(entry, "force", (5.0, 200.0), GRAM_FORCE, least=1e-6, most=MOST_FORCE),
+        tilt=_range(entry, "tilt", (0.0, 35.0), degree, least=0.0, most=89.0),
+        azimuth=_range(entry, "azimuth", turn, degree),
+        upright=_share(entry, "upright"),
+    )
+
+
+def pad_from(values: dict[str, Any]) -> Pad:
+    """A pad from values in SI units, named as Pad's own arguments; the default pad of none.
+
+    Raises:
+        DatasetError: for an argument that Pad, Layer or TaxelGrid does not have.
+        PadError: for a pad that cannot exist.
+    """
+    _refuse_unknown("[pad]", values, {"size", "layers", "taxels", "depths", "sampling_radius"})
+    try:
+        given = dict(values)
+        if "layers" in given:
+            given["layers"] = tuple(Layer(**layer) for layer in given["layers"])
+        if "taxels" in given:
+            given["taxels"] = TaxelGrid(**given["taxels"])
+        return Pad(**given)
+    except MjTactileError:
+        raise
+    except (TypeError, ValueError, OverflowError) as error:
+        raise DatasetError(
+            f"[pad]: {error}. Expected the arguments of Pad, Layer and TaxelGrid, in SI units."
+        ) from None
+
+
+def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    """The same values, lists as tuples."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+
+
+def _refuse_unknown(where: str, values: Any, known: set[str]) -> None:
+    if not isinstance(values, dict):
+        raise DatasetError(f"{where} is {_short(values)}; expected a table with entries {', '.join(sorted(known))}.")
+    unknown = sorted(set(values) - known)
+    if unknown:
+        raise DatasetError(
+            f"{where} has no entry {', '.join(map(repr, unknown))}. Available: {', '.join(sorted(known))}."
+        )
+
+
+def _is_number(value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    # Whole numbers may be larger than any float.
+    return -sys.float_info.max <= value <= sys.float_info.max
+
+
+def _count(values: dict[str, Any], name: str, default: int, least: int = 1, most: int = MOST_PER_OUTLINE) -> int:
+    value = values.get(name, default)
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+        raise DatasetError(f"{name} = {_short(value)}; expected a whole number from {least} to {most}.")
+    return value
+
+
+def _short(value: object) -> str:
+    """A value as it was written, or the beginning of it."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not print whole numbers of many thousand digits
+        return "a huge number"
+    return text if len(text) <= 60 else f"{text[:60]}..."
+
+
+def _share(values: dict[str, Any], name: str) -> float:
+    value = values.get(name, 0.0)
+    if not (_is_number(value) and 0.0 <= value <= 1.0):
+        raise DatasetError(f"{name} = {_short(value)}; expected a share from 0 to 1.")
+    return float(value)
+
+
+def _names(values: dict[str, Any], name: str, default: str, known: tuple[str, ...]) -> tuple[str, ...]:
+    given = values.get(name, default)
+    names = tuple(given) if isinstance(given, list) else (given,)
+    for one in names:
+        if one not in known:
+            raise DatasetError(f"{name} {one!r} does not exist. Available: {', '.join(known)}.")
+    if not names:
+        raise DatasetError(f"{name} is empty. Available: {', '.join(known)}.")
+    return names
+
+
+def _range(
+    values: dict[str, Any],
+    name: str,
+    default: Range,
+    unit: float,
+    least: float = -math.inf,
+    most: float = math.inf,
+) -> Range:
+    """A range in SI units; one number stands for itself."""
+    given = values.get(name, default)
+    pair = (given, given) if _is_number(given) else given
+    if not (isinstance(pair, list | tuple) and len(pair) == 2 and all(map(_is_number, pair)) and pair[0] <= pair[1]):
+        raise DatasetError(f"{name} = {_short(given)}; expected one number, or [low, high] with low <= high.")
+    if pair[0] < least or pair[1] > most:
+        raise DatasetError(f"{name} = {_short(given)} is outside {least:g} to {most:g}.")
+    return pair[0] * unit, pair[1] * unit

@@ -1,0 +1,145 @@
+"""Put down on contact: what is held is handed over to a shelf of unknown height, neither dropped nor pushed into it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjtactile.experiments.grasp.control import GripLaw, Ride, close, hold, let_go, lower, raise_object, rub
+from mjtactile.experiments.grasp.judge import CRUSHING, Judge
+from mjtactile.experiments.grasp.lift import OFFSETS, LiftTask, lift_task
+from mjtactile.experiments.grasp.robot import Robot
+from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
+from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
+from mjtactile.experiments.grasp.touch import Touch, TrueTouch, grasp_recogniser, make_touch
+from mjtactile.experiments.grasp.trials import Experiment, Result, Settings
+
+#: How far below what is held the shelf stands [m].
+DEPTHS = (5e-3, 35e-3)
+#: What the shelf may bear beyond the weight [N]; from how high the object may drop [m]; how it may tilt [deg].
+MOST_FORCE, MOST_DROP, MOST_TILT = 6.0, 1e-3, 5.0
+#: Height to which it is lifted [m], speeds of lifting and lowering [m/s], and how long it is held before [s].
+_RISE, _SPEED, _LOWERING, _SETTLE = 0.045, 0.08, 0.012, 0.2
+#: How far further than the deepest shelf to go before giving up [m].
+_BEYOND = 4e-3
+_SHELF = (0.04, 0.04, 2e-3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HandoverTask:
+    """One trial: an object, and how far below it the shelf stands."""
+
+    lift: LiftTask
+    depth: float
+
+
+def handover_task(drawn: np.random.Generator) -> HandoverTask:
+    """Everything at random, evenly over the ranges."""
+    return HandoverTask(lift=lift_task(drawn), depth=float(drawn.uniform(*DEPTHS)))
+
+
+def hand_over(task: HandoverTask, touch: Touch, *, fidelity: str, blind: bool = False) -> dict[str, Any]:
+    """Lift, put down on the shelf, let go, and judge.
+
+    Args:
+        task: what is put down, and where.
+        touch: what the controller is told.
+        fidelity: of the readings.
+        blind: whether to lower by the mean depth and let go, whatever is felt.
+    """
+    robot, judge = _world(task.lift, touch, fidelity)
+    result = {**asdict(task.lift), "depth": task.depth, "success": False, "force": None, "drop": None}
+    if not close(robot):
+        return result
+    law = GripLaw(friction=rub(robot))
+    raise_object(robot, law, _RISE, speed=_SPEED)
+    hold(robot, law, _SETTLE)
+    top = judge.height(robot) - task.lift.size[2] / 2 - task.depth
+    robot.data.mocap_pos[0] = (robot.data.body("object").xpos[0], robot.data.body("object").xpos[1], top - _SHELF[2])
+    judge.begin(robot)
+    robot.grip *= 1.1
+    if blind:
+        ride = Ride(robot, "z", robot.place["z"] - sum(DEPTHS) / 2, speed=_LOWERING)
+        while not ride.arrived:
+            ride.tick()
+    else:
+        lower(robot, robot.place["z"] - DEPTHS[1] - _BEYOND, speed=_LOWERING)
+    drop = judge.height(robot) - task.lift.size[2] / 2 - top
+    force = judge.table - task.lift.mass * 9.81
+    let_go(robot)
+    stands = abs(judge.height(robot) - task.lift.size[2] / 2 - top) < 1e-3
+    gentle = force < MOST_FORCE and drop < MOST_DROP and judge.peak <= CRUSHING
+    return {
+        **result,
+        "force": force,
+        "drop": drop,
+        "stands": stands,
+        "tilt": judge.tilt,
+        "peak": judge.peak,
+        "success": bool(stands and gentle and judge.tilt < MOST_TILT),
+    }
+
+
+def _world(task: LiftTask, touch: Touch, fidelity: str) -> tuple[Robot, Judge]:
+    """The object on the table, and a shelf out of the way."""
+    grasped = GraspObject(size=task.size, mass=task.mass, friction=task.friction)
+    spec = grasp_spec(grasped, wrist="xz", pose=task.pose, grasp_height=task.grasp_height, fidelity=fidelity)
+    shelf = spec.worldbody.add_body(name="shelf", mocap=True, pos=[0.0, 0.25, 0.02])
+    shelf.add_geom(name="shelf", type=mujoco.mjtGeom.mjGEOM_BOX, size=list(_SHELF), rgba=[0.5, 0.6, 0.7, 1.0], condim=4)
+    model = spec.compile()
+    judge = Judge(model, support="shelf")
+    return Robot(model, touch, opening=task.size[0] + 2.0 * OFFSETS[0] + 4e-3, watch=judge), judge
+
+
+def trial(settings: Settings, condition: str, number: int) -> Result:
+    """One trial of the experiment; blind hands lift with true forces, so that all hold the object when it begins."""
+    task = handover_task(np.random.default_rng([settings.seed, number, 5]))
+    seed = (settings.seed, number, 6)
+    touch = make_touch(condition, noise=settings.noise, seed=seed, weights=settings.weights)
+    blind = condition == "blind"
+    return hand_over(task, TrueTouch() if blind else touch, fidelity=settings.fidelity, blind=blind)
+
+
+def report(results: dict[str, list[Result]]) -> Report:
+    """The table."""
+    rows = []
+    for condition, trials in results.items():
+        held = [one for one in trials if one["force"] is not None]
+        rows.append(
+            (
+                condition,
+                share([one["success"] for one in trials]).percent,
+                median([one["force"] for one in held]).text(" N", digits=2),
+                f"{np.quantile([one['force'] for one in held], 0.95):.1f} N",
+                median([1e3 * one["drop"] for one in held]).text(" mm", digits=2),
+                f"{np.quantile([1e3 * one['drop'] for one in held], 0.95):.1f} mm",
+            )
+        )
+    felt = share([one["success"] for one in results["recognised"]])
+    return Report(
+        title=f"Handover: {len(results['true'])} objects put down on shelves {1e3 * DEPTHS[0]:g} to {1e3 * DEPTHS[1]:g}"
+        f" mm below; 95 % confidence intervals.",
+        head=(
+            "touch",
+            "put down gently",
+            "force beyond the weight, median",
+            "95 %",
+            "left above the shelf, median",
+            "95 %",
+        ),
+        rows=rows,
+        bounds=[Bound(what="put down, recognised", bound=">= 95 %", found=felt.percent, met=felt.value >= 0.95)],
+        figures={"success": asdict(felt)},
+    )
+
+
+HANDOVER = Experiment(
+    name="handover",
+    conditions=("recognised", "true", "blind"),
+    trial=trial,
+    report=report,
+    recognisers=grasp_recogniser,
+)

@@ -1,0 +1,69 @@
+"""The judge: looks at MuJoCo's state, which controllers may not, and says what really happened."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.experiments.grasp.robot import Robot
+from mjtactile.experiments.hands.gripper import GRIPPER_PADS
+
+#: More than this on a pad crushes [N].
+CRUSHING = 20.0
+
+
+class Judge:
+    """Watches a robot from step to step; pass it as `watch`.
+
+    Args:
+        model: of the world.
+        support: geom that objects stand on.
+
+    Attributes:
+        peak: largest force on a pad so far [N].
+        table: largest force of the support on the object since `begin` [N].
+    """
+
+    def __init__(self, model: mujoco.MjModel, *, support: str = "table") -> None:
+        self.peak = self.table = 0.0
+        self._pads = [int(model.geom(f"{name}_pad").id) for name in GRIPPER_PADS]
+        self._table = int(model.geom(support).id)
+        self._watched = {*self._pads, self._table}
+        self._object, self._grasp = model.body("object").id, model.site("grasp").id
+        self._force = np.zeros(6)
+        self._start: tuple[Array, Array] | None = None
+        self.slid = self.tilt = 0.0
+
+    def __call__(self, robot: Robot) -> None:
+        """After a step."""
+        model, data = robot.model, robot.data
+        on_pad, on_table = [0.0] * len(self._pads), 0.0
+        for k, pair in enumerate(data.contact.geom.tolist()):
+            for geom in pair:
+                if geom in self._watched:
+                    mujoco.mj_contactForce(model, data, k, self._force)
+                    if geom == self._table:
+                        on_table += float(self._force[0])
+                    else:
+                        on_pad[self._pads.index(geom)] += float(self._force[0])
+        self.peak = max(self.peak, *on_pad)
+        if self._start is not None:
+            self.table = max(self.table, on_table)
+            place, axis = self._held(robot)
+            self.slid = max(self.slid, float(np.linalg.norm(place - self._start[0])))
+            self.tilt = max(self.tilt, float(np.degrees(np.arccos(np.clip(axis @ self._start[1], -1.0, 1.0)))))
+
+    def begin(self, robot: Robot) -> None:
+        """From now on, note how far the object slides and tilts in the gripper, and what the table bears."""
+        self._start, self.slid, self.tilt, self.table = self._held(robot), 0.0, 0.0, 0.0
+
+    def height(self, robot: Robot) -> float:
+        """Of the object's middle above the table [m]."""
+        return float(robot.data.xpos[self._object, 2])
+
+    def _held(self, robot: Robot) -> tuple[Array, Array]:
+        """Where the object's middle stands from the gripper's grasp site along the pads [m], and its upright axis."""
+        data = robot.data
+        across = data.xpos[self._object, 1:] - data.site_xpos[self._grasp, 1:]
+        return across, data.xmat[self._object, 2::3].copy()

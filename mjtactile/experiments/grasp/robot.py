@@ -1,0 +1,97 @@
+"""The robot of the grasp experiments: a world that is stepped from tick to tick, and what a robot knows of itself."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import mujoco
+
+from mjtactile.errors import ContactWarning
+from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.grasp.scene import open_gripper
+from mjtactile.experiments.grasp.touch import Touch
+from mjtactile.experiments.hands.gripper import GRIP_LIMIT
+
+#: Steps between ticks, unless set otherwise: control and touch at 250 Hz.
+STEPS_PER_TICK = 4
+_NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+
+
+class Robot:
+    """Gripper and wrist, commanded from tick to tick.
+
+    Args:
+        model: of `grasp_spec`.
+        touch: what its pads tell it.
+        opening: of the gripper at the beginning [m].
+        watch: called after each step of MuJoCo's: the judge's eye, and whatever happens to the world.
+
+    Attributes:
+        grip: commanded force of each finger [N].
+        place: commanded displacement of the wrist by driven axis [m].
+        felt: what was felt last.
+        steps_per_tick: steps between ticks.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        touch: Touch,
+        *,
+        opening: float,
+        watch: Callable[[Robot], None] = lambda robot: None,
+    ) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self.steps_per_tick = STEPS_PER_TICK
+        self.grip = 0.0
+        self.place = {axis: 0.0 for axis in "xyz" if _has_actuator(model, f"wrist_{axis}")}
+        self._touch, self._watch = touch, watch
+        self._grip = model.actuator("grip").id
+        self._wrist = {axis: model.actuator(f"wrist_{axis}").id for axis in self.place}
+        open_gripper(model, self.data, opening)
+        self.felt = touch(model, self.data)
+
+    @property
+    def period(self) -> float:
+        """Between ticks [s]."""
+        return self.steps_per_tick * float(self.model.opt.timestep)
+
+    @property
+    def time(self) -> float:
+        """Since the beginning [s]."""
+        return float(self.data.time)
+
+    @property
+    def closing(self) -> float:
+        """Speed at which the pads approach each other, as the gripper's encoder says [m/s]."""
+        joints = (self.model.joint(name).dofadr[0] for name in ("left_finger", "right_finger"))
+        return -float(sum(self.data.qvel[joint] for joint in joints))
+
+    def tick(self) -> Felt:
+        """Let a period pass with the commands as they are, and feel."""
+        self.data.ctrl[self._grip] = min(self.grip, GRIP_LIMIT)
+        with warnings.catch_warnings():
+            # An object that rocks for a moment presses with an edge; the nearest load that a face carries is read.
+            warnings.simplefilter("ignore", ContactWarning)
+            for step in range(self.steps_per_tick):
+                reads = self._touch.reads and step == self.steps_per_tick - 1
+                self.model.opt.disableflags = 0 if reads else _NO_SENSORS
+                for axis, actuator in self._wrist.items():
+                    # Evenly to where it is to be: a servo that is as stiff as an arm's would jerk at every tick.
+                    left = self.place[axis] - self.data.ctrl[actuator]
+                    self.data.ctrl[actuator] += left / (self.steps_per_tick - step)
+                mujoco.mj_step(self.model, self.data)
+                self._watch(self)
+        self.felt = self._touch(self.model, self.data)
+        return self.felt
+
+    def move(self, axis: str, by: float, *, speed: float) -> Felt:
+        """Drive an axis at a speed for one tick, no further than `by` [m] from where it is commanded to be."""
+        step = min(abs(by), speed * self.period)
+        self.place[axis] += step if by > 0.0 else -step
+        return self.tick()
+
+
+def _has_actuator(model: mujoco.MjModel, name: str) -> bool:
+    return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name) >= 0

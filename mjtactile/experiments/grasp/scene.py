@@ -1,0 +1,194 @@
+"""Grasp worlds: a hand on a driven wrist over a table, and an object of known shape, mass and friction on it.
+
+Lengths are metres, in the world's frame: the table's top is z = 0, the gripper closes along x.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjtactile.errors import SceneError
+from mjtactile.experiments.hands.fingertip import CONTACT
+from mjtactile.experiments.hands.gripper import REACH, gripper_document
+from mjtactile.experiments.hands.hand import HAND_REACH, hand_document
+from mjtactile.pad import Pad
+from mjtactile.plugin.registration import ensure_registered
+from mjtactile.sim.mjcf import OPTION, numbers, text_of
+
+#: Priority of objects: above the pads', so that friction is the object's own, on pads and table alike.
+OBJECT_PRIORITY = 11
+#: Position servos of the wrist [N/m, N s/m]: critically damped for the gripper of 1 kg, stiff as an arm's.
+WRIST_STIFFNESS, WRIST_DAMPING = 4e4, 4e2
+#: Largest force of a wrist's drive [N].
+WRIST_FORCE = 150.0
+#: Shapes of objects.
+SHAPES = ("box", "cylinder", "sphere")
+#: Torsional friction per sliding friction of one contact point [m]. Pads touch in several points, which carry torsion
+#: between them; one alone is taken for a patch 0.5 mm across.
+_TORSION = 5e-4
+#: Simulation: as for presses, and tangential forces solved once more without creep, so that what is held stays.
+_OPTION = {**OPTION, "noslip_iterations": "4"}
+#: Hands by the name of their body: what writes them, and from the flange to the middle of the pads [m].
+_HANDS = {"gripper": (gripper_document, REACH), "hand": (hand_document, HAND_REACH)}
+#: How far the wrist may be driven from where it starts [m].
+_RANGES = {"x": (-0.1, 0.1), "y": (-0.1, 0.1), "z": (-0.15, 0.3)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class GraspObject:
+    """What is grasped.
+
+    Raises:
+        SceneError: for a shape, size, mass or friction no object has.
+    """
+
+    shape: str = "box"  #: "box", "cylinder" (upright) or "sphere"
+    size: tuple[float, float, float] = (0.04, 0.04, 0.06)  #: extent along x, y, z [m]; of a sphere the first counts
+    mass: float = 0.1  #: [kg]
+    friction: float = 0.6  #: sliding, against pads and table [-]
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        if self.shape not in SHAPES:
+            raise SceneError(f"object shape {self.shape!r} does not exist. Available: {', '.join(SHAPES)}.")
+        for name, values in (("size", self.size), ("mass", (self.mass,)), ("friction", (self.friction,))):
+            if not all(math.isfinite(value) and value > 0.0 for value in values):
+                raise SceneError(f"object {name} = {values}; expected positive numbers: metres, kilograms, a ratio.")
+
+    @property
+    def height(self) -> float:
+        """How far it stands above the table [m]."""
+        return self.size[0] if self.shape == "sphere" else self.size[2]
+
+
+def grasp_spec(grasped: GraspObject, **options: Any) -> mujoco.MjSpec:
+    """`grasp_mjcf` as an editable `MjSpec`; arguments and errors as there."""
+    ensure_registered()
+    return mujoco.MjSpec.from_string(grasp_mjcf(grasped, **options))
+
+
+def grasp_mjcf(
+    grasped: GraspObject,
+    *,
+    hand: str = "gripper",
+    wrist: str = "z",
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    grasp_height: float | None = None,
+    pad: Pad | None = None,
+    pad_name: str = "default",
+    fidelity: str = "fast",
+) -> str:
+    """A world in which a hand stands around an object on a table, ready to close; see `open_gripper`.
+
+    Body, free joint and geom `object`; the hand as in `gripper_document` or `hand_document`; an actuator
+    `wrist_<axis>` for each driven axis, whose control is the wrist's displacement from where it starts [m], and a
+    sensor of the same name that says where it is.
+
+    Args:
+        grasped: the object.
+        hand: "gripper" or "hand", the one of three fingers.
+        wrist: driven axes, some of "x", "y" and "z"; the others are rigid.
+        pose: where the object stands: x, y [m] and its turn about the vertical [rad].
+        grasp_height: of the pads' middles above the table [m]; by default half the object's height.
+        pad: of the fingertips; the default pad if None.
+        pad_name: by which the plugin knows it.
+        fidelity: preset of the readings.
+
+    Raises:
+        SceneError: for an unknown hand or axis.
+    """
+    if hand not in _HANDS:
+        raise SceneError(f"hand = {hand!r}; expected one of {', '.join(map(repr, _HANDS))}.")
+    make, reach = _HANDS[hand]
+    root = make("grasp", pad, pad_name=pad_name, fidelity=fidelity)
+    height = grasped.height / 2 if grasp_height is None else grasp_height
+    return _world(root, hand, height + reach, grasped, pose, wrist)
+
+
+def _world(
+    root: ET.Element, hand: str, flange: float, grasped: GraspObject, pose: tuple[float, float, float], wrist: str
+) -> str:
+    """A hand's document made a world: table, object, light, camera, and drives of the wrist."""
+    if not set(wrist) <= set(_RANGES) or len(set(wrist)) != len(wrist):
+        raise SceneError(f"wrist = {wrist!r}; expected some of the axes x, y and z, each once, such as 'z' or 'xyz'.")
+    root.insert(1, ET.Element("option", _OPTION))
+    root.insert(2, ET.Element("statistic", center="0 0 0.1", extent="0.3"))
+    world = _child(root, "worldbody")
+    world.insert(0, ET.Element("light", pos="0 -0.3 0.6", dir="0 0.45 -0.9"))
+    world.insert(1, ET.Element("camera", name="front", pos="0 -0.5 0.25", xyaxes="1 0 0 0 0.3 0.95", fovy="40"))
+    table = ET.Element("geom", CONTACT, name="table", type="plane", size="0.3 0.3 0.05", rgba="0.85 0.83 0.8 1")
+    world.insert(2, table)
+    world.append(object_element(grasped, pose))
+    carrier = next(body for body in world.iter("body") if body.get("name") == hand)
+    carrier.set("pos", numbers((0.0, 0.0, flange)))
+    for place, axis in enumerate(wrist):
+        _add_drive(root, carrier, axis, place)
+    return text_of(root)
+
+
+def object_element(grasped: GraspObject, pose: tuple[float, float, float]) -> ET.Element:
+    """The body of an object on the table; see `grasp_mjcf`."""
+    x, y, turn = pose
+    body = ET.Element(
+        "body",
+        name="object",
+        pos=numbers((x, y, grasped.height / 2)),
+        quat=numbers((math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2))),
+    )
+    ET.SubElement(body, "freejoint", name="object")
+    half = tuple(length / 2 for length in grasped.size)
+    size = {"box": half, "cylinder": (half[0], half[2]), "sphere": half[:1]}[grasped.shape]
+    ET.SubElement(
+        body,
+        "geom",
+        CONTACT,
+        name="object",
+        type=grasped.shape,
+        size=numbers(size),
+        mass=numbers((grasped.mass,)),
+        friction=numbers((grasped.friction, _TORSION * grasped.friction, 1e-4)),
+        priority=str(OBJECT_PRIORITY),
+        rgba="0.85 0.55 0.3 1",
+    )
+    return body
+
+
+def open_gripper(model: mujoco.MjModel, data: mujoco.MjData, opening: float) -> None:
+    """Stand the fingers apart [m]; call before the first step."""
+    for name in ("left_finger", "right_finger"):
+        joint = model.joint(name)
+        low, high = joint.range
+        data.qpos[joint.qposadr[0]] = np.clip(opening / 2, low, high)
+    mujoco.mj_forward(model, data)
+
+
+def _add_drive(root: ET.Element, gripper: ET.Element, axis: str, place: int) -> None:
+    name, limits = f"wrist_{axis}", numbers(_RANGES[axis])
+    joint = ET.Element(
+        "joint", name=name, type="slide", axis=numbers(tuple(float(axis == one) for one in "xyz")), range=limits
+    )
+    gripper.insert(place, joint)
+    ET.SubElement(
+        _child(root, "actuator"),
+        "general",
+        name=name,
+        joint=name,
+        biastype="affine",
+        gainprm=numbers((WRIST_STIFFNESS,)),
+        biasprm=numbers((0.0, -WRIST_STIFFNESS, -WRIST_DAMPING)),
+        ctrlrange=limits,
+        forcerange=numbers((-WRIST_FORCE, WRIST_FORCE)),
+    )
+    ET.SubElement(_child(root, "sensor"), "jointpos", name=name, joint=name)
+
+
+def _child(element: ET.Element, tag: str) -> ET.Element:
+    found = element.find(tag)
+    assert found is not None, tag
+    return found

@@ -1,0 +1,192 @@
+"""Catch what slips: an object held no harder than it takes is overloaded, or loses its friction, or neither."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from mjtactile.experiments.grasp.control import GripLaw, SlipReflex, close, hold, raise_object, rub
+from mjtactile.experiments.grasp.disturbances import Disturbance, disturbance
+from mjtactile.experiments.grasp.judge import CRUSHING, Judge
+from mjtactile.experiments.grasp.lift import LiftTask, lift_task
+from mjtactile.experiments.grasp.robot import Robot
+from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
+from mjtactile.experiments.grasp.touch import Touch, TrueTouch, grasp_recogniser, make_touch
+from mjtactile.experiments.grasp.trials import Experiment, Result, Settings
+
+#: Margin with which objects are held before [-].
+MARGIN = 1.3
+#: What must not be exceeded: slipping [m].
+MOST_SLIP = 2e-3
+#: Grip that an overloaded object may take [N], so that it can be held under 20 N; others are drawn anew.
+_MOST_NEEDED = 14.0
+#: Height to which it is lifted [m], speed [m/s], how long it is held before [s] and watched [s].
+_RISE, _SPEED, _SETTLE, _WATCH = 0.02, 0.06, 0.3, 1.0
+#: Steps between ticks while it is held: 500 Hz.
+_STEPS = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlipTask:
+    """One trial: an object, something that makes it slip, and something that does not."""
+
+    lift: LiftTask
+    slip: Disturbance
+    quiet: Disturbance
+
+
+def slip_task(drawn: np.random.Generator) -> SlipTask:
+    """Everything at random; objects that no grip under 20 N would hold when overloaded are drawn anew."""
+    slip, quiet = disturbance(drawn, slips=True), disturbance(drawn, slips=False)
+    while (task := lift_task(drawn)).needed * MARGIN * slip.amount > _MOST_NEEDED:
+        pass
+    return SlipTask(lift=task, slip=slip, quiet=quiet)
+
+
+class Held:
+    """An object that was lifted and is held, through one thing after another, each from the same beginning.
+
+    Args:
+        task: what is held.
+        touch: what the controller is told.
+        fidelity: of the readings.
+        reacts: whether the reflex is on; off, the grip stays as it is.
+    """
+
+    def __init__(self, task: LiftTask, touch: Touch, *, fidelity: str, reacts: bool = True) -> None:
+        self._task, self._reacts = task, reacts
+        self._robot, self._judge = task.robot(touch, fidelity)
+        self._law: GripLaw | None = None
+        if close(self._robot):
+            self._law = GripLaw(friction=rub(self._robot), margin=MARGIN)
+            raise_object(self._robot, self._law, _RISE, speed=_SPEED)
+            hold(self._robot, self._law, _SETTLE)
+        self._start = copy.copy(self._robot.data), self._robot.grip, dict(self._robot.place)
+
+    def through(self, happens: Disturbance) -> dict[str, Any]:
+        """Let something happen, and judge."""
+        if self._law is None:
+            return {"kind": happens.kind, "held": False}
+        robot, judge, law = self._robot, self._judge, self._law
+        data, robot.grip, place = self._start
+        robot.data, robot.place = copy.copy(data), dict(place)
+        robot.model.geom("object").friction[0] = self._task.friction
+        judge.begin(robot)
+        judge.peak = 0.0
+        robot.steps_per_tick = _STEPS
+        reflex = SlipReflex(law, robot.grip, robot.period)
+        alarm, slid = _watch(robot, judge, happens, reflex, self._task, self._reacts)
+        return {
+            "kind": happens.kind,
+            "held": True,
+            "alarm": alarm,
+            "slid": judge.slid,
+            "slid_at_alarm": slid,
+            "peak": judge.peak,
+            "felt_friction": law.friction,
+            "amount": happens.amount,
+            "rise": happens.rise,
+        }
+
+
+def _watch(
+    robot: Robot, judge: Judge, happens: Disturbance, reflex: SlipReflex, task: LiftTask, reacts: bool
+) -> tuple[float | None, float | None]:
+    """Until it is over; when the alarm came after the disturbance began [s], and how far the object had slid [m]."""
+    begun, height = robot.time, robot.place["z"]
+    holds = _holds(robot, task.friction)
+    alarm = slid = None
+    while robot.time - begun < happens.start + _WATCH:
+        happens.apply(robot, begun, holds, task.friction)
+        robot.place["z"] = height + happens.shaken(robot.time - begun)
+        grip = reflex.step(robot.tick())
+        if reacts:
+            robot.grip = grip
+        if alarm is None and reflex.alarmed:
+            alarm, slid = robot.time - begun - happens.start, judge.slid
+    return alarm, slid
+
+
+def _holds(robot: Robot, friction: float) -> float:
+    """Weight that the grip holds as it is, by what MuJoCo knows [N]."""
+    felt = TrueTouch()(robot.model, robot.data)
+    pull = float(np.hypot(*felt.pull)) / 2.0
+    turning = GripLaw(friction=friction).load(felt) / pull
+    return 2.0 * friction * float(felt.pressing.mean()) / turning
+
+
+def trial(settings: Settings, condition: str, number: int) -> Result:
+    """One trial of the experiment: once with a slip, once without."""
+    task = slip_task(np.random.default_rng([settings.seed, number, 2]))
+    # A blind hand holds as hard as one that sees forces truly; it just does not react.
+    blind = condition == "blind"
+    touch = make_touch(
+        "true" if blind else condition,
+        noise=settings.noise,
+        seed=(settings.seed, number, 3),
+        weights=settings.weights,
+    )
+    held = Held(task.lift, touch, fidelity=settings.fidelity, reacts=not blind)
+    return {**asdict(task.lift), "quiet": held.through(task.quiet), "slip": held.through(task.slip)}
+
+
+def caught(one: dict[str, Any]) -> bool:
+    """Whether a slip was noticed and the object held before it had gone 2 mm, without crushing it."""
+    return one["held"] and one["alarm"] is not None and one["slid"] < MOST_SLIP and one["peak"] <= CRUSHING
+
+
+def report(results: dict[str, list[Result]]) -> Report:
+    """The table, and what was to be reached."""
+    rows = []
+    for condition, trials in results.items():
+        slips, quiet = ([one[kind] for one in trials] for kind in ("slip", "quiet"))
+        kinds = sorted({one["kind"] for one in slips})
+        rows += [_row(condition, kind, [one for one in slips if one["kind"] == kind]) for kind in kinds]
+        rows.append(_row(condition, "all slips", slips))
+        rows.append(_quiet_row(condition, quiet))
+    felt = results["recognised"]
+    rate = share([caught(one["slip"]) for one in felt])
+    alarms = share([one["quiet"].get("alarm") is not None for one in felt])
+    return Report(
+        title=f"Slip: {len(felt)} objects held with a margin of {MARGIN:g}, each once with a slip and once without; "
+        "95 % confidence intervals.",
+        head=("grip", "what happens", "caught before 2 mm", "alarms", "slid, median", "slid, 95 %"),
+        rows=rows,
+        bounds=[
+            Bound(what="slips caught, recognised", bound=">= 95 %", found=rate.percent, met=rate.value >= 0.95),
+            Bound(what="false alarms, recognised", bound="<= 1 %", found=alarms.percent, met=alarms.value <= 0.01),
+        ],
+        figures={"caught": asdict(rate), "false_alarms": asdict(alarms)},
+    )
+
+
+def _row(condition: str, kind: str, slips: list[dict[str, Any]]) -> tuple[str, ...]:
+    held = [1e3 * one["slid"] for one in slips if one["held"]]
+    return (
+        condition,
+        kind,
+        share([caught(one) for one in slips]).percent,
+        share([one.get("alarm") is not None for one in slips]).percent,
+        median(held).text(" mm", digits=2),
+        f"{np.quantile(held, 0.95):.2f} mm" if held else "-",
+    )
+
+
+def _quiet_row(condition: str, quiet: list[dict[str, Any]]) -> tuple[str, ...]:
+    held = [1e3 * one["slid"] for one in quiet if one["held"]]
+    return (
+        condition,
+        "no slip",
+        "-",
+        share([one.get("alarm") is not None for one in quiet]).percent,
+        median(held).text(" mm", digits=2),
+        f"{np.quantile(held, 0.95):.2f} mm" if held else "-",
+    )
+
+
+SLIP = Experiment(
+    name="slip", conditions=("recognised", "true", "blind"), trial=trial, report=report, recognisers=grasp_recogniser
+)

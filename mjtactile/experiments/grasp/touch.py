@@ -1,0 +1,136 @@
+"""What a controller is told of the touch: as recognised, as MuJoCo knows it, or nothing at all.
+
+The three give the same answers in the same words, so that one control law can be tried on each.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.hands.gripper import GRIPPER_PADS
+from mjtactile.pad import Pad
+from mjtactile.recognition import load
+from mjtactile.recognition.grasp import GraspRecogniser, grasp_targets
+from mjtactile.sim.wrench import contact_wrenches
+
+#: Nothing presses while the mean of all readings is below this [Pa]: some 0.05 N. The noise of single taxels falls to a
+#: tenth of it in the mean.
+CONTACT_THRESHOLD = 100.0
+#: A pad that bears less than this is not touched, where forces are known [N].
+LEAST_FORCE = 0.05
+
+
+#: Of the default pad, which the gripper bears and recognisers are taught for.
+_READING_SHAPE = Pad().reading_shape
+
+
+class Touch(Protocol):
+    """A sense of touch: what is felt in a state, at one tick."""
+
+    #: Whether the pads are to be read.
+    reads: bool
+
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """What is felt in a state."""
+        ...
+
+
+def read_pads(data: mujoco.MjData, noise: float, drawn: np.random.Generator) -> Array:
+    """Readings of the gripper's pads (pads, layers, rows, columns) [Pa], with white noise over each one's largest."""
+    readings = np.array([data.sensor(name).data.reshape(_READING_SHAPE) for name in GRIPPER_PADS])
+    peaks = readings.max(axis=(1, 2, 3))
+    return readings + noise * peaks[:, None, None, None] * drawn.standard_normal(readings.shape)
+
+
+class RecognisedTouch:
+    """The pads' readings, with noise, as a recogniser understands them.
+
+    Args:
+        recogniser: of force and twist.
+        noise: standard deviation of white noise over a pad's largest reading [-].
+        seed: of the noise.
+    """
+
+    reads = True
+
+    def __init__(self, recogniser: GraspRecogniser, *, noise: float, seed: tuple[int, ...]) -> None:
+        self._recogniser, self._noise = recogniser, noise
+        self._drawn = np.random.default_rng(seed)
+
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """What is recognised; the pads must have been read in this step."""
+        readings = read_pads(data, self._noise, self._drawn)
+        touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
+        felt = _nothing(readings)
+        if touched.any():
+            found = self._recogniser(readings[touched])
+            felt.pressing[touched], felt.tangential[touched] = found.pressing, found.force[:, :2]
+            felt.centre[touched], felt.twist[touched] = found.centre, found.twist
+        return felt
+
+
+class TrueTouch:
+    """MuJoCo's contact forces: what no robot has, for comparison."""
+
+    reads = False
+
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """MuJoCo's contact forces."""
+        wrenches = np.array([contact_wrenches(model, data, model.geom(f"{one}_pad").id).total for one in GRIPPER_PADS])
+        touched = wrenches[:, 2] < -LEAST_FORCE
+        felt = _nothing(None)
+        if touched.any():
+            targets = grasp_targets(wrenches[touched])
+            felt.pressing[touched], felt.tangential[touched] = -wrenches[touched, 2], wrenches[touched, :2]
+            felt.centre[touched] = targets[:, 2:4]
+            felt.twist[touched] = -targets[:, 4] * wrenches[touched, 2]
+        return felt
+
+
+class NoTouch:
+    """No sense of touch."""
+
+    reads = False
+
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+        """Nothing."""
+        return _nothing(None)
+
+
+def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> Touch:
+    """A sense of touch by name: "recognised", "true" or, for anything else, none.
+
+    Args:
+        kind: name.
+        noise: of recognised touch [-].
+        seed: of the noise.
+        weights: folder of the recogniser's weights; by default those shipped.
+    """
+    if kind == "recognised":
+        return RecognisedTouch(grasp_recogniser(weights), noise=noise, seed=seed)
+    return TrueTouch() if kind == "true" else NoTouch()
+
+
+@lru_cache(maxsize=2)
+def grasp_recogniser(weights: str | None) -> GraspRecogniser:
+    """What feels what a hand holds.
+
+    Args:
+        weights: folder of weights of one's own; None: those shipped.
+
+    Raises:
+        RecognitionError: there are none, or they fit another pad.
+    """
+    return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
+
+
+def _nothing(readings: Array | None) -> Felt:
+    pads = len(GRIPPER_PADS)
+    return Felt(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)

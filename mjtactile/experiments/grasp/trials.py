@@ -1,0 +1,146 @@
+"""Trials by the hundred: from seeds, by any number of workers, continued where they were interrupted.
+
+What a trial gives depends on seed, condition and number alone. Results are kept a line each, as they come, and are put
+in order at the end; a process that dies costs the trials it was at.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mjtactile._files import read_text, write_atomically
+from mjtactile._progress import progress_bar
+from mjtactile._version import __version__
+from mjtactile.errors import MjTactileError
+from mjtactile.workers import Workers, distributed
+
+Result = dict[str, Any]
+
+
+class TrialsError(MjTactileError, ValueError):
+    """Trials that make no sense, or a file of results of other ones."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What every trial of a run shares."""
+
+    seed: int = 0  #: of everything
+    trials: int = 200  #: of each condition
+    noise: float = 0.01  #: standard deviation over a pad's largest reading [-]
+    fidelity: str = "fast"  #: preset of the readings
+    weights: str | None = None  #: folder of weights of one's own
+    options: tuple[tuple[str, float], ...] = ()  #: of the experiment, by name
+
+    def option(self, name: str) -> float:
+        """An option of the experiment."""
+        return dict(self.options)[name]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """Trials under several conditions.
+
+    Attributes:
+        name: such as "lift".
+        conditions: by name; the same trial number is the same task under all of them.
+        trial: settings, condition and number to plain numbers; a function of a module, for other processes to find.
+        report: results by condition, in order of their numbers, to what is printed.
+        figure: the same to a matplotlib figure, for experiments that have one.
+        recognisers: loads what the trials feel with from a folder of weights; it raises where they are unusable.
+    """
+
+    name: str
+    conditions: tuple[str, ...]
+    trial: Callable[[Settings, str, int], Result]
+    report: Callable[[dict[str, list[Result]]], Any]
+    figure: Callable[[dict[str, list[Result]]], Any] | None = None
+    recognisers: Callable[[str | None], Any] | None = None
+
+
+def run_trials(
+    experiment: Experiment,
+    settings: Settings,
+    *,
+    workers: Workers | None = None,
+    out: Path | None = None,
+    progress: bool = True,
+) -> dict[str, list[Result]]:
+    """Run all trials that `out` does not hold yet.
+
+    Args:
+        experiment: what is tried.
+        settings: of all trials.
+        workers: who does them; the results do not depend on it. None: this process.
+        out: file of results to write and, where there is one of the same settings, to continue.
+        progress: show a bar on a terminal.
+
+    Returns:
+        Results by condition, in order of their numbers.
+
+    Raises:
+        TrialsError: `out` holds results of other trials.
+        DistributeError: Ray is missing or cannot be reached, or workers die over a trial again and again.
+        OSError: `out` cannot be written.
+    """
+    jobs = [(condition, k) for k in range(settings.trials) for condition in experiment.conditions]
+    about = {"experiment": experiment.name, "version": __version__, **asdict(settings)}
+    about.pop("trials")
+    about = json.loads(json.dumps(about))
+    done = {} if out is None else _read(out, about)
+    left = [job for job in jobs if job not in done]
+    with progress_bar(experiment.name, len(jobs), wanted=progress) as advance:
+        advance(len(jobs) - len(left))
+        if out is not None and not out.exists():
+            out.write_text(json.dumps(about) + "\n")
+        tasks = [(experiment.trial, settings, job) for job in left]
+        for place, result in distributed(_tried, tasks, workers or Workers()):
+            job = left[place]
+            done[job] = json.loads(json.dumps(result))
+            if out is not None:
+                with out.open("a") as file:
+                    file.write(json.dumps({"condition": job[0], "trial": job[1], "result": result}) + "\n")
+            advance(1)
+    return {condition: [done[condition, k] for k in range(settings.trials)] for condition in experiment.conditions}
+
+
+def _tried(task: tuple[Callable[[Settings, str, int], Result], Settings, tuple[str, int]]) -> Result:
+    """One trial, as a worker does it."""
+    trial, settings, job = task
+    return trial(settings, *job)
+
+
+def _read(path: Path, about: dict[str, Any]) -> dict[tuple[str, int], Result]:
+    """Results in a file by condition and number; lines that are damaged or were cut off are mended away."""
+    if not path.exists():
+        return {}
+    try:
+        lines = read_text(path).split("\n")
+        head = json.loads(lines[0])
+    except (OSError, ValueError, RecursionError):
+        raise TrialsError(f"{path} is not a file of trials. Choose another name.") from None
+    if head != about:
+        other = [key for key in about if head.get(key) != about[key]] if isinstance(head, dict) else list(about)
+        raise TrialsError(f"{path} holds trials of other settings ({', '.join(other)}). Choose another name.")
+    done = {line: _entry(line) for line in lines[1:-1]}
+    whole = {line: entry for line, entry in done.items() if entry is not None}
+    if len(whole) < len(lines) - 2 or lines[-1]:
+        content = "\n".join([lines[0], *whole]) + "\n"
+        write_atomically(path, lambda file: file.write(content.encode()))
+    return dict(whole.values())
+
+
+def _entry(line: str) -> tuple[tuple[str, int], Result] | None:
+    """A trial's condition and number, and its result; None for a line that is damaged."""
+    try:
+        entry = json.loads(line)
+        condition, number, result = entry["condition"], entry["trial"], entry["result"]
+    except (ValueError, LookupError, TypeError, RecursionError):
+        return None
+    if not (isinstance(condition, str) and isinstance(number, int) and isinstance(result, dict)):
+        return None
+    return (condition, number), result

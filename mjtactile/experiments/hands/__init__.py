@@ -1,0 +1,1 @@
+"""Our own hands as text: a gripper and a hand with pads on every fingertip."""

@@ -1,0 +1,82 @@
+"""What our hands share: a palm to mount, pads on fingertips, how they touch what is held.
+
+Lengths are metres, masses kilograms.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from mjtactile.pad import Pad
+from mjtactile.pad_names import PLUGIN
+from mjtactile.sim.mjcf import document, numbers
+
+#: Contact of pads and of what they hold. It gives way by some 0.1 mm under 5 N, fingers and rubber together: where a
+#: contact slides, MuJoCo's convex friction pushes the bodies apart by friction x speed x time constant, and a stiffer
+#: contact would open and hop.
+CONTACT = {"condim": "4", "solref": "0.01 1", "solimp": "0.9 0.9 0.001 0.5 2"}
+#: `friction` counts only against objects of lower priority; those of the grasp experiments bring their own.
+_PAD_CONTACT = {**CONTACT, "friction": "1 0.0005 0.0001", "priority": "10"}
+_PAD_DENSITY = "965"  # PDMS [kg/m^3]
+#: Colours of links and palms.
+GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
+
+
+def document_with_palm(
+    model: str, hand: str, reach: float, *, module: str, mass: float, **palm: str
+) -> tuple[ET.Element, ET.Element]:
+    """A model that holds a hand without fingers.
+
+    Args:
+        model: its name.
+        hand: name of the hand's body; its origin is the mounting flange.
+        reach: from the flange down to site `grasp`, the middle of the pads [m].
+        module: that writes it.
+        mass: of the palm [kg].
+        palm: attributes of the palm's geom.
+    Returns: the document, and the hand's body.
+    """
+    root = document(model, module=module)
+    ET.SubElement(root, "compiler", angle="radian")
+    ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
+    body = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name=hand, gravcomp="1")
+    ET.SubElement(body, "geom", {"name": "palm", **palm, "mass": numbers((mass,)), "rgba": _DARK})
+    ET.SubElement(body, "site", name="grasp", pos=numbers((0.0, 0.0, -reach)), size="0.001", group="4")
+    return root, body
+
+
+def pad_sensor(name: str, pad_name: str, fidelity: str) -> ET.Element:
+    """A sensor of the plugin on geom `<name>_pad`."""
+    sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
+    for key, value in (("pad", pad_name), ("fidelity", fidelity), ("output", "von_mises")):
+        ET.SubElement(sensor, "config", key=key, value=value)
+    return sensor
+
+
+def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, float], rotation: np.ndarray) -> None:
+    """A pad's geom and the site of its frame.
+
+    Args:
+        body: it is added to.
+        name: of the sensor.
+        pad: its size and thickness.
+        surface: where the middle of its sensing surface stands in the body's frame [m].
+        rotation: of the pad frame there, (3, 3), axes as columns.
+    """
+    axes = numbers(rotation[:, :2].T.ravel())
+    centre = np.array(surface) - rotation[:, 2] * pad.thickness / 2
+    ET.SubElement(
+        body,
+        "geom",
+        _PAD_CONTACT,
+        name=f"{name}_pad",
+        type="box",
+        size=numbers((pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2)),
+        pos=numbers(centre),
+        xyaxes=axes,
+        density=_PAD_DENSITY,
+        rgba="0.75 0.8 0.85 1",
+    )
+    ET.SubElement(body, "site", name=f"{name}_surface", pos=numbers(surface), xyaxes=axes, size="0.0002", group="4")

@@ -1,0 +1,152 @@
+"""A parallel gripper of our own: two coupled fingers on slides, a pad on each fingertip, one force-controlled drive.
+
+Lengths are metres, forces newtons. The gripper's body `gripper` has its origin at the mounting flange, z up, and holds
+its fingers downwards; site `grasp` stands between the pads. Pad frames: z towards the other finger, y up, so that the
+weight of what is held pulls along -y of both pads.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from mjtactile.experiments.hands.fingertip import GREY, add_pad, document_with_palm, pad_sensor
+from mjtactile.pad import Pad
+from mjtactile.sim.mjcf import numbers, text_of
+
+#: Sensors of the gripper; geoms are `<name>_pad`, pad frames are sites `<name>_surface`.
+GRIPPER_PADS = ("left", "right")
+#: Distance of the fingers, and of the pads where they are closed [m]: pads of an empty gripper never touch.
+STROKE, CLOSED_GAP = 80e-3, 0.5e-3
+#: Force with which each finger may press [N].
+GRIP_LIMIT = 40.0
+#: From the flange to the middle of the pads [m].
+REACH = 0.12
+#: A finger with its carriage, as in commercial grippers of that stroke [kg]; what the drive's rotor adds behind its
+#: gears [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
+_FINGER_MASS, _ROTOR, _DAMPING = 0.06, 0.05, 20.0
+_PALM_MASS = 0.7
+#: Fingertips align themselves with what they touch: each turns and nods about its pad's middle against
+#: a spring, by 2 degrees under 0.1 N at the pad's edge.
+_TIP_JOINT = {
+    "type": "hinge",
+    "range": "-0.15 0.15",
+    "limited": "true",
+    "stiffness": "0.02",
+    "damping": "0.0008",
+    "armature": "5e-06",
+}
+#: The drive's force follows its command with this time constant [s].
+_DRIVE_TIME = "0.005"
+#: Of the drive that opens [N].
+_OPENING = 10.0
+
+
+def gripper_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast") -> str:
+    """The gripper alone, for `MjSpec.attach` and `<attach>`; arguments as in `gripper_document`."""
+    return text_of(gripper_document("gripper", pad, pad_name=pad_name, fidelity=fidelity))
+
+
+def gripper_document(
+    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast"
+) -> ET.Element:
+    """A model that holds the gripper, to be written or built upon.
+
+    Actuator `grip`: force with which each finger closes [N], -10 (opens) to 40. Sensors `left` and `right`: readings of
+    the pads. Sensors `opening` [m] and `opening_rate` [m/s]: distance of the pads less `CLOSED_GAP`.
+
+    Args:
+        model: its name.
+        pad: its size and thickness are used; the default pad if None.
+        pad_name: by which the plugin knows that pad: `pad_text(pad)`, or a name of `register_pad`.
+        fidelity: preset of the readings by name.
+    """
+    pad = pad or Pad()
+    root, palm = document_with_palm(
+        model,
+        "gripper",
+        REACH,
+        module="experiments/hands/gripper.py",
+        type="box",
+        size="0.06 0.03 0.03",
+        pos="0 0 -0.03",
+        mass=_PALM_MASS,
+    )
+    for name, side in zip(GRIPPER_PADS, (-1.0, 1.0), strict=True):
+        palm.append(_finger(name, side, pad))
+    contact = ET.SubElement(root, "contact")
+    for left in ("left_finger", "left_tip"):
+        for right in ("right_finger", "right_tip"):
+            ET.SubElement(contact, "exclude", body1=left, body2=right)
+    _add_drive(root)
+    sensors = ET.SubElement(root, "sensor")
+    for name in GRIPPER_PADS:
+        sensors.append(pad_sensor(name, pad_name, fidelity))
+    ET.SubElement(sensors, "tendonpos", name="opening", tendon="opening")
+    ET.SubElement(sensors, "tendonvel", name="opening_rate", tendon="opening")
+    return root
+
+
+def _add_drive(root: ET.Element) -> None:
+    """One motor for both fingers, which keeps them at the same distance from the middle."""
+    coupling = ET.SubElement(root, "equality")
+    ET.SubElement(
+        coupling,
+        "joint",
+        name="coupling",
+        joint1="left_finger",
+        joint2="right_finger",
+        polycoef="0 1 0 0 0",
+        solref="0.005 1",
+        solimp="0.98 0.99 0.001 0.5 2",
+    )
+    grip = ET.SubElement(ET.SubElement(root, "tendon"), "fixed", name="opening")
+    for name in GRIPPER_PADS:
+        ET.SubElement(grip, "joint", joint=f"{name}_finger", coef="1")
+    ET.SubElement(
+        ET.SubElement(root, "actuator"),
+        "general",
+        name="grip",
+        tendon="opening",
+        gear="-1",
+        dyntype="filterexact",
+        dynprm=_DRIVE_TIME,
+        ctrlrange=numbers((-_OPENING, GRIP_LIMIT)),
+        forcerange=numbers((-_OPENING, GRIP_LIMIT)),
+    )
+
+
+def _finger(name: str, side: float, pad: Pad) -> ET.Element:
+    """A finger on the left (-1) or on the right (+1); its frame's origin is the middle of its pad's surface."""
+    body = ET.Element("body", name=f"{name}_finger", pos=numbers((side * CLOSED_GAP / 2, 0.0, -REACH)), gravcomp="1")
+    ET.SubElement(
+        body,
+        "joint",
+        name=f"{name}_finger",
+        type="slide",
+        axis=numbers((side, 0.0, 0.0)),
+        range=numbers((0.0, STROKE / 2)),
+        damping=numbers((_DAMPING,)),
+        armature=numbers((_ROTOR,)),
+    )
+    inward = np.array([-side, 0.0, 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    rotation = np.column_stack([np.cross(up, inward), up, inward])
+    tip = ET.SubElement(body, "body", name=f"{name}_tip", gravcomp="1")
+    for axis, direction in (("turn", "0 0 1"), ("nod", "0 1 0")):
+        ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_{axis}", axis=direction)
+    add_pad(tip, name, pad, (0.0, 0.0, 0.0), rotation)
+    # The finger's own bar stands behind the pad: what the pad does not touch, nothing touches.
+    low, high = -pad.size[1] / 2, REACH - 0.06
+    ET.SubElement(
+        body,
+        "geom",
+        name=f"{name}_bar",
+        type="box",
+        size=numbers((0.004, pad.size[0] / 2, (high - low) / 2)),
+        pos=numbers((side * (pad.thickness + 0.004), 0.0, (high + low) / 2)),
+        mass=numbers((_FINGER_MASS,)),
+        rgba=GREY,
+    )
+    return body

@@ -1,0 +1,119 @@
+"""A three-finger hand of our own: two fingers and an opposing thumb, two joints each, a pad on every fingertip.
+
+Lengths are metres, angles radians, torques newton metres. The hand's body `hand` has its origin at the mounting
+flange, z up, and holds its fingers downwards around site `grasp`. At zero all fingers hang straight down; positive
+angles close. Pad frames: z towards the middle of the hand where the fingers hang straight, y towards the knuckle.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+
+import numpy as np
+
+from mjtactile.experiments.hands.fingertip import CONTACT, GREY, add_pad, document_with_palm, pad_sensor
+from mjtactile.pad import Pad
+from mjtactile.sim.mjcf import numbers, text_of
+
+#: Sensors of the hand, and where round the hand their fingers stand [deg]: the thumb faces the gap between the two.
+HAND_PADS = {"thumb": 180.0, "left": 35.0, "right": -35.0}
+#: Joints of a finger, from the palm outwards.
+HAND_JOINTS = ("knuckle", "middle")
+#: From the hand's axis to the knuckles; of the links [m].
+KNUCKLE_RADIUS, UPPER_LINK, LOWER_LINK = 0.045, 0.05, 0.045
+#: How far the joints turn [rad]: (opens, closes).
+RANGES = {"knuckle": (-0.7, 1.2), "middle": (-0.3, 1.6)}
+#: Position servos: stiffness [N m/rad], and the most torque they have [N m]: 10 N at a fingertip.
+STIFFNESS, TORQUE = 3.0, 0.95
+#: Of gears and bearings: damping [N m s/rad], what rotors add behind their gears [kg m^2], dry friction [N m].
+_JOINT = {"type": "hinge", "damping": "0.05", "armature": "0.0004", "frictionloss": "0.005"}
+_PALM_MASS, _LINK_MASSES = 0.5, (0.06, 0.04)
+_PALM_HEIGHT, _WIDTH = 0.03, 0.008
+#: From the flange to the middle of the pads [m].
+HAND_REACH = _PALM_HEIGHT + UPPER_LINK + LOWER_LINK
+
+
+def hand_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast") -> str:
+    """The hand alone, for `MjSpec.attach` and `<attach>`; arguments as in `hand_document`."""
+    return text_of(hand_document("hand", pad, pad_name=pad_name, fidelity=fidelity))
+
+
+def hand_document(
+    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast"
+) -> ET.Element:
+    """A model that holds the hand, to be written or built upon.
+
+    Actuators `<finger>_<joint>`: angle that a joint is to have [rad]. Sensors `<finger>`: readings of its pad; sensors
+    `<finger>_<joint>`: its angle [rad].
+
+    Args:
+        model: its name.
+        pad: its size and thickness are used; the default pad if None.
+        pad_name: by which the plugin knows that pad: `pad_text(pad)`, or a name of `register_pad`.
+        fidelity: preset of the readings by name.
+    """
+    pad = pad or Pad()
+    root, palm = document_with_palm(
+        model,
+        "hand",
+        HAND_REACH,
+        module="experiments/hands/hand.py",
+        mass=_PALM_MASS,
+        type="cylinder",
+        size=numbers((KNUCKLE_RADIUS - 0.005, _PALM_HEIGHT / 2)),
+        pos=numbers((0.0, 0.0, -_PALM_HEIGHT / 2)),
+    )
+    actuators, sensors = ET.Element("actuator"), ET.Element("sensor")
+    for finger, around in HAND_PADS.items():
+        palm.append(_finger(finger, math.radians(around), pad))
+        sensors.append(pad_sensor(finger, pad_name, fidelity))
+        for joint in HAND_JOINTS:
+            name = f"{finger}_{joint}"
+            ET.SubElement(
+                actuators,
+                "position",
+                name=name,
+                joint=name,
+                kp=numbers((STIFFNESS,)),
+                ctrlrange=numbers(RANGES[joint]),
+                forcerange=numbers((-TORQUE, TORQUE)),
+            )
+            ET.SubElement(sensors, "jointpos", name=name, joint=name)
+    root.extend((actuators, sensors))
+    return root
+
+
+def _finger(name: str, around: float, pad: Pad) -> ET.Element:
+    """A finger: its frame has z up, and x out of the hand."""
+    knuckle = (KNUCKLE_RADIUS * math.cos(around), KNUCKLE_RADIUS * math.sin(around), -_PALM_HEIGHT)
+    turn = numbers((math.cos(around / 2), 0.0, 0.0, math.sin(around / 2)))
+    upper = ET.Element("body", name=f"{name}_upper", pos=numbers(knuckle), quat=turn, gravcomp="1")
+    _add_joint(upper, name, "knuckle")
+    _add_link(upper, f"{name}_upper_link", UPPER_LINK, _LINK_MASSES[0])
+    lower = ET.SubElement(upper, "body", name=f"{name}_lower", pos=numbers((0.0, 0.0, -UPPER_LINK)), gravcomp="1")
+    _add_joint(lower, name, "middle")
+    _add_link(lower, f"{name}_lower_link", LOWER_LINK, _LINK_MASSES[1])
+    inward, up = np.array([-1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    rotation = np.column_stack([np.cross(up, inward), up, inward])
+    add_pad(lower, name, pad, (-_WIDTH - pad.thickness, 0.0, -LOWER_LINK), rotation)
+    return upper
+
+
+def _add_joint(body: ET.Element, finger: str, joint: str) -> None:
+    # About +y, -z turns towards -x: inwards.
+    ET.SubElement(body, "joint", _JOINT, name=f"{finger}_{joint}", axis="0 1 0", range=numbers(RANGES[joint]))
+
+
+def _add_link(body: ET.Element, name: str, length: float, mass: float) -> None:
+    ET.SubElement(
+        body,
+        "geom",
+        CONTACT,
+        name=name,
+        type="capsule",
+        size=numbers((_WIDTH,)),
+        fromto=numbers((0.0, 0.0, 0.0, 0.0, 0.0, -length)),
+        mass=numbers((mass,)),
+        rgba=GREY,
+    )

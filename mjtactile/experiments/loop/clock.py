@@ -1,0 +1,160 @@
+"""The loop's clock: MuJoCo steps at 1 kHz, and every few steps touch is read and recognised.
+
+What the controller gets is a `Felt`; the true wrench goes only into the log, for whoever examines it.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import mujoco
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.errors import ContactWarning, MjTactileError
+from mjtactile.experiments.loop.known import Felt, home
+from mjtactile.experiments.loop.scene import AXES, TIMESTEP, LoopScene
+from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
+from mjtactile.sensor import TactileSensor
+from mjtactile.transducer.array import Transducer
+
+#: Nothing presses while the mean of all readings is below this [Pa]. Three gram-force read more; the noise of single
+#: taxels, of a few hundred pascals at the worst, falls to a tenth of it in the mean.
+CONTACT_THRESHOLD = 50.0
+
+
+def steps_between(rate: int) -> int:
+    """Steps of MuJoCo from one tick to the next at a rate of ticks [Hz].
+
+    Raises:
+        MjTactileError: for a rate that does not divide 1000.
+    """
+    every = round(1.0 / (TIMESTEP * rate)) if 0 < rate <= 1.0 / TIMESTEP else 0
+    if every < 1 or abs(every * TIMESTEP * rate - 1.0) > 1e-9:
+        raise MjTactileError(f"rate = {rate} Hz does not divide 1000 Hz; expected for example 200, 250 or 500.")
+    return every
+
+
+@dataclass(eq=False)
+class Log:
+    """What happened, a row for each tick."""
+
+    time: list[float] = field(default_factory=list)  #: simulated [s]
+    commanded: list[Array] = field(default_factory=list)  #: force on the pad [N]; NaN where none
+    recognised: list[Array] = field(default_factory=list)  #: the same, as recognised; NaN where nothing was felt
+    true: list[Array] = field(default_factory=list)  #: MuJoCo's contact force on the pad [N]
+    arm: list[int] = field(default_factory=list)  #: that is being moved
+    seen: list[str] = field(default_factory=list)  #: shape recognised, "" where nothing was felt
+    read_time: list[float] = field(default_factory=list)  #: reading the sensor [s]
+    force_time: list[float] = field(default_factory=list)  #: recognising the force [s]; NaN where nothing was felt
+    shape_time: list[float] = field(default_factory=list)  #: recognising the shape [s]
+    step_time: list[float] = field(default_factory=list)  #: MuJoCo's steps [s]
+
+
+class Loop:
+    """Steps a scene and recognises what its pad feels.
+
+    Args:
+        scene: what is stepped.
+        sensor: of its pad.
+        force, shape: recognisers.
+        rate: of readings and recognition [Hz]; it divides 1000.
+        noise: standard deviation of white noise over a reading's largest taxel [-].
+        transducer: what the readings go through; None: ideal.
+        seed: of the noise.
+        watch: called after each tick with this loop: draws, shows.
+
+    Raises:
+        MjTactileError: for a rate that does not divide 1000.
+    """
+
+    def __init__(
+        self,
+        scene: LoopScene,
+        sensor: TactileSensor,
+        force: ForceRecogniser,
+        shape: ShapeRecogniser,
+        *,
+        rate: int = 200,
+        noise: float = 0.01,
+        transducer: Transducer | None = None,
+        seed: int = 0,
+        watch: Callable[[Loop], None] = lambda loop: None,
+    ) -> None:
+        every = steps_between(rate)
+        self.scene, self.sensor = scene, sensor
+        self.data = mujoco.MjData(scene.model)
+        self.period = every * TIMESTEP
+        self.targets = np.array([home(arm) for arm in range(len(scene.truth))])
+        self.log = Log()
+        self.readings = np.zeros(sensor.pad.reading_shape)
+        self.felt: Felt | None = None
+        self._homes = self.targets.copy()
+        self._every = every
+        self._force, self._shape = force, shape
+        self._noise, self._drawn, self._transducer = noise, np.random.default_rng([seed, 7]), transducer
+        self._watch = watch
+        names = [f"arm_{arm}_{axis}" for arm in range(len(scene.truth)) for axis in AXES]
+        self._actuators = np.array([scene.model.actuator(name).id for name in names])
+
+    @property
+    def ticks(self) -> int:
+        """How many there were."""
+        return len(self.log.time)
+
+    def tick(self, arm: int, commanded: Array | None = None) -> Felt | None:
+        """Let the arms go to their targets for one period, and feel.
+
+        Args:
+            arm: that is being moved, for the log.
+            commanded: force that it is to press with [N], for the log.
+
+        Returns:
+            What was recognised; None where nothing presses.
+        """
+        start = perf_counter()
+        self.data.ctrl[self._actuators] = (self.targets - self._homes).ravel()
+        for _ in range(self._every):
+            mujoco.mj_step(self.scene.model, self.data)
+        stepped = perf_counter()
+        with warnings.catch_warnings():
+            # A punch that rocks for a moment may press on less than its face carries; the nearest load is right then.
+            warnings.simplefilter("ignore", ContactWarning)
+            readings = self.sensor.read(self.data)
+        read = perf_counter()
+        self.readings = self._as_reported(readings)
+        self.felt = None
+        force_time = shape_time = np.nan
+        if self.readings.mean() > CONTACT_THRESHOLD:
+            before = perf_counter()
+            force = self._force(self.readings)
+            between = perf_counter()
+            self.felt = Felt(force, self._shape(self.readings, among=tuple(sorted(self.scene.truth))))
+            force_time, shape_time = between - before, perf_counter() - between
+        self._note(arm, commanded, (stepped - start, read - stepped, force_time, shape_time))
+        self._watch(self)
+        return self.felt
+
+    def _as_reported(self, readings: Array) -> Array:
+        """Readings with what hardware does to them."""
+        if self._transducer is not None:
+            readings = self._transducer(readings)
+        return readings + self._noise * readings.max() * self._drawn.standard_normal(readings.shape)
+
+    def _note(self, arm: int, commanded: Array | None, times: tuple[float, float, float, float]) -> None:
+        nothing = np.full(3, np.nan)
+        log = self.log
+        log.time.append(self.data.time)
+        log.commanded.append(nothing if commanded is None else np.asarray(commanded, dtype=float))
+        log.recognised.append(nothing if self.felt is None else self.felt.force.force)
+        log.true.append(self.sensor.wrench(self.data)[:3])
+        log.arm.append(arm)
+        log.seen.append("" if self.felt is None else str(self.felt.shape.shape))
+        step, read, force, shape = times
+        log.step_time.append(step)
+        log.read_time.append(read)
+        log.force_time.append(force)
+        log.shape_time.append(shape)

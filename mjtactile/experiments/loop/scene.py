@@ -1,0 +1,129 @@
+"""The scene of the loop: a pad, seven punches in a rack on arms of their own, and seven bins.
+
+Lengths are metres, forces newtons, in the pad frame: z out of the pad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import shapely
+
+from mjtactile._types import Array
+from mjtactile.errors import SceneError
+from mjtactile.experiments.loop.known import ARM_STIFFNESS, SPACING, bin_place, home
+from mjtactile.geometry.indenter import indenter_outline, punch
+from mjtactile.geometry.outlines import INDENTER_NAMES
+from mjtactile.pad import Pad
+from mjtactile.sim.mjcf import indenter_mjcf, pad_mjcf
+from mjtactile.sim.press_scene import EDGE_MARGIN
+
+TIMESTEP = 1e-3
+#: What moves with an arm besides the punch [kg], and its damping [N s/m], which is critical.
+ARM_MASS = 0.05
+_PUNCH_MASS = 15e-3
+ARM_DAMPING = 2.0 * math.sqrt(ARM_STIFFNESS * (ARM_MASS + _PUNCH_MASS))
+#: How far a punch may stand off its arm's axis [m], in any direction and turned at random.
+LARGEST_SHIFT = 2e-3
+#: Poses tried before a punch is said not to fit.
+_MOST_DRAWS = 1000
+AXES = "xyz"
+
+
+@dataclass(frozen=True, eq=False)
+class LoopScene:
+    """A model, and what only an examiner knows of it.
+
+    Attributes:
+        model: compiled.
+        truth: name of the punch that each arm holds.
+        shifts: of each punch off its arm's axis, (arms, 2) [m].
+        rotations: of each punch, counter-clockwise (arms,) [rad].
+    """
+
+    model: mujoco.MjModel
+    truth: tuple[str, ...]
+    shifts: Array
+    rotations: Array
+
+
+def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
+    """Punches in random order and poses; the same seed gives the same scene."""
+    pad = pad or Pad()
+    drawn = np.random.default_rng(seed)
+    truth = tuple(INDENTER_NAMES[k] for k in drawn.permutation(len(INDENTER_NAMES)))
+    poses = np.array([_pose(name, pad, drawn) for name in truth])
+    shifts, turns = poses[:, :2], poses[:, 2]
+    spec = mujoco.MjSpec.from_string(pad_mjcf(pad))
+    _set_options(spec)
+    _add_view(spec)
+    for arm, name in enumerate(truth):
+        _add_arm(spec, arm, name, shifts[arm], float(turns[arm]))
+        _add_bin(spec, arm)
+    return LoopScene(spec.compile(), truth, shifts, turns)
+
+
+def _pose(name: str, pad: Pad, drawn: np.random.Generator) -> tuple[float, float, float]:
+    """Shift (x, y) [m] off the arm's axis and turn [rad] of a punch whose whole face meets the pad.
+
+    Feet off the pad's edge would carry nothing, see mjcf.py.
+    """
+    half_x, half_y = (size / 2 - EDGE_MARGIN for size in pad.size)
+    sheet = shapely.box(-half_x, -half_y, half_x, half_y)
+    for _ in range(_MOST_DRAWS):
+        radius, towards, turn = LARGEST_SHIFT * math.sqrt(drawn.random()), *drawn.uniform(0.0, 2.0 * np.pi, 2)
+        shift = (radius * math.cos(towards), radius * math.sin(towards))
+        if sheet.contains(indenter_outline(name, shift=shift, rotate_deg=math.degrees(turn))):
+            return *shift, float(turn)
+    raise SceneError(
+        f"no place was found where punch '{name}' lies wholly on a pad of {pad.size[0] * 1e3:.4g} x "
+        f"{pad.size[1] * 1e3:.4g} mm. The loop's punches are 10 mm wide: use a larger pad."
+    )
+
+
+def _set_options(spec: mujoco.MjSpec) -> None:
+    """As press scenes have them, see mjcf.py."""
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 100.0
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.stat.extent = 0.08
+    spec.stat.center = np.zeros(3)
+
+
+def _add_view(spec: mujoco.MjSpec) -> None:
+    spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
+    spec.visual.headlight.diffuse = [0.55, 0.55, 0.55]
+    spec.worldbody.add_light(pos=[0.0, -0.05, 0.15], dir=[0.0, 0.3, -1.0], diffuse=[0.4, 0.4, 0.4])
+    spec.worldbody.add_camera(name="loop", pos=[0.0, -0.125, 0.125], xyaxes=[1, 0, 0, 0, 0.72, 0.69], fovy=38.0)
+
+
+def _add_arm(spec: mujoco.MjSpec, arm: int, name: str, shift: Array, turn: float) -> None:
+    body = spec.worldbody.add_body(name=f"arm_{arm}", pos=home(arm), gravcomp=1.0)
+    body.mass, body.inertia, body.explicitinertial = ARM_MASS, [1e-6] * 3, True
+    for axis, direction in zip(AXES, np.eye(3), strict=True):
+        joint = f"arm_{arm}_{axis}"
+        body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=direction)
+        actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_position(kp=ARM_STIFFNESS, kv=ARM_DAMPING)
+    frame = body.add_frame(pos=[*shift, 0.0], quat=[math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)])
+    child = mujoco.MjSpec.from_string(indenter_mjcf(punch(name)))
+    spec.attach(child, prefix=f"held_{arm}_", frame=frame)
+
+
+def _add_bin(spec: mujoco.MjSpec, k: int) -> None:
+    """A plate under a bin's place: to be seen, not touched."""
+    x, y, _ = bin_place(k)
+    spec.worldbody.add_geom(
+        name=f"bin_{INDENTER_NAMES[k]}",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[SPACING * 0.46, SPACING * 0.46, 0.5e-3],
+        pos=[x, y, -1e-3],
+        rgba=[0.35, 0.45, 0.6, 1.0],
+        contype=0,
+        conaffinity=0,
+    )

@@ -1,0 +1,148 @@
+"""A video of the loop: the scene, the four layers' readings, and what was recognised."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._files import write_atomically
+from mjtactile._types import Array
+from mjtactile.errors import OutputError
+from mjtactile.experiments.loop.clock import Loop
+from mjtactile.sim.render import context_class, working_backend
+from mjtactile.units import GRAM_FORCE
+
+Picture = npt.NDArray[np.uint8]
+
+#: Frames per simulated second; the video runs as fast as the simulated clock.
+FRAMES_PER_SECOND = 10
+_WIDTH, _HEIGHT = 480, 360
+#: A layer's map has taxels of this many pixels.
+_TAXEL = 13
+#: What can be written, without any program besides this one.
+VIDEO_KINDS = {".gif": "GIF", ".webp": "WEBP"}
+
+
+class LoopVideo:
+    """Draws a frame every so often; `loop.run.run_loop(watch=video)`. A context manager: it holds an OpenGL context.
+
+    Raises:
+        RenderError: there is no working OpenGL.
+    """
+
+    def __init__(self, model: mujoco.MjModel, camera: str = "loop") -> None:
+        self._context = context_class(working_backend())(_WIDTH, _HEIGHT)
+        self._context.make_current()
+        self._buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_resizeOffscreen(_WIDTH, _HEIGHT, self._buffers)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffers)
+        self._scene = mujoco.MjvScene(model, maxgeom=1000)
+        self._view = mujoco.MjvCamera()
+        self._view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._view.fixedcamid = model.camera(camera).id
+        self._next = 0.0
+        self._peak = 1.0
+        self.frames: list[Picture] = []
+
+    def __enter__(self) -> LoopVideo:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._buffers.free()
+        self._context.free()
+
+    def __call__(self, loop: Loop) -> None:
+        """Draw a frame if it is time for one."""
+        if loop.data.time < self._next:
+            return
+        self._next += 1.0 / FRAMES_PER_SECOND
+        self.frames.append(self._frame(loop))
+
+    def save(self, path: Path) -> None:
+        """Write what was drawn.
+
+        Raises:
+            OutputError: nothing was drawn, the file's ending is no kind of video known here, or it cannot be written.
+        """
+        from PIL import Image
+
+        check_video_path(path)
+        if not self.frames:
+            raise OutputError(f"there are no frames to write to {path}: the loop was not run with this video.")
+        first, *others = (Image.fromarray(frame) for frame in self.frames)
+        kind = VIDEO_KINDS[path.suffix.lower()]
+        pause = round(1000 / FRAMES_PER_SECOND)
+        write_atomically(
+            path,
+            lambda file: first.save(file, format=kind, save_all=True, append_images=others, duration=pause, loop=0),
+        )
+
+    def _frame(self, loop: Loop) -> Picture:
+        from PIL import Image, ImageDraw
+
+        maps = self._maps(loop.readings)
+        frame = np.full((_HEIGHT, _WIDTH + maps.shape[1] + 20, 3), 24, dtype=np.uint8)
+        frame[:, :_WIDTH] = self._picture(loop)
+        frame[10 : 10 + maps.shape[0], _WIDTH + 10 : _WIDTH + 10 + maps.shape[1]] = maps
+        image = Image.fromarray(frame)
+        draw = ImageDraw.Draw(image)
+        for k, line in enumerate(self._lines(loop)):
+            draw.text((10, 8 + 14 * k), line, fill=(255, 255, 255))
+        return np.asarray(image)
+
+    def _lines(self, loop: Loop) -> list[str]:
+        commanded = loop.log.commanded[-1]
+        lines = [f"{loop.data.time:5.2f} s"]
+        if not np.isnan(commanded).any():
+            lines.append("commanded   " + _vector(commanded))
+        if loop.felt is not None:
+            lines.append("recognised  " + _vector(loop.felt.force.force))
+            lines.append(f"{loop.felt.shape.shape}, {float(loop.felt.shape.confidence):.0%}")
+        return lines
+
+    def _picture(self, loop: Loop) -> Picture:
+        model, data = loop.scene.model, loop.data
+        option, all_kinds = mujoco.MjvOption(), mujoco.mjtCatBit.mjCAT_ALL
+        self._context.make_current()
+        mujoco.mjv_updateScene(model, data, option, mujoco.MjvPerturb(), self._view, all_kinds, self._scene)
+        area = mujoco.MjrRect(0, 0, _WIDTH, _HEIGHT)
+        picture = np.empty((_HEIGHT, _WIDTH, 3), dtype=np.uint8)
+        mujoco.mjr_render(area, self._scene, self._buffers)
+        mujoco.mjr_readPixels(picture, None, area, self._buffers)
+        return picture[::-1]
+
+    def _maps(self, readings: Array) -> Picture:
+        """The first four layers two by two, rows upwards, over the largest reading there was lately."""
+        from matplotlib import colormaps
+
+        colours: Any = colormaps["magma"]
+        self._peak = max(0.9 * self._peak, float(readings.max()), 1.0)
+        layers = list(np.clip(readings[:4] / self._peak, 0.0, 1.0))
+        layers += [np.zeros_like(layers[0])] * (-len(layers) % 2)
+        tiles = [
+            np.pad(np.kron(colours(layer[::-1])[..., :3], np.ones((_TAXEL, _TAXEL, 1))), ((0, 4), (0, 4), (0, 0)))
+            for layer in layers
+        ]
+        pairs = [np.hstack(tiles[k : k + 2]) for k in range(0, len(tiles), 2)]
+        return (np.vstack(pairs) * 255).astype(np.uint8)
+
+
+def check_video_path(path: Path) -> None:
+    """Find out before the loop runs whether a video can be called that.
+
+    Raises:
+        OutputError: the file's ending is no kind of video known here.
+    """
+    if path.suffix.lower() not in VIDEO_KINDS:
+        raise OutputError(f"cannot write a video to {path}; expected a name that ends in {' or '.join(VIDEO_KINDS)}.")
+
+
+def _vector(force: Array) -> str:
+    return "({:6.1f}, {:6.1f}, {:6.1f}) gf".format(*(force / GRAM_FORCE))

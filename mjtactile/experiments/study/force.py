@@ -1,0 +1,150 @@
+"""The force networks: first the direction, then with it the magnitude (tables 2 and 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.experiments.study.networks import NetworkDesign, Networks, train
+from mjtactile.experiments.study.presses import oblique_readings, unit_vectors
+from mjtactile.experiments.study.protocol import (
+    DIRECTION_HIDDEN,
+    DIRECTION_ITERATIONS,
+    FULL_FORCE,
+    MAGNITUDE_HIDDEN,
+    TRAINING_ANGLES,
+    TRAINING_FORCES,
+    UNKNOWN_ANGLES,
+    UNKNOWN_FORCES,
+)
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.units import GRAM_FORCE
+
+#: How the maximum readings enter the magnitude network: over the largest of their layer among the training samples, or
+#: all over the largest of all.
+SCALINGS = ("each layer", "all layers")
+#: Share of a unit's work that the direction network is, for the progress bar.
+_DIRECTION_SHARE = 0.1
+
+
+def force_study(
+    influence: InfluenceMatrices,
+    *,
+    law: str,
+    layers: int,
+    seeds: Sequence[int],
+    iterations: int,
+    scaling: str = "each layer",
+    initial: str = "fan-in",
+    first_step: float = 0.01,
+    smallest_step: float = 1e-12,
+    progress: Callable[[float], None] = lambda share: None,
+) -> dict[str, Any]:
+    """Train both networks on the paper's samples and test them once on its unknown ones.
+
+    The magnitude network learns with the true direction and is tested with the recognised one: by the direction
+    network that learnt best. Of the magnitude networks, too, the paper tests the one that learnt best.
+
+    Args:
+        influence: of the paper's pad.
+        law: contact law that makes the readings.
+        layers: sensing layers that are seen, 1 or 4.
+        seeds: of the initial weights.
+        iterations: of the magnitude network, at most.
+        scaling: of the maximum readings, one of `SCALINGS`.
+        initial: initial weights, see networks.py.
+        first_step: of RPROP.
+        smallest_step: of RPROP.
+        progress: told the share of the work done.
+
+    Returns:
+        {"direction": ..., "magnitude": ...}, angles in degrees and forces in gram-force, see below.
+    """
+    training = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
+    unknown = oblique_readings(influence, law, UNKNOWN_ANGLES)[:, :layers]
+    design = NetworkDesign(
+        hidden=DIRECTION_HIDDEN[layers], initial=initial, first_step=first_step, smallest_step=smallest_step
+    )
+    directions = train(
+        design,
+        over_maximum(training),
+        unit_vectors(TRAINING_ANGLES),
+        seeds=seeds,
+        iterations=min(DIRECTION_ITERATIONS, iterations),
+        progress=lambda share: progress(_DIRECTION_SHARE * share),
+    )
+    peaks = _peaks(training, TRAINING_FORCES)
+    scale = peaks.max(axis=0) if scaling == "each layer" else np.full(layers, peaks.max())
+    magnitudes = train(
+        replace(design, hidden=MAGNITUDE_HIDDEN[layers]),
+        _magnitude_inputs(unit_vectors(TRAINING_ANGLES), TRAINING_FORCES, peaks / scale),
+        np.tile(TRAINING_FORCES, len(TRAINING_ANGLES))[:, None] / FULL_FORCE,
+        seeds=seeds,
+        iterations=iterations,
+        progress=lambda share: progress(_DIRECTION_SHARE + (1.0 - _DIRECTION_SHARE) * share),
+    )
+    recognised = directions(over_maximum(unknown))
+    return {
+        "direction": _direction_result(directions, directions(over_maximum(training)), recognised),
+        "magnitude": _magnitude_result(
+            magnitudes, recognised[int(directions.error.argmin())], _peaks(unknown, UNKNOWN_FORCES) / scale
+        ),
+    }
+
+
+def over_maximum(readings: Array) -> Array:
+    """Readings over the largest of their sample, flat: (samples, taxels), 0 to 1."""
+    flat = readings.reshape(len(readings), -1)
+    return flat / flat.max(axis=1, keepdims=True)
+
+
+def _peaks(readings_of_one_newton: Array, forces_gf: Sequence[float]) -> Array:
+    """Largest reading of each layer [Pa] for every angle and force, shape (angles x forces, layers)."""
+    peaks = readings_of_one_newton.max(axis=(2, 3))
+    forces = np.array(forces_gf) * GRAM_FORCE
+    return (peaks[:, None] * forces[:, None]).reshape(-1, peaks.shape[1])
+
+
+def _angles(vectors: Array) -> Array:
+    """Angles from the normal in the x-z plane [deg]."""
+    return np.degrees(np.arctan2(vectors[..., 0], vectors[..., 2]))
+
+
+def _direction_result(directions: Networks, trained: Array, recognised: Array) -> dict[str, Any]:
+    """By seed: mean error over the training angles, the angle recognised for each unknown one; which learnt best."""
+    return {
+        "training_deg": (_angles(trained) - TRAINING_ANGLES).mean(axis=1).tolist(),
+        "training_rms": directions.error.tolist(),
+        "recognised_deg": _angles(recognised).tolist(),
+        "best": int(directions.error.argmin()),
+        "iterations": directions.iterations,
+    }
+
+
+def _magnitude_inputs(vectors: Array, forces_gf: Sequence[float], peaks: Array) -> Array:
+    """Inputs of the magnitude network (angles x forces, 3 + layers): a unit vector for each angle, scaled peaks."""
+    return np.hstack([np.repeat(vectors, len(forces_gf), axis=0), peaks])
+
+
+def _errors(magnitudes: Networks, vectors: Array, peaks: Array) -> Array:
+    """Absolute errors (seeds, samples) [gf] over the unknown samples."""
+    wanted = np.tile(UNKNOWN_FORCES, len(UNKNOWN_ANGLES))
+    return np.abs(magnitudes(_magnitude_inputs(vectors, UNKNOWN_FORCES, peaks))[..., 0] * FULL_FORCE - wanted)
+
+
+def _magnitude_result(magnitudes: Networks, recognised: Array, peaks: Array) -> dict[str, Any]:
+    """By seed: errors over the unknown samples with recognised directions (angles, 3), and with the true ones."""
+    errors = _errors(magnitudes, recognised / np.linalg.norm(recognised, axis=1, keepdims=True), peaks)
+    return {
+        "unknown_gf": errors.mean(axis=1).tolist(),
+        "deviation_gf": errors.std(axis=1).tolist(),
+        "worst_gf": errors.max(axis=1).tolist(),
+        "best": int(magnitudes.error.argmin()),
+        "training_gf": (magnitudes.error * FULL_FORCE).tolist(),
+        "with_true_direction_gf": _errors(magnitudes, unit_vectors(UNKNOWN_ANGLES), peaks).mean(axis=1).tolist(),
+        "iterations": magnitudes.iterations,
+    }

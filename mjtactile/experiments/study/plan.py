@@ -1,0 +1,158 @@
+"""The study's work, cut into units that are done once: each is kept on disk as soon as it is finished."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mjtactile._files import write_atomically
+from mjtactile.experiments.study.protocol import (
+    INITIALISATIONS,
+    LAYERS,
+    MAGNITUDE_ITERATIONS,
+    SHAPE_ITERATIONS,
+    VARIANT_ITERATIONS,
+)
+from mjtactile.influence.cache import cache_directory, influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices
+
+#: Raise it when a change makes kept results wrong.
+STUDY_VERSION = 2
+#: Contact laws that give readings of their own; "foundation" presses a flat punch just as "uniform" does.
+STUDIED_LAWS = ("uniform", "elastic")
+#: What is changed to see whether it is the reason that ours differs, one at a time: options of the studies.
+FORCE_VARIANTS: dict[str, dict[str, Any]] = {
+    "as studied": {},
+    "maxima over the largest of all layers": {"scaling": "all layers"},
+    "initial weights within 0.5": {"initial": "half"},
+    "initial weights normal, 0.05": {"initial": "small"},
+    "first step 0.1": {"first_step": 0.1},
+    "smallest step 1e-6": {"smallest_step": 1e-6},
+}
+SHAPE_VARIANTS: dict[str, dict[str, Any]] = {
+    "as studied": {},
+    "readings in kilopascals": {"scaling": "kilopascal"},
+    "each layer over its maximum": {"scaling": "layer maximum"},
+    "each taxel standardised": {"scaling": "standard"},
+    "initial weights within 0.5": {"initial": "half"},
+    "initial weights normal, 0.05": {"initial": "small"},
+    "hidden units tanh": {"activation": "tanh"},
+    "first step 0.1": {"first_step": 0.1},
+    "learning stopped at a training error of 0.1": {"tolerance": 0.1},
+    "learning stopped at a training error of 0.2": {"tolerance": 0.2},
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How much of the study is done."""
+
+    seeds: int = INITIALISATIONS  #: initialisations of every network
+    preset: str = "precise"  #: fidelity of the readings
+    magnitude_iterations: int = MAGNITUDE_ITERATIONS
+    variant_iterations: int = VARIANT_ITERATIONS
+    shape_iterations: int = SHAPE_ITERATIONS
+    variants: bool = True  #: whether likely reasons are tested
+
+
+#: Enough to see that everything runs.
+QUICK = Settings(
+    seeds=2, preset="fast", magnitude_iterations=300, variant_iterations=100, shape_iterations=50, variants=False
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unit:
+    """One training and test: networks of one kind, for one law and number of layers."""
+
+    study: str  #: "force" or "shape"
+    law: str
+    layers: int
+    variant: str
+    iterations: int
+    seeds: int
+    preset: str
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What the variant changes."""
+        return (FORCE_VARIANTS if self.study == "force" else SHAPE_VARIANTS)[self.variant]
+
+    @property
+    def cost(self) -> float:
+        """Rough time on one core [s], for the progress bar."""
+        if self.study == "force":
+            return 0.15e-3 * self.seeds * self.iterations + 1.0
+        return (7e-3 if self.layers == 4 else 0.3e-3) * self.seeds * self.iterations / 2 + 2.0
+
+    def run(self, progress: Callable[[float], None]) -> dict[str, Any]:
+        """Train and test; see force.py and shape.py for what comes out."""
+        import torch
+
+        from mjtactile.experiments.study.force import force_study
+        from mjtactile.experiments.study.shape import shape_study
+
+        torch.set_num_threads(1)
+        study = force_study if self.study == "force" else shape_study
+        return study(
+            influence_matrices(preset=self.preset, progress=False),
+            law=self.law,
+            layers=self.layers,
+            seeds=range(self.seeds),
+            iterations=self.iterations,
+            progress=progress,
+            **self.options,
+        )
+
+
+def units(settings: Settings) -> Iterator[Unit]:
+    """All units of the study, longest first."""
+    for law in STUDIED_LAWS:
+        for layers in LAYERS:
+            common = {"law": law, "layers": layers, "seeds": settings.seeds, "preset": settings.preset}
+            yield Unit(study="force", variant="as studied", iterations=settings.magnitude_iterations, **common)
+    for law in STUDIED_LAWS:
+        for layers in LAYERS:
+            common = {"law": law, "layers": layers, "seeds": settings.seeds, "preset": settings.preset}
+            for variant in SHAPE_VARIANTS if settings.variants else ("as studied",):
+                yield Unit(study="shape", variant=variant, iterations=settings.shape_iterations, **common)
+            for variant in FORCE_VARIANTS if settings.variants else ():
+                if layers == 1 and variant == "maxima over the largest of all layers":
+                    continue  # one layer has one maximum
+                yield Unit(study="force", variant=variant, iterations=settings.variant_iterations, **common)
+
+
+def kept_path(unit: Unit, influence: InfluenceMatrices) -> Path:
+    """Where a unit's result is kept: a name that changes with whatever the result depends on."""
+    import torch
+
+    depends_on = {
+        "version": STUDY_VERSION,
+        "unit": asdict(unit),
+        "options": unit.options,
+        "pad": influence.pad.fingerprint,
+        "fidelity": repr(influence.fidelity),
+        "torch": torch.__version__,
+        "python": sys.version_info[:2],
+    }
+    name = hashlib.sha256(json.dumps(depends_on, sort_keys=True).encode()).hexdigest()[:20]
+    return cache_directory() / "study" / f"{name}.json"
+
+
+def kept(path: Path) -> dict[str, Any] | None:
+    """A kept result; None where there is none that can be read."""
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def keep(path: Path, result: dict[str, Any]) -> None:
+    """Write a result whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, lambda file: file.write(json.dumps(result).encode()))

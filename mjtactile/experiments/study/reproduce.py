@@ -1,0 +1,141 @@
+"""Run the study's units, several at a time, and gather what they found."""
+
+from __future__ import annotations
+
+import multiprocessing
+import queue
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import asdict
+from typing import Any
+
+from mjtactile.experiments.study.plan import Settings, Unit, keep, kept, kept_path, units
+from mjtactile.experiments.study.presses import law_difference
+from mjtactile.influence.cache import influence_matrices
+
+#: Seconds between two looks at how far the workers are.
+_LOOK = 0.2
+#: A worker says how far it is at most so often [s].
+_SAY = 0.5
+
+
+def reproduce(settings: Settings, *, workers: int = 2, fresh: bool = False, progress: bool = True) -> dict[str, Any]:
+    """Train and test all networks of the study; units that were done before are not done again.
+
+    Args:
+        settings: how much is done.
+        workers: processes, one core each; 1 works in this process.
+        fresh: do everything again.
+        progress: show a progress bar on a terminal.
+
+    Returns:
+        {"settings": ..., "foundation_difference": largest relative difference of readings under laws "foundation" and
+        "uniform", "elastic_difference": the same for "elastic", "units": [{**unit, "result": ...}], "seconds": of
+        training of all units together, "elapsed_seconds": of this run}.
+    """
+    start = time.perf_counter()
+    influence = influence_matrices(preset=settings.preset)
+    planned = list(units(settings))
+    paths = [kept_path(unit, influence) for unit in planned]
+    missing = [k for k, path in enumerate(paths) if fresh or kept(path) is None]
+    with _progress_bar(progress and bool(missing), [planned[k].cost for k in missing]) as told:
+        _run([planned[k] for k in missing], [paths[k] for k in missing], workers, told)
+    results = [kept(path) for path in paths]
+    return {
+        "settings": asdict(settings),
+        "foundation_difference": law_difference(influence, "foundation", "uniform"),
+        "elastic_difference": law_difference(influence, "elastic", "uniform"),
+        "units": [{**asdict(unit), **(result or {})} for unit, result in zip(planned, results, strict=True)],
+        "seconds": sum(result["seconds"] for result in results if result),
+        "elapsed_seconds": time.perf_counter() - start,
+    }
+
+
+def _run(missing: Sequence[Unit], paths: Sequence[Any], workers: int, told: Callable[[int, float], None]) -> None:
+    if workers <= 1 or len(missing) <= 1:
+        for k, (unit, path) in enumerate(zip(missing, paths, strict=True)):
+            keep(path, _timed(unit, lambda share, k=k: told(k, share)))
+        return
+    context = multiprocessing.get_context("spawn")
+    with context.Manager() as manager, ProcessPoolExecutor(workers, mp_context=context) as pool:
+        shares = manager.Queue()
+        running = {pool.submit(_in_worker, unit, k, shares): k for k, unit in enumerate(missing)}
+        try:
+            _gather(running, paths, shares, told)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _gather(
+    running: dict[Future[dict[str, Any]], int], paths: Sequence[Any], shares: Any, told: Callable[[int, float], None]
+) -> None:
+    """Keep each result as it comes in."""
+    while running:
+        for future in [future for future in running if future.done()]:
+            k = running.pop(future)
+            keep(paths[k], future.result())
+            told(k, 1.0)
+        try:
+            while True:
+                told(*shares.get(timeout=_LOOK))
+        except queue.Empty:
+            continue
+
+
+def _in_worker(unit: Unit, k: int, shares: Any) -> dict[str, Any]:
+    said = 0.0
+
+    def say(share: float) -> None:
+        nonlocal said
+        if time.monotonic() - said > _SAY:
+            said = time.monotonic()
+            shares.put((k, share))
+
+    return _timed(unit, say)
+
+
+def _timed(unit: Unit, progress: Callable[[float], None]) -> dict[str, Any]:
+    start = time.perf_counter()
+    result = unit.run(progress)
+    return {"result": result, "seconds": time.perf_counter() - start}
+
+
+def _progress_bar(wanted: bool, costs: Sequence[float]) -> AbstractContextManager[Callable[[int, float], None]]:
+    """A bar over all units, told the share of each that is done."""
+    if not (wanted and sys.stderr.isatty()):
+        return nullcontext(lambda k, share: None)
+    return _Bar(costs)
+
+
+class _Bar:
+    def __init__(self, costs: Sequence[float]) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        self._costs, self._shares = costs, [0.0] * len(costs)
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:.0f}%"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )
+        self._task = self._progress.add_task("networks", total=sum(costs))
+
+    def __enter__(self) -> Callable[[int, float], None]:
+        self._progress.start()
+        return self._told
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    def _told(self, k: int, share: float) -> None:
+        self._shares[k] = share
+        done = sum(cost * part for cost, part in zip(self._costs, self._shares, strict=True))
+        finished = sum(part >= 1.0 for part in self._shares)
+        self._progress.update(self._task, completed=done, description=f"networks {finished}/{len(self._costs)}")

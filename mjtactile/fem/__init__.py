@@ -1,0 +1,1 @@
+"""Finite elements of a layered sheet: mesh, stiffness, symmetry, elimination, stress at points, taxel quadrature."""

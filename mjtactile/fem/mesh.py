@@ -1,0 +1,163 @@
+"""The pad's finite-element mesh: three graded lines of elements and the materials of its element layers.
+
+In the plane, elements shrink toward the free rim; across the thickness, toward the surface, where small contacts
+concentrate stress. Mesh lines lie on every layer interface.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import asdict, dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.errors import MeshError, MeshWarning
+from mjtactile.fem.line import Line
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.fidelity import MeshDensity
+from mjtactile.pad import Layer, Pad
+
+#: Most element layers of a sheet; ordinary pads have five to twenty.
+_MOST_ELEMENT_LAYERS = 400
+#: Growth of elements below everything that is sensed, from one to the next.
+_GROWTH = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class SheetMesh:
+    """Elements of a whole sheet, or of its quarter x >= 0, y >= 0.
+
+    Attributes:
+        x, y, z: element lines in the pad frame [m]; z rises from the base to the surface at 0.
+        materials: the layer each element layer belongs to, base first.
+    """
+
+    x: Line
+    y: Line
+    z: Line
+    materials: tuple[Layer, ...]
+
+    @cached_property
+    def shear_modulus(self) -> Array:
+        """Shear modulus of each element layer [Pa], base first."""
+        return np.array([layer.shear_modulus for layer in self.materials])
+
+    @cached_property
+    def lame_lambda(self) -> Array:
+        """First Lame parameter of each element layer [Pa], base first."""
+        return np.array([layer.lame_lambda for layer in self.materials])
+
+    @property
+    def surface(self) -> SurfaceGrid:
+        """The grid on which surface loads are integrated."""
+        return SurfaceGrid(self.x, self.y, -float(self.z.vertices[0]))
+
+    @property
+    def interfaces(self) -> tuple[int, ...]:
+        """Vertices of z, by index, at which the material changes."""
+        pairs = zip(self.materials, self.materials[1:], strict=False)
+        return tuple(i + 1 for i, (below, above) in enumerate(pairs) if below is not above)
+
+    def quarter(self) -> SheetMesh:
+        """The part with x >= 0 and y >= 0; the sheet's lines have a vertex at 0."""
+        return SheetMesh(_positive_half(self.x), _positive_half(self.y), self.z, self.materials)
+
+
+def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
+    """Mesh of the whole pad, mirror-symmetric, with mesh lines on its layer interfaces."""
+    z, materials = _through_line(pad, density)
+    counts = _in_plane_counts(pad, density)
+    x, y = (_in_plane_line(e, n, density.rim_grading) for e, n in zip(pad.size, counts, strict=True))
+    return SheetMesh(x, y, z, materials)
+
+
+def mesh_description(mesh: SheetMesh, density: MeshDensity) -> dict[str, object]:
+    """Everything a table depends on besides the pad, as plain numbers for its fingerprint."""
+    lines = {name: getattr(mesh, name).vertices.tolist() for name in "xyz"}
+    return {**lines, "points_per_axis": asdict(density)["points_per_axis"]}
+
+
+def _graded_sizes(count: int, grading: float) -> Array:
+    """Relative sizes of elements in a geometric row whose first is `grading` times the last; they sum to 1."""
+    sizes = np.geomspace(grading, 1.0, count) if count > 1 else np.ones(1)
+    return sizes / sizes.sum()
+
+
+def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, ...]:
+    """Elements along half the sheet in x and y, with no more in the plane than the density allows."""
+    size = density.in_plane_size * density.length_for(pad)
+    wanted = [max(2, math.ceil(extent / 2 / size - 1e-9)) for extent in pad.size]
+    total = 4 * math.prod(wanted)
+    if total <= density.most_elements:
+        return tuple(wanted)
+    share = math.sqrt(density.most_elements / total)
+    counts = [max(2, math.floor(count * share)) for count in wanted]
+    # A narrow sheet keeps four elements across; what they cost is saved along it.
+    counts = [
+        min(n, max(2, density.most_elements // (4 * other))) for n, other in zip(counts, counts[::-1], strict=True)
+    ]
+    warnings.warn(
+        f"the mesh has {2 * counts[0]} x {2 * counts[1]} elements in the plane; on a sheet this thin or wide its "
+        f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies faster is smoothed. Raise "
+        "MeshDensity.most_elements to pay for more.",
+        MeshWarning,
+        stacklevel=3,
+    )
+    return tuple(counts)
+
+
+def _in_plane_line(extent: float, half_count: int, grading: float) -> Line:
+    half = extent / 2 * np.concatenate([[0.0], np.cumsum(_graded_sizes(half_count, grading))])
+    half[-1] = extent / 2
+    return Line(np.concatenate([-half[:0:-1], half]))
+
+
+def _through_line(pad: Pad, density: MeshDensity) -> tuple[Line, tuple[Layer, ...]]:
+    """Element line across the thickness and the layer of each element, base first."""
+    depths = _wanted_depths(pad, density)
+    numbers = np.arange(len(depths), dtype=float)
+    vertices, materials, top = [0.0], [], 0.0
+    for layer in pad.layers:
+        bottom = top + layer.thickness
+        # The graded line's own element numbers, read off at the layer's ends, say how many elements it needs.
+        start, end = np.interp([top, bottom], depths, numbers)
+        own = max(1, round(end - start))
+        fractions = np.interp(np.linspace(start, end, own + 1), numbers, depths)
+        fractions = (fractions - fractions[0]) / (fractions[-1] - fractions[0])
+        vertices += (-(top + layer.thickness * fractions[1:])).tolist()
+        materials += [layer] * own
+        top = bottom
+    vertices[-1] = -pad.thickness
+    return Line(np.array(vertices[::-1])), tuple(materials[::-1])
+
+
+def _wanted_depths(pad: Pad, density: MeshDensity) -> Array:
+    """Depths of the element ends of a sheet without interfaces [m], from 0 to the thickness.
+
+    Down to the deepest taxels elements have the wanted size; what lies further below gets growing ones.
+    """
+    length = density.length_for(pad)
+    sensed = max(length, max(pad.depths) + pad.sampling_radius)
+    size = density.through_size * length
+    if min(sensed, pad.thickness) > _MOST_ELEMENT_LAYERS * size:
+        raise MeshError(
+            f"the mesh would have {min(sensed, pad.thickness) / size:.3g} element layers of {size:.3g} m down to the "
+            f"deepest taxels; expected at most {_MOST_ELEMENT_LAYERS}. Raise the sampling radius or the shallowest "
+            "depth, which set their size, or give a MeshDensity with reference_length or through_size of your own."
+        )
+    if sensed + size >= pad.thickness:
+        count = max(1, round(pad.thickness / size))
+        return pad.thickness * np.concatenate([[0.0], np.cumsum(_graded_sizes(count, density.base_grading))])
+    count = max(1, round(sensed / size))
+    # Sizes s, s g, s g^2 ... fill the rest when s (g^n - 1) / (g - 1) reaches it.
+    below = pad.thickness - sensed
+    more = max(1, round(math.log1p(below * (_GROWTH - 1) / (size * _GROWTH)) / math.log(_GROWTH)))
+    growing = sensed + below * np.cumsum(_graded_sizes(more, _GROWTH ** (1 - more)))
+    return np.concatenate([np.linspace(0.0, sensed, count + 1), growing])
+
+
+def _positive_half(line: Line) -> Line:
+    return Line(line.vertices[line.element_count // 2 :])

@@ -1,0 +1,89 @@
+"""Point values of finite-element fields along a line, recovered from where the elements are most accurate.
+
+The slope of a quadratic element is accurate to one more order at its two Gauss points than elsewhere
+(superconvergence: Barlow, Optimal stress locations in finite element models, 1976). Slopes, and the element's
+linear pressure, are therefore taken at the Gauss points and interpolated between them by cubics, across elements
+but never across a jump in material. On coarse meshes this removes most of the error of a stress read at an
+arbitrary point.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.fem.line import Line, quadratic_shapes
+
+_GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+#: Gauss points a recovered value is interpolated from: a cubic.
+_WINDOW = 4
+
+#: Names of the rows of `point_rows`.
+VALUE, SLOPE = "value", "slope"
+
+
+def moment_row(order: int, *, of_slope: bool) -> str:
+    """Name of the row that gives one Legendre mode of the element-wise linear projection, see `point_rows`."""
+    return f"{'slope' if of_slope else 'value'} moment {order}"
+
+
+def point_rows(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> dict[str, Array]:
+    """Rows that turn nodal values along a line into point values.
+
+    Args:
+        line: elements.
+        positions: where the values are wanted [m], shape (points,).
+        jumps: interior vertices, by index, across which nothing is interpolated.
+
+    Returns:
+        arrays of shape (points, nodes): "value" of the field; "slope", its recovered derivative; and, for orders 0
+        and 1, the recovered Legendre mode of that order of the field ("value moment") and of its derivative
+        ("slope moment"), as the condensed pressure uses them.
+    """
+    element, local = line.locate(positions)
+    values = _scatter(line, element, quadratic_shapes(local)[0])
+    interpolation = _interpolation(line, positions, element, jumps)
+
+    owner = np.repeat(np.arange(line.element_count), 2)
+    gauss = np.tile(_GAUSS, line.element_count)
+    slopes = _scatter(line, owner, quadratic_shapes(gauss)[1] * (2 / line.sizes[owner])[:, None])
+    rows = {VALUE: values, SLOPE: interpolation @ slopes}
+    for order in (0, 1):
+        mode = (gauss**order * (2 * order + 1) / line.sizes[owner])[:, None]
+        for of_slope, moments in zip((False, True), line.legendre_moments(order), strict=True):
+            rows[moment_row(order, of_slope=of_slope)] = interpolation @ (mode * moments.toarray()[owner])
+    return rows
+
+
+def _scatter(line: Line, element: np.ndarray, local_rows: Array) -> Array:
+    """Rows over an element's three nodes, shape (points, 3), as rows over all nodes."""
+    rows = np.zeros((len(element), line.node_count))
+    np.put_along_axis(rows, 2 * element[:, None] + np.arange(3), local_rows, axis=1)
+    return rows
+
+
+def _interpolation(line: Line, positions: Array, element: np.ndarray, jumps: tuple[int, ...]) -> Array:
+    """Lagrange weights of all Gauss points, shape (points, 2 elements), for each position."""
+    middles = (line.vertices[:-1] + line.vertices[1:]) / 2
+    gauss = (middles[:, None] + line.sizes[:, None] / 2 * _GAUSS).ravel()
+    ends = np.array([0, *jumps, line.element_count])
+    part = np.searchsorted(ends, element, side="right") - 1
+    weights = np.zeros((len(positions), len(gauss)))
+    for point, (position, first, last) in enumerate(zip(positions, 2 * ends[part], 2 * ends[part + 1], strict=True)):
+        count = min(_WINDOW, last - first)
+        start = int(np.clip(np.searchsorted(gauss, position) - count // 2, first, last - count))
+        nodes = gauss[start : start + count]
+        differences = nodes[:, None] - nodes + np.eye(count)
+        factors = np.where(np.eye(count, dtype=bool), 1.0, (position - nodes) / differences)
+        weights[point, start : start + count] = factors.prod(axis=1)
+    return weights
+
+
+def fold_rows(rows: Array, sign: int) -> Array:
+    """Rows over a whole symmetric line as rows over its half from 0 on, for fields that are even (+1) or odd (-1)."""
+    middle = rows.shape[1] // 2
+    half = rows[:, middle:].copy()
+    half[:, 1:] += sign * rows[:, middle - 1 :: -1]
+    if sign < 0:
+        half[:, 0] = 0.0
+    return half

@@ -1,0 +1,220 @@
+"""Where a reading samples the stress: cubature of a ball, cut by the sheet's faces and by layer interfaces.
+
+A reading is the mean von Mises stress over a ball round the taxel, clipped to the sheet. The stress jumps at
+interfaces between layers of different stiffness, so the ball is cut there and each piece has its own rule.
+
+Each piece is integrated one coordinate after the other. Along z, say, the weight is the area of the slice, along y the
+length of the chord, along x it is constant; for each weight the Gauss rule of that very weight is computed, so
+that n points per axis integrate polynomials of degree 2n - 1 exactly over whole balls and over balls cut along one
+axis, which is then integrated last so that all slices are whole discs; and nearly so over other pieces. Two points
+per axis on a whole ball are the corners of a cube at the radius sqrt(3/5) R.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import scipy.sparse as sparse
+
+from mjtactile._types import Array, Tables
+from mjtactile.errors import CorruptInfluenceError
+from mjtactile.fem.symmetry import QUADRANTS, fold_points
+from mjtactile.pad import LENGTH_TOLERANCE, Pad
+
+#: Nodes of the auxiliary rules that measure slices and chords; far beyond what double precision needs.
+_FINE_ORDER = 96
+#: How far from 1 rounding may take the sum of a taxel's weights [-].
+_MEAN_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """The sample points of one sensing layer, folded onto a quarter of the sheet.
+
+    Attributes:
+        positions: distinct folded positions in the pad frame [m], x and y not negative, shape (folded points, 3).
+        average: matrix (taxels, quadrants * folded points) whose rows average a taxel's points; each row sums to 1.
+    """
+
+    positions: Array
+    average: sparse.csr_array
+
+
+@lru_cache(maxsize=64)
+def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampling:
+    """Sample points of all taxels of one sensing layer; kept, since every step of a build asks for them.
+
+    Args:
+        pad: the sheet, its taxels and their sampling radius.
+        sensing_layer: counted from the top.
+        points_per_axis: Gauss points along each axis of each piece of a taxel's ball; 1 is the piece's centroid.
+    """
+    positions, weights, taxels = [], [], []
+    sites = itertools.product(pad.taxels.y, pad.taxels.x)
+    for taxel, (y, x) in enumerate(sites):
+        centre = np.array([x, y, -pad.depths[sensing_layer]])
+        offsets, volumes = _taxel_rule(pad, centre, points_per_axis)
+        positions.append(offsets + centre)
+        weights.append(volumes / volumes.sum())
+        taxels.append(np.full(len(volumes), taxel))
+    folded = fold_points(np.concatenate(positions), LENGTH_TOLERANCE * pad.sampling_radius)
+    columns = folded.quadrant * len(folded.positions) + folded.index
+    shape = (pad.taxels.rows * pad.taxels.columns, len(QUADRANTS) * len(folded.positions))
+    average = sparse.csr_array((np.concatenate(weights), (np.concatenate(taxels), columns)), shape=shape)
+    return Sampling(folded.positions, average)
+
+
+def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:
+    """A sensing layer's sample points and averaging matrix as plain arrays, to be stored with the matrices."""
+    average = sampling.average
+    arrays = {"data": average.data, "indices": average.indices, "indptr": average.indptr, "points": sampling.positions}
+    return {f"sampling {name} {sensing_layer}": array for name, array in arrays.items()}
+
+
+def stored_average(tables: Tables, sensing_layer: int) -> sparse.csr_array:
+    """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`.
+
+    Raises:
+        CorruptInfluenceError: when its indices point outside, or its weights are not those of means.
+    """
+    data, indices, starts, points = (
+        tables[f"sampling {name} {sensing_layer}"] for name in ("data", "indices", "indptr", "points")
+    )
+    columns = len(QUADRANTS) * len(points)
+    # The compiled core follows these without looking.
+    if not (
+        starts[0] == 0
+        and starts[-1] == len(indices) == len(data)
+        and (np.diff(starts) > 0).all()
+        and indices.min() >= 0
+        and indices.max() < columns
+    ):
+        raise CorruptInfluenceError(
+            f"the sample points of sensing layer {sensing_layer} are wrong: expected that every taxel has some of the "
+            f"{columns} there are. Build the table anew: mjtactile build"
+        )
+    average = sparse.csr_array((data, indices, starts), shape=(len(starts) - 1, columns))
+    if not np.allclose(average.sum(axis=1), 1.0, rtol=0.0, atol=_MEAN_TOLERANCE):
+        raise CorruptInfluenceError(
+            f"the weights of the sample points of sensing layer {sensing_layer} do not sum to 1 in every taxel. Build "
+            "the table anew: mjtactile build"
+        )
+    return average
+
+
+def _taxel_rule(pad: Pad, centre: Array, points_per_axis: int) -> tuple[Array, Array]:
+    """Offsets from the taxel [m] and volumes [m^3] of its sample points."""
+    radius = pad.sampling_radius
+    half_size = np.array(pad.size) / 2
+    lower = np.maximum(-half_size - centre[:2], -radius)
+    upper = np.minimum(half_size - centre[:2], radius)
+    pieces = []
+    for bottom, top in _slabs(pad, centre[2]):
+        box = (*lower, bottom - centre[2], *upper, top - centre[2])
+        # Rounding lets the mirror images of one taxel, and taxels alike, share one rule.
+        pieces.append(_ball_rule(points_per_axis, *(round(bound / radius, 12) for bound in box)))
+    offsets, volumes = zip(*pieces, strict=True)
+    return np.concatenate(offsets) * radius, np.concatenate(volumes) * radius**3
+
+
+def _slabs(pad: Pad, height: float) -> list[tuple[float, float]]:
+    """Parts (bottom, top) [m] of the ball's vertical extent that lie in one layer each."""
+    radius = pad.sampling_radius
+    bottom, top = max(height - radius, -pad.thickness), min(height + radius, 0.0)
+    tolerance = LENGTH_TOLERANCE * pad.thickness
+    cuts = [z for z in pad.interfaces if bottom + tolerance < z < top - tolerance]
+    edges = [bottom, *reversed(cuts), top]
+    return list(itertools.pairwise(edges))
+
+
+@lru_cache(maxsize=512)
+def _ball_rule(
+    count: int, x_low: float, y_low: float, z_low: float, x_high: float, y_high: float, z_high: float
+) -> tuple[Array, Array]:
+    """Gauss points (points, 3) and volumes (points,) of the unit ball cut by a box, `count` points per axis.
+
+    Slices are taken across the axes along which the ball is cut. Where it is cut along x and y, both orders of the two
+    count half each, so that the sheet's diagonal mirror maps rules onto rules.
+    """
+    low, high = np.array([x_low, y_low, z_low]), np.array([x_high, y_high, z_high])
+    cut = (low > -1.0) | (high < 1.0)
+    order = sorted((2, 1, 0), key=lambda axis: not cut[axis])
+    orders = [order, [(1, 0, 2)[axis] for axis in order]] if cut[0] and cut[1] else [order]
+    points, volumes = [], []
+    for outer_first in orders:
+        axes = outer_first[::-1]
+        ordered, shares = _ordered_ball_rule(count, *low[axes], *high[axes])
+        points.append(ordered[:, np.argsort(axes)])
+        volumes.append(shares / len(orders))
+    return np.concatenate(points), np.concatenate(volumes)
+
+
+def _ordered_ball_rule(
+    count: int, x_low: float, y_low: float, z_low: float, x_high: float, y_high: float, z_high: float
+) -> tuple[Array, Array]:
+    """The rule that slices across z, then y."""
+
+    def chord(half_length: Array) -> Array:
+        return np.clip(np.minimum(half_length, x_high) - np.maximum(-half_length, x_low), 0.0, None)
+
+    def slice_area(z: Array) -> Array:
+        return np.array([_slice_measure(float(r)) for r in np.sqrt(np.clip(1 - z**2, 0.0, None))])
+
+    def _slice_measure(r: float) -> float:
+        y, weights = _fine_rule(max(-r, y_low), min(r, y_high), r)
+        return float(weights @ chord(np.sqrt(np.clip(r**2 - y**2, 0.0, None))))
+
+    points, volumes = [], []
+    legendre, legendre_weights = _legendre_rule(count)
+    for z, area in zip(*_gauss_rule(slice_area, max(-1.0, z_low), min(1.0, z_high), 1.0, count), strict=True):
+        r = float(np.sqrt(1 - z**2))
+        length_at = lambda y, r=r: chord(np.sqrt(np.clip(r**2 - y**2, 0.0, None)))  # noqa: E731
+        y_nodes, y_weights = _gauss_rule(length_at, max(-r, y_low), min(r, y_high), r, count)
+        for y, share in zip(y_nodes, y_weights / y_weights.sum(), strict=True):
+            q = np.sqrt(r**2 - y**2)
+            low, high = max(-q, x_low), min(q, x_high)
+            for x, x_share in zip(legendre, legendre_weights / 2, strict=True):
+                points.append(((low + high) / 2 + (high - low) / 2 * x, y, z))
+                volumes.append(area * share * x_share)
+    return np.array(points), np.array(volumes)
+
+
+@lru_cache(maxsize=16)
+def _legendre_rule(order: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(order)
+
+
+def _fine_rule(low: float, high: float, radius: float) -> tuple[Array, Array]:
+    """Nodes and weights on [low, high] for functions like sqrt(radius^2 - y^2): exact in the angle, not in y."""
+    if high <= low or radius == 0.0:
+        return np.zeros(1), np.zeros(1)
+    nodes, weights = _legendre_rule(_FINE_ORDER)
+    start, end = np.arcsin(np.clip([low / radius, high / radius], -1.0, 1.0))
+    angle = (start + end) / 2 + (end - start) / 2 * nodes
+    return radius * np.sin(angle), (end - start) / 2 * weights * radius * np.cos(angle)
+
+
+def _gauss_rule(
+    density: Callable[[Array], Array], low: float, high: float, radius: float, count: int
+) -> tuple[Array, Array]:
+    """Gauss rule of a weight function on [low, high], by Stieltjes' procedure and the Jacobi matrix.
+
+    Source: Golub and Welsch, Calculation of Gauss quadrature rules, Math. Comp. 23 (1969).
+    """
+    x, weights = _fine_rule(low, high, radius)
+    weights = weights * density(x)
+    diagonal, off_diagonal = [], []
+    previous, current, last_norm = np.zeros_like(x), np.ones_like(x), 0.0
+    for k in range(count):
+        norm = float(weights @ current**2)
+        diagonal.append(float(weights @ (x * current**2)) / norm)
+        beta = norm / last_norm if k else 0.0
+        off_diagonal.append(np.sqrt(beta))
+        previous, current, last_norm = current, (x - diagonal[-1]) * current - beta * previous, norm
+    jacobi = np.diag(diagonal) + np.diag(off_diagonal[1:], 1) + np.diag(off_diagonal[1:], -1)
+    nodes, vectors = np.linalg.eigh(jacobi)
+    return nodes, vectors[0] ** 2 * weights.sum()

@@ -1,0 +1,206 @@
+"""Flat faces of rigid bodies, each in a frame of its own, wherever the body stands.
+
+They depend on the body's geometry alone: which pose a face was first seen in leaves no trace in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon, affinity
+
+from mjtactile._types import Array
+from mjtactile.errors import FootprintError
+from mjtactile.geometry.height_minimum import Rectangle
+from mjtactile.geometry.lower_surface import FLATNESS, FlatPart, lower_surface
+from mjtactile.geometry.outlines import ellipse
+from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
+from mjtactile.geometry.triangle_mesh import TriangleSurface
+
+#: Bodies reach no further than this from their middle [m]; what does is looked at anew at every pose.
+_FARTHEST = 1.0
+#: Directions of faces in their body's frame are rounded to this [-]: rounding must not make another face of it.
+_DIRECTION = 1e-7
+#: Share of the facing gap by which a face may always lean over its own width.
+_LEAN = 0.5
+#: A body that tilts under its load brings a face onto the pad that leans up to this [-], about 12 degrees, but no more
+#: than this share of the slope at which the next part of the body comes down.
+_MOST_LEAN, _LEAN_SHARE = 0.21, 0.8
+#: Faces of a mesh that are looked at: the largest ones, with at least this share of its surface.
+_MOST_FACES, _LEAST_SHARE = 64, 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFace:
+    """A flat face that a body turns to pads, wherever over the sheet it stands.
+
+    Attributes:
+        rotation: from the body's frame to the face's, whose z axis is the pad's when the face lies on it, (3, 3).
+        height: of the face in that frame [m].
+        outline: in that frame [m].
+        most_slope: to which the body may lean before other parts of it may touch [-].
+    """
+
+    rotation: Array
+    height: float
+    outline: Polygon | MultiPolygon
+    most_slope: float
+
+    def placed(self, pose: Pose) -> Polygon | MultiPolygon | None:
+        """Outline in the pad frame [m] of the face of a body at a pose; None where the body leans too much for it."""
+        turn = pose.rotation @ self.rotation.T
+        if turn[2, 2] <= 0.0 or np.hypot(*turn[2, :2]) > self.most_slope * turn[2, 2]:
+            return None
+        angle = float(np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1]))
+        x, y = pose.position[:2] + turn[:2, 2] * self.height
+        return self._at(float(x), float(y), angle)
+
+    def heights(self, pose: Pose, points: Array) -> Array:
+        """Of the face of a body at a pose over points (n, 2) in the pad frame [m], shape (n,)."""
+        normal = pose.rotation @ self.rotation[2]
+        offset = points - (pose.position + normal * self.height)[:2]
+        return (pose.position + normal * self.height)[2] - offset @ normal[:2] / normal[2]
+
+    def _at(self, x: float, y: float, angle: float) -> Polygon | MultiPolygon:
+        turned = affinity.rotate(self.outline, angle, origin=(0, 0), use_radians=True)
+        return affinity.translate(turned, x, y)
+
+
+class BodyFaces:
+    """The flat faces of one body.
+
+    Args:
+        shapes: of the body's geoms.
+        local: their poses in the body's frame.
+        facing_gap: what is no higher than this above the first touch faces the pad [m].
+
+    Attributes:
+        facing: what points up from the pad when the body lies on one of its faces, as far as geometry tells without
+            looking at the faces closely, unit vectors in the body's frame, (faces, 3).
+    """
+
+    def __init__(self, shapes: Mapping[int, Shape], local: Mapping[int, Pose], *, facing_gap: float) -> None:
+        self._shapes, self._local = dict(shapes), dict(local)
+        self._facing_gap = facing_gap
+        self._points = np.concatenate([_outermost(shape, local[geom]) for geom, shape in shapes.items()])
+        self.facing = self._supporting()
+        self._made: dict[int, BodyFace | None] = {}
+
+    def face(self, number: int) -> BodyFace | None:
+        """One of the faces; None where it is none that could press by itself. Made when it is first asked for."""
+        if number not in self._made:
+            self._made[number] = self._face(self.facing[number])
+        return self._made[number]
+
+    def towards(self, pose: Pose) -> Iterator[tuple[BodyFace, Polygon | MultiPolygon]]:
+        """The faces that a body at a pose turns to the pad, and their outlines in the pad frame [m]."""
+        for number in np.flatnonzero(self.facing @ pose.rotation[2] > 1.0 - _MOST_LEAN):
+            face = self.face(int(number))
+            outline = None if face is None else face.placed(pose)
+            if face is not None and outline is not None:
+                yield face, outline
+
+    def _supporting(self) -> Array:
+        """Directions of faces that nothing of the body reaches below."""
+        found: dict[bytes, Array] = {}
+        for geom, shape in self._shapes.items():
+            for normal, point in _flat_sides(shape):
+                upward = _rounded(-(self._local[geom].rotation @ normal))
+                height = self._local[geom].points(point[None])[0] @ upward
+                if height <= (self._points @ upward).min(initial=np.inf) + self._facing_gap:
+                    found.setdefault(upward.tobytes(), upward)
+        return np.array(list(found.values())).reshape(-1, 3)
+
+    def _face(self, upward: Array) -> BodyFace | None:
+        rotation = _face_axes(upward)
+        height = float((self._points @ upward).min(initial=0.0))
+        part = self._flat_part(Pose(np.array([0.0, 0.0, -height]), rotation))
+        if part is None:
+            return None
+        width = float(np.ptp(shapely.get_coordinates(part.outline), axis=0).max())
+        lean = min(_MOST_LEAN, _LEAN_SHARE * self._steepness(rotation, height, part))
+        return BodyFace(rotation, height, part.outline, max(lean, _LEAN * self._facing_gap / width))
+
+    def _flat_part(self, pose: Pose) -> FlatPart | None:
+        """The flat face of the whole body at a pose, over the sheet or beside it."""
+        x, y = pose.position[:2]
+        everywhere = Rectangle(x - _FARTHEST, y - _FARTHEST, x + _FARTHEST, y + _FARTHEST)
+        placed = [(shape, composed(pose, self._local[geom])) for geom, shape in self._shapes.items()]
+        try:
+            surface = lower_surface(placed, everywhere, depth=_FARTHEST, facing_gap=self._facing_gap)
+        except FootprintError:
+            return None
+        return surface.flat_part(self._facing_gap)
+
+    def _steepness(self, rotation: Array, height: float, part: FlatPart) -> float:
+        """The least slope from the face's rim to any other point of the body."""
+        points = self._points @ rotation.T
+        rise = points[:, 2] - height
+        above = rise > FLATNESS
+        away = np.asarray(shapely.distance(shapely.points(points[above, :2]), part.outline.convex_hull))
+        slopes = rise[above][away > 0.0] / away[away > 0.0]
+        return float(slopes.min(initial=np.inf))
+
+
+def composed(body: Pose, local: Pose) -> Pose:
+    """Pose of a geom in the pad frame, from its body's and its own in the body's frame."""
+    return Pose(body.position + body.rotation @ local.position, body.rotation @ local.rotation)
+
+
+def _flat_sides(shape: Shape) -> Iterator[tuple[Array, Array]]:
+    """Outward normals of a shape's flat sides, and a point of each, in its own frame."""
+    if isinstance(shape, Box):
+        for axis in range(3):
+            for sign in (-1.0, 1.0):
+                normal = np.zeros(3)
+                normal[axis] = sign
+                yield normal, normal * shape.half_sizes[axis]
+    elif isinstance(shape, Cylinder):
+        for sign in (-1.0, 1.0):
+            yield np.array([0.0, 0.0, sign]), np.array([0.0, 0.0, sign * shape.half_length])
+    elif isinstance(shape, HalfSpace):
+        yield np.array([0.0, 0.0, 1.0]), np.zeros(3)
+    elif isinstance(shape, TriangleSurface):
+        yield from shape.flat_sides(_MOST_FACES, _LEAST_SHARE)
+
+
+def _outermost(shape: Shape, local: Pose) -> Array:
+    """Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame [m], shape (n, 3)."""
+    if isinstance(shape, Box):
+        signs = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+        return local.points(signs * shape.half_sizes)
+    if isinstance(shape, Cylinder | Capsule):
+        rim = np.array(ellipse(shape.radius, shape.radius).exterior.coords)[:-1]
+        ends = [np.column_stack([rim, np.full(len(rim), end)]) for end in (-shape.half_length, shape.half_length)]
+        if isinstance(shape, Capsule):
+            ends += [shape.radius * _sphere() + (0.0, 0.0, end) for end in (-shape.half_length, shape.half_length)]
+        return local.points(np.concatenate(ends))
+    if isinstance(shape, Ellipsoid):
+        return local.points(_sphere() * shape.semi_axes)
+    if isinstance(shape, TriangleSurface):
+        return local.points(shape.vertices)
+    return local.points(np.zeros((1, 3)))
+
+
+def _sphere() -> Array:
+    """Points all over the unit sphere, its poles included, shape (n, 3)."""
+    polar, azimuth = np.meshgrid(np.linspace(0.0, np.pi, 17), np.linspace(0.0, 2 * np.pi, 32, endpoint=False))
+    points = [np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)]
+    return np.stack(points, axis=-1).reshape(-1, 3)
+
+
+def _rounded(direction: Array) -> Array:
+    rounded = np.round(direction / np.linalg.norm(direction) / _DIRECTION) * _DIRECTION + 0.0
+    return rounded / np.linalg.norm(rounded)
+
+
+def _face_axes(normal: Array) -> Array:
+    """Axes of the face in the body's frame, as rows, shape (3, 3)."""
+    along = np.zeros(3)
+    along[int(np.argmin(np.abs(normal)))] = 1.0
+    x = along - normal * (along @ normal)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(normal, x), normal])

@@ -1,0 +1,253 @@
+"""What presses on a pad: the seven flat punches of Aoyagi 2008, and spheres, cylinders, boxes and meshes.
+
+Lengths are metres. Every indenter's lowest point is at z = 0 and its body above, so it presses along -z onto a pad
+surface at z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypeVar
+
+import trimesh
+from shapely import MultiPolygon, Polygon, affinity
+
+from mjtactile.errors import IndenterError
+from mjtactile.geometry.outlines import INDENTER_NAMES, SIDES, ellipse, punch_outline
+from mjtactile.geometry.planar import convex_parts
+from mjtactile.geometry.solid import checked, extrude, face_outline, silhouette
+
+#: A mesh whose lowest face covers at least this share of its silhouette counts as a flat punch.
+FLAT_FACE_SHARE = 0.1
+
+#: A mesh may have so many triangles: with more, MuJoCo's compiler and the sections of the mesh take minutes.
+MOST_TRIANGLES = 200_000
+#: A mesh file may have so many bytes: enough for as many triangles in any format, and read in seconds.
+MOST_BYTES = 100_000_000
+
+_PUNCH_HEIGHT = 5e-3
+#: Bodies of press scenes.
+_TAKEN = ("pad", "press", "world")
+
+__all__ = [
+    "INDENTER_NAMES",
+    "Indenter",
+    "Primitive",
+    "body_name",
+    "box",
+    "convex_pieces",
+    "cylinder",
+    "indenter_outline",
+    "indenter_solid",
+    "mesh_indenter",
+    "punch",
+    "sphere",
+]
+
+Area = TypeVar("Area", Polygon, Polygon | MultiPolygon)
+
+
+class Primitive(NamedTuple):
+    """The MuJoCo geom that is exactly an indenter's solid."""
+
+    kind: Literal["sphere", "cylinder", "box"]  #: geom type
+    size: tuple[float, ...]  #: geom size, MuJoCo's meaning: radii and half lengths [m]
+    height: float  #: z of the geom's centre in the indenter's frame [m]
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)  #: direction of the geom's own z axis
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Indenter:
+    """A rigid body that presses: its solid, and the flat face it presses with if it has one.
+
+    Make one with `punch`, `sphere`, `cylinder`, `box` or `mesh_indenter`.
+
+    Raises:
+        IndenterError: the solid is not one, or its lowest point is not at z = 0.
+    """
+
+    name: str
+    solid: trimesh.Trimesh  #: watertight, lowest point at z = 0, body above [m]
+    outline: Polygon | MultiPolygon | None = None  #: the flat face in the plane z = 0 [m]; None for a curved indenter
+    primitive: Primitive | None = None  #: the MuJoCo geom that equals the solid; None for a mesh
+
+    def __post_init__(self) -> None:
+        """Refuse solids that are none, and faces elsewhere than at z = 0."""
+        checked(self.solid)
+        bottom = float(self.solid.bounds[0, 2])
+        if abs(bottom) > 1e-9:
+            raise IndenterError(
+                f"indenter '{self.name}': its lowest point is at z = {bottom:.6g} m; expected 0. "
+                "Use mesh_indenter, which moves it there."
+            )
+
+    def outline_at(self, *, shift: tuple[float, float] = (0.0, 0.0), rotate_deg: float = 0.0) -> Polygon | MultiPolygon:
+        """What faces the pad: the outline, for a curved indenter the convex hull of its silhouette [m].
+
+        Args:
+            shift: where the indenter's origin goes in the pad frame [m].
+            rotate_deg: turned counter-clockwise by this about its origin, before the shift [deg].
+        """
+        return _placed(self.outline if self.outline is not None else silhouette(self.solid), shift, rotate_deg)
+
+
+def indenter_outline(
+    name: str, *, shift: tuple[float, float] = (0.0, 0.0), rotate_deg: float = 0.0, scale: float = 1.0
+) -> Polygon:
+    """Outline of one of the seven punches in the pad frame [m].
+
+    Args:
+        name: one of `INDENTER_NAMES`.
+        shift: where the centre goes, after the rotation [m].
+        rotate_deg: turned counter-clockwise about the centre by this [deg].
+        scale: size relative to the 10 mm original [-].
+    Returns: a counter-clockwise polygon; the doughnut's has a hole. Curves are polygons of the same area.
+
+    Raises:
+        IndenterError: unknown name, or numbers that place nothing.
+    """
+    if not (math.isfinite(scale) and scale > 0.0):
+        raise IndenterError(f"scale = {scale}; expected a positive number, 1 for the 10 mm original.")
+    return _placed(affinity.scale(punch_outline(name), scale, scale, origin=(0, 0)), shift, rotate_deg)
+
+
+def indenter_solid(name: str, *, height: float = _PUNCH_HEIGHT, scale: float = 1.0) -> trimesh.Trimesh:
+    """One of the seven punches as a watertight prism: face at z = 0, body up to z = height [m].
+
+    Raises:
+        IndenterError: unknown name, or a height or scale that is not positive.
+    """
+    return extrude(indenter_outline(name, scale=scale), height)
+
+
+def convex_pieces(
+    name: str, *, shift: tuple[float, float] = (0.0, 0.0), rotate_deg: float = 0.0, scale: float = 1.0
+) -> list[Polygon]:
+    """Convex parts of a punch's outline [m], arguments as in `indenter_outline`: no overlaps, nothing left out."""
+    return convex_parts(indenter_outline(name, shift=shift, rotate_deg=rotate_deg, scale=scale))
+
+
+def punch(name: str, *, height: float = _PUNCH_HEIGHT, scale: float = 1.0) -> Indenter:
+    """One of the seven flat punches; arguments as in `indenter_solid`."""
+    return Indenter(
+        name=name, solid=indenter_solid(name, height=height, scale=scale), outline=indenter_outline(name, scale=scale)
+    )
+
+
+def sphere(radius: float) -> Indenter:
+    """A sphere of this radius [m]."""
+    _require_positive("radius", radius)
+    # Unit size first: trimesh drops triangles of millimetre size as degenerate while it revolves a profile.
+    solid = trimesh.creation.uv_sphere(radius=1.0, count=[SIDES // 4, SIDES // 4]).apply_scale(radius)
+    return Indenter(name="sphere", solid=_standing(solid), primitive=Primitive("sphere", (radius,), radius))
+
+
+def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"] = "x") -> Indenter:
+    """A cylinder [m]: lying along x or y it presses with its side, standing along z with its flat end."""
+    _require_positive("radius", radius)
+    _require_positive("length", length)
+    size = (radius, length / 2)
+    if axis == "z":
+        outline = ellipse(radius, radius)
+        return Indenter(
+            name="cylinder",
+            solid=extrude(outline, length),
+            outline=outline,
+            primitive=Primitive("cylinder", size, length / 2),
+        )
+    if axis not in ("x", "y"):
+        raise IndenterError(f"axis = {axis!r}; expected 'x', 'y' or 'z'.")
+    direction = (1.0, 0.0, 0.0) if axis == "x" else (0.0, 1.0, 0.0)
+    solid = trimesh.creation.cylinder(radius=radius, height=length, sections=SIDES)
+    solid.apply_transform(trimesh.geometry.align_vectors([0, 0, 1], direction))
+    return Indenter(name="cylinder", solid=_standing(solid), primitive=Primitive("cylinder", size, radius, direction))
+
+
+def box(size: tuple[float, float, float]) -> Indenter:
+    """A box of this full size along (x, y, z) [m]."""
+    for length, name in zip(size, ("size x", "size y", "size z"), strict=True):
+        _require_positive(name, length)
+    x, y, z = (length / 2 for length in size)
+    outline = Polygon([(-x, -y), (x, -y), (x, y), (-x, y)])
+    return Indenter(
+        name="box", solid=extrude(outline, 2 * z), outline=outline, primitive=Primitive("box", (x, y, z), z)
+    )
+
+
+def mesh_indenter(mesh: trimesh.Trimesh | str | Path, *, name: str = "mesh", scale: float = 1.0) -> Indenter:
+    """Any watertight mesh, moved along z so that its lowest point is at z = 0; x and y stay.
+
+    It counts as a flat punch where its lowest face covers at least `FLAT_FACE_SHARE` of its silhouette. MuJoCo lets
+    curved meshes touch with their convex hull.
+
+    Args:
+        mesh: a trimesh mesh, or the path of a file trimesh can read.
+        name: what its MuJoCo body is called.
+        scale: multiplies every length: 1e-3 for a mesh drawn in millimetres.
+
+    Raises:
+        IndenterError: the file cannot be read, or the mesh is not a solid, or has more than `MOST_TRIANGLES`; the
+            message says what is wrong.
+    """
+    _require_positive("scale", scale)
+    if not isinstance(mesh, trimesh.Trimesh):
+        mesh = _loaded(Path(mesh))
+    if len(mesh.faces) > MOST_TRIANGLES:
+        raise IndenterError(
+            f"the mesh has {len(mesh.faces):,} triangles; expected at most {MOST_TRIANGLES:,}. Decimate it: a pad "
+            "feels nothing smaller than a tenth of a millimetre."
+        )
+    solid = _standing(mesh.copy().apply_scale(scale))
+    outline = face_outline(checked(solid), 0.0)
+    flat = outline.area >= FLAT_FACE_SHARE * silhouette(solid).area
+    return Indenter(name=name, solid=solid, outline=outline if flat else None)
+
+
+def _loaded(path: Path) -> trimesh.Trimesh:
+    try:
+        there = path.is_file()
+    except OSError as error:  # a name that is too long
+        raise IndenterError(f"there is no mesh file {path}: {error.strerror}.") from error
+    if not there:
+        raise IndenterError(f"there is no mesh file {path}.")
+    if path.stat().st_size > MOST_BYTES:
+        raise IndenterError(
+            f"{path} has {path.stat().st_size / 1e6:.0f} MB; expected at most {MOST_BYTES / 1e6:.0f} MB. Decimate the "
+            f"mesh to {MOST_TRIANGLES:,} triangles."
+        )
+    try:
+        loaded: Any = trimesh.load_mesh(path)
+        return loaded if isinstance(loaded, trimesh.Trimesh) else loaded.to_mesh()
+    except Exception as error:  # readers raise what their format raises
+        why = str(error) or type(error).__name__
+        raise IndenterError(
+            f"cannot read {path} as a mesh: {why}. Is it a closed surface, such as an STL file?"
+        ) from error
+
+
+def body_name(path: Path) -> str:
+    """What the MuJoCo body of a mesh file is called: the file's name where that can be a body's, else "mesh"."""
+    name = path.stem
+    return name if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,40}", name) and name not in _TAKEN else "mesh"
+
+
+def _standing(solid: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Move a solid along z, in place, so that its lowest vertex is at exactly z = 0."""
+    if len(solid.vertices):
+        solid.vertices[:, 2] -= solid.vertices[:, 2].min()
+    return solid
+
+
+def _placed(outline: Area, shift: tuple[float, float], rotate_deg: float) -> Area:
+    x, y = (float(value) for value in shift)
+    if not all(map(math.isfinite, (x, y, rotate_deg))):
+        raise IndenterError(f"shift = {shift} m, rotate_deg = {rotate_deg}; expected finite numbers.")
+    return affinity.translate(affinity.rotate(outline, rotate_deg, origin=(0, 0)), x, y)
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise IndenterError(f"{name} = {value}; expected a positive, finite number (lengths in metres: 5 mm is 5e-3).")

@@ -1,0 +1,92 @@
+"""Outlines of the seven flat punches of Aoyagi 2008, each circumscribed by a 10 mm square and centred on (0, 0).
+
+Lengths are metres. Curves are polygons of `SIDES` sides with the area of the true curve: their corners stand outside
+it by 5e-5 of the radius, the middles of their sides inside by half as much.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from shapely import Polygon
+
+from mjtactile._types import Array
+from mjtactile.errors import IndenterError
+
+#: Sides of the polygon that stands for a full turn of a curve; a multiple of 4, so that mirrors map corners to corners.
+SIDES = 256
+
+_HALF_BOX = 5e-3  # half the circumscribed square
+_STAR_INNER_RADIUS = 1.91e-3  # a regular pentagram's, to four digits
+
+
+def ellipse(semi_x: float, semi_y: float) -> Polygon:
+    """Ellipse about the origin with these semi-axes along x and y [m], as a polygon of the same area."""
+    step = 2.0 * math.pi / SIDES
+    same_area = math.sqrt(step / math.sin(step))
+    return Polygon(_turn(SIDES, 0.0) * same_area * (semi_x, semi_y))
+
+
+@cache
+def punch_outline(name: str) -> Polygon:
+    """Outline of one of the seven punches, counter-clockwise, not moved [m].
+
+    Raises:
+        IndenterError: the name is none of `INDENTER_NAMES`.
+    """
+    if name not in _PUNCHES:
+        raise IndenterError(f"indenter '{name}' does not exist. Available: {list(INDENTER_NAMES)}.")
+    return _PUNCHES[name]()
+
+
+def _turn(corners: int, start_deg: float) -> Array:
+    """Unit vectors at equal angles, counter-clockwise from `start_deg`, shape (corners, 2)."""
+    angles = math.radians(start_deg) + 2.0 * np.pi * np.arange(corners) / corners
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _circle() -> Polygon:
+    return ellipse(_HALF_BOX, _HALF_BOX)
+
+
+def _doughnut() -> Polygon:
+    return Polygon(_circle().exterior, [ellipse(_HALF_BOX / 2, _HALF_BOX / 2).exterior])
+
+
+def _ellipse() -> Polygon:
+    return ellipse(_HALF_BOX, 3e-3)
+
+
+def _octagon() -> Polygon:
+    return Polygon(_HALF_BOX / math.cos(math.pi / 8) * _turn(8, 22.5))
+
+
+def _square() -> Polygon:
+    h = _HALF_BOX
+    return Polygon([(-h, -h), (h, -h), (h, h), (-h, h)])
+
+
+def _star() -> Polygon:
+    radii = np.tile([_HALF_BOX, _STAR_INNER_RADIUS], 5)
+    return Polygon(radii[:, None] * _turn(10, 90.0))
+
+
+def _triangle() -> Polygon:
+    return Polygon(2.0 * _HALF_BOX / math.sqrt(3.0) * _turn(3, 90.0))
+
+
+_PUNCHES: dict[str, Callable[[], Polygon]] = {
+    "circle": _circle,
+    "doughnut": _doughnut,
+    "ellipse": _ellipse,
+    "octagon": _octagon,
+    "square": _square,
+    "star": _star,
+    "triangle": _triangle,
+}
+
+#: Names of the seven punches.
+INDENTER_NAMES: tuple[str, ...] = tuple(_PUNCHES)

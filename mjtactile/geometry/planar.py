@@ -1,0 +1,150 @@
+"""Plane geometry of outlines: triangles, convex parts, and points that carry a load about the centroid.
+
+Lengths are metres. Outlines are shapely polygons; holes are kept.
+"""
+
+from __future__ import annotations
+
+import mapbox_earcut
+import numpy as np
+from shapely import GeometryCollection, LineString, MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+from shapely.geometry.polygon import orient
+
+from mjtactile._types import Array, Indices
+from mjtactile.errors import IndenterError
+
+#: An outline with more corners than this is loaded through points at equal angles instead of through its corners.
+MAXIMUM_SUPPORT_POINTS = 8
+#: Turns flatter than this (the sine of the angle) count as straight.
+STRAIGHT = 1e-9
+
+
+def areal(geometry: BaseGeometry) -> Polygon | MultiPolygon:
+    """The part of a geometry that has area: points and lines, which set operations may leave behind, dropped."""
+    if isinstance(geometry, Polygon | MultiPolygon):
+        return geometry
+    parts = geometry.geoms if isinstance(geometry, GeometryCollection) else ()
+    polygons = [p for part in parts for p in polygons_of(areal(part))]
+    return polygons[0] if len(polygons) == 1 else MultiPolygon(polygons)
+
+
+def polygons_of(area: Polygon | MultiPolygon) -> list[Polygon]:
+    """The non-empty polygons an area consists of."""
+    parts = area.geoms if isinstance(area, MultiPolygon) else (area,)
+    return [part for part in parts if not part.is_empty]
+
+
+def rings_of(polygon: Polygon) -> list[Array]:
+    """Corners of the outer ring and of each hole, shapes (n, 2) [m]: material on the left, no corner twice."""
+    oriented = orient(polygon)
+    return [np.asarray(ring.coords)[:-1, :2] for ring in (oriented.exterior, *oriented.interiors)]
+
+
+def triangulate(polygon: Polygon) -> tuple[Array, Indices]:
+    """Split a polygon into triangles that use its own corners only.
+
+    Returns: corners, shape (n, 2) [m], in the order of `rings_of`; counter-clockwise triangles, shape (m, 3).
+    """
+    rings = rings_of(polygon)
+    corners = np.ascontiguousarray(np.vstack(rings))
+    ends = np.cumsum([len(ring) for ring in rings]).astype(np.uint32)
+    triangles = mapbox_earcut.triangulate_float64(corners, ends).reshape(-1, 3).astype(np.int64)
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    clockwise = _cross(b - a, c - b) < 0.0
+    triangles[clockwise] = triangles[clockwise][:, ::-1]
+    return corners, triangles
+
+
+def convex_parts(polygon: Polygon) -> list[Polygon]:
+    """Split a polygon into convex parts that do not overlap and whose union is the polygon.
+
+    Triangles are merged across shared edges while the result stays convex, which gives at most four times the
+    smallest possible number of parts.
+    Source: Hertel and Mehlhorn, Fast triangulation of simple polygons, FCT 1983.
+    """
+    corners, triangles = triangulate(polygon)
+    parts = {i: [int(v) for v in triangle] for i, triangle in enumerate(triangles)}
+    owner = {edge: i for i, part in parts.items() for edge in _edges(part)}
+    for tail, head in [edge for edge in owner if edge[0] < edge[1] and edge[::-1] in owner]:
+        left, right = owner[tail, head], owner[head, tail]
+        merged = _starting_at(parts[left], head) + _starting_at(parts[right], tail)[1:-1]
+        if not _turns_left_at(corners, merged, (tail, head)):
+            continue
+        parts[left] = merged
+        del parts[right]
+        owner.update(dict.fromkeys(_edges(merged), left))
+    return [Polygon(corners[part]) for part in parts.values()]
+
+
+def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon | None = None) -> Array:
+    """Points that carry a load as the whole area would: their mean is its centroid, and they span its rim.
+
+    A rigid face that cannot tilt presses equally on each point, so equal weights must balance about the centroid.
+    Corners of the convex hull serve where they are few, else the rim at equal angles. With r_i from the centroid to
+    such a point, the points kept are centroid + t_i r_i, where t is the least change from all ones that gives
+    sum t_i r_i = 0, scaled so that the largest t is 1: no point leaves the hull.
+
+    Args:
+        area: the loaded area [m].
+        within: where points may stand [m], if that is less than the area's own hull.
+    Returns: shape (n, 2) [m], 3 <= n <= MAXIMUM_SUPPORT_POINTS.
+
+    Raises:
+        IndenterError: no points inside `within` balance about the centroid.
+    """
+    hull = (area if within is None else within).convex_hull
+    centre = np.array([area.centroid.x, area.centroid.y])
+    if not isinstance(hull, Polygon) or hull.is_empty or not hull.contains(area.centroid):
+        raise IndenterError("the area to support is empty or a line, or its centroid lies outside the supports.")
+    for candidates in (_corners(hull), _rim(hull, centre, MAXIMUM_SUPPORT_POINTS)):
+        arms = candidates - centre
+        shares = 1.0 - arms @ np.linalg.solve(arms.T @ arms, arms.sum(axis=0))
+        if len(candidates) <= MAXIMUM_SUPPORT_POINTS and shares.min() > 0.0:
+            return centre + (shares / shares.max())[:, None] * arms
+    raise IndenterError(
+        f"no {MAXIMUM_SUPPORT_POINTS} points of the area balance about its centroid "
+        f"({centre[0]:.6g}, {centre[1]:.6g}) m: it is too thin or too lopsided. Use a more compact face."
+    )
+
+
+def _corners(hull: Polygon) -> Array:
+    """Corners of a convex polygon where it really turns, shape (n, 2) [m]."""
+    corners = rings_of(hull)[0]
+    after = np.roll(corners, -1, axis=0) - corners
+    # Each by its own length: the product of two tiny ones would vanish.
+    after = after / np.linalg.norm(after, axis=1, keepdims=True)
+    return corners[_cross(np.roll(after, 1, axis=0), after) > STRAIGHT]
+
+
+def _rim(hull: Polygon, centre: Array, count: int) -> Array:
+    """Where rays at equal angles from `centre` leave a convex polygon, shape (count, 2) [m]."""
+    reach = 2.0 * hull.length
+    angles = 2.0 * np.pi * np.arange(count) / count
+    tips = centre + reach * np.column_stack([np.cos(angles), np.sin(angles)])
+    return np.array([LineString([centre, tip]).intersection(hull).coords[-1] for tip in tips])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _edges(loop: list[int]) -> list[tuple[int, int]]:
+    return list(zip(loop, loop[1:] + loop[:1], strict=True))
+
+
+def _starting_at(loop: list[int], vertex: int) -> list[int]:
+    start = loop.index(vertex)
+    return loop[start:] + loop[:start]
+
+
+def _turns_left_at(corners: Array, loop: list[int], vertices: tuple[int, int]) -> bool:
+    for vertex in vertices:
+        at = loop.index(vertex)
+        before, after = (
+            corners[loop[at]] - corners[loop[at - 1]],
+            corners[loop[(at + 1) % len(loop)]] - corners[loop[at]],
+        )
+        if _cross(before, after) < -STRAIGHT * np.linalg.norm(before) * np.linalg.norm(after):
+            return False
+    return True

@@ -1,0 +1,174 @@
+"""Solids as closed triangle meshes: checking, extruding an outline, and cutting by a plane z = constant.
+
+Lengths are metres. A solid is a watertight `trimesh.Trimesh`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+import trimesh
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from shapely import MultiPolygon, Polygon
+
+from mjtactile._types import Array, Indices, Mask
+from mjtactile.errors import IndenterError
+from mjtactile.geometry.planar import areal, polygons_of, triangulate
+
+#: Vertices closer than this to the cutting plane lie in it [m]: poses come from rotations that round.
+PLANE_TOLERANCE = 1e-9
+#: A solid larger than this [m] was almost certainly drawn in millimetres.
+LARGEST_EXTENT = 1.0
+
+
+def checked(solid: trimesh.Trimesh) -> trimesh.Trimesh:
+    """The same solid, if it is one: finite, not empty, watertight, right side out, of a size a pad can feel.
+
+    Raises:
+        IndenterError: names what is wrong and how to mend it.
+    """
+    if not isinstance(solid, trimesh.Trimesh):
+        raise IndenterError(f"expected a trimesh.Trimesh, got {type(solid).__name__}.")
+    if len(solid.faces) == 0:
+        raise IndenterError("the mesh has no faces. Load a surface mesh, not points or curves.")
+    if not np.isfinite(solid.vertices).all():
+        raise IndenterError("the mesh has vertices that are not finite. Repair the file it came from.")
+    if not (solid.is_watertight and solid.is_winding_consistent):
+        raise IndenterError(
+            "the mesh is not watertight (every edge must join two faces that wind alike). "
+            "Close it, for example with trimesh's fill_holes() and fix_normals()."
+        )
+    if solid.volume <= 0.0:
+        raise IndenterError(f"the mesh's volume is {solid.volume:.3g} m3: it is inside out. Call its invert().")
+    if max(solid.extents) > LARGEST_EXTENT:
+        raise IndenterError(
+            f"the mesh is {max(solid.extents):.4g} m across. Lengths are in metres: "
+            "for a mesh drawn in millimetres pass scale=1e-3."
+        )
+    return solid
+
+
+def extrude(area: Polygon | MultiPolygon, height: float) -> trimesh.Trimesh:
+    """The prism over `area` from z = 0 to z = height [m], watertight; its corners are the area's own corners."""
+    if not (np.isfinite(height) and height > 0.0):
+        raise IndenterError(f"height = {height} m; expected a positive length in metres (5 mm is 5e-3).")
+    prisms = [_prism(polygon, height) for polygon in polygons_of(area)]
+    if not prisms:
+        raise IndenterError("cannot extrude an empty outline.")
+    solid = prisms[0]
+    for prism in prisms[1:]:
+        solid = solid + prism
+    return checked(solid)
+
+
+def _prism(polygon: Polygon, height: float) -> trimesh.Trimesh:
+    corners, triangles = triangulate(polygon)
+    count = len(corners)
+    ring_sizes = [len(ring.coords) - 1 for ring in (polygon.exterior, *polygon.interiors)]
+    ring_starts = np.repeat(np.cumsum([0, *ring_sizes[:-1]]), ring_sizes)
+    here = np.arange(count)
+    after = ring_starts + (here - ring_starts + 1) % np.repeat(ring_sizes, ring_sizes)
+    faces = np.vstack(
+        [
+            triangles[:, ::-1],  # bottom, seen from below
+            triangles + count,  # top
+            np.column_stack([here, after, after + count]),
+            np.column_stack([here, after + count, here + count]),
+        ]
+    )
+    vertices = np.vstack([np.insert(corners, 2, z, axis=1) for z in (0.0, height)])
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def silhouette(solid: trimesh.Trimesh) -> Polygon:
+    """Convex hull of the solid seen along z [m]."""
+    return shapely.MultiPoint(solid.vertices[:, :2]).convex_hull  # type: ignore[return-value]
+
+
+def face_outline(
+    solid: trimesh.Trimesh, height: float, *, tolerance: float = PLANE_TOLERANCE
+) -> Polygon | MultiPolygon:
+    """Section of a solid by the plane z = height: not convexified, holes kept.
+
+    The solid counts as closed, so a flat face that lies in the plane belongs to the section. Where the plane meets
+    vertices within `tolerance`, the section is the union of those just above and just below, each of which crosses
+    edges only; no case distinction on vertices or edges in the plane is left.
+
+    Args:
+        solid: a watertight mesh in the frame in which the plane is z = height [m].
+        height: [m].
+        tolerance: vertices within this distance of the plane lie in it [m].
+    Returns: the section [m]; an empty polygon where the plane misses the solid.
+
+    Raises:
+        IndenterError: the mesh is not watertight.
+    """
+    if not (solid.is_watertight and solid.is_winding_consistent):
+        raise IndenterError("only a watertight mesh has a section with an inside. Close it, for example fill_holes().")
+    offset = solid.vertices[:, 2] - height
+    offset[np.abs(offset) <= tolerance] = 0.0
+    section = _section(solid, offset, offset >= 0.0)
+    if (offset == 0.0).any():
+        section = areal(section.union(_section(solid, offset, offset > 0.0)))
+    return section
+
+
+def _section(solid: trimesh.Trimesh, offset: Array, above: Mask) -> Polygon | MultiPolygon:
+    """Section between the vertices marked `above` and the others; heights over the plane `offset`, shape (n,) [m]."""
+    tails, heads = _crossings(np.asarray(solid.faces), above)
+    if len(tails) == 0:
+        return Polygon()
+    low, high = tails.T
+    fraction = offset[low] / (offset[low] - offset[high])
+    corners = solid.vertices[low, :2] + fraction[:, None] * (solid.vertices[high, :2] - solid.vertices[low, :2])
+    body = _bodies(solid)[low]
+    outlines: dict[int, Polygon | MultiPolygon] = {}  # by body
+    for loop in _loops(tails, heads):
+        if len(loop) < 3:
+            continue
+        ring = areal(shapely.make_valid(Polygon(corners[loop])))
+        key = int(body[loop[0]])
+        # Within one body a ring inside a ring is a hole; separate bodies add up.
+        outlines[key] = areal(outlines[key].symmetric_difference(ring)) if key in outlines else ring
+    return areal(shapely.union_all(list(outlines.values()))) if len(outlines) != 1 else next(iter(outlines.values()))
+
+
+def _crossings(faces: Indices, above: Mask) -> tuple[Indices, Indices]:
+    """Cut edges in which the section's segments start and end, each (low, high) vertex indices, shapes (m, 2)."""
+    marks = above[faces]
+    cut = marks.any(axis=1) & ~marks.all(axis=1)
+    faces, marks = faces[cut], marks[cut]
+    lone_is_above = marks.sum(axis=1) == 1
+    lone = np.argmax(marks == lone_is_above[:, None], axis=1)  # the corner alone on its side of the plane
+    rows = np.arange(len(faces))
+    apex, after, before = (faces[rows, (lone + k) % 3] for k in range(3))
+    onward, backward = np.column_stack([apex, after]), np.column_stack([apex, before])
+    starts = np.where(lone_is_above[:, None], onward, backward)
+    ends = np.where(lone_is_above[:, None], backward, onward)
+    return np.sort(starts, axis=1), np.sort(ends, axis=1)
+
+
+def _loops(tails: Indices, heads: Indices) -> list[list[int]]:
+    """Chain segments, by number, into closed loops: in a watertight mesh each cut edge starts one and ends one."""
+    start_of = {(int(a), int(b)): i for i, (a, b) in enumerate(tails)}
+    following = [start_of[int(a), int(b)] for a, b in heads]
+    seen: set[int] = set()
+    loops = []
+    for first in range(len(following)):
+        if first in seen:
+            continue
+        loop = [first]
+        while (step := following[loop[-1]]) != first:
+            loop.append(step)
+        seen.update(loop)
+        loops.append(loop)
+    return loops
+
+
+def _bodies(solid: trimesh.Trimesh) -> Indices:
+    """Number of the connected body each vertex belongs to, shape (n,)."""
+    count = len(solid.vertices)
+    a, b = np.asarray(solid.edges_unique).T
+    _, body = connected_components(coo_array((np.ones(len(a), bool), (a, b)), shape=(count, count)), directed=False)
+    return body

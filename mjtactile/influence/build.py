@@ -1,0 +1,265 @@
+"""Building influence matrices: every surface load through the finite elements, stress read at every sample point."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from threadpoolctl import threadpool_limits
+
+from mjtactile._types import Array, Tables
+from mjtactile.errors import MeshError
+from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.mesh import SheetMesh, sheet_mesh
+from mjtactile.fem.stiffness import PARITIES, Parity, Stiffness, assemble, free_in_plane
+from mjtactile.fem.stress import DEVIATORIC_COUNT, StressSampler
+from mjtactile.fem.taxel_quadrature import layer_sampling
+from mjtactile.fidelity import MeshDensity
+from mjtactile.influence.table import table_name
+from mjtactile.pad import Pad
+
+#: A column's unit force acts on a node and, with the class's signs, on its mirror images; a quarter model sees a
+#: quarter of their sum.
+_QUARTER = 0.25
+#: What reading the stress may hold at once, per class that is being solved [bytes], and what it holds for each point
+#: and column: seven measures, and stress made of them.
+_BLOCK_BYTES, _BYTES_PER_POINT = 1 << 28, 8 * 24
+#: Square matrices, as many rows as the surface has degrees of freedom, that elimination keeps per element layer, and
+#: what it and the tables take besides.
+_MATRICES_PER_LAYER, _MATRICES_BESIDES = 3, 10
+
+
+def build_steps(pad: Pad, density: MeshDensity) -> int:
+    """Number of times `build_tables` reports progress."""
+    mesh = sheet_mesh(pad, density)
+    points = sum(len(layer) for layer in _sample_points(pad, density))
+    quarter = mesh.quarter()
+    return sum(
+        mesh.z.element_count + len(_blocks(int(free_in_plane(quarter, parity).sum()), points)) * (mesh.z.node_count - 1)
+        for parity in _solved_classes(mesh)
+    )
+
+
+class _Rows(Protocol):
+    def __call__(
+        self, kind: str, parity: Parity, sensing_layer: int, matrix: npt.NDArray[Any], /
+    ) -> npt.NDArray[Any]: ...
+
+
+def build_tables(
+    pad: Pad,
+    density: MeshDensity,
+    dtype: npt.DTypeLike = np.float32,
+    on_step: Callable[[], None] = lambda: None,
+    *,
+    rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
+    columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
+) -> Iterator[Tables]:
+    """Influence matrices of one symmetry class after another, in no particular order.
+
+    Classes are solved side by side, one thread each with its share of the cores: that wastes less time waiting than
+    all cores on one class, above all when the machine is busy with something else too. Stress is read at the points
+    for some columns at a time, so that memory holds no more than the equations, the tables, and these.
+
+    Args:
+        pad: the sheet.
+        density: of the mesh and the sample points.
+        dtype: storage precision of the stresses; the surface compliance stays in double precision.
+        on_step: called after each bounded piece of work, `build_steps` times in all, from several threads.
+        rows: what is kept of the rows of a stress matrix (kind, parity, sensing layer, matrix); it gets some columns at
+            a time and may mix rows, not columns.
+        columns: what is kept of the columns (parity, matrix) of one class's matrix, after its rows were chosen.
+
+    Yields:
+        For class c and sensing layer k: "deviatoric c k", (columns, folded points * 5) [Pa/N]; "mean c k",
+        (columns, folded points) [Pa/N]; and "compliance c", (columns, columns) [m/N]. Columns are the free degrees
+        of freedom (component, y, x) of the quarter's surface; column j is the response to a unit force on it and on
+        its mirror images, with the signs of the class.
+
+    Raises:
+        MeshError: when the equations need more memory than the machine has, or cannot be solved in double precision.
+    """
+    mesh = sheet_mesh(pad, density)
+    workers = _workers(mesh)
+    stiffness = assemble(mesh.quarter())
+    layers = _sample_points(pad, density)
+    # The class that also yields its diagonal mirror image takes longest and goes first.
+    parities = sorted(_solved_classes(mesh), key=lambda parity: not _has_mirror_image(mesh, parity))
+    storage = _Storage(np.dtype(dtype), rows, columns)
+    share = threadpool_limits(limits=max(1, available_cores() // workers), user_api="blas")
+    with share, ThreadPoolExecutor(max_workers=workers) as executor:
+        futures = [
+            executor.submit(_solve_class, mesh, stiffness, parity, layers, storage, on_step) for parity in parities
+        ]
+        for future in as_completed(futures):
+            yield from future.result()
+
+
+@dataclass(frozen=True, eq=False)
+class _Storage:
+    """How matrices are kept, see `build_tables`."""
+
+    dtype: np.dtype
+    rows: _Rows
+    columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]]
+
+
+def _sample_points(pad: Pad, density: MeshDensity) -> list[Array]:
+    """Folded sample points of each sensing layer [m], (points, 3)."""
+    return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(len(pad.depths))]
+
+
+def _blocks(columns: int, points: int) -> list[slice]:
+    """Columns that are read at once, such that what is held of them stays below a bound."""
+    size = max(1, _BLOCK_BYTES // (_BYTES_PER_POINT * points))
+    return [slice(first, min(first + size, columns)) for first in range(0, columns, size)]
+
+
+def _workers(mesh: SheetMesh) -> int:
+    """Classes that are solved side by side: as many as there are cores and memory for.
+
+    Raises:
+        MeshError: when there is not memory enough for one.
+    """
+    quarter = mesh.quarter()
+    columns = 3 * quarter.x.node_count * quarter.y.node_count
+    matrices = _MATRICES_PER_LAYER * mesh.z.element_count + _MATRICES_BESIDES
+    needed = np.dtype(float).itemsize * columns**2 * matrices + _BLOCK_BYTES
+    there_is = _memory()
+    if needed > there_is:
+        raise MeshError(
+            f"a mesh of {mesh.x.element_count} x {mesh.y.element_count} x {mesh.z.element_count} elements takes "
+            f"{needed / 1e9:.3g} GB of memory to solve; this machine has {there_is / 1e9:.3g} GB. Use a coarser mesh, "
+            "or raise the sampling radius or the shallowest depth, which set its size."
+        )
+    return min(len(_solved_classes(mesh)), available_cores(), max(1, int(there_is / 2 / needed)))
+
+
+def _memory() -> float:
+    """Physical memory [bytes]; where the system does not say, no bound."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, OSError, ValueError):
+        return float("inf")
+
+
+def available_cores() -> int:
+    """Processor cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _is_square(mesh: SheetMesh) -> bool:
+    return np.array_equal(mesh.x.vertices, mesh.y.vertices)
+
+
+def _has_mirror_image(mesh: SheetMesh, parity: Parity) -> bool:
+    """Whether a square sheet's diagonal mirror turns this class into another."""
+    return _is_square(mesh) and parity == Parity(1, -1)
+
+
+def _solved_classes(mesh: SheetMesh) -> list[Parity]:
+    """Classes that need a solution of their own."""
+    return [parity for parity in PARITIES if not (_is_square(mesh) and parity == Parity(-1, 1))]
+
+
+def _solve_class(
+    mesh: SheetMesh,
+    stiffness: Stiffness,
+    parity: Parity,
+    layers: list[Array],
+    storage: _Storage,
+    on_step: Callable[[], None],
+) -> list[Tables]:
+    """Tables of one class and, where the diagonal makes another class its copy, of that class."""
+    sheet = EliminatedSheet(stiffness, parity, on_step)
+    points = np.concatenate(layers)
+    count = len(sheet.surface_compliance)
+    classes = [_ClassColumns(parity, sheet.free, np.arange(count))]
+    if _has_mirror_image(mesh, parity):
+        classes.append(classes[0].transposed())
+    samplers = [StressSampler(mesh, c.parity, points) for c in classes]
+    tables = [_ClassTables(columns, layers, storage) for columns in classes]
+    for block in _blocks(count, len(points)):
+        for columns, sampler in zip(classes, samplers, strict=True):
+            sampler.restart(len(columns.places(block)))
+        for plane, displacements in sheet.descend(block):
+            for columns, sampler in zip(classes, samplers, strict=True):
+                sampler.add(plane, columns.free, displacements[columns.order])
+            on_step()
+        for columns, sampler, of_class in zip(classes, samplers, tables, strict=True):
+            of_class.add(columns.places(block), *sampler.result())
+    return [of_class.finished(sheet.surface_compliance) for of_class in tables]
+
+
+@dataclass(frozen=True, eq=False)
+class _ClassColumns:
+    """Free degrees of freedom of a class, and their order among those of the class that was solved."""
+
+    parity: Parity
+    free: np.ndarray
+    order: np.ndarray
+
+    def transposed(self) -> _ClassColumns:
+        """The class that x <-> y turns this one into."""
+        side = int(np.sqrt(self.free.size // 3))
+        swap = np.arange(self.free.size).reshape(3, side, side)[[1, 0, 2]].transpose(0, 2, 1).ravel()
+        place = np.cumsum(self.free) - 1
+        free = self.free[swap]
+        return _ClassColumns(Parity(self.parity.y, self.parity.x), free, place[swap[free]])
+
+    def places(self, block: slice) -> npt.NDArray[np.intp]:
+        """Places, among the class's columns, of a block of the solved class's columns."""
+        return np.argsort(self.order)[block]
+
+
+class _ClassTables:
+    """One class's tables while they fill with columns."""
+
+    def __init__(self, columns: _ClassColumns, layers: list[Array], storage: _Storage) -> None:
+        self._columns, self._storage = columns, storage
+        self._ends = np.cumsum([0, *(len(layer) for layer in layers)]).tolist()
+        self._tables: Tables = {}
+
+    def add(self, places: npt.NDArray[np.intp], deviatoric: Array, mean: Array) -> None:
+        """Enter some columns.
+
+        Args:
+            places: which columns.
+            deviatoric: coordinates (points, 5, columns) [Pa/N].
+            mean: mean stress (points, columns) [Pa/N].
+        """
+        for k, (start, end) in enumerate(itertools.pairwise(self._ends)):
+            stress = deviatoric[start:end].reshape((end - start) * DEVIATORIC_COUNT, -1)
+            for kind, of_kind in (("deviatoric", stress), ("mean", mean[start:end])):
+                whole = np.ascontiguousarray(_QUARTER * of_kind.T, dtype=self._storage.dtype)
+                kept = self._storage.rows(kind, self._columns.parity, k, whole)
+                name = table_name(kind, self._columns.parity, k)
+                if name not in self._tables:
+                    self._tables[name] = np.empty((len(self._columns.order), kept.shape[1]), self._storage.dtype)
+                self._tables[name][places] = kept
+
+    def finished(self, compliance: Array) -> Tables:
+        """All tables, after the last column was entered.
+
+        Raises:
+            MeshError: when numbers are not finite.
+        """
+        parity, order = self._columns.parity, self._columns.order
+        for name in list(self._tables):
+            self._tables[name] = self._storage.columns(parity, self._tables[name])
+        self._tables[table_name("compliance", parity)] = _QUARTER * compliance[np.ix_(order, order)]
+        if not all(np.isfinite(table).all() for table in self._tables.values()):
+            raise MeshError(
+                f"the stress in the pad is beyond what {self._storage.dtype.name} holds. Its sizes or moduli are too "
+                "far apart, or from what pads are made of: lengths are metres (5 mm is 5e-3), moduli pascals (3 MPa "
+                "is 3e6)."
+            )
+        return self._tables

@@ -1,0 +1,219 @@
+"""Influence matrices built once per pad and mesh, and kept in a per-user cache."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mjtactile._types import Tables
+from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_or_preset
+from mjtactile.influence.matrices import InfluenceMatrices, load_influence
+from mjtactile.influence.provenance import influence_fingerprint
+from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
+from mjtactile.pad import Pad
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+#: Environment variable that moves the cache.
+CACHE_VARIABLE = "MJTACTILE_CACHE"
+#: How long another builder is waited for without a word, and how often it is mentioned from then on [s].
+_SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
+
+
+def cache_directory() -> Path:
+    """Folder of the cached tables: $MJTACTILE_CACHE, or the user's cache folder."""
+    chosen = os.environ.get(CACHE_VARIABLE)
+    if chosen:
+        return Path(chosen).expanduser()
+    from platformdirs import user_cache_path
+
+    return user_cache_path("mjtactile")
+
+
+def cached_path(pad: Pad, mesh: str | MeshDensity | None = None, *, preset: str | Fidelity | None = None) -> Path:
+    """Where the influence matrices of a pad on a mesh, or of a preset, are kept; see `influence_matrices`."""
+    fingerprint = influence_fingerprint(pad, mesh_or_preset(mesh, preset))
+    return cache_directory() / f"influence-{fingerprint[:20]}.safetensors"
+
+
+def influence_matrices(
+    pad: Pad | None = None,
+    mesh: str | MeshDensity | None = None,
+    *,
+    preset: str | Fidelity | None = None,
+    progress: bool = True,
+    cache: bool = True,
+) -> InfluenceMatrices:
+    """Influence matrices of a pad: from the cache, or built and kept there.
+
+    Several processes may ask at once: one builds, the others wait for it and map its file; who waits for more than two
+    seconds says so on stderr. A damaged file is rebuilt, what killed builders left is removed;
+    a cache that cannot be written costs a warning and the next build, nothing else. A preset whose storage differs
+    from the mesh's plain one is derived from the plain table where the cache has that.
+
+    Args:
+        pad: by default the paper's, `Pad()`.
+        mesh: "draft", "default" or "fine", or a MeshDensity; "default" when there is no preset either.
+        preset: "fast", "balanced", "precise" or "accurate", or a Fidelity, in place of a mesh.
+        progress: show a progress bar on a terminal while building.
+        cache: False neither reads nor writes the cache.
+
+    Raises:
+        MeshError: when the mesh does not exist, cannot be solved, or needs more memory than the machine has.
+        PresetError: when the preset does not exist, or both it and a mesh are given.
+
+    Warns:
+        MeshWarning: when the pad is too wide or thin for the mesh's full resolution.
+        InfluenceWarning: when the cache had to be repaired or could not be written.
+    """
+    pad, chosen = Pad() if pad is None else pad, mesh_or_preset(mesh, preset)
+    if not cache:
+        return build_influence(pad, chosen, progress=progress)
+    path = cached_path(pad, preset=chosen)
+    found = _load_if_whole(path, pad, chosen)
+    if found is not None:
+        return found
+    with _locked(path) as error:
+        if error is None:
+            _remove_leftovers(path.parent, path)
+        # Another process may have built it while this one waited.
+        found = None if error is not None else _load_if_whole(path, pad, chosen)
+        if found is not None:
+            return found
+        built = _derived_from_cache(pad, chosen) or build_influence(pad, chosen, progress=progress)
+        try:
+            if error is not None:
+                raise error
+            built.save(path)
+        except OSError as failure:
+            _warn_not_kept(path, failure)
+            return built
+    return load_influence(path, pad, preset=chosen)
+
+
+def build_influence(pad: Pad, mesh: str | MeshDensity | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
+    """Build influence matrices without looking at the cache; see `influence_matrices`."""
+    # scikit-fem is only needed here: a cached table starts without importing it.
+    from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
+    from mjtactile.influence.build import build_steps, build_tables
+
+    chosen = mesh if isinstance(mesh, Fidelity) else Fidelity(mesh=mesh)
+    density, sampling = chosen.density, {}
+    for k in range(len(pad.depths)):
+        sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
+    storage = ClassStorage(pad, chosen, sampling)
+    tables: Tables = dict(storage.sampling)
+    with _progress_bar(progress, f"building influence matrices, {pad.summary}", build_steps(pad, density)) as step:
+        for class_tables in build_tables(
+            pad, density, dtype=storage.fidelity.precision, on_step=step, rows=storage.averaged, columns=storage.columns
+        ):
+            tables |= class_tables
+    return reduced_and_narrowed(InfluenceMatrices(pad, storage.fidelity, tables), chosen)
+
+
+def _derived_from_cache(pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
+    """Influence matrices made from the plain ones, when these are another table and the cache has it."""
+    plain = plain_fidelity(chosen)
+    path = cached_path(pad, preset=plain)
+    if path == cached_path(pad, preset=chosen):
+        return None
+    found = _load_if_whole(path, pad, plain)
+    return None if found is None else in_storage(found, chosen)
+
+
+def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
+    try:
+        return load_influence(path, pad, preset=chosen)
+    except FileNotFoundError:
+        return None
+    except (CorruptInfluenceError, StaleInfluenceError, OSError) as error:
+        warnings.warn(f"the cached table cannot be used and is built anew: {error}", InfluenceWarning, stacklevel=3)
+        return None
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[OSError | None]:
+    """Make the table's folder and hold its lock; yields the error instead where that cannot be done."""
+    from filelock import FileLock
+
+    lock = FileLock(path.with_suffix(".lock"))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _acquire(lock)
+    except (OSError, NotImplementedError) as error:
+        yield error if isinstance(error, OSError) else OSError(str(error))
+        return
+    try:
+        yield None
+    finally:
+        lock.release()
+
+
+def _acquire(lock: BaseFileLock) -> None:
+    """Take the lock, and say what is waited for where that takes long."""
+    from filelock import Timeout
+
+    patience = _SILENT_WAIT
+    while True:
+        try:
+            lock.acquire(timeout=patience)
+            return
+        except Timeout:
+            print(
+                f"mjtactile: waiting for another process that builds the same influence matrices and holds "
+                f"{lock.lock_file}. If it was stopped or hangs, let it go on or end it (`fuser {lock.lock_file}` finds "
+                f"it), or point {CACHE_VARIABLE} at another folder.",
+                file=sys.stderr,
+                flush=True,
+            )
+            patience = _WAIT_BETWEEN_LINES
+
+
+def _remove_leftovers(folder: Path, own: Path) -> None:
+    """Remove what killed builders left half written in the cache.
+
+    Whoever writes a table holds its lock, so a partial file whose lock is free belongs to nobody.
+
+    Args:
+        folder: of the cache.
+        own: the table whose lock is held here.
+    """
+    from filelock import FileLock, Timeout
+
+    for partial in folder.glob(".influence-*.partial"):
+        table = folder / partial.name[1:].rpartition("-")[0]
+        try:
+            with nullcontext() if table.name == own.stem else FileLock(f"{table}.lock", timeout=0):
+                partial.unlink(missing_ok=True)
+        except (Timeout, OSError, NotImplementedError):
+            continue  # somebody is writing it, or it cannot be removed: it does no harm
+
+
+def _warn_not_kept(path: Path, error: OSError) -> None:
+    warnings.warn(
+        f"the influence matrices could not be kept in {path.parent} ({error}); they will be built again next time. "
+        f"Free space there, or point {CACHE_VARIABLE} at a folder that can be written.",
+        InfluenceWarning,
+        stacklevel=3,
+    )
+
+
+@contextmanager
+def _progress_bar(wanted: bool, description: str, total: int) -> Iterator[Callable[[], None]]:
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(description, total=total)
+        yield lambda: bar.advance(task)

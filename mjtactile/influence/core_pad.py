@@ -1,0 +1,169 @@
+"""Influence matrices handed to the compiled core, in the order it reads them in."""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._native import contiguous, library, pointer, sized
+from mjtactile._types import Array, Indices
+from mjtactile.fem.stiffness import PARITIES
+from mjtactile.fem.symmetry import QUADRANT_SIGNS, QUADRANTS
+from mjtactile.influence.layout import PadTables
+from mjtactile.influence.stress_matrix import read_matrix
+from mjtactile.influence.table import table_name
+
+_PRECISIONS = ("float16", "float32", "float64", "int8")
+#: Forces within two to this power, up or down, of 1 N are read as they are.
+_COMMON_POWERS = 20
+
+
+class CorePad:
+    """One pad as the core holds it; its stress matrices and what bodies press on are handed over afterwards.
+
+    Args:
+        influence: of the pad.
+
+    Attributes:
+        handle: what the core's functions take.
+    """
+
+    def __init__(self, influence: PadTables) -> None:
+        grid = influence.surface
+        ends, signs = [contiguous(line.vertices) for line in (grid.x, grid.y)], contiguous(QUADRANT_SIGNS)
+        handle = library().mjt_pad_new(
+            ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
+            ctypes.c_int(influence.fidelity.loads == "corners"),
+            *(part for line in ends for part in sized(line)),
+            pointer(signs),
+        )
+        self.handle = ctypes.c_void_p(handle)
+        self._taxels, self._given, self._giving = influence.pad.reading_shape, set[str](), threading.Lock()
+        self._finalizer = weakref.finalize(self, library().mjt_pad_free, self.handle)
+
+    def give(self, what: str, action: Callable[[], None]) -> None:
+        """Hand something over once; what is set stays, other threads may be reading it."""
+        with self._giving:
+            if what not in self._given:
+                self._given.add(what)
+                action()
+
+    @property
+    def nbytes(self) -> int:
+        """Memory the stress matrices take [bytes]."""
+        return int(library().mjt_pad_bytes(self.handle))
+
+    def readings(self, forces: Array) -> Array:
+        """Readings (layers, rows, columns) [Pa] of nodal forces (nodes y, nodes x, 3) [N]."""
+        readings = np.empty(self._taxels)
+        # Single precision squares stresses: forces far from 1 N are brought there, by a power of two, which is exact.
+        power = int(np.frexp(np.abs(forces).max(initial=0.0))[1])
+        power = power if abs(power) > _COMMON_POWERS else 0
+        forces = contiguous(np.ldexp(forces, -power) if power else forces)
+        library().mjt_readings(self.handle, pointer(forces), pointer(readings))
+        return np.ldexp(readings, power) if power else readings
+
+
+_pads: weakref.WeakKeyDictionary[PadTables, dict[bool, CorePad]] = weakref.WeakKeyDictionary()
+_making = threading.Lock()
+
+
+def core_pad(influence: PadTables, *, stress: bool = False) -> CorePad:
+    """The core's copy of influence matrices, made when it is first asked for and shared by all that use them.
+
+    Args:
+        influence: of the pad.
+        stress: whether whole stress tensors are wanted, which take a fifth more memory.
+
+    Raises:
+        CorruptInfluenceError: when the matrices are not those the pad and the fidelity need; the core does not look.
+    """
+    with _making:
+        made = _pads.setdefault(influence, {})
+        if stress not in made:
+            made[stress] = _with_matrices(influence, stress)
+        return made[stress]
+
+
+def _with_matrices(influence: PadTables, stress: bool) -> CorePad:
+    influence.check()
+    pad = CorePad(influence)
+    orders = [_by_taxel(influence, k) for k in range(len(influence.pad.depths))]
+    for k, order in enumerate(orders):
+        _add_layer(pad, influence, k, order)
+    for number in range(len(PARITIES)):
+        _set_class(pad, influence, number, orders, "deviatoric")
+        if stress:
+            _set_class(pad, influence, number, orders, "mean")
+    return pad
+
+
+def _by_taxel(influence: PadTables, sensing_layer: int) -> Indices:
+    """Folded sample points in an order that keeps those of one taxel together."""
+    average: Any = influence.averages[sensing_layer]
+    points = average.shape[1] // len(QUADRANTS)
+    taxel = np.full(points, average.shape[0], dtype=np.int64)
+    rows = np.repeat(np.arange(average.shape[0]), np.diff(average.indptr))
+    np.minimum.at(taxel, average.indices % points, rows)
+    return np.lexsort((np.arange(points), taxel))
+
+
+def _add_layer(pad: CorePad, influence: PadTables, sensing_layer: int, order: Indices) -> None:
+    average: Any = influence.averages[sensing_layer]
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    quadrant, point = np.divmod(average.indices, len(order))
+    starts, places = average.indptr.astype(np.int32), (quadrant * len(order) + place[point]).astype(np.int32)
+    weights = contiguous(average.data)
+    library().mjt_pad_add_layer(
+        pad.handle,
+        ctypes.c_size_t(len(order)),
+        ctypes.c_size_t(average.shape[0]),
+        pointer(starts),
+        pointer(places),
+        pointer(weights),
+    )
+
+
+def _set_class(pad: CorePad, influence: PadTables, number: int, orders: list[Indices], kind: str) -> None:
+    parity, free = PARITIES[number], influence.columns[number]
+    quarter = influence.mesh.quarter()
+    column_of = np.full((3, quarter.y.node_count, quarter.x.node_count), -1, dtype=np.int32)
+    column_of.ravel()[free] = np.arange(len(free))
+    if influence.fidelity.loads == "corners":
+        column_of = np.ascontiguousarray(column_of[:, ::2, ::2])
+    signs = contiguous([parity.component_signs(component) for component in range(3)])
+    ranks, lefts, rights = [], [], []
+    for k, order in enumerate(orders):
+        factors = read_matrix(influence.tables, table_name(kind, parity, k)).factors
+        ranks.append(0 if len(factors) == 1 else factors[0].shape[1])
+        ordered = _ordered(factors[-1], order)
+        lefts.append(ordered if len(factors) == 1 else contiguous(factors[0]))
+        rights.append(None if len(factors) == 1 else ordered)
+    library().mjt_pad_set_class(
+        pad.handle,
+        ctypes.c_int(number),
+        ctypes.c_size_t(len(free)),
+        pointer(column_of),
+        pointer(signs),
+        (ctypes.c_size_t * len(ranks))(*ranks),
+        _pointers(lefts),
+        _pointers(rights),
+        ctypes.c_int(kind == "mean"),
+    )
+
+
+def _ordered(matrix: npt.NDArray[Any], order: Indices) -> Array:
+    """Rows (point, coordinate) of a matrix (columns, rows) as (coordinate, point), points in another order."""
+    by_point = matrix.reshape(len(matrix), len(order), -1)
+    return contiguous(by_point[:, order].transpose(0, 2, 1))
+
+
+def _pointers(arrays: list[Array | None] | list[Array]) -> Any:
+    return (ctypes.c_void_p * len(arrays))(*(None if one is None else one.ctypes.data for one in arrays))

@@ -1,0 +1,79 @@
+"""Loads split into the sheet's four symmetry classes, ready to be multiplied with the matrices of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.errors import InfluenceError
+from mjtactile.fem.stiffness import PARITIES
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.fem.symmetry import fold_forces
+from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
+
+if TYPE_CHECKING:
+    from mjtactile.influence.surface_load import SurfaceLoad
+
+#: Forces below this share of the precision's rounding, relative to the load's largest, are rounding themselves.
+_NEGLIGIBLE = 1 / 16
+
+
+@dataclass(frozen=True, eq=False)
+class FoldedLoads:
+    """Some loads, split into the four classes.
+
+    Attributes:
+        classes: scaled forces of each class.
+        scale: largest force of each load [N], shape (batch,), so that any magnitude keeps its digits in float32.
+    """
+
+    classes: list[ClassForces]
+    scale: Array
+
+    def times(self, matrices: list[StressMatrix]) -> Array:
+        """Responses (batch, classes, rows) [Pa] through one matrix per class."""
+        responses = [matrix.times(forces) for matrix, forces in zip(matrices, self.classes, strict=True)]
+        return np.stack(responses, axis=1) * self.scale[:, None, None]
+
+
+def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
+    """Nodal forces of some loads together, shape (batch, nodes y, nodes x, 3) [N].
+
+    Raises:
+        InfluenceError: when a load belongs to another surface or is not finite.
+    """
+    expected = (*surface.node_shape, 3)
+    for load in loads:
+        if load.forces.shape != expected:
+            raise InfluenceError(
+                f"the load has nodal forces of shape {load.forces.shape}, but this surface takes {expected}: it was "
+                "made for another pad or mesh. Make the footprint and the load with these influence matrices."
+            )
+    batch = np.stack([load.forces for load in loads])
+    if not np.isfinite(batch).all():
+        raise InfluenceError("the load holds NaN or infinite nodal forces; check the traction it was made from.")
+    return batch
+
+
+def folded_loads(batch: Array, columns: list[np.ndarray], precision: str) -> FoldedLoads:
+    """Split nodal forces into classes.
+
+    A symmetric load has forces in some classes only; rounding puts tiny ones into the others. What is smaller than
+    the rounding of the matrices is left out, so that their matrices are not read.
+
+    Args:
+        batch: nodal forces (batch, nodes y, nodes x, 3) [N].
+        columns: for each class, the degrees of freedom of the quarter that are columns of its matrices.
+        precision: storage of the matrices.
+    """
+    folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in PARITIES)
+    forces = [of_class[:, free] for of_class, free in zip(folded, columns, strict=True)]
+    scale = np.max([np.abs(of_class).max(axis=1, initial=0.0) for of_class in forces], axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    negligible = _NEGLIGIBLE * np.finfo(np.float64 if precision == "float64" else np.float32).eps
+    scaled = (of_class / scale[:, None] for of_class in forces)
+    return FoldedLoads([ClassForces(np.where(np.abs(values) < negligible, 0.0, values)) for values in scaled], scale)

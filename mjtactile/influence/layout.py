@@ -1,0 +1,187 @@
+"""What a table must hold: every array that a pad and a fidelity need, of its type and shape, and no other."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+
+from mjtactile._types import Tables
+from mjtactile.errors import CorruptInfluenceError
+from mjtactile.fem.mesh import SheetMesh, sheet_mesh
+from mjtactile.fem.stiffness import PARITIES, free_in_plane
+from mjtactile.fem.stress import DEVIATORIC_COUNT
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.fem.symmetry import QUADRANTS
+from mjtactile.fem.taxel_quadrature import stored_average
+from mjtactile.fem.vertex_loads import on_corners
+from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.influence.table import table_name
+from mjtactile.pad import Pad
+
+_INDICES = (np.int32, np.int64)
+_Shape = tuple[int | None, ...]
+"""Lengths along the axes; None where any will do, from 1 on."""
+
+
+@dataclass(frozen=True, eq=False)
+class PadTables:
+    """Tables of one pad, and what of pad and fidelity says how to read them.
+
+    Attributes:
+        pad: the sheet and its taxels.
+        fidelity: the mesh, the storage, and the contact law that goes with them.
+        tables: matrices by name, see `build.build_tables` and `stress_matrix.stored_matrix`.
+    """
+
+    pad: Pad
+    fidelity: Fidelity
+    tables: Tables
+
+    @property
+    def density(self) -> MeshDensity:
+        """Density of the mesh and the sample points."""
+        return self.fidelity.density
+
+    @cached_property
+    def mesh(self) -> SheetMesh:
+        """The finite-element mesh of the whole sheet."""
+        return sheet_mesh(self.pad, self.density)
+
+    @cached_property
+    def surface(self) -> SurfaceGrid:
+        """The grid on which loads are integrated."""
+        return self.mesh.surface
+
+    @cached_property
+    def columns(self) -> list[np.ndarray]:
+        """For each class, the degrees of freedom (component, y, x) of the quarter's surface with stress columns."""
+        quarter = self.mesh.quarter()
+        corners = on_corners(quarter) if self.fidelity.loads == "corners" else np.True_
+        return [np.flatnonzero(free_in_plane(quarter, parity) & corners) for parity in PARITIES]
+
+    @cached_property
+    def free(self) -> list[np.ndarray]:
+        """For each class, all free degrees of freedom (component, y, x) of the quarter's surface."""
+        quarter = self.mesh.quarter()
+        return [np.flatnonzero(free_in_plane(quarter, parity)) for parity in PARITIES]
+
+    @cached_property
+    def averages(self) -> list[sparse.csr_array]:
+        """For each sensing layer, the matrix (taxels, points) that averages the layer's sample points."""
+        return [stored_average(self.tables, k) for k in range(len(self.pad.depths))]
+
+    @cached_property
+    def sample_slices(self) -> list[slice]:
+        """For each sensing layer, which of all sample points are its own; they lie quadrant by quadrant."""
+        counts = [len(QUADRANTS) * len(self.tables[f"sampling points {k}"]) for k in range(len(self.pad.depths))]
+        ends = np.cumsum([0, *counts]).tolist()
+        return [slice(start, end) for start, end in itertools.pairwise(ends)]
+
+    def check(self) -> None:
+        """Refuse tables that are not those the pad and the fidelity need.
+
+        Raises:
+            CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that
+                point outside.
+        """
+        check_layout(self.pad, self.fidelity, self.mesh, self.tables)
+
+
+def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) -> None:
+    """Refuse tables that are not those of a pad in a fidelity.
+
+    Args:
+        pad: the sheet and its taxels.
+        fidelity: mesh and storage.
+        mesh: of the whole sheet, in the fidelity's density.
+        tables: see `build.build_tables`, `taxel_quadrature.sampling_tables` and `stress_matrix.stored_matrix`.
+
+    Raises:
+        CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that point
+            outside; the message names it.
+    """
+    layout = _Layout(tables)
+    quarter = mesh.quarter()
+    corners = on_corners(quarter) if fidelity.loads == "corners" else np.True_
+    points = [_check_sampling(layout, pad, k) for k in range(len(pad.depths))]
+    for parity in PARITIES:
+        free = free_in_plane(quarter, parity)
+        count, columns = int(free.sum()), int((free & corners).sum())
+        layout.take(table_name("compliance", parity), (np.float64,), (count, count))
+        for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
+            for k, of_layer in enumerate(points):
+                _check_matrix(layout, table_name(kind, parity, k), fidelity, columns, of_layer * width)
+    layout.require_nothing_else()
+
+
+def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
+    """Check one layer's sample points and return how many there are."""
+    taxels = pad.taxels.rows * pad.taxels.columns
+    names = {name: f"sampling {name} {sensing_layer}" for name in ("points", "data", "indices", "indptr")}
+    points = layout.take(names["points"], (np.float64,), (None, 3))
+    weights = layout.take(names["data"], (np.float64,), (None,))
+    layout.take(names["indices"], _INDICES, weights.shape)
+    layout.take(names["indptr"], _INDICES, (taxels + 1,))
+    stored_average(layout.tables, sensing_layer)
+    return len(points)
+
+
+def _check_matrix(layout: _Layout, name: str, fidelity: Fidelity, columns: int, rows: int) -> None:
+    """Check one stress matrix, whole or, where the fidelity reduces, in two factors, as `stored_matrix` makes them."""
+    if name in layout.tables or fidelity.reduction == 0.0:
+        factors: dict[str, _Shape] = {name: (columns, rows)}
+    else:
+        left = f"{name} left"
+        # How far a matrix is reduced is known to nobody else: the left factor says it.
+        rank = layout.tables[left].shape[-1] if left in layout.tables and layout.tables[left].ndim else None
+        factors = {left: (columns, rank), f"{name} right": (rank, rows)}
+    last = list(factors)[-1]
+    for place, shape in factors.items():
+        narrow = {"int8": np.int8 if place == last else np.float16, "float16": np.float16}.get(fidelity.precision)
+        layout.take(place, (narrow or np.dtype(fidelity.precision).type,), shape)
+        if narrow is not None:
+            layout.take(f"{place} scale", (np.float32,), (shape[0], 1))
+
+
+class _Layout:
+    """Tables of which one after another is checked.
+
+    Attributes:
+        tables: all of them.
+    """
+
+    def __init__(self, tables: Tables) -> None:
+        self.tables = tables
+        self._left = set(tables)
+
+    def take(self, name: str, dtypes: tuple[type[np.generic], ...], shape: _Shape) -> npt.NDArray[Any]:
+        """One table, if it is there and of one of the types and the shape."""
+        if name not in self.tables:
+            raise CorruptInfluenceError(f"the array {name!r} is missing. {_CURE}")
+        table = self.tables[name]
+        fits = len(table.shape) == len(shape) and all(
+            length == wanted if wanted is not None else length > 0
+            for length, wanted in zip(table.shape, shape, strict=True)
+        )
+        if table.dtype not in dtypes or not fits:
+            types = " or ".join(np.dtype(dtype).name for dtype in dtypes)
+            lengths = ", ".join("any" if length is None else str(length) for length in shape)
+            raise CorruptInfluenceError(
+                f"the array {name!r} is {table.dtype.name} {table.shape}; expected {types} ({lengths}). {_CURE}"
+            )
+        self._left.discard(name)
+        return table
+
+    def require_nothing_else(self) -> None:
+        """Refuse tables that were not taken."""
+        if self._left:
+            raise CorruptInfluenceError(f"it holds {', '.join(map(repr, sorted(self._left)))} besides. {_CURE}")
+
+
+_CURE = "Delete the table and build it anew: mjtactile build"

@@ -1,0 +1,157 @@
+"""Reduced influence matrices: deep layers feel a load's details little, so few patterns span their response.
+
+Per sensing layer and symmetry class, a matrix T (columns x rows) becomes T V' times V, where the rows of V span the
+responses to discs of one small diameter all over the sheet, pressed and sheared: the smallest contacts it is meant
+for. Wider contacts are sums of these. V is the leading right singular vectors of those responses, each response scaled
+to norm 1. Singular vectors of T itself take a decomposition of all of it and, at equal rank, lose up to twice as much
+on real contacts: part of them serves loads that alternate from node to node.
+
+The tolerance bounds, for such discs between those, the root mean square error of a layer's stress at its sample points
+over the root mean square of that stress, each point with its weight in the readings; that bounds the readings' error
+in the same norm. On the paper's pad, mesh "default", punches, 2 mm discs and loads half off the rim, none of them used
+here, gave up to 0.7 of the tolerance in the L2 norm of a layer's readings, and up to 1.3 of it in the worst taxel over
+the layer's peak. It does not bound the relative error of taxels far from the load, loads narrower than the discs (1 mm
+wide ones come to one and a half tolerances), or what the mesh itself gets wrong.
+
+A matrix stays whole where its factors would not be smaller and, for a load that covers a third of the columns, not
+faster; as a rule that is the shallowest layer.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from shapely import Point
+
+from mjtactile._types import Array, Tables
+from mjtactile.fem.stiffness import PARITIES
+from mjtactile.fem.stress import DEVIATORIC_COUNT
+from mjtactile.fem.symmetry import QUADRANTS, fold_forces
+from mjtactile.fem.vertex_loads import onto_corners
+from mjtactile.influence.stress_matrix import stored_matrix
+from mjtactile.influence.table import table_name
+
+if TYPE_CHECKING:
+    from mjtactile.influence.matrices import InfluenceMatrices
+
+#: Diameter of the discs over the mesh's reference length: 2 mm on the paper's pad.
+_DISC = 0.4
+#: Least diameter of the discs over the largest element; narrower ones the mesh does not resolve.
+_DISC_ELEMENTS = 1.25
+#: Distance of the discs that span the responses over their diameter, unless that makes too many.
+_SPACING = 0.45
+#: Most discs along both axes of the quarter; on wider sheets they lie further apart and less is reduced.
+_MOST_DISCS = 150
+#: Columns that a load uses, of all: what the speed of a whole matrix is judged by.
+_USED_SHARE = 1 / 3
+
+
+def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: str) -> Tables:
+    """The stress matrices of influence matrices, each factored where that pays.
+
+    Args:
+        influence: with whole matrices; each is taken out of its tables, so that no two copies need memory at once.
+        tolerance: relative, see above.
+        precision: storage of the result.
+
+    Returns:
+        All "deviatoric" and "mean" arrays, see `stress_matrix.stored_matrix`.
+    """
+    spanning, control = _disc_loads(influence)
+    tables: Tables = {}
+    for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
+        for k in range(len(influence.pad.depths)):
+            names = [table_name(kind, parity, k) for parity in PARITIES]
+            matrices = [np.asarray(influence.tables.pop(name)) for name in names]
+            factors = _reduced_layer(matrices, spanning, control, _row_weights(influence, k, width), tolerance)
+            for name, of_class in zip(names, factors, strict=True):
+                tables |= stored_matrix(name, of_class, precision)
+    return tables
+
+
+def _reduced_layer(
+    matrices: list[npt.NDArray[Any]], spanning: list[Array], control: list[Array], weights: Array, tolerance: float
+) -> list[tuple[npt.NDArray[Any], ...]]:
+    """Factors of each class's matrix of one sensing layer."""
+    weighted = [matrix * weights.astype(matrix.dtype) for matrix in matrices]
+    bases, strengths = _spanned(_responses(spanning, weighted))
+    ranks = _sufficient_ranks(_responses(control, weighted), bases, strengths, tolerance)
+    factors: list[tuple[npt.NDArray[Any], ...]] = []
+    for whole, scaled, basis, rank in zip(matrices, weighted, bases, ranks, strict=True):
+        columns, rows = whole.shape
+        if rank is None or rank * (_USED_SHARE * columns + rows) >= _USED_SHARE * columns * rows:
+            factors.append((whole,))
+        else:
+            factors.append((scaled @ basis[:rank].T, (basis[:rank] / weights).astype(whole.dtype)))
+    return factors
+
+
+def _responses(loads: list[Array], weighted: list[npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:
+    """Responses (loads, rows) of each class, scaled so that the norm of a load's four together is 1."""
+    responses = [forces.astype(matrix.dtype) @ matrix for forces, matrix in zip(loads, weighted, strict=True)]
+    norm = np.sqrt(sum(np.einsum("lr,lr->l", one, one) for one in responses))
+    return [one / norm[:, None] for one in responses]
+
+
+def _spanned(responses: list[npt.NDArray[Any]]) -> tuple[list[npt.NDArray[Any]], list[Array]]:
+    """Orthonormal rows that span each class's responses, and their singular values, largest first."""
+    decomposed = [np.linalg.svd(response, full_matrices=False) for response in responses]
+    return [d.Vh for d in decomposed], [d.S for d in decomposed]
+
+
+def _sufficient_ranks(
+    responses: list[npt.NDArray[Any]], bases: list[npt.NDArray[Any]], strengths: list[Array], tolerance: float
+) -> list[int | None]:
+    """How many rows each class's basis needs for every control response to be within tolerance; None: more.
+
+    Rows of all classes are taken together in the order of their singular values; every class has one at least.
+    """
+    coefficients = [response @ basis.T for response, basis in zip(responses, bases, strict=True)]
+    outside = sum(
+        ((response - c @ basis) ** 2).sum(axis=1)
+        for response, c, basis in zip(responses, coefficients, bases, strict=True)
+    )
+    order = np.argsort(-np.concatenate(strengths), kind="stable")
+    squares = np.concatenate(coefficients, axis=1)[:, order] ** 2
+    # Column n: the squared error left when the first n rows are taken.
+    left = np.cumsum(np.pad(squares, ((0, 0), (0, 1)))[:, ::-1], axis=1)[:, ::-1] + np.reshape(outside, (-1, 1))
+    enough = np.flatnonzero((left <= tolerance**2).all(axis=0))
+    if not len(enough):
+        return [None] * len(bases)
+    owner = np.repeat(np.arange(len(bases)), [len(s) for s in strengths])[order[: enough[0]]]
+    return [max(1, int(count)) for count in np.bincount(owner, minlength=len(bases))]
+
+
+def _row_weights(influence: InfluenceMatrices, sensing_layer: int, width: int) -> Array:
+    """Square roots of the weights of a layer's folded sample points in all readings together, shape (points * width,).
+
+    With them the norm of a response is at least that of its readings.
+    """
+    total = influence.averages[sensing_layer].sum(axis=0).reshape(len(QUADRANTS), -1).sum(axis=0)
+    return np.repeat(np.sqrt(total), width)
+
+
+def _disc_loads(influence: InfluenceMatrices) -> tuple[list[Array], list[Array]]:
+    """Forces (loads, columns) per class of the discs that span the responses, and of others between them."""
+    surface, density = influence.surface, influence.density
+    largest = max(surface.x.sizes.max(), surface.y.sizes.max())
+    diameter = max(_DISC * density.length_for(influence.pad), _DISC_ELEMENTS * float(largest))
+    half = np.array(influence.pad.size) / 2
+    spacing = max(_SPACING * diameter, float(np.sqrt(half.prod() / _MOST_DISCS)))
+    lines = [np.linspace(0.0, extent, int(np.ceil(extent / spacing)) + 1) for extent in half]
+    between = [np.append((line[1:] + line[:-1]) / 2, line[-1]) for line in lines]
+    spanning, control = (_discs(influence, x, y, diameter) for x, y in (lines, between))
+    return spanning, control
+
+
+def _discs(influence: InfluenceMatrices, x: Array, y: Array, diameter: float) -> list[Array]:
+    """Unit tractions along each axis on discs with their centres on a grid: forces (loads, columns) per class."""
+    discs = [Point(px, py).buffer(diameter / 2, quad_segs=6) for py in y for px in x]
+    integrals = np.stack([influence.surface.nodal_integrals(disc)[0] for disc in discs])
+    forces = np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
+    if influence.fidelity.loads == "corners":
+        forces = onto_corners(forces, influence.surface)
+    folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in PARITIES)
+    return [of_class[:, columns] for of_class, columns in zip(folded, influence.columns, strict=True)]

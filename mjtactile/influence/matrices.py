@@ -1,0 +1,209 @@
+"""Influence matrices: the linear map from nodal forces on the pad's surface to stress at every sample point.
+
+The sheet's mirrors split a load into four symmetry classes (fem/symmetry.py); per class and sensing layer there is one
+matrix. A reading is the mean von Mises stress over the taxel's sample points: a weighted sum of norms of the linear
+response, so it scales with the load but loads do not simply add. Responses do: keep those of some loads, combine
+them, and take the readings of the combination.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.errors import CorruptInfluenceError, InfluenceError
+from mjtactile.fem.stiffness import PARITIES
+from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
+from mjtactile.fem.symmetry import unfold_field, unfold_points
+from mjtactile.fem.vertex_loads import onto_corners
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_name
+from mjtactile.influence.core_pad import core_pad
+from mjtactile.influence.forces import FoldedLoads, folded_loads, nodal_batch
+from mjtactile.influence.layout import PadTables
+from mjtactile.influence.provenance import check_provenance, influence_metadata
+from mjtactile.influence.stress_matrix import StressMatrix, read_matrix
+from mjtactile.influence.table import read_tables, table_name, write_tables
+from mjtactile.pad import Pad
+
+if TYPE_CHECKING:
+    from mjtactile.influence.surface_load import SurfaceLoad
+
+#: Deviatoric coordinates that change sign under x -> -x (xy and zx) and under y -> -y (xy and yz).
+ODD_IN_X, ODD_IN_Y = np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool)
+#: The mean stress changes sign under neither.
+EVEN = np.zeros(1, dtype=bool)
+
+
+@dataclass(frozen=True, eq=False)
+class InfluenceMatrices(PadTables):
+    """Influence matrices of one pad; make them with `influence_matrices`."""
+
+    @cached_property
+    def _deviatoric_matrices(self) -> list[list[StressMatrix]]:
+        """By sensing layer and class; narrow precisions are widened here, when they are first used."""
+        return self._stress_matrices("deviatoric")
+
+    @cached_property
+    def _mean_matrices(self) -> list[list[StressMatrix]]:
+        return self._stress_matrices("mean")
+
+    @property
+    def mesh_name(self) -> str:
+        """Name of the mesh, or "custom"."""
+        return mesh_name(self.density) or "custom"
+
+    @property
+    def nbytes(self) -> int:
+        """Size of all matrices as stored [bytes], those for mean stress and compliance included."""
+        return sum(table.nbytes for table in self.tables.values())
+
+    def readings(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
+        """Mean von Mises stress at every taxel.
+
+        Args:
+            load: one load on this pad's surface, or a sequence of them.
+
+        Returns:
+            (layers, rows, columns) [Pa], top layer first; a sequence of loads puts a batch axis in front.
+        """
+        if _is_empty(load):
+            return np.zeros((0, *self.pad.reading_shape))
+        single = not isinstance(load, Sequence)
+        batch, core = nodal_batch([load] if single else load, self.surface), core_pad(self)
+        readings = [core.readings(forces) for forces in batch]
+        return readings[0] if single else np.stack(readings)
+
+    def point_response(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
+        """Deviatoric stress at every sample point: linear in the load, and all that its readings depend on.
+
+        Returns:
+            (points, 5) [Pa], pad frame, coordinates as in fem/stress.py, points of layer k at `sample_slices[k]`; a
+            sequence of loads puts a batch axis in front.
+        """
+        points = self.sample_slices[-1].stop
+        if _is_empty(load):
+            return np.zeros((0, points, DEVIATORIC_COUNT))
+        loads, single = self._folded(load)
+        response = np.empty((len(loads.scale), points, DEVIATORIC_COUNT))
+        for k, of_layer in enumerate(self.sample_slices):
+            response[:, of_layer] = self._deviatoric(loads, k)
+        return response[0] if single else response
+
+    def readings_of(self, response: Array) -> Array:
+        """Readings that belong to a response, or to a sum of responses.
+
+        Args:
+            response: (..., points, 5) [Pa], of any precision, see `point_response`.
+
+        Returns:
+            (..., layers, rows, columns) [Pa].
+        """
+        expected = (self.sample_slices[-1].stop, DEVIATORIC_COUNT)
+        if response.shape[-2:] != expected:
+            raise InfluenceError(
+                f"the response has shape {response.shape}, but these influence matrices make (..., {expected[0]}, "
+                f"{expected[1]}): it was made with others. Make it with point_response of these."
+            )
+        batch = response.reshape(-1, *expected)
+        layers = [self._averaged(batch[:, of_layer], k) for k, of_layer in enumerate(self.sample_slices)]
+        return np.stack(layers, axis=1).reshape(*response.shape[:-2], *self.pad.reading_shape)
+
+    def stress(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
+        """Mean stress tensor over every taxel's ball, in the pad frame, tension positive.
+
+        Returns:
+            (6, layers, rows, columns) [Pa]: components xx, yy, zz, xy, yz, zx; a sequence of loads puts a batch axis
+            in front.
+        """
+        if _is_empty(load):
+            return np.zeros((0, 6, *self.pad.reading_shape))
+        loads, single = self._folded(load)
+        layers = []
+        for k in range(len(self.pad.depths)):
+            mean = unfold_points(loads.times(self._mean_matrices[k]), EVEN, EVEN)[..., 0]
+            tensor = stress_tensor(self._deviatoric(loads, k), mean)
+            averaged = [self.averages[k] @ one for one in tensor]
+            layers.append(np.stack(averaged).reshape(-1, *self.pad.reading_shape[1:], 6))
+        stress = np.moveaxis(np.stack(layers, axis=1), -1, 1)
+        return stress[0] if single else stress
+
+    def surface_displacement(self, load: SurfaceLoad) -> Array:
+        """Displacement of the surface's nodes under a load, shape (nodes y, nodes x, 3) [m], pad frame."""
+        loads = folded_loads(nodal_batch([load], self.surface), self.free, "float64")
+        quarter = self.mesh.quarter()
+        shape = (3, quarter.y.node_count, quarter.x.node_count)
+        classes = []
+        for columns, parity, of_class in zip(self.free, PARITIES, loads.classes, strict=True):
+            field = np.zeros(np.prod(shape))
+            field[columns] = self.tables[table_name("compliance", parity)] @ of_class.values[0] * loads.scale
+            classes.append(field.reshape(shape))
+        return unfold_field(classes)
+
+    def save(self, path: str | Path) -> None:
+        """Write the matrices with their pad's and fidelity's description; atomic.
+
+        Raises:
+            OSError: when the file cannot be written.
+        """
+        write_tables(Path(path), self.tables, influence_metadata(self.pad, self.fidelity))
+
+    def _folded(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> tuple[FoldedLoads, bool]:
+        """Loads split into classes, on the nodes that have columns, and whether one load stood for itself."""
+        single = not isinstance(load, Sequence)
+        batch = nodal_batch([load] if single else load, self.surface)
+        if self.fidelity.loads == "corners":
+            batch = onto_corners(batch, self.surface)
+        return folded_loads(batch, self.columns, self.fidelity.precision), single
+
+    def _deviatoric(self, loads: FoldedLoads, sensing_layer: int) -> Array:
+        """Deviatoric stress (batch, points, 5) [Pa] at one sensing layer's sample points."""
+        return unfold_points(loads.times(self._deviatoric_matrices[sensing_layer]), ODD_IN_X, ODD_IN_Y)
+
+    def _stress_matrices(self, kind: str) -> list[list[StressMatrix]]:
+        layers = range(len(self.pad.depths))
+        return [[read_matrix(self.tables, table_name(kind, parity, k)) for parity in PARITIES] for k in layers]
+
+    def _averaged(self, deviatoric: Array, sensing_layer: int) -> Array:
+        """Readings of one sensing layer (batch, taxels) [Pa] from its points' stress (batch, points, 5)."""
+        return (self.averages[sensing_layer] @ von_mises(deviatoric).T).T
+
+
+def load_influence(
+    path: str | Path,
+    pad: Pad | None = None,
+    mesh: str | MeshDensity | None = None,
+    *,
+    preset: str | Fidelity | None = None,
+) -> InfluenceMatrices:
+    """Map saved influence matrices.
+
+    Args:
+        path: file written by `InfluenceMatrices.save`.
+        pad: the pad they must belong to; by default the one the file describes.
+        mesh: the mesh they must have been built on, in whatever storage; by default the one the file describes.
+        preset: the fidelity they must have, its contact law apart; by default the one the file describes.
+
+    Raises:
+        FileNotFoundError: when there is no such file.
+        CorruptInfluenceError: when the file is damaged, not an influence table, or lacks what its fidelity needs.
+        StaleInfluenceError: when it belongs to another pad, mesh, storage or format version.
+        PresetError: when both mesh and preset are given, or the preset does not exist.
+    """
+    tables, metadata = read_tables(Path(path))
+    pad, chosen = check_provenance(path, metadata, pad, mesh, preset)
+    influence = InfluenceMatrices(pad, chosen, tables)
+    try:
+        influence.check()
+    except CorruptInfluenceError as error:
+        raise CorruptInfluenceError(f"{path} is not a whole influence table: {error}") from error
+    return influence
+
+
+def _is_empty(load: SurfaceLoad | Sequence[SurfaceLoad]) -> bool:
+    return isinstance(load, Sequence) and len(load) == 0

@@ -1,0 +1,86 @@
+"""What is written beside a table: enough to restore the pad and the fidelity, and to refuse any other."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
+from mjtactile.fem.mesh import mesh_description, sheet_mesh
+from mjtactile.fidelity import Fidelity, MeshDensity, mesh_name, mesh_or_preset
+from mjtactile.influence.table import FORMAT_VERSION
+from mjtactile.pad import Layer, Pad, TaxelGrid
+
+
+def influence_metadata(pad: Pad, fidelity: Fidelity) -> dict[str, Any]:
+    """A table's provenance as plain values."""
+    return {
+        "pad": pad.description,
+        "density": asdict(fidelity.density),
+        "fidelity": {name: value for name, value in asdict(fidelity).items() if name != "mesh"},
+        "fingerprint": influence_fingerprint(pad, fidelity),
+    }
+
+
+def check_provenance(
+    path: str | Path,
+    metadata: dict[str, Any],
+    pad: Pad | None,
+    mesh: str | MeshDensity | None,
+    preset: str | Fidelity | None,
+) -> tuple[Pad, Fidelity]:
+    """The pad and the fidelity of a table, by default those it names itself; see `matrices.load_influence`.
+
+    Raises:
+        CorruptInfluenceError: when the metadata is not what `influence_metadata` writes.
+        StaleInfluenceError: when the table belongs to another pad, mesh, storage or format version.
+        PresetError: when both mesh and preset are given, or the preset does not exist.
+    """
+    try:
+        own_pad, own_fidelity = _pad_from(metadata), _fidelity_from(metadata)
+        fingerprint = metadata["fingerprint"]
+    except (KeyError, TypeError, ValueError) as error:
+        raise CorruptInfluenceError(
+            f"{path} describes no pad ({error}). Delete it and rebuild: mjtactile build"
+        ) from error
+    pad = own_pad if pad is None else pad
+    wanted = own_fidelity
+    if preset is not None:
+        wanted = mesh_or_preset(mesh, preset)
+    elif mesh is not None:
+        wanted = replace(own_fidelity, mesh=mesh)
+    if fingerprint != influence_fingerprint(pad, wanted):
+        raise StaleInfluenceError(
+            f"{path} was built for a {own_pad.summary} by another mesh, storage, pad or version, but a {pad.summary} "
+            "was asked for. Rebuild it: mjtactile build"
+        )
+    return pad, wanted
+
+
+def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
+    """SHA-256 over what a table's numbers depend on: pad, mesh, storage and format version, but not the contact law."""
+    mesh = mesh_description(sheet_mesh(pad, fidelity.density), fidelity.density)
+    description: list[Any] = [FORMAT_VERSION, pad.description, mesh, fidelity.precision, float(fidelity.reduction)]
+    # Added only where they say something, so that tables from before these choices stay valid.
+    if fidelity.averaging != "points":
+        description.append({"averaging": fidelity.averaging})
+    if fidelity.loads != "nodes":
+        description.append({"loads": fidelity.loads})
+    return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
+
+
+def _pad_from(metadata: dict[str, Any]) -> Pad:
+    description = metadata["pad"]
+    layers = tuple(Layer(**layer) for layer in description["layers"])
+    taxels = TaxelGrid(**description["taxels"])
+    return Pad(**{**description, "layers": layers, "taxels": taxels})
+
+
+def _fidelity_from(metadata: dict[str, Any]) -> Fidelity:
+    """The fidelity; files of format version 1 name only their density, and their fingerprint will refuse them."""
+    stored = metadata["density"]
+    density = MeshDensity(**{**stored, "points_per_axis": tuple(stored["points_per_axis"])})
+    return Fidelity(mesh=mesh_name(density) or density, **metadata.get("fidelity", {}))

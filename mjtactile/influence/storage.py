@@ -1,0 +1,124 @@
+"""From whole matrices to the storage of a fidelity: averaging, columns, reduction and precision."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Tables
+from mjtactile.fem.stiffness import PARITIES, Parity
+from mjtactile.fidelity import Fidelity
+from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
+from mjtactile.influence.stress_matrix import stored_matrix
+from mjtactile.influence.table import table_name
+from mjtactile.pad import Pad
+
+_STRESSES = ("deviatoric", "mean")
+#: Coordinates of each kind that change their sign under x -> -x, and under y -> -y.
+_ODD = {"deviatoric": (ODD_IN_X, ODD_IN_Y), "mean": (EVEN, EVEN)}
+
+
+class ClassStorage:
+    """What of a fidelity's storage is made class by class, and by some columns at a time: far less than all of them.
+
+    Args:
+        pad: the sheet.
+        chosen: the fidelity.
+        sampling: tables of all sample points, see `taxel_quadrature.sampling_tables`.
+
+    Attributes:
+        fidelity: of what is made: the chosen one without reduction, in the precision of what it is made from.
+        sampling: tables of the sample points that are left.
+
+    Raises:
+        PresetError: for loads on the corners of a mesh with an odd number of elements along an axis.
+    """
+
+    def __init__(self, pad: Pad, chosen: Fidelity, sampling: Tables) -> None:
+        plain = plain_fidelity(chosen)
+        self.fidelity = replace(plain, averaging=chosen.averaging, loads=chosen.loads)
+        self.sampling = dict(sampling)
+        self._means, self._corners = {}, None
+        if chosen.averaging != "points":
+            from mjtactile.influence.taxel_mean import LayerMeans
+
+            # Averaged: one point per taxel, with the mean stress over its ball; "deep": in all layers but the
+            # shallowest.
+            spared = int(np.argmin(pad.depths)) if chosen.averaging == "deep" else None
+            self._means = {k: LayerMeans(pad, sampling, k) for k in range(len(pad.depths)) if k != spared}
+            for means in self._means.values():
+                self.sampling |= means.sampling
+        if chosen.loads == "corners":
+            from mjtactile.influence.vertex_columns import CornerColumns
+
+            # The surface compliance keeps all columns.
+            self._corners = CornerColumns(InfluenceMatrices(pad, plain, {}))
+
+    def averaged(self, kind: str, parity: Parity, sensing_layer: int, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Rows of the points that are left, of any columns of a matrix (columns, rows of all points)."""
+        if sensing_layer not in self._means:
+            return matrix
+        return self._means[sensing_layer].averaged(matrix, PARITIES.index(parity), _ODD[kind])
+
+    def columns(self, parity: Parity, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """The columns that are left of a matrix (columns, rows)."""
+        return matrix if self._corners is None else self._corners.of(matrix, PARITIES.index(parity))
+
+
+def plain_fidelity(chosen: Fidelity) -> Fidelity:
+    """The fidelity whose table a fidelity's own is derived from: whole matrices in float32 or float64."""
+    precision = "float64" if chosen.precision == "float64" else "float32"
+    return Fidelity(mesh=chosen.mesh, precision=precision)
+
+
+def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
+    """Influence matrices in the storage of a fidelity.
+
+    Args:
+        plain: whole matrices on the fidelity's mesh, in float64 where the fidelity asks for that, else in float32.
+        chosen: the fidelity.
+
+    Raises:
+        PresetError: for loads on the corners of a mesh with an odd number of elements along an axis.
+    """
+    storage = ClassStorage(plain.pad, chosen, {n: t for n, t in plain.tables.items() if n.startswith("sampling")})
+    tables = {name: table for name, table in plain.tables.items() if name.startswith("compliance")} | storage.sampling
+    for kind in _STRESSES:
+        for k in range(len(plain.pad.depths)):
+            for parity in PARITIES:
+                name = table_name(kind, parity, k)
+                averaged = storage.averaged(kind, parity, k, np.asarray(plain.tables[name]))
+                tables[name] = storage.columns(parity, averaged)
+    whole = InfluenceMatrices(plain.pad, replace(storage.fidelity, precision=plain.fidelity.precision), tables)
+    return reduced_and_narrowed(whole, chosen)
+
+
+def reduced_and_narrowed(whole: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
+    """Matrices in the storage of a fidelity from those that differ from it in reduction and precision only.
+
+    The matrices that are replaced are taken out of the tables of `whole`, which is of no use afterwards.
+    """
+    if chosen.reduction == 0.0 and chosen.precision == whole.fidelity.precision:
+        return replace(whole, fidelity=chosen)
+    others = {name: table for name, table in whole.tables.items() if not name.startswith(_STRESSES)}
+    if chosen.reduction > 0.0:
+        from mjtactile.influence.low_rank import reduced_tables
+
+        stresses = reduced_tables(whole, chosen.reduction, chosen.precision)
+    else:
+        stresses = _narrowed(whole, chosen.precision)
+    return InfluenceMatrices(whole.pad, chosen, others | stresses)
+
+
+def _narrowed(whole: InfluenceMatrices, precision: str) -> Tables:
+    """All stress matrices, whole, in another precision."""
+    tables: Tables = {}
+    for kind in _STRESSES:
+        for k in range(len(whole.pad.depths)):
+            for parity in PARITIES:
+                name = table_name(kind, parity, k)
+                tables |= stored_matrix(name, (whole.tables.pop(name),), precision)
+    return tables

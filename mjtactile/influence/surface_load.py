@@ -1,0 +1,108 @@
+"""Tractions on a pad's surface, and what is known of the contact they come from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from shapely import MultiPolygon, Polygon
+
+from mjtactile._types import Array
+from mjtactile.errors import ContactError
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.geometry.planar import areal
+
+Area = Polygon | MultiPolygon
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactState:
+    """What a contact law found out besides the tractions; NaN where the law does not say."""
+
+    approach: float = math.nan  #: how far the body moved into the pad from first touch, at the footprint's centroid [m]
+    tilts: tuple[float, float] = (math.nan, math.nan)  #: rotation of the body about the pad's x and y axes [rad]
+    contact_area: float = 0.0  #: under pressure [m^2]
+    peak_pressure: float = 0.0  #: largest mean pressure over a contact cell [Pa]
+    stick_area: float = math.nan  #: where the surface does not slip under the body [m^2]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceLoad:
+    """Tractions on a pad's surface, as nodal forces.
+
+    Attributes:
+        forces: on the surface grid's nodes [N], pad frame, shape (nodes y, nodes x, 3).
+        surface: the grid.
+        covered: the part of the surface that carries pressure [m], or what draws it when asked.
+        residual_force: given force minus the force carried [N], shape (3,); zero when the law could carry it.
+        residual_moment: given moment minus the moment carried [N m], about the pad's origin, shape (3,).
+        state: what else the contact law found.
+    """
+
+    forces: Array
+    surface: SurfaceGrid
+    covered: Area | Callable[[], Area]
+    residual_force: Array = field(default_factory=lambda: np.zeros(3))
+    residual_moment: Array = field(default_factory=lambda: np.zeros(3))
+    state: ContactState = ContactState()
+
+    @cached_property
+    def contact(self) -> Area:
+        """The part of the surface that carries pressure, in the pad frame [m]."""
+        return self.covered() if callable(self.covered) else self.covered
+
+    @property
+    def approach(self) -> float:
+        """How far the body moved into the pad from first touch, at the footprint's centroid [m]; see ContactState."""
+        return self.state.approach
+
+    @property
+    def tilts(self) -> tuple[float, float]:
+        """Rotation of the body about the pad's x and y axes [rad]."""
+        return self.state.tilts
+
+    @property
+    def contact_area(self) -> float:
+        """Area under pressure [m^2]."""
+        return self.state.contact_area
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest mean pressure over a contact cell, or anywhere where the law has no cells [Pa]."""
+        return self.state.peak_pressure
+
+    def resultant(self) -> tuple[Array, Array]:
+        """Force [N] and moment [N m] of the load about the pad's origin, each of shape (3,), pad frame."""
+        x, y = self.surface.x.nodes, self.surface.y.nodes
+        fx, fy, fz = np.moveaxis(self.forces, -1, 0)
+        along_x, along_y = fz.sum(axis=0) @ x, fz.sum(axis=1) @ y
+        torsion = fy.sum(axis=0) @ x - fx.sum(axis=1) @ y
+        return np.array([fx.sum(), fy.sum(), fz.sum()]), np.array([along_y, -along_x, torsion])
+
+    def __add__(self, other: SurfaceLoad) -> SurfaceLoad:
+        """Both loads at once: tractions of several bodies on one pad add up. Approach and tilts are each body's own."""
+        if self.forces.shape != other.forces.shape:
+            raise ContactError(
+                f"loads on different surface grids do not add: {self.forces.shape} and {other.forces.shape} nodes. "
+                "Make both with the same influence matrices."
+            )
+        return SurfaceLoad(
+            self.forces + other.forces,
+            self.surface,
+            lambda: areal(self.contact.union(other.contact)),
+            self.residual_force + other.residual_force,
+            self.residual_moment + other.residual_moment,
+            ContactState(
+                contact_area=self.contact_area + other.contact_area,
+                peak_pressure=max(self.peak_pressure, other.peak_pressure),
+                stick_area=self.state.stick_area + other.state.stick_area,
+            ),
+        )
+
+    @classmethod
+    def none(cls, surface: SurfaceGrid) -> SurfaceLoad:
+        """No load at all."""
+        return cls(np.zeros((*surface.node_shape, 3)), surface, Polygon(), state=ContactState(stick_area=0.0))

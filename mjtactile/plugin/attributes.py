@@ -1,0 +1,192 @@
+"""What the attributes of a "mjtactile.pad" sensor mean: pad, fidelity, law, outputs.
+
+Tables are loaded once per process and shared by every model, simulation and thread.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from functools import lru_cache
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from mjtactile._native import library, pointer
+from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
+from mjtactile.errors import SceneError
+from mjtactile.fidelity import CONTACT_LAWS, PRESETS
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.matrices import InfluenceMatrices, load_influence
+from mjtactile.pad import Pad
+from mjtactile.pad_names import PLUGIN, named_pad, no_such_value
+from mjtactile.plugin.engine import Instance, attribute_names, plugin_config, running_layout
+from mjtactile.plugin.health import HEALTH_NUMBERS, Health
+from mjtactile.plugin.model_copy import ModelCopy
+from mjtactile.plugin.reading import Reading, fill_instance
+from mjtactile.sim.geoms import check_pad_box
+
+#: What a sensor can put out.
+OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")
+#: Fidelity of a sensor that names none.
+DEFAULT_FIDELITY = "balanced"
+_SWITCH = {"": False, "off": False, "on": True}
+
+
+def known_pad(name: str) -> Pad:
+    """The pad behind a name, a pad's text (`mjtactile.pad_text`) or a file of saved influence matrices.
+
+    Raises:
+        SceneError: when it is none of these, or a text that describes no pad.
+    """
+    return named_pad(name) or load_influence(name).pad
+
+
+class Attributes:
+    """What the attributes of one sensor ask for.
+
+    Args:
+        values: texts by attribute; empty where the model says nothing.
+
+    Raises:
+        SceneError: for a value that makes no sense; the message lists those that do.
+    """
+
+    def __init__(self, values: dict[str, str]) -> None:
+        self.pad = values["pad"] or "default"
+        self.fidelity = values["fidelity"]
+        self.outputs = _chosen_outputs(values["output"])
+        self.law = _one_of("law", values["law"], CONTACT_LAWS)
+        self.tangential = _one_of("tangential", values["tangential"], TANGENTIALS) or TANGENTIALS[0]
+        self.tilt = _one_of("tilt", values["tilt"], TILTS) or TILTS[0]
+        self.friction = _number("friction", values["friction"])
+        if values["visual"] not in _SWITCH:
+            raise SceneError(no_such_value("visual", values["visual"], ("on", "off")))
+        self.visual = _SWITCH[values["visual"]]
+
+    @property
+    def contact(self) -> tuple[str | None, str, float | None, str]:
+        """Law, tangential, friction and tilt."""
+        return self.law, self.tangential, self.friction, self.tilt
+
+    def influence(self) -> InfluenceMatrices:
+        """Tables of the pad in the fidelity asked for; loaded once per process.
+
+        Raises:
+            SceneError: when there is no such pad, table or fidelity.
+        """
+        return _influence(self.pad, self.fidelity)
+
+
+def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
+    if fidelity and fidelity not in PRESETS:
+        raise SceneError(no_such_value("fidelity", fidelity, tuple(PRESETS)))
+    return _loaded(named_pad(pad) or pad, fidelity)
+
+
+@lru_cache(maxsize=64)
+def _loaded(pad: Pad | str, fidelity: str) -> InfluenceMatrices:
+    """Tables of a pad or of a file; a pad that is named in two ways is loaded once."""
+    if isinstance(pad, str):
+        return load_influence(pad, preset=fidelity or None)
+    return influence_matrices(pad, preset=fidelity or DEFAULT_FIDELITY)
+
+
+class PluginSensor(NamedTuple):
+    """A sensor of the plugin in a compiled model."""
+
+    geom: int  #: id of its pad's geom
+    attributes: Attributes
+    readings: slice | None  #: where its von Mises readings stand in `sensordata`; None if it puts out none
+
+
+def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
+    """A sensor by its name; None when the model has no such sensor, or one of another kind.
+
+    Raises:
+        SceneError: when its attributes make no sense.
+    """
+    sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name)
+    if sensor < 0 or model.sensor_type[sensor] != mujoco.mjtSensor.mjSENS_PLUGIN:
+        return None
+    instance = int(model.sensor_plugin[sensor])
+    texts = {key: plugin_config(model, instance, key) for key in attribute_names()}
+    if None in texts.values():
+        return None
+    attributes = Attributes({key: text or "" for key, text in texts.items()})
+    taxels = int(np.prod(attributes.influence().pad.reading_shape))
+    widths = {"von_mises": taxels, "stress": 6 * taxels, "wrench": 6, "carried": 6, "range": 1}
+    start = int(model.sensor_adr[sensor])
+    for output in attributes.outputs:
+        if output == "von_mises":
+            return PluginSensor(int(model.sensor_objid[sensor]), attributes, slice(start, start + taxels))
+        start += widths[output]
+    return PluginSensor(int(model.sensor_objid[sensor]), attributes, None)
+
+
+def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> Health:
+    """What the readings of a sensor of the plugin came to in one simulation since that was made.
+
+    Args:
+        model: compiled model.
+        data: a simulation of it.
+        sensor: name of the sensor.
+
+    Raises:
+        SceneError: when the model has no such sensor of the plugin, or `data` is no simulation of this model.
+    """
+    if plugin_sensor(model, sensor) is None:
+        names = [model.sensor(number).name for number in range(model.nsensor)]
+        known = [name for name in names if plugin_sensor(model, name) is not None]
+        raise SceneError(f"sensor '{sensor}' is no sensor of {PLUGIN} in this model. Available: {known}.")
+    numbers = np.zeros(HEALTH_NUMBERS)
+    instance = int(model.sensor_plugin[model.sensor(sensor).id])
+    if not library().mjt_plugin_health(ctypes.c_void_p(int(data._address)), ctypes.c_int(instance), pointer(numbers)):
+        raise SceneError(f"this simulation knows no sensor '{sensor}'. Pass data that was made from this model.")
+    return Health.of(numbers)
+
+
+def _chosen_outputs(text: str) -> list[str]:
+    names = text.replace(",", " ").split() or [OUTPUTS[0]]
+    for name in names:
+        if name not in OUTPUTS or names.count(name) > 1:
+            raise SceneError(no_such_value("output", text, OUTPUTS) + " Several are separated by spaces, each once.")
+    return names
+
+
+def _one_of(attribute: str, value: str, known: tuple[str, ...]) -> str | None:
+    if value and value not in known:
+        raise SceneError(no_such_value(attribute, value, known))
+    return value or None
+
+
+def _number(attribute: str, value: str) -> float | None:
+    try:
+        return float(value) if value else None
+    except ValueError:
+        raise SceneError(f'{PLUGIN}: {attribute}="{value}" is not a number, such as "0.8".') from None
+
+
+def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> None:
+    """Answer `resolve`: sizes always, and the host where there is a model."""
+    influence = attributes.influence()
+    pad = influence.pad
+    to.layers, to.rows, to.columns = pad.reading_shape
+    to.taxels = int(np.prod(pad.reading_shape))
+    to.output_count = len(attributes.outputs)
+    to.outputs[: to.output_count] = [OUTPUTS.index(name) for name in attributes.outputs]
+    if model is None:
+        return
+    # Friction of "coulomb" may only be known at the contact: the core takes that of MuJoCo's contacts then.
+    known = 1.0 if attributes.friction is None and attributes.tangential == "coulomb" else attributes.friction
+    options = contact_options(
+        influence, law=attributes.law, tangential=attributes.tangential, friction=known, tilt=attributes.tilt
+    )
+    copy = ModelCopy(model, running_layout())
+    check_pad_box(copy, geom, pad)
+    how = Reading(
+        influence=influence, options=options, friction=attributes.friction, stress="stress" in attributes.outputs
+    )
+    name = copy.geom(geom).name or f"geom number {geom}"
+    fill_instance(to, how, name, tuple(copy.body(number).name for number in range(copy.nbody)))
+    to.visual = attributes.visual

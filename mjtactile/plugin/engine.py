@@ -1,0 +1,80 @@
+"""The running MuJoCo as the plugin sees it: its library and layout, and what the core is told of a sensor."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjtactile._native import library
+from mjtactile.errors import NativeError
+
+if TYPE_CHECKING:
+    from mjtactile.plugin.mujoco_layout import MujocoLayout
+
+_MOST_OUTPUTS, ERROR_SIZE = 5, 1024
+
+
+class Instance(ctypes.Structure):
+    """What the attributes of one sensor mean: `mjt_instance` of native/plugin/plugin.h."""
+
+    _fields_ = [
+        ("pad", ctypes.c_void_p),
+        ("context", ctypes.c_int64),
+        ("friction", ctypes.c_double),
+        ("tolerance", ctypes.c_double),
+        ("facing_gap", ctypes.c_double),
+        ("strength", ctypes.c_double),
+        ("taxels", ctypes.c_int),
+        ("layers", ctypes.c_int),
+        ("rows", ctypes.c_int),
+        ("columns", ctypes.c_int),
+        ("pitch", ctypes.c_double * 2),
+        ("centre", ctypes.c_double * 2),
+        ("law", ctypes.c_int),
+        ("tangential", ctypes.c_int),
+        ("cells", ctypes.c_int),
+        ("tilting", ctypes.c_int),
+        ("visual", ctypes.c_int),
+        ("output_count", ctypes.c_int),
+        ("outputs", ctypes.c_int * _MOST_OUTPUTS),
+        ("error", ctypes.c_char * ERROR_SIZE),
+    ]
+
+
+@lru_cache(maxsize=1)
+def running_layout() -> MujocoLayout:
+    """Layout of the running MuJoCo, see mujoco_layout.py."""
+    from mjtactile.plugin.mujoco_layout import mujoco_layout
+
+    return mujoco_layout()
+
+
+@lru_cache(maxsize=1)
+def mujoco_library() -> ctypes.CDLL:
+    """MuJoCo's own library, loaded once."""
+    import mujoco
+
+    folder = Path(mujoco.__file__).parent
+    patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+    found = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
+    if not found:
+        raise NativeError(f"MuJoCo's library was not found in {folder}. Install mujoco from PyPI.")
+    return ctypes.CDLL(str(found[0]))
+
+
+def plugin_config(model: Any, instance: int, attribute: str) -> str | None:
+    """Text of an attribute of a plugin instance in a compiled model; None where its plugin has no such attribute."""
+    function = mujoco_library().mj_getPluginConfig
+    function.restype = ctypes.c_char_p
+    text = function(ctypes.c_void_p(int(model._address)), ctypes.c_int(instance), attribute.encode())
+    return None if text is None else str(text.decode())
+
+
+def attribute_names() -> list[str]:
+    """Names of the plugin's attributes, as the core lists them."""
+    names = ctypes.POINTER(ctypes.c_char_p)()
+    library().mjt_plugin_attributes.restype = ctypes.c_size_t
+    count = library().mjt_plugin_attributes(ctypes.byref(names))
+    return [text.decode() for text in names[:count]]

@@ -1,0 +1,95 @@
+"""A pad of a model read by the compiled core without a sensor of the plugin: what `TactileSensor` does."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mjtactile._native import library, pointer
+from mjtactile._types import Array
+from mjtactile.plugin.engine import Instance
+from mjtactile.plugin.health import HEALTH_NUMBERS, Health, deliver
+from mjtactile.plugin.reading import Reading, fill_instance
+from mjtactile.plugin.registration import ensure_registered
+
+_WRENCH, _STATE = 6, 4
+
+
+class Found(NamedTuple):
+    """What was read of one state.
+
+    Attributes:
+        readings: von Mises stress (layers, rows, columns) [Pa].
+        forces: on the surface grid's nodes (nodes y, nodes x, 3) [N].
+        wrench: of all contacts, force [N] and moment about the pad's origin [N m], (6,).
+        carried: the part of it that the readings carry, (6,).
+        range: largest share that a contact takes of the range of small strains [-].
+        indentation: of the surface where it is deepest [m].
+        area: under pressure [m^2].
+        peak: largest mean pressure over a contact cell [Pa].
+    """
+
+    readings: Array
+    forces: Array
+    wrench: Array
+    carried: Array
+    range: float
+    indentation: float
+    area: float
+    peak: float
+
+
+class NativeReader:
+    """One pad of one model, as the core reads it.
+
+    Args:
+        how: the pad is read.
+        geom: id of the pad's box.
+        pad: name that warnings use.
+        bodies: names of the model's bodies.
+
+    Raises:
+        NativeError: when the core cannot read this MuJoCo.
+    """
+
+    def __init__(self, how: Reading, geom: int, pad: str, bodies: tuple[str, ...]) -> None:
+        ensure_registered()
+        self._how = how
+        instance = Instance()
+        fill_instance(instance, how, pad, bodies)
+        core = library()
+        self._handle = ctypes.c_void_p(core.mjt_reader_new(ctypes.byref(instance), ctypes.c_int(geom)))
+        self._finalizer = weakref.finalize(self, core.mjt_reader_free, self._handle)
+
+    def read(self, model: Any, data: Any, *, forces: bool = False) -> Found:
+        """Read a state; with `forces` nodal forces as well, which are empty otherwise.
+
+        Warns:
+            ContactWarning: once for every body and kind, of what a contact cannot carry or the model does not describe.
+        """
+        pad, surface = self._how.influence.pad, self._how.influence.surface
+        readings = np.empty(pad.reading_shape)
+        nodal = np.empty((*surface.node_shape, 3)) if forces else np.empty((0, 0, 3))
+        wrench, carried, state = np.empty(_WRENCH), np.empty(_WRENCH), np.empty(_STATE)
+        library().mjt_reader_read(
+            self._handle,
+            ctypes.c_void_p(int(model._address)),
+            ctypes.c_void_p(int(data._address)),
+            pointer(readings),
+            ctypes.c_void_p(None),
+            pointer(nodal if forces else None),
+            pointer(wrench),
+            pointer(carried),
+            pointer(state),
+        )
+        deliver(library())
+        return Found(readings, nodal, wrench, carried, *(float(number) for number in state))
+
+    def health(self) -> Health:
+        """What the readings came to so far."""
+        numbers = np.empty(HEALTH_NUMBERS)
+        library().mjt_reader_health(self._handle, pointer(numbers))
+        return Health.of(numbers)

@@ -1,0 +1,63 @@
+"""How a pad is read, told to the core: by sensors of the plugin and by readers without one alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjtactile.contact.footprint import FACING_GAP
+from mjtactile.contact.linear_range import linear_range
+from mjtactile.contact.options import TANGENTIALS, ContactOptions
+from mjtactile.contact.ready import ready_pad
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.plugin.engine import Instance
+from mjtactile.plugin.health import Names, register
+
+#: Poses are the same up to this, where a wrench basis may answer [m or rad].
+POSE_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """How a pad is read.
+
+    Attributes:
+        influence: matrices of the pad.
+        options: how contacts are solved.
+        friction: coefficient; None: no bound, and for "coulomb" that of MuJoCo's contacts.
+        facing_gap: what is no further than this above a body's first touch faces the pad [m].
+        stress: whether whole stress tensors are wanted.
+    """
+
+    influence: InfluenceMatrices
+    options: ContactOptions
+    friction: float | None = None
+    facing_gap: float = FACING_GAP
+    stress: bool = False
+
+
+def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...]) -> None:
+    """Tell the core how a pad is read.
+
+    Args:
+        to: `mjt_instance`, of which the outputs are left alone.
+        how: the pad is read.
+        pad: name that warnings use.
+        bodies: names of the model's bodies.
+    """
+    influence, options = how.influence, how.options
+    geometry, layer = influence.pad, influence.pad.layers[0]
+    tables = ready_pad(influence, options, stress=how.stress)
+    to.layers, to.rows, to.columns = geometry.reading_shape
+    to.taxels = int(np.prod(geometry.reading_shape))
+    to.pad = tables.handle.value
+    to.law, to.tangential, to.cells = options.contact_law.number, TANGENTIALS.index(options.tangential), options.cells
+    to.friction = -1.0 if how.friction is None else how.friction
+    to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
+    to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre
+    to.tilting = options.tilting
+    pressure, approach = linear_range(geometry)
+    to.context = register(
+        Names(pad, f"over {pressure:.3g} Pa on the average", f"deeper than {approach * 1e3:.3g} mm", bodies)
+    )

@@ -1,0 +1,114 @@
+"""MuJoCo's side: the sensor plugin "mjtactile.pad", registered once per process.
+
+Light to import: MuJoCo from 4.0 on does so itself, through an entry point, whenever it is imported. What the plugin's
+attributes mean is looked up when a model first uses them (attributes.py).
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import sys
+import threading
+from typing import Any
+
+from mjtactile._native import library
+from mjtactile.errors import MjTactileError, NativeError
+from mjtactile.pad_names import PLUGIN
+from mjtactile.plugin.engine import ERROR_SIZE, Instance, attribute_names, mujoco_library, running_layout
+from mjtactile.plugin.health import deliver, release
+
+_Resolve = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.POINTER(Instance)
+)
+_Release = ctypes.CFUNCTYPE(None, ctypes.c_int64)
+_Deliver = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)
+
+
+class _PluginHost(ctypes.Structure):
+    """`mjt_plugin_host` of native/plugin/plugin.h."""
+
+    _fields_ = [
+        ("resolve", _Resolve),
+        ("release", _Release),
+        ("schedule", ctypes.c_void_p),
+        ("deliver", _Deliver),
+    ]
+
+
+_registered = False
+_registering = threading.Lock()
+
+
+def ensure_registered() -> None:
+    """Register the plugin with the running MuJoCo, if it is not yet.
+
+    Raises:
+        NativeError: when there is no compiled core, or this MuJoCo is not one it knows.
+    """
+    global _registered
+    with _registering:
+        if _registered:
+            return
+        import mujoco
+
+        core, numbers = library(), running_layout().packed()
+        from mjtactile.plugin.mujoco_layout import FUNCTIONS
+
+        functions = [ctypes.cast(getattr(mujoco_library(), name), ctypes.c_void_p) for name in FUNCTIONS]
+        core.mjt_plugin_register.restype = ctypes.c_int
+        slot = core.mjt_plugin_register(
+            ctypes.c_void_p(numbers.ctypes.data),
+            ctypes.c_size_t(len(numbers)),
+            (ctypes.c_void_p * len(functions))(*functions),
+            ctypes.c_size_t(len(functions)),
+            ctypes.byref(_HOST),
+        )
+        if slot < 0:
+            raise NativeError(
+                f"MuJoCo {mujoco.__version__} refused the plugin {PLUGIN}: another library has registered one of that "
+                "name, or the compiled core does not belong to this mjtactile. Install mjtactile again."
+            )
+        # Simulations may outlive the interpreter, whose functions are gone when the last of them are destroyed.
+        atexit.register(core.mjt_plugin_leave)
+        _registered = True
+
+
+@_Resolve
+def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
+    to = instance.contents
+    try:
+        from mjtactile.plugin.attributes import Attributes, fill
+
+        fill(to, model, geom, Attributes(dict(zip(attribute_names(), _texts(values), strict=True))))
+    except MjTactileError as error:
+        to.error = str(error).encode()[: ERROR_SIZE - 1]
+        return 0
+    except Exception as error:  # nothing can be raised through MuJoCo
+        to.error = f"{PLUGIN}: {type(error).__name__}: {error}".encode()[: ERROR_SIZE - 1]
+        return 0
+    return 1
+
+
+def _texts(values: Any) -> list[str]:
+    return [values[i].decode() for i in range(len(attribute_names()))]
+
+
+@_Release
+def _release(context: int) -> None:
+    release(context)
+
+
+@_Deliver
+def _deliver(_: int | None) -> int:
+    try:
+        deliver(library())
+    except Warning as error:  # warnings are errors here, but nothing can be raised from a call of Python's own
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+    return 0
+
+
+#: What the core calls; kept alive here. Deliveries wait until Python runs again, in its main thread.
+_HOST = _PluginHost(
+    _resolve, _release, ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value, _deliver
+)

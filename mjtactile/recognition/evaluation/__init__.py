@@ -1,0 +1,1 @@
+"""How good recognisers are: measured on fresh presses, through transducers too."""

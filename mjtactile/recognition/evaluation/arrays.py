@@ -1,0 +1,78 @@
+"""Arrays of transducers that recognisers are examined with: one imperfection at a time, and all at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.transducer.array import Element, Transducer
+from mjtactile.transducer.calibration import calibrate
+from mjtactile.transducer.capacitive import CapacitiveCell
+from mjtactile.transducer.imperfections import TYPICAL, Imperfections
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
+
+#: Full scale of all arrays [Pa]: what 200 gf on a 3 mm disc reach.
+FULL_SCALE = 100e3
+#: Arrays drawn of each kind, which share the presses.
+_DRAWN = 20
+#: Readings that are averaged where several are, 80 ms at 200 Hz.
+SEVERAL = 16
+
+
+def _capacitive() -> Element:
+    return CapacitiveCell.with_range(FULL_SCALE)
+
+
+def _piezoresistive() -> Element:
+    element = PiezoresistiveElement()
+    return PiezoresistiveElement(full_force=FULL_SCALE * element.area)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransducerArray:
+    """A kind of array, and what is done to its readings before anything is recognised.
+
+    Attributes:
+        element: of the taxels.
+        imperfections: of the array.
+        readings: how many are averaged. The transducers' noise averages out, that of the presses does not.
+        calibrated: whether its gains and offsets are measured first.
+    """
+
+    element: Element = field(default_factory=_capacitive)
+    imperfections: Imperfections
+    readings: int = 1
+    calibrated: bool = False
+
+    def reported(self, presses: Array, seed: int) -> Array:
+        """Readings (presses, layers, rows, columns) [Pa] as such arrays report them, each array its share of them."""
+        shares = enumerate(np.array_split(presses, _DRAWN))
+        return np.concatenate([self._of_one(share, seed + k) for k, share in shares if len(share)])
+
+    def _of_one(self, presses: Array, seed: int) -> Array:
+        shape = presses.shape[1:]
+        array = Transducer(self.element, self.imperfections, shape=shape, seed=seed)
+        calibration = calibrate(array, self.element, shape=shape, pressure=FULL_SCALE / 3) if self.calibrated else None
+        array.reset()
+        mean = np.mean([array(presses) for _ in range(self.readings)], axis=0)
+        return mean if calibration is None else calibration(mean)
+
+
+#: By name, as the tables have them.
+ARRAYS = {
+    "capacitive, 12 bits": TransducerArray(imperfections=Imperfections(adc_bits=12)),
+    "piezoresistive, 12 bits": TransducerArray(element=_piezoresistive(), imperfections=Imperfections(adc_bits=12)),
+    "gains off by 1 %": TransducerArray(imperfections=Imperfections(gain_spread=0.01)),
+    "crosstalk of 1 %": TransducerArray(imperfections=Imperfections(crosstalk=0.01)),
+    "0.3 % of taxels dead": TransducerArray(imperfections=Imperfections(dead=0.003)),
+    "noise of 0.2 % of full scale": TransducerArray(imperfections=Imperfections(noise=0.002)),
+    "capacitive, typical": TransducerArray(imperfections=TYPICAL),
+    "piezoresistive, typical": TransducerArray(element=_piezoresistive(), imperfections=TYPICAL),
+    "capacitive, typical, calibrated": TransducerArray(imperfections=TYPICAL, calibrated=True),
+    f"capacitive, typical, mean of {SEVERAL} readings": TransducerArray(imperfections=TYPICAL, readings=SEVERAL),
+    f"capacitive, typical, calibrated, mean of {SEVERAL}": TransducerArray(
+        imperfections=TYPICAL, readings=SEVERAL, calibrated=True
+    ),
+}

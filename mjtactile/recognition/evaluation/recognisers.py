@@ -1,0 +1,263 @@
+"""How well the shipped recognisers do, on presses made fresh from a seed that nothing was trained with.
+
+Two parts. The paper's protocol, noise-free: forces on the 3 mm disc in the middle at angles and magnitudes the paper
+tests, and the seven punches shifted by 1.25 mm in eight directions. And presses in MuJoCo: any punch, the disc and
+spheres in random places, sizes and rotations under random forces, read with 1 % noise and with other noises. Every
+figure comes for all layers and for the top layer alone.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjtactile import recognition
+from mjtactile._types import Array
+from mjtactile.dataset.by_law import physics_readings
+from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
+from mjtactile.dataset.sampling import OutlinePresses, Pose
+from mjtactile.dataset.spec import parse_spec
+from mjtactile.fidelity import fidelity
+from mjtactile.geometry.outlines import INDENTER_NAMES
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import force_vector
+from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
+from mjtactile.recognition.evaluation.arrays import ARRAYS, TransducerArray
+from mjtactile.units import GRAM_FORCE
+
+#: The paper's unknown angles [deg] and forces [gf], and the shift of its unknown shapes [m].
+ANGLES, FORCES, SHIFT = (1.0, 13.0, 18.0, 27.0), tuple(range(15, 200, 10)), 1.25e-3
+#: The paper's magnitude for shapes, and one for directions [gf].
+SHAPE_FORCE, DIRECTION_FORCE = 10.0, 100.0
+#: Shapes of the paper's comparison with people.
+THREE = ("circle", "triangle", "square")
+#: Standard deviations of noise over a press's largest reading, at which layers are compared.
+NOISES = (0.0, 0.003, 0.01, 0.02, 0.05)
+#: Directions are compared above this tilt [rad].
+LEAST_TILT = math.radians(3.0)
+#: Presses are firm from here on [N]: their readings stand out of transducers' noise.
+FIRM = 50.0 * GRAM_FORCE
+_LAYERS = ("all", "top")
+_TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate", "shape_rate_firm")
+
+
+def evaluate(
+    seed: int,
+    *,
+    presses: int = 2000,
+    preset: str = "precise",
+    law: str | None = None,
+    workers: int = 2,
+    folder: Path | None = None,
+    progress: bool = True,
+) -> dict[str, Any]:
+    """Measure every figure anew.
+
+    Args:
+        seed: of presses and noise.
+        presses: how many in MuJoCo.
+        preset: fidelity of the sensor.
+        law: its contact law; by default the preset's own.
+        workers: processes that make presses.
+        folder: weights of one's own, one folder each for "all" and "top" in it; by default those shipped.
+        progress: show a progress bar on a terminal.
+
+    Returns:
+        plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" lists of rows, and
+        what was asked.
+    """
+    from mjtactile.influence.cache import influence_matrices
+
+    known = fidelity(preset)
+    influence = influence_matrices(preset=replace(known, law=known.law if law is None else law), progress=progress)
+    pairs = recognisers(folder)
+    with tempfile.TemporaryDirectory() as scratch:
+        spec = parse_spec(press_spec(seed, presses, preset, influence.fidelity.law))
+        make_dataset(spec, Path(scratch), workers=workers, progress=progress)
+        data = read_dataset(Path(scratch))
+    return {
+        "seed": seed,
+        "presses": len(data.readings),
+        "preset": preset,
+        "law": influence.fidelity.law,
+        "protocol": {layers: protocol(influence, *pair) for layers, pair in pairs.items()},
+        "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in pairs.items()},
+        "noise": [
+            {"noise": noise} | {layers: _totals(data, *pair, noise=noise, seed=seed) for layers, pair in pairs.items()}
+            for noise in NOISES
+        ],
+        "transducers": [
+            {"transducer": name}
+            | {layers: _reported(data, *pair, array=array, seed=seed) for layers, pair in pairs.items()}
+            for name, array in ARRAYS.items()
+        ],
+    }
+
+
+def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, ShapeRecogniser]]:
+    """Those that are measured, by the layers they see.
+
+    Args:
+        folder: weights of one's own, see `evaluate`.
+
+    Raises:
+        RecognitionError: weights are missing or damaged.
+    """
+    folders = {layers: None if folder is None else folder / layers for layers in _LAYERS}
+    return {
+        layers: (
+            recognition.load("force", layers=layers, folder=own),
+            recognition.load("shape", layers=layers, folder=own),
+        )
+        for layers, own in folders.items()
+    }
+
+
+def press_spec(seed: int, presses: int, preset: str, law: str) -> dict[str, Any]:
+    """The presses of an evaluation as a dataset's TOML values: ranges of the issue, no more than two forces a pose."""
+    return {
+        "seed": seed,
+        "presses": presses,
+        "backend": "mujoco",
+        "preset": preset,
+        "law": law,
+        "free": 0.25,
+        "poses": 2,
+        "forces": 2,
+        "contact": [
+            {"shapes": list(INDENTER_NAMES), "size": [0.7, 1.3], "shift": 2.5},
+            {"shapes": ["disc"], "weight": 1, "shift": 2.5},
+            {"shapes": ["sphere"], "weight": 1, "size": [0.5, 1.6], "shift": 2.5},
+        ],
+    }
+
+
+def protocol(influence: InfluenceMatrices, force: ForceRecogniser, shape: ShapeRecogniser) -> dict[str, Any]:
+    """The paper's unknown samples, without MuJoCo and without noise."""
+    directions = np.array([force_vector(DIRECTION_FORCE * GRAM_FORCE, angle) for angle in ANGLES])
+    found = force(_pressed(influence, "disc", (0.0, 0.0), directions))
+    vectors = np.array([force_vector(f * GRAM_FORCE, angle) for angle in ANGLES for f in FORCES])
+    strengths = force(_pressed(influence, "disc", (0.0, 0.0), vectors)).magnitude
+    errors = np.abs(strengths - np.linalg.norm(vectors, axis=1)) / GRAM_FORCE
+    down = force_vector(SHAPE_FORCE * GRAM_FORCE)[None]
+    shifts = [(x * SHIFT, y * SHIFT) for x in (-1, 0, 1) for y in (-1, 0, 1) if (x, y) != (0, 0)]
+    named = {
+        name: [str(shape(_pressed(influence, name, shift, down)).shape[0]) for shift in shifts]
+        for name in INDENTER_NAMES
+    }
+    three = [str(shape(_pressed(influence, name, (0.0, 0.0), down), among=THREE).shape[0]) == name for name in THREE]
+    return {
+        "direction_deg": float(np.degrees(angles_between(found.force, directions)).mean()),
+        "direction_found_deg": [float(np.degrees(tilt)) for tilt in found.tilt],
+        "magnitude_gf": float(errors.mean()),
+        "magnitude_deviation_gf": float(errors.std()),
+        "shapes_right": sum(answer == name for name, answers in named.items() for answer in answers),
+        "shapes_asked": sum(len(answers) for answers in named.values()),
+        "three_rate": dict(zip(THREE, map(float, three), strict=True)),
+    }
+
+
+def random_presses(
+    data: Dataset,
+    force: ForceRecogniser,
+    shape: ShapeRecogniser,
+    *,
+    noise: float,
+    seed: int,
+    array: TransducerArray | None = None,
+) -> dict[str, Any]:
+    """Random presses with noise, read by transducers if asked for: totals, and each kind of contact by itself."""
+    readings = noisy(data.readings, noise, seed)
+    if array is not None:
+        readings = array.reported(readings, seed)
+    names = data.labels["shape"]
+    truth = data.forces
+    found = force(readings)
+    magnitude = np.linalg.norm(truth, axis=1)
+    angle = np.degrees(angles_between(found.force, truth))
+    tilted = np.arccos(-truth[:, 2] / magnitude) > LEAST_TILT
+    strength = np.abs(found.magnitude - magnitude) / GRAM_FORCE
+    where = np.linalg.norm(found.position - data.positions, axis=1) * 1e3
+    punches = np.isin(names, INDENTER_NAMES)
+    right = shape(readings).shape == names
+    three = np.isin(names, THREE)
+    right_of_three = np.zeros(len(names), dtype=bool)
+    if three.any():
+        right_of_three[three] = shape(readings[three], among=THREE).shape == names[three]
+    return {
+        "direction_median_deg": _median(angle[tilted]),
+        "direction_mean_deg": _mean(angle[tilted]),
+        "magnitude_mean_gf": _mean(strength),
+        "magnitude_of_200gf": _mean(strength) / 200.0,
+        "position_mean_mm": _mean(where),
+        "shape_rate": _mean(right[punches]),
+        "shape_rate_firm": _mean(right[punches & (magnitude >= FIRM)]),
+        "shapes_asked": int(punches.sum()),
+        "three_rate": {name: _mean(right_of_three[names == name]) for name in THREE},
+        "by_shape": {
+            str(name): {
+                "presses": int((names == name).sum()),
+                "direction_median_deg": _median(angle[tilted & (names == name)]),
+                "magnitude_mean_gf": _mean(strength[names == name]),
+                "position_mean_mm": _mean(where[names == name]),
+            }
+            | ({"rate": _mean(right[names == name])} if name in INDENTER_NAMES else {})
+            for name in sorted(set(names.tolist()))
+        },
+    }
+
+
+def noisy(readings: Array, noise: float, seed: int) -> Array:
+    """Readings (presses, ...) with white noise of a standard deviation over each press's largest reading."""
+    peak = readings.max(axis=(1, 2, 3), keepdims=True)
+    return readings + noise * peak * np.random.default_rng([seed, 99]).standard_normal(readings.shape)
+
+
+def angles_between(found: Array, truth: Array) -> Array:
+    """Angles between vectors (n, 3) [rad], exact for small ones too."""
+    across = np.linalg.norm(np.cross(found, truth), axis=-1)
+    return np.arctan2(across, np.einsum("...i,...i->...", found, truth))
+
+
+def _totals(
+    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, noise: float, seed: int
+) -> dict[str, float]:
+    figures = random_presses(data, force, shape, noise=noise, seed=seed)
+    return {figure: figures[figure] for figure in _TOTALS}
+
+
+def _reported(
+    data: Dataset, force: ForceRecogniser, shape: ShapeRecogniser, *, array: TransducerArray, seed: int
+) -> dict[str, float]:
+    figures = random_presses(data, force, shape, noise=0.01, seed=seed, array=array)
+    return {figure: figures[figure] for figure in _TOTALS}
+
+
+def _pressed(influence: InfluenceMatrices, shape: str, shift: tuple[float, float], forces: Array) -> Array:
+    """Readings (forces, layers, rows, columns) [Pa] of a shape under forces (forces, 3) [N]."""
+    magnitudes = np.linalg.norm(forces, axis=1)
+    pose = Pose(shift=shift, rotation=0.0, directions=forces / magnitudes[:, None], magnitudes=magnitudes)
+    contact = OutlinePresses(
+        first=0,
+        shape=shape,
+        size=1.0,
+        preset="",
+        law=influence.fidelity.law,
+        tangential="proportional",
+        free=False,
+        poses=(pose,),
+    )
+    return physics_readings(influence, contact)[0]
+
+
+def _mean(values: Array) -> float:
+    return float(np.mean(values)) if len(values) else math.nan
+
+
+def _median(values: Array) -> float:
+    return float(np.median(values)) if len(values) else math.nan

@@ -1,0 +1,95 @@
+"""The sheet's own symmetries, used: whatever is pressed is seen in one octant of the pad.
+
+A square sheet with a square grid of taxels reads the mirror image of a press as the mirror image of its readings. So
+readings are mirrored until their middle lies where x >= y >= 0, recognised there, and what was found is mirrored back:
+an eighth of the presses have to be learnt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.pad import Pad
+
+
+@dataclass(frozen=True, eq=False)
+class Mirrors:
+    """How each of some readings was mirrored: first x, then y, then both swapped.
+
+    Attributes:
+        x, y, swapped: (readings,) bool.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    swapped: np.ndarray
+
+    def vectors(self, vectors: Array) -> Array:
+        """Vectors (readings, 2 or 3) as seen after mirroring."""
+        out = np.array(vectors, copy=True)
+        out[self.x, 0] *= -1
+        out[self.y, 1] *= -1
+        out[self.swapped, :2] = out[self.swapped, 1::-1]
+        return out
+
+    def original(self, vectors: Array) -> Array:
+        """Vectors (readings, 2 or 3) seen after mirroring, as they are on the pad."""
+        out = np.array(vectors, copy=True)
+        out[self.swapped, :2] = out[self.swapped, 1::-1]
+        out[self.y, 1] *= -1
+        out[self.x, 0] *= -1
+        return out
+
+    def angles(self, angles: Array) -> Array:
+        """Angles from +x towards +y (readings,) [rad] as seen after mirroring."""
+        out = np.where(self.x, np.pi - angles, angles)
+        out = np.where(self.y, -out, out)
+        return np.where(self.swapped, np.pi / 2 - out, out)
+
+    def original_angles(self, angles: Array) -> Array:
+        """Angles (readings,) [rad] seen after mirroring, as they are on the pad."""
+        out = np.where(self.swapped, np.pi / 2 - angles, angles)
+        out = np.where(self.y, -out, out)
+        return np.where(self.x, np.pi - out, out)
+
+    def then(self, after: Mirrors) -> Mirrors:
+        """Mirrored so, and then as `after` says."""
+        x = self.x ^ np.where(self.swapped, after.y, after.x)
+        y = self.y ^ np.where(self.swapped, after.x, after.y)
+        return Mirrors(x, y, self.swapped ^ after.swapped)
+
+
+def is_symmetric(pad: Pad) -> bool:
+    """Whether a pad reads mirror images, and swapped axes, as such."""
+    grid = pad.taxels
+    return (
+        pad.size[0] == pad.size[1]
+        and grid.rows == grid.columns
+        and grid.pitch[0] == grid.pitch[1]
+        and (grid.centre == (0.0, 0.0))
+    )
+
+
+def into_octant(readings: Array) -> tuple[Array, Mirrors]:
+    """Readings (n, layers, rows, columns) mirrored so that their middle lies where x >= y >= 0."""
+    total = readings.sum(axis=1)
+    rows, columns = total.shape[1:]
+    over_x, over_y = np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2
+    x, y = total.sum(axis=1) @ over_x.astype(total.dtype), total.sum(axis=2) @ over_y.astype(total.dtype)
+    mirrors = Mirrors(x < 0, y < 0, np.abs(y) > np.abs(x))
+    return mirrored(readings, mirrors), mirrors
+
+
+def mirrored(readings: Array, mirrors: Mirrors) -> Array:
+    """Readings (n, layers, rows, columns), each mirrored as asked."""
+    if len(readings) == 1:
+        one = readings[:, :, :: -1 if mirrors.y[0] else 1, :: -1 if mirrors.x[0] else 1]
+        return one.swapaxes(2, 3) if mirrors.swapped[0] else one
+    out = np.array(readings, copy=True)
+    out[mirrors.x] = out[mirrors.x][:, :, :, ::-1]
+    out[mirrors.y] = out[mirrors.y][:, :, ::-1]
+    out[mirrors.swapped] = out[mirrors.swapped].swapaxes(2, 3)
+    return out

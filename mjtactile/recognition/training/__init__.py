@@ -1,0 +1,1 @@
+"""How recognisers are made: presses looked at, networks fitted, shapes added, examples kept. Needs torch."""

@@ -1,0 +1,127 @@
+"""Teaching one more shape: a module that is louder than all others on its own shape, and on no other.
+
+Modules known stay as they are, so what they all say of a press, together, is one number: the logarithm of the sum of
+their exponentials. The new module's score less this is the logarithm of the odds that the press is of the new shape,
+which makes of the lesson a question with two answers (logistic regression), and of the modules known a number that is
+worked out once. The new module begins as those known that the new shape looks most like: what tells an octagon from a
+circle is most of what tells a hexagon.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from mjtactile._progress import progress_bar
+from mjtactile.recognition.shape import ShapeModule
+from mjtactile.recognition.training.fitting import Schedule, learning_rate
+from mjtactile.recognition.training.looker import Looker
+from mjtactile.recognition.training.shape_networks import FixedNetwork, PoseNetworks
+
+#: Presses looked at in one go.
+_CHUNK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """Looks at presses, each under noise of its own.
+
+    Attributes:
+        inputs: of shape modules, (looks, inputs).
+        scores: of the modules known, (looks, modules).
+        own: whether it is the new shape, (looks,) bool.
+    """
+
+    inputs: torch.Tensor
+    scores: torch.Tensor
+    own: torch.Tensor
+
+
+def look_at(
+    looker: Looker,
+    index: torch.Tensor,
+    own: torch.Tensor,
+    noise: torch.Tensor,
+    poses: PoseNetworks,
+    known: Sequence[ShapeModule],
+    imperfect: float = 0.0,
+) -> Looks:
+    """Looks at presses, each under its own noise.
+
+    Args:
+        looker: of the presses.
+        index: which presses, (looks,).
+        own: whether each press is of the new shape, (presses,) bool.
+        noise: of each look, standard deviation over the largest reading, (looks,).
+        poses: modules for position, size and orientation.
+        known: modules of the shapes known.
+        imperfect: share of the looks through imperfect transducers.
+    """
+    networks = [FixedNetwork(module.network) for module in known]
+    inputs, scores = [], []
+    with torch.no_grad():
+        for here, level in zip(index.split(_CHUNK), noise.split(_CHUNK), strict=True):
+            features, _ = looker.features(here, level, int(imperfect * len(here)))
+            inputs.append(torch.cat([features, poses(features)], 1))
+            scores.append(torch.cat([network(inputs[-1]) for network in networks], 1))
+    return Looks(torch.cat(inputs), torch.cat(scores), own[index])
+
+
+class NewModule(torch.nn.Module):
+    """A network of two hidden layers that begins as the mean of some modules known, side by side."""
+
+    def __init__(self, like: Sequence[ShapeModule]) -> None:
+        super().__init__()
+        weights = [[torch.tensor(module.network.weights[k]) for module in like] for k in range(3)]
+        biases = [[torch.tensor(module.network.biases[k]) for module in like] for k in range(3)]
+        first, last = torch.cat(weights[0], 1), torch.cat(weights[2]) / len(like)
+        self.weights = torch.nn.ParameterList([first, torch.block_diag(*weights[1]), last])
+        self.biases = torch.nn.ParameterList(
+            [torch.cat(biases[0]), torch.cat(biases[1]), torch.stack(biases[2]).mean(0)]
+        )
+
+    def forward(self, inputs: torch.Tensor) -> torch.Tensor:
+        """Scores (looks,)."""
+        for weights, bias in zip(list(self.weights)[:-1], self.biases, strict=False):
+            inputs = torch.nn.functional.silu(torch.addmm(bias, inputs, weights))
+        return torch.addmm(self.biases[-1], inputs, self.weights[-1])[:, 0]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Weights by the names `Network.from_arrays` expects, half precision."""
+        arrays: dict[str, np.ndarray] = {}
+        for layer, (weights, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            arrays[f"shape weights {layer}"] = weights.detach().numpy().astype(np.float16)
+            arrays[f"shape biases {layer}"] = bias.detach().numpy().astype(np.float32)
+        return arrays
+
+
+def most_alike(looks: Looks, known: Sequence[ShapeModule], count: int) -> list[ShapeModule]:
+    """The modules that are loudest on the new shape, loudest first."""
+    return [known[k] for k in looks.scores[looks.own].mean(0).argsort(descending=True)[:count].tolist()]
+
+
+def fit_module(network: NewModule, looks: Looks, schedule: Schedule, generator: torch.Generator, label: str) -> None:
+    """Fit a module to looks, half of each batch the new shape's.
+
+    In use the new shape is one among all, as likely as any: the bias is lowered by the logarithm of their number.
+    """
+    others = looks.scores.logsumexp(1)
+    pools = [torch.nonzero(looks.own == own)[:, 0] for own in (True, False)]
+    half = schedule.batch // 2
+    answers = torch.cat([torch.ones(half), torch.zeros(half)])
+    optimiser = torch.optim.AdamW(network.parameters(), weight_decay=schedule.decay)
+    with progress_bar(label, schedule.steps) as advance:
+        for step in range(schedule.steps):
+            for group in optimiser.param_groups:
+                group["lr"] = learning_rate(schedule, step)
+            index = torch.cat([pool[torch.randint(len(pool), (half,), generator=generator)] for pool in pools])
+            odds = network(looks.inputs[index]) - others[index]
+            loss = torch.nn.functional.binary_cross_entropy_with_logits(odds, answers)
+            optimiser.zero_grad(set_to_none=True)
+            loss.backward()
+            optimiser.step()
+            advance(1)
+    network.biases[-1].data -= float(np.log(looks.scores.shape[1]))

@@ -1,0 +1,111 @@
+"""Presses kept beside the weights, as a view sees them: what a shape that comes late is told apart from.
+
+Scale is left out and a byte is kept for each part, coarser than the view's noise nowhere that matters: some thousand
+presses are a few megabytes, and nobody needs the dataset that the others learnt from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from mjtactile.recognition.features import View
+from mjtactile.recognition.registry import REGISTRY, read_registry, stored_module
+from mjtactile.recognition.training.presses import Presses
+from mjtactile.recognition.weight_files import Stored, read_weights
+
+EXAMPLES = "examples.safetensors"
+
+
+@dataclass(frozen=True, eq=False)
+class Examples:
+    """Presses in the octant, projected, each over the length of its projection.
+
+    Attributes:
+        projected: (presses, parts) [-].
+        energy: sum of squares of all readings (presses,) [-].
+        peak: largest reading (presses,) [-].
+        shapes: name of each press's shape (presses,).
+        held_out: presses kept for testing (presses,) bool.
+        readings: (presses, layers, rows, columns) [-], as far as the view's parts tell them.
+    """
+
+    projected: np.ndarray
+    energy: np.ndarray
+    peak: np.ndarray
+    shapes: np.ndarray
+    held_out: np.ndarray
+    readings: np.ndarray
+
+    @classmethod
+    def of(cls, presses: Presses, chosen: np.ndarray) -> Examples:
+        """Some presses of a dataset, by their indices."""
+        size = np.linalg.norm(presses.projected[chosen], axis=1)
+        return cls(
+            presses.projected[chosen] / size[:, None],
+            presses.energy[chosen] / size**2,
+            presses.peak[chosen] / size,
+            np.asarray(presses.shapes[chosen]).astype(str),
+            presses.held_out[chosen],
+            presses.readings[chosen] / size[:, None, None, None],
+        )
+
+    @classmethod
+    def from_stored(cls, stored: Stored, view: View) -> Examples:
+        """Those in a file by `arrays`, seen through the same view."""
+        arrays = stored.arrays
+        projected = arrays["projected"] * arrays["scale"]
+        names = np.array(stored.metadata["shapes"])
+        own = (len(view.layers), *view.reading_shape[1:])
+        return cls(
+            projected,
+            (projected**2).sum(axis=1) + arrays["left"].astype(np.float32) ** 2,
+            arrays["peak"].astype(np.float32),
+            names[arrays["shape"]],
+            arrays["held out"].astype(bool),
+            (projected @ view.parts.T).reshape(-1, *own),
+        )
+
+    @property
+    def names(self) -> list[str]:
+        """Of the shapes there are, in order."""
+        return sorted(set(self.shapes.tolist()))
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What is stored, by name; the shape is an index into `names`."""
+        scale = np.abs(self.projected).max(axis=0) / 127.0
+        left = np.sqrt(np.maximum(self.energy - (self.projected**2).sum(axis=1), 0.0))
+        return {
+            "projected": np.round(self.projected / scale).astype(np.int8),
+            "scale": scale.astype(np.float32),
+            "left": left.astype(np.float16),
+            "peak": self.peak.astype(np.float16),
+            "shape": np.searchsorted(self.names, self.shapes).astype(np.uint8),
+            "held out": self.held_out.astype(np.uint8),
+        }
+
+    def joined(self, other: Examples) -> Examples:
+        """These, then the others."""
+        return Examples(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(Examples)))
+
+
+def read_examples(folder: Path, view: View) -> Examples | None:
+    """The examples in a folder of weights; None where there are none."""
+    if not (folder / EXAMPLES).is_file():
+        return None
+    entry = read_registry(folder).get("examples") if (folder / REGISTRY).is_file() else None
+    stored = read_weights(folder / EXAMPLES) if entry is None else stored_module(folder, entry)
+    return Examples.from_stored(stored, view)
+
+
+def choose(presses: Presses, count: int, rare: tuple[str, ...], seed: int) -> np.ndarray:
+    """Indices of presses to keep as examples: the same number of every shape, a quarter of it of those in `rare`."""
+    names, of = np.unique(presses.shapes, return_inverse=True)
+    share = np.where(np.isin(names, rare), 0.25, 1.0)
+    rng, chosen = np.random.default_rng(seed), []
+    for k, wanted in enumerate(np.round(count * share / share.sum()).astype(int)):
+        own = np.flatnonzero(of == k)
+        chosen.append(rng.permutation(own)[:wanted])
+    return np.sort(np.concatenate(chosen))

@@ -1,0 +1,142 @@
+"""How networks are fitted, shared by the scripts in training/."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from mjtactile._progress import progress_bar
+from mjtactile.recognition.network import Network
+from mjtactile.recognition.training.looker import Looker
+from mjtactile.recognition.weight_files import RecognitionError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Schedule:
+    """How long and how fast to fit."""
+
+    steps: int  #: batches
+    batch: int = 512  #: presses in each
+    rate: float = 1.5e-3  #: largest learning rate; rises over the first steps, falls as a cosine
+    decay: float = 1e-4  #: of weights, per step and rate
+    quiet: float = 0.3  #: share of a batch without noise
+    noise: float = 0.06  #: largest standard deviation of noise, over the largest reading; its root is uniform
+    imperfect: float = 0.15  #: share of a batch read by imperfect transducers
+
+
+def perceptron(sizes: list[int]) -> torch.nn.Sequential:
+    """A fully connected network, silu between its layers; see network.py."""
+    layers: list[torch.nn.Module] = []
+    for inputs, outputs in itertools.pairwise(sizes):
+        layers += [torch.nn.Linear(inputs, outputs), torch.nn.SiLU()]
+    return torch.nn.Sequential(*layers[:-1])
+
+
+def perceptron_arrays(network: torch.nn.Module, name: str) -> dict[str, np.ndarray]:
+    """A perceptron's weights by the names `Network.from_arrays` expects, half precision."""
+    linear = [layer for layer in network.modules() if isinstance(layer, torch.nn.Linear)]
+    arrays: dict[str, np.ndarray] = {}
+    for k, layer in enumerate(linear):
+        arrays[f"{name} weights {k}"] = layer.weight.detach().numpy().T.astype(np.float16)
+        arrays[f"{name} biases {k}"] = layer.bias.detach().numpy().astype(np.float32)
+    return arrays
+
+
+def set_weights(network: torch.nn.Sequential, stored: Network) -> None:
+    """Let a perceptron begin as a stored one of the same sizes.
+
+    Raises:
+        RecognitionError: the sizes differ.
+    """
+    linear = [layer for layer in network if isinstance(layer, torch.nn.Linear)]
+    sizes = [(layer.in_features, layer.out_features) for layer in linear]
+    if sizes != [weights.shape for weights in stored.weights]:
+        raise RecognitionError(
+            f"the network to begin with has layers {[weights.shape for weights in stored.weights]}, but the one to fit "
+            f"{sizes}. Ask for the same width and depth, and the same view."
+        )
+    for layer, weights, biases in zip(linear, stored.weights, stored.biases, strict=True):
+        layer.weight.data = torch.tensor(weights.T.copy())
+        layer.bias.data = torch.tensor(biases)
+
+
+def learning_rate(schedule: Schedule, step: int) -> float:
+    """The learning rate of a step: it rises over the first steps and falls as a cosine."""
+    rise, fall = min(1.0, (step + 1) / 300), 0.5 * (1.0 + math.cos(math.pi * step / schedule.steps))
+    return schedule.rate * rise * fall + 1e-7
+
+
+def fit(
+    network: torch.nn.Module,
+    looker: Looker,
+    train: np.ndarray,
+    loss_of: Callable[[torch.Tensor, torch.Tensor, torch.Tensor], torch.Tensor],
+    schedule: Schedule,
+    *,
+    label: str,
+) -> float:
+    """Fit a network by AdamW on noisy presses.
+
+    Args:
+        network: features to outputs.
+        looker: makes features.
+        train: which presses.
+        loss_of: (outputs, index of the presses, their sizes) to the loss.
+        schedule: how long.
+        label: for the progress bar.
+
+    Returns:
+        seconds it took.
+    """
+    start, generator = time.perf_counter(), looker.generator
+    pool = torch.tensor(train)
+    optimiser = torch.optim.AdamW(network.parameters(), lr=schedule.rate, weight_decay=schedule.decay)
+    with progress_bar(label, schedule.steps) as advance:
+        for step in range(schedule.steps):
+            for group in optimiser.param_groups:
+                group["lr"] = learning_rate(schedule, step)
+            index = pool[torch.randint(len(pool), (schedule.batch,), generator=generator)]
+            drawn = torch.rand((2, schedule.batch), generator=generator)
+            noise = torch.where(drawn[0] < schedule.quiet, 0.0, drawn[1] ** 2 * schedule.noise)
+            features, size = looker.features(index, noise, int(schedule.imperfect * schedule.batch))
+            loss = loss_of(network(features), index, size)
+            optimiser.zero_grad(set_to_none=True)
+            loss.backward()
+            optimiser.step()
+            advance(1)
+    return time.perf_counter() - start
+
+
+def rate(right: np.ndarray) -> str:
+    """How many of some answers are right, in words."""
+    return f"{right.mean():.2%} of {len(right)}" if len(right) else "none asked"
+
+
+def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """What is written beside weights: configuration, versions, and the presses they come from."""
+    import platform
+
+    import mujoco
+
+    from mjtactile._version import __version__
+
+    return {
+        "config": {name: value for name, value in asdict(config).items() if not isinstance(value, Path)},
+        "dataset": {"spec_fingerprint": dataset["spec_fingerprint"], "spec": dataset["spec"]},
+        "versions": {
+            "mjtactile": __version__,
+            "mujoco": mujoco.mj_versionString(),
+            "numpy": np.__version__,
+            "torch": torch.__version__,
+            "python": platform.python_version(),
+        },
+        "training_seconds": round(seconds, 1),
+    }

@@ -1,0 +1,130 @@
+"""Presses of a dataset as recognisers see them: mirrored into one octant and projected on a view's parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjtactile.dataset.files import Dataset, read_dataset
+from mjtactile.dataset.spec import pad_from
+from mjtactile.recognition.features import View
+from mjtactile.recognition.symmetry import Mirrors, into_octant, is_symmetric, mirrored
+from mjtactile.recognition.weight_files import RecognitionError
+
+#: Presses whose middle is this close to the octant's border, in taxels, are learnt on both sides of it.
+_BORDER = 0.12
+
+
+@dataclass(frozen=True, eq=False)
+class Presses:
+    """Presses in the octant, projected.
+
+    Attributes:
+        readings: (presses, layers, rows, columns) [Pa], as mirrored.
+        projected: (presses, parts) [Pa].
+        energy: sum of squares of all readings (presses,) [Pa^2].
+        peak: largest reading (presses,) [Pa].
+        dataset: where labels come from.
+        source: index into the dataset, (presses,); presses near the border come twice.
+        mirrors: how each was mirrored.
+        held_out: presses kept for testing (presses,) bool: whole outlines, so that no pose is in both.
+    """
+
+    readings: np.ndarray
+    projected: np.ndarray
+    energy: np.ndarray
+    peak: np.ndarray
+    dataset: Dataset
+    source: np.ndarray
+    mirrors: Mirrors
+    held_out: np.ndarray
+
+    @property
+    def shapes(self) -> np.ndarray:
+        """Name of each press's shape."""
+        return self.dataset.labels["shape"][self.source]
+
+    @property
+    def forces(self) -> np.ndarray:
+        """As mirrored, (presses, 3) [N]."""
+        return self.mirrors.vectors(self.dataset.forces[self.source])
+
+    @property
+    def positions(self) -> np.ndarray:
+        """As mirrored, (presses, 2) [m]."""
+        return self.mirrors.vectors(self.dataset.positions[self.source])
+
+
+def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[View, dict[str, Any]]:
+    """Principal parts of a dataset's readings over their length, and the dataset's metadata.
+
+    Raises:
+        RecognitionError: the dataset's pad is not symmetric.
+    """
+    dataset = read_dataset(folder)
+    pad = pad_from(dataset.metadata["pad"])
+    if not is_symmetric(pad):
+        raise RecognitionError(
+            f"a {pad.summary} is not symmetric: recognisers mirror readings into one octant of a square pad with a "
+            "square, centred grid of taxels."
+        )
+    shape = tuple(dataset.metadata["reading_shape"])
+    return View.fitted(_octants(dataset, layers)[0], parts, layers, shape), dataset.metadata
+
+
+def see_presses(folder: Path, view: View, *, most: int | None = None) -> Presses:
+    """A dataset as a view sees it.
+
+    Args:
+        folder: of the dataset.
+        view: what looks at it.
+        most: stop reading once there are this many presses; by default all.
+    """
+    dataset = read_dataset(folder, most=most)
+    octant, mirrors = _octants(dataset, view.layers)
+    images, source, all_mirrors = [octant], [np.arange(len(octant))], [mirrors]
+    for flip, near in _borders(octant):
+        images.append(mirrored(octant[near], flip))
+        source.append(near)
+        all_mirrors.append(Mirrors(mirrors.x[near], mirrors.y[near], mirrors.swapped[near]).then(flip))
+    whole = np.concatenate(images)
+    readings = whole.reshape(-1, view.parts.shape[0])
+    index = np.concatenate(source)
+    poses = int(dataset.metadata["spec"]["poses"]) * int(dataset.metadata["spec"]["forces"])
+    outline = dataset.labels["press"][index] // poses
+    return Presses(
+        readings=whole,
+        projected=readings @ view.parts,
+        energy=np.einsum("ij,ij->i", readings, readings),
+        peak=readings.max(axis=1),
+        dataset=Dataset(np.zeros(0, dtype=np.float32), dataset.labels, dataset.metadata),
+        source=index,
+        mirrors=_joined_mirrors(all_mirrors),
+        held_out=outline % 40 == 0,
+    )
+
+
+def _joined_mirrors(mirrors: list[Mirrors]) -> Mirrors:
+    return Mirrors(*(np.concatenate([getattr(one, name) for one in mirrors]) for name in ("x", "y", "swapped")))
+
+
+def _octants(dataset: Dataset, layers: tuple[int, ...]) -> tuple[np.ndarray, Mirrors]:
+    return into_octant(np.ascontiguousarray(dataset.readings[:, list(layers)]))
+
+
+def _borders(octant: np.ndarray) -> list[tuple[Mirrors, np.ndarray]]:
+    """For presses near the octant's two borders, the mirror across it, and which presses."""
+    total = octant.sum(axis=1)
+    weight = total.sum(axis=(1, 2))
+    middle = (octant.shape[-1] - 1) / 2
+    x = total.sum(axis=1) @ (np.arange(octant.shape[-1]) - middle) / weight
+    y = total.sum(axis=2) @ (np.arange(octant.shape[-1]) - middle) / weight
+    below, across = np.flatnonzero(y < _BORDER), np.flatnonzero(x - y < _BORDER)
+    none = [np.zeros(len(near), dtype=bool) for near in (below, across)]
+    return [
+        (Mirrors(none[0], ~none[0], none[0]), below),
+        (Mirrors(none[1], none[1], ~none[1]), across),
+    ]

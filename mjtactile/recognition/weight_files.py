@@ -1,0 +1,116 @@
+"""Trained recognisers on disk: safetensors with the pad's fingerprint, and a plain refusal of any other pad."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
+from mjtactile.errors import MjTactileError
+from mjtactile.pad import Pad
+
+#: Where the shipped weights are.
+SHIPPED = Path(__file__).resolve().parent / "weights"
+
+
+class RecognitionError(MjTactileError, ValueError):
+    """Readings or weights that a recogniser cannot use."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """Arrays by name, and what is known of them."""
+
+    arrays: dict[str, np.ndarray]
+    metadata: dict[str, Any]
+    path: Path
+
+    @property
+    def layers(self) -> tuple[int, ...]:
+        """Which sensing layers of the pad are used, 0 on top."""
+        return tuple(self.metadata["layers"])
+
+    @property
+    def reading_shape(self) -> tuple[int, int, int]:
+        """Readings of the pad (layers, rows, columns)."""
+        layers, rows, columns = self.metadata["reading_shape"]
+        return layers, rows, columns
+
+
+def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str, Any], pad: Pad) -> None:
+    """Write weights that appear whole or not at all, with their pad's fingerprint, how they were made, and checksums.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    from safetensors.numpy import save
+
+    from mjtactile._files import write_atomically
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    about = {
+        **metadata,
+        "pad": pad.description,
+        "pad_summary": pad.summary,
+        "pad_fingerprint": pad.fingerprint,
+        "fingerprint_of_layers": replace(pad, depths=tuple(pad.depths[k] for k in metadata["layers"])).fingerprint,
+        "reading_shape": pad.reading_shape,
+    }
+    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    content = save(arrays, with_checksums(arrays, json.dumps(about)))
+    write_atomically(path, lambda file: file.write(content))
+
+
+def read_weights(path: Path) -> Stored:
+    """Weights and what is known of them, compared with the file's checksums.
+
+    A file from before there were checksums is read as it is; `registry.stored_module` knows those by their hash.
+
+    Args:
+        path: of a file by `write_weights`.
+
+    Raises:
+        RecognitionError: there is no such file, or it is damaged.
+    """
+    from safetensors import SafetensorError, safe_open
+
+    if not path.is_file():
+        raise RecognitionError(f"there are no weights {path}. Train them: make weights")
+    try:
+        with safe_open(path, framework="np") as file:
+            about = file.metadata() or {}
+            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        if not has_no_checksums(about):
+            check_header(arrays, about)
+            check_arrays(arrays, about)
+        metadata = json.loads(about[METADATA])
+    except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise RecognitionError(f"{path} holds no whole weights ({error}). Train them again: make weights") from error
+    return Stored(arrays, metadata, path)
+
+
+def check_pad(stored: Stored, pad: Pad | None) -> None:
+    """Refuse weights for a pad other than theirs, or than theirs with just the sensing layers they use.
+
+    Raises:
+        RecognitionError: they were trained for another pad; the message names both.
+    """
+    if pad is None:
+        return
+    known = stored.metadata["fingerprint_of_layers"], stored.metadata["pad_fingerprint"]
+    if pad.fingerprint not in known:
+        raise RecognitionError(
+            f"{stored.path.name} was trained for a {stored.metadata['pad_summary']} (fingerprint {known[1][:12]}), but "
+            f"the pad is a {pad.summary} ({pad.fingerprint[:12]}). Train recognisers for it: make weights, with the "
+            "pad in training/presses.toml."
+        )
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file, by which the registry knows that a module was not touched."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()

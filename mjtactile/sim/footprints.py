@@ -1,0 +1,198 @@
+"""Footprints of the bodies of a MuJoCo model on one pad.
+
+Bodies press with their colliding geoms, or with those whose names end in "_tactile": bodies often collide by stand-ins
+(feet, convex pieces) beside geoms that show the true shape.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Generic, TypeVar
+
+import mujoco
+import numpy as np
+import shapely
+import trimesh
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from mjtactile._types import Indices
+from mjtactile.contact.footprint import Footprint
+from mjtactile.errors import FootprintError
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.geometry.flat_faces import BodyFaces
+from mjtactile.geometry.height_minimum import Rectangle
+from mjtactile.geometry.lower_surface import LowerSurface, lower_surface
+from mjtactile.geometry.planar import areal
+from mjtactile.geometry.primitives import Pose, Shape
+from mjtactile.sim.geoms import body_face, geom_shape, geom_solid, pressing_geoms
+from mjtactile.sim.wrench import PadFrame
+
+Geometry = TypeVar("Geometry")
+
+#: A face touches first where its lowest corner is within this of the lowest point of its body [m].
+_SAME_TOUCH = 1e-6
+
+
+class Imprints(ABC, Generic[Geometry]):
+    """Footprints on one pad, from what is kept of each geom's shape.
+
+    Args:
+        model: compiled model.
+        pad_geom: id of the pad's geom.
+        surface: the pad's surface grid.
+        facing_gap: what is no higher than this above a body's first touch faces the pad [m].
+    """
+
+    def __init__(self, model: mujoco.MjModel, pad_geom: int, surface: SurfaceGrid, *, facing_gap: float) -> None:
+        self.model = model
+        self.pad_geom = pad_geom
+        self.grid = surface
+        self.facing_gap = facing_gap
+        self._shapes: dict[int, Geometry] = {}
+
+    def footprint(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Footprint:
+        """Footprint of a body that presses on the pad.
+
+        Args:
+            data: state of the model.
+            frame: of the pad.
+            body: id.
+            touching: ids of its geoms that touch the pad.
+
+        Raises:
+            FootprintError: when nothing of it is over the sensing surface.
+            SceneError: when one of its geoms has no solid or surface to press with.
+        """
+        geoms = self._pressing(body, touching)
+        positions = (data.geom_xpos[geoms] - frame.position) @ frame.rotation
+        rotations = frame.rotation.T @ data.geom_xmat[geoms].reshape(-1, 3, 3)
+        placed = {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
+        return self._made(placed)
+
+    def _colliding(self, body: int) -> Indices:
+        """A body's geoms that may collide with the pad."""
+        own, model, pad = np.flatnonzero(self.model.geom_bodyid == body), self.model, self.pad_geom
+        collides = (model.geom_contype[own] & model.geom_conaffinity[pad]) != 0
+        collides |= (model.geom_conaffinity[own] & model.geom_contype[pad]) != 0
+        return own[collides]
+
+    def _pressing(self, body: int, touching: Indices) -> Indices:
+        return pressing_geoms(self.model, body, touching)
+
+    @abstractmethod
+    def _made(self, placed: dict[int, Pose]) -> Footprint:
+        """Footprint of some geoms of one body in their poses in the pad frame."""
+
+
+class SectionImprints(Imprints[trimesh.Trimesh]):
+    """Footprints that are sections of the bodies' solids `facing_gap` above their lowest points, for law "uniform"."""
+
+    def _made(self, placed: dict[int, Pose]) -> Footprint:
+        for geom in placed.keys() - self._shapes.keys():
+            self._shapes[geom] = geom_solid(self.model, geom)
+        solids = [(self._shapes[geom], pose.position, pose.rotation) for geom, pose in placed.items()]
+        here = PadFrame(np.zeros(3), np.eye(3))
+        footprint = Footprint.from_outline(body_face(solids, here, self.facing_gap), self.grid)
+        if footprint.outline.buffer(-self.facing_gap / 2).is_empty:
+            raise FootprintError(
+                f"what is over the surface is a sliver narrower than {self.facing_gap * 1e6:.3g} um. "
+                "Press further in from the edge."
+            )
+        return footprint
+
+
+class GapImprints(Imprints[Shape]):
+    """Footprints that are outlines where a body's face is flat, and gap maps where it is not.
+
+    Args:
+        model: compiled model.
+        pad_geom: id of the pad's geom.
+        surface: the pad's surface grid.
+        facing_gap: see Imprints.
+        level: whether a face must be parallel to the pad to count as flat, because its body cannot tilt.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        pad_geom: int,
+        surface: SurfaceGrid,
+        *,
+        facing_gap: float,
+        level: bool = False,
+    ) -> None:
+        super().__init__(model, pad_geom, surface, facing_gap=facing_gap)
+        self.level = level
+        self._sheet = Rectangle(*surface.sheet.bounds)
+        self._depth = surface.thickness
+        self._faces: dict[tuple[int, ...], BodyFaces] = {}
+
+    def surface(self, placed: dict[int, Pose]) -> LowerSurface:
+        """Lower surface of some geoms of one body in their poses in the pad frame.
+
+        Raises:
+            FootprintError: when nothing of it is over the sensing surface, or only far above.
+        """
+        near = {geom: pose for geom, pose in placed.items() if self._may_touch(geom, pose)}
+        shapes = [(self._shape(geom), pose) for geom, pose in near.items()]
+        return lower_surface(shapes, self._sheet, depth=self._depth, facing_gap=self.facing_gap)
+
+    def _pressing(self, body: int, touching: Indices) -> Indices:
+        """Beside what touches now, all of the body that may touch as it presses deeper."""
+        return pressing_geoms(self.model, body, np.union1d(self._colliding(body), touching))
+
+    def _made(self, placed: dict[int, Pose]) -> Footprint:
+        surface = self.surface(placed)
+        face = surface.flat_face(self.facing_gap, level=self.level)
+        if face is None and not self.level:
+            face = self._leaning_face(placed, surface.touch)
+        if face is not None:
+            return Footprint.from_outline(face, self.grid)
+        outline = surface.flat_face(self.facing_gap) if self.level else None
+        try:
+            return Footprint.from_gap(surface.gap, self.grid, outline=outline, lowest=0.0)
+        except FootprintError:  # too small to find on the whole sheet
+            return Footprint.from_gap(surface.gap, self.grid, outline=self._shadow(placed), lowest=0.0)
+
+    def _leaning_face(self, placed: dict[int, Pose], touch: float) -> Polygon | MultiPolygon | None:
+        """The flat face of a body that leans and tilts onto it under its load; it must be what touches first."""
+        geoms = tuple(placed)
+        first = geoms[0]
+        if geoms not in self._faces:
+            origin = placed[first]
+            local = {
+                geom: Pose(origin.rotation.T @ (pose.position - origin.position), origin.rotation.T @ pose.rotation)
+                for geom, pose in placed.items()
+            }
+            shapes = {geom: self._shape(geom) for geom in geoms}
+            self._faces[geoms] = BodyFaces(shapes, local, facing_gap=self.facing_gap)
+        for face, outline in self._faces[geoms].towards(placed[first]):
+            over = shapely.get_coordinates(outline.intersection(self.grid.sheet))
+            if len(over) and abs(face.heights(placed[first], over).min() - touch) <= _SAME_TOUCH:
+                return outline
+        return None
+
+    def _shape(self, geom: int) -> Shape:
+        if geom not in self._shapes:
+            self._shapes[geom] = geom_shape(self.model, geom)
+        return self._shapes[geom]
+
+    def _shadow(self, placed: dict[int, Pose]) -> BaseGeometry:
+        """Squares about the balls about geoms [m]."""
+        squares = [
+            shapely.Point(pose.position[:2]).buffer(self.model.geom_rbound[geom], cap_style="square")
+            for geom, pose in placed.items()
+            if self._may_touch(geom, pose) and self.model.geom_rbound[geom] > 0.0
+        ]
+        return areal(shapely.union_all(squares))
+
+    def _may_touch(self, geom: int, pose: Pose) -> bool:
+        """Whether the ball about a geom is over the sheet and no higher than the pad is thick."""
+        if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            return True
+        radius = self.model.geom_rbound[geom]
+        x, y, z = pose.position
+        west, south, east, north = self._sheet
+        over = west - radius < x < east + radius and south - radius < y < north + radius
+        return over and z - radius < self._depth

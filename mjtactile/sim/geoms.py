@@ -1,0 +1,237 @@
+"""MuJoCo geoms as solids and as shapes with a lower surface, and the face a body turns to a pad.
+
+Contact points do not show a footprint (a pair of convex geoms has at most four), so it comes from the geometry: the
+body's lower surface, or the section of its true solid just above its lowest point over the pad.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import shapely
+import trimesh
+from shapely import MultiPolygon, Polygon
+
+from mjtactile._types import Array, Indices
+from mjtactile.errors import IndenterError, SceneError
+from mjtactile.geometry.outlines import SIDES
+from mjtactile.geometry.planar import areal
+from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Shape
+from mjtactile.geometry.solid import checked, face_outline
+from mjtactile.geometry.triangle_mesh import TriangleSurface
+from mjtactile.pad import Pad
+from mjtactile.sim.rays import RaySurface
+from mjtactile.sim.wrench import PadFrame
+
+#: Largest difference between a pad's size and its geom's [m].
+_SIZE_TOLERANCE = 1e-6
+#: Geoms whose names end so press in place of their bodies' colliding geoms.
+SHOWN = "_tactile"
+#: Extent given to planes and to the depth below them, which MuJoCo leaves infinite [m].
+_PLANE_EXTENT = 1.0
+
+
+def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+    """A geom's true solid in the geom's own frame [m]: meshes as they are, not as the convex hull MuJoCo collides.
+
+    An SDF is the mesh MuJoCo holds of it, which follows its surface to 1e-3 of its size or better.
+
+    Raises:
+        SceneError: for meshes that are not watertight.
+    """
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    kinds = mujoco.mjtGeom
+    if kind in (kinds.mjGEOM_MESH, kinds.mjGEOM_SDF):
+        return _mesh_solid(model, geom)
+    if kind == kinds.mjGEOM_HFIELD:
+        return trimesh.Trimesh(*_height_field(model, int(model.geom_dataid[geom])), process=False)
+    if kind == kinds.mjGEOM_BOX:
+        return trimesh.creation.box(extents=2 * size)
+    if kind == kinds.mjGEOM_PLANE:
+        half_x, half_y = (s if s > 0 else _PLANE_EXTENT for s in size[:2])
+        slab = trimesh.creation.box(extents=(2 * half_x, 2 * half_y, _PLANE_EXTENT))
+        return slab.apply_translation((0.0, 0.0, -_PLANE_EXTENT / 2))
+    # Unit size first: trimesh takes triangles of millimetre size for degenerate ones while it revolves a profile.
+    if kind == kinds.mjGEOM_SPHERE:
+        return _unit_sphere().apply_scale(size[0])
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        return _unit_sphere().apply_scale(size)
+    if kind == kinds.mjGEOM_CYLINDER:
+        return trimesh.creation.cylinder(radius=1.0, height=2.0, sections=SIDES).apply_scale(
+            (size[0], size[0], size[1])
+        )
+    if kind == kinds.mjGEOM_CAPSULE:
+        unit = trimesh.creation.capsule(radius=1.0, height=2 * size[1] / size[0], count=[SIDES // 4, SIDES // 4])
+        unit.vertices -= unit.bounds.mean(axis=0)
+        return unit.apply_scale(size[0])
+    raise SceneError(_no_surface(model, geom))
+
+
+def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
+    """A geom as a shape with a lower surface, in the geom's own frame [m].
+
+    Meshes are what they are, not their convex hull; signed distance functions of plugins are seen through rays. Planes
+    are infinite, as they are to MuJoCo's collisions. A mesh need not be watertight.
+
+    Raises:
+        SceneError: for kinds of geoms that have no surface.
+    """
+    kind, size = int(model.geom_type[geom]), [float(s) for s in model.geom_size[geom]]
+    kinds = mujoco.mjtGeom
+    if kind in (kinds.mjGEOM_MESH, kinds.mjGEOM_SDF):
+        mesh = _mesh(model, geom)
+        if model.geom_plugin[geom] >= 0:
+            return RaySurface(model, geom, np.asarray(mesh.vertices, dtype=float))
+        closed = mesh.is_watertight and mesh.is_winding_consistent
+        if closed and mesh.volume < 0.0:
+            mesh.invert()
+        return TriangleSurface(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces), closed=closed)
+    if kind == kinds.mjGEOM_HFIELD:
+        return TriangleSurface(*_height_field(model, int(model.geom_dataid[geom])), closed=True)
+    if kind == kinds.mjGEOM_SPHERE:
+        return Ellipsoid((size[0], size[0], size[0]))
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        return Ellipsoid((size[0], size[1], size[2]))
+    if kind == kinds.mjGEOM_CAPSULE:
+        return Capsule(size[0], size[1])
+    if kind == kinds.mjGEOM_CYLINDER:
+        return Cylinder(size[0], size[1])
+    if kind == kinds.mjGEOM_BOX:
+        return Box((size[0], size[1], size[2]))
+    if kind == kinds.mjGEOM_PLANE:
+        return HalfSpace()
+    raise SceneError(_no_surface(model, geom))
+
+
+def pressing_geoms(model: mujoco.MjModel, body: int, touching: Indices) -> Indices:
+    """Geoms whose solids make up a body's face.
+
+    Bodies often collide by stand-ins (feet, convex pieces) beside geoms that show the true shape and do not collide.
+    Where a body has geoms whose names end in "_tactile", they press in place of what collides.
+
+    Args:
+        model: compiled model.
+        body: id.
+        touching: ids of its geoms that touch the pad.
+    """
+    own = np.flatnonzero(model.geom_bodyid == body)
+    shown = [int(geom) for geom in own if model.geom(int(geom)).name.endswith(SHOWN)]
+    return np.array(shown, dtype=np.int64) if shown else touching
+
+
+def body_face(
+    solids: list[tuple[trimesh.Trimesh, Array, Array]], frame: PadFrame, facing_gap: float
+) -> Polygon | MultiPolygon:
+    """Section of a body, `facing_gap` above its lowest point but no lower than the surface, in the pad frame [m].
+
+    A body may reach below the surface beside the pad, or sink in where its scene's contacts are soft.
+
+    Args:
+        solids: (solid, world position, world rotation) of each of its geoms.
+        frame: the pad's.
+        facing_gap: what is no higher than this above the lowest point faces the pad [m].
+    """
+    placed = []
+    for solid, position, rotation in solids:
+        vertices = (solid.vertices @ rotation.T + position - frame.position) @ frame.rotation
+        moved = solid.copy()
+        moved.vertices = vertices
+        placed.append(moved)
+    height = max(min(float(solid.bounds[0, 2]) for solid in placed) + facing_gap, 0.0)
+    return areal(shapely.union_all([face_outline(solid, height) for solid in placed]))
+
+
+def _unit_sphere() -> trimesh.Trimesh:
+    return trimesh.creation.uv_sphere(radius=1.0, count=[SIDES // 4, SIDES // 4])
+
+
+def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+    mesh = int(model.geom_dataid[geom])
+    first_vertex, vertices = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    first_face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    solid = trimesh.Trimesh(
+        model.mesh_vert[first_vertex : first_vertex + vertices],
+        model.mesh_face[first_face : first_face + faces],
+        process=False,
+    )
+    solid.merge_vertices()
+    return solid
+
+
+def _mesh_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
+    try:
+        return checked(_mesh(model, geom))
+    except IndenterError as error:
+        raise SceneError(f"geom {_label(model, geom)} cannot press on a pad: {error}") from error
+
+
+def _height_field(model: mujoco.MjModel, field: int) -> tuple[Array, Indices]:
+    """A height field as the closed solid MuJoCo collides: vertices [m] and faces, counter-clockwise from outside."""
+    rows, columns, start = (int(a[field]) for a in (model.hfield_nrow, model.hfield_ncol, model.hfield_adr))
+    half_x, half_y, scale, base = model.hfield_size[field]
+    x, y = np.meshgrid(np.linspace(-half_x, half_x, columns), np.linspace(-half_y, half_y, rows))
+    top = scale * model.hfield_data[start : start + rows * columns].astype(float)
+    vertices = np.vstack(
+        [np.column_stack([x.ravel(), y.ravel(), z]) for z in (top, np.full(rows * columns, -float(base)))]
+    )
+    number = np.arange(rows * columns).reshape(rows, columns)
+    here, right, up, across = number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]
+    upper = np.concatenate([_triangles(here, right, across), _triangles(here, across, up)])
+    rim = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
+    after = np.roll(rim, -1)
+    below = rows * columns
+    walls = np.concatenate([_triangles(rim, rim + below, after + below), _triangles(rim, after + below, after)])
+    return vertices, np.concatenate([upper, upper[:, ::-1] + below, walls])
+
+
+def _triangles(a: Indices, b: Indices, c: Indices) -> Indices:
+    return np.column_stack([a.ravel(), b.ravel(), c.ravel()])
+
+
+def _no_surface(model: mujoco.MjModel, geom: int) -> str:
+    kind = mujoco.mjtGeom(int(model.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
+    return (
+        f"geom {_label(model, geom)} is a {kind}, which has no outline to press with. Give its body a visual geom of "
+        "another type."
+    )
+
+
+def _label(model: mujoco.MjModel, geom: int) -> str:
+    return f"'{model.geom(geom).name}'" if model.geom(geom).name else f"number {geom}"
+
+
+def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
+    """Id of the box geom that is a pad.
+
+    Raises:
+        SceneError: when the model has no such geom, or it is not a box of the pad's size.
+    """
+    geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name)
+    if geom < 0:
+        names = [model.geom(i).name for i in range(model.ngeom) if model.geom(i).name]
+        raise SceneError(f"geom '{name}' does not exist in the model. Available: {names}. Pass geom=... of the pad.")
+    check_pad_box(model, geom, pad)
+    return geom
+
+
+def check_pad_box(model: Any, geom: int, pad: Pad) -> None:
+    """Refuse a geom that cannot be a pad; the model may be a copy of its geoms.
+
+    Raises:
+        SceneError: when the geom is not a box of the pad's size.
+    """
+    name = model.geom(geom).name
+    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
+        raise SceneError(f"geom '{name}' is not a box. A pad is a box geom whose +z face senses.")
+    actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
+    if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
+        raise SceneError(
+            f"geom '{name}' measures {_millimetres(actual)} mm, but the pad {_millimetres(expected)} mm. "
+            "Give the geom half of the pad's lengths as its size, or pass the Pad that fits it."
+        )
+
+
+def _millimetres(lengths: Array) -> str:
+    return " x ".join(f"{length * 1e3:.4g}" for length in lengths)

@@ -1,0 +1,209 @@
+"""Pads, indenters and press scenes written as MJCF text, the same text that models/ and scenes/ hold.
+
+Lengths are metres, forces newtons. What every model here shares:
+
+- The pad is a box geom of priority 1, so its contact settings hold whatever presses on it; its site `pad_surface`
+  is the pad frame.
+- An indenter's body carries its true solid as geom in group 2, `<name>_tactile`. If it presses with a flat face, that
+  geom does not collide; small sphere feet `<name>_foot_<i>` in group 3 do. MuJoCo places at most four contact points
+  between two convex geoms, and meshes collide as their convex hull, so without feet the pressure of a star or even
+  of an octagon that cannot tilt would be centred up to a millimetre off. Feet give one contact each, and their mean
+  is the face's centroid. A curved indenter's solid collides by itself.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+
+from mjtactile._types import Array
+from mjtactile.geometry.indenter import Indenter
+from mjtactile.geometry.planar import support_points
+from mjtactile.pad import Pad
+from mjtactile.sim.geoms import SHOWN
+
+#: Mass of an indenter [kg]. Much lighter ones lose contact under 1 N at a 1 ms step.
+INDENTER_MASS = 15e-3
+#: Radius of the feet [m]: far above the 10 micrometres they sink in.
+FOOT_RADIUS = 0.5e-3
+#: Height at which a press starts over the surface [m]: no contact at rest, contact after one step.
+START_GAP = 1e-6
+
+#: What settles 10..200 gf within 0.1 % in under 40 ms; a punch sinks 10 um at most and creeps under 0.01 mm/s at 35
+#: degrees. Friction: sliding 1.0; torsion as of a patch 0.5 mm across, since MuJoCo's default would be as of 5 mm.
+_PAD_CONTACT = {
+    "priority": "1",
+    "condim": "4",
+    "friction": "1 0.0005 0.0001",
+    "solref": "0.003 1",
+    "solimp": "0.98 0.99 0.001 0.5 2",
+}
+#: Simulation options of every world here.
+OPTION = {
+    "timestep": "0.001",
+    "integrator": "implicitfast",
+    "cone": "elliptic",
+    "impratio": "100",
+    "jacobian": "dense",  # MuJoCo 4.0.0's sparse Cholesky can be wrong
+}
+#: Forces rise with this time constant [s]: a sudden oblique force would drag a punch 0.1 mm along before it grips.
+_FORCE_RISE = "0.004"
+_FORCE_RANGE = "-2.5 2.5"
+#: The gimbal in which a free indenter tilts. Its inertia [kg m2] is far above a punch's 1e-7, which would rock on its
+#: feet for long; its damping [N m s/rad] brings it to rest in 10 ms. Neither carries load at rest.
+_GIMBAL = {"armature": "1e-05", "damping": "0.001"}
+_DENSITY = "965"  # PDMS [kg/m3]
+
+
+def pad_mjcf(pad: Pad | None = None) -> str:
+    """A model that holds just the pad, for `MjSpec.attach` and `<attach>`: body, geom `pad`, site `pad_surface`."""
+    root = document("pad")
+    ET.SubElement(root, "worldbody").append(_pad_body(pad or Pad()))
+    return text_of(root)
+
+
+def indenter_mjcf(indenter: Indenter) -> str:
+    """A model that holds just the indenter: one body named after it, its lowest point at the body's origin."""
+    root = document(indenter.name)
+    _add_mesh(root, indenter)
+    ET.SubElement(root, "worldbody").append(_indenter_body(indenter, None))
+    return text_of(root)
+
+
+def press_mjcf(
+    indenter: Indenter,
+    *,
+    pad: Pad | None = None,
+    shift: tuple[float, float] = (0.0, 0.0),
+    rotate_deg: float = 0.0,
+    feet: Array | None = None,
+    tilt_free: bool = False,
+) -> str:
+    """A world in which actuators `press_x`, `press_y`, `press_z` push an indenter onto a pad.
+
+    Each control is a component of the force on the indenter in the pad frame [N]; it acts along a line through the
+    indenter's origin, the middle of a punch's face.
+
+    Args:
+        indenter: what presses.
+        pad: what it presses on; the default pad if None.
+        shift: where the indenter's origin stands in the pad frame [m].
+        rotate_deg: turned counter-clockwise by this, before the shift [deg].
+        feet: where a flat indenter's feet stand in its own frame, shape (n, 2) [m]; spread over its face if None.
+        tilt_free: whether a ball joint at the indenter's origin lets it tilt and turn.
+    """
+    root = document("press_free" if tilt_free else "press")
+    ET.SubElement(root, "option", OPTION)
+    ET.SubElement(root, "statistic", center="0 0 0", extent="0.02")
+    visual = ET.SubElement(root, "visual")
+    ET.SubElement(visual, "headlight", ambient="0.3 0.3 0.3", diffuse="0.6 0.6 0.6")
+    _add_mesh(root, indenter)
+    world = ET.SubElement(root, "worldbody")
+    ET.SubElement(world, "light", pos="0 -0.05 0.1", dir="0 0.45 -0.9", diffuse="0.5 0.5 0.5")
+    ET.SubElement(world, "camera", name="oblique", pos="0 -0.035 0.025", xyaxes="1 0 0 0 0.58 0.81", fovy="30")
+    world.append(_pad_body(pad or Pad()))
+    carrier = ET.SubElement(world, "body", name="press", pos=numbers((*shift, START_GAP)))
+    for axis, direction in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")):
+        ET.SubElement(carrier, "joint", name=f"press_{axis}", type="slide", axis=direction)
+    if tilt_free:
+        ET.SubElement(carrier, "joint", _GIMBAL, name="press_tilt", type="ball")
+    body = _indenter_body(indenter, feet)
+    half = math.radians(rotate_deg) / 2
+    body.set("quat", numbers((math.cos(half), 0.0, 0.0, math.sin(half))))
+    carrier.append(body)
+    actuators = ET.SubElement(root, "actuator")
+    for axis in "xyz":
+        ET.SubElement(
+            actuators,
+            "general",
+            name=f"press_{axis}",
+            joint=f"press_{axis}",
+            dyntype="filterexact",
+            dynprm=_FORCE_RISE,
+            ctrlrange=_FORCE_RANGE,
+        )
+    return text_of(root)
+
+
+def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
+    """A model's root, with a line that says where it comes from."""
+    root = ET.Element("mujoco", model=model)
+    root.append(ET.Comment(f" Made by mjtactile/{module}. Metres, kilograms, newtons. "))
+    return root
+
+
+def _pad_body(pad: Pad) -> ET.Element:
+    body = ET.Element("body", name="pad")
+    half = pad.thickness / 2
+    ET.SubElement(
+        body,
+        "geom",
+        _PAD_CONTACT,
+        name="pad",
+        type="box",
+        size=numbers((pad.size[0] / 2, pad.size[1] / 2, half)),
+        pos=numbers((0.0, 0.0, -half)),
+        density=_DENSITY,
+        rgba="0.75 0.8 0.85 1",
+    )
+    ET.SubElement(body, "site", name="pad_surface", size="0.0002", group="4")
+    return body
+
+
+def _add_mesh(root: ET.Element, indenter: Indenter) -> None:
+    if indenter.primitive is not None:
+        return
+    ET.SubElement(
+        ET.SubElement(root, "asset"),
+        "mesh",
+        name=f"{indenter.name}_solid",
+        inertia="exact",
+        vertex=numbers(indenter.solid.vertices.ravel()),
+        face=" ".join(map(str, indenter.solid.faces.ravel())),
+    )
+
+
+def _indenter_body(indenter: Indenter, feet: Array | None) -> ET.Element:
+    """The indenter's body; its weight is compensated, so that it does not add to the force commanded."""
+    body = ET.Element("body", name=indenter.name, gravcomp="1")
+    body.append(_solid_geom(indenter))
+    if indenter.outline is not None:
+        for i, (x, y) in enumerate(support_points(indenter.outline) if feet is None else feet):
+            ET.SubElement(
+                body,
+                "geom",
+                name=f"{indenter.name}_foot_{i}",
+                type="sphere",
+                size=numbers((FOOT_RADIUS,)),
+                pos=numbers((x, y, FOOT_RADIUS)),
+                group="3",
+                mass="0",
+            )
+    return body
+
+
+def _solid_geom(indenter: Indenter) -> ET.Element:
+    # What does not collide presses only under a name that says so (geoms.py).
+    name = f"{indenter.name}_solid" if indenter.outline is None else f"{indenter.name}{SHOWN}"
+    geom = ET.Element("geom", name=name, group="2", mass=numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
+    if indenter.outline is not None:
+        geom.attrib |= {"contype": "0", "conaffinity": "0"}
+    if indenter.primitive is None:
+        geom.attrib |= {"type": "mesh", "mesh": f"{indenter.name}_solid"}
+        return geom
+    kind, size, height, axis = indenter.primitive
+    geom.attrib |= {"type": kind, "size": numbers(size), "pos": numbers((0.0, 0.0, height))}
+    if axis != (0.0, 0.0, 1.0):
+        geom.set("zaxis", numbers(axis))
+    return geom
+
+
+def numbers(values: Array | tuple[float, ...]) -> str:
+    """Rounded to a picometre, nine digits: what differs between platforms' sines is left out."""
+    return " ".join(f"{round(float(value), 12) + 0.0:.9g}" for value in values)
+
+
+def text_of(root: ET.Element) -> str:
+    """The document, indented."""
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"

@@ -1,0 +1,124 @@
+"""The geom of a pad in somebody else's model: every value is ours, whatever that model's defaults say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.errors import SceneError
+from mjtactile.pad import Pad
+
+#: Contacts of a pad by name, see `contact_constants`.
+CONTACTS = ("stiff", "soft")
+#: Touches whatever touches anything: every bit that MuJoCo's groups have.
+_EVERY_GROUP = 0x7FFFFFFF
+_COLOUR = [0.75, 0.8, 0.85, 1.0]
+_DENSITY = 965.0  # of PDMS [kg/m^3]
+
+
+def contact_constants(contact: str) -> dict[str, Any]:
+    """Contact parameters of a pad's geom, by their names in MuJoCo.
+
+    Both contacts:
+
+    - condim 4: a pad resists a twist about its normal.
+    - friction 1: silicone; .5 mm for that twist and .1 mm for rolling, of which condim 4 uses the first.
+    - priority 10: these values count against whatever the hand or the object brings along.
+    - gap 0: what touches is pressed.
+
+    "stiff", for what aligns itself, such as fingertips on a gimbal or things that lie:
+
+    - solref .005 s, critically damped: the fastest that steps of 2 ms allow (MuJoCo wants two steps); 10 to 200 gf
+      settle within .1 % in 100 ms.
+    - solimp .98 to .99: bodies sink in by some hundredths of a millimetre, as into the real pad, flat.
+    - margin 0: nothing is felt before it touches.
+
+    "soft", for rigid grippers: a face that leans in the grip by 5 degrees stands off by 1.3 mm at the far side of
+    15 mm. MuJoCo lists only corners that are nearer than the margin, so that a stiff contact has one edge or corner.
+
+    - margin 1 mm: contacts begin there, so that surfaces meet half way into what gives: things under their own weight
+      stand within .03 mm of the surface, and those gripped with 2 to 20 N up to .8 mm deep.
+    - solimp .5 to .998 over 2 mm, in the middle at .7, power 3: gives way softly over the first millimetre, so that all
+      four corners press, and hardens, so that a thing of 10 g under 20 N sinks in no deeper than .9 mm even askew. The
+      middle of pressure stands where it does on 5 mm of PDMS within 1.5 mm, mean over .5 to 5 degrees and 2 to 20 N.
+    - solref .02 s, critically damped: of what is as soft, slower contacts creep less while they hold a weight; .02 s is
+      MuJoCo's own. 10 to 200 gf settle within .1 % in 160 ms.
+
+    Args:
+        contact: "stiff" or "soft".
+
+    Raises:
+        SceneError: when there is no such contact.
+    """
+    if contact not in CONTACTS:
+        raise SceneError(f"contact {contact!r} does not exist. Available: {', '.join(CONTACTS)}.")
+    both = {"condim": 4, "friction": [1.0, 0.0005, 0.0001], "priority": 10, "gap": 0.0}
+    if contact == "stiff":
+        return both | {"solref": [0.005, 1.0], "solimp": [0.98, 0.99, 0.001, 0.5, 2.0], "margin": 0.0}
+    return both | {"solref": [0.02, 1.0], "solimp": [0.5, 0.998, 0.002, 0.7, 3.0], "margin": 0.001}
+
+
+def add_pad_geom(
+    body: mujoco.MjsBody,
+    name: str,
+    pad: Pad,
+    position: Array,
+    quat: Array,
+    contact: str,
+) -> mujoco.MjsGeom:
+    """A pad's box `<name>_pad` and the site `<name>_surface` on it, without anything from the model's defaults.
+
+    Args:
+        body: it is part of.
+        name: of the pad.
+        pad: whose size it has.
+        position: middle of the sensing surface in the body's frame [m], (3,).
+        quat: unit quaternion of the pad frame there, (4,).
+        contact: see `contact_constants`.
+
+    Raises:
+        SceneError: when there is no such contact.
+    """
+    constants = contact_constants(contact)
+    contype, conaffinity = collision_groups(body)
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, quat)
+    # Made from the default class of an empty model: MuJoCo's own values in every field that this version has.
+    blank = mujoco.MjSpec()
+    geom = body.add_geom(
+        blank.default,
+        name=f"{name}_pad",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2],
+        pos=position - rotation.reshape(3, 3)[:, 2] * pad.thickness / 2,
+        quat=quat,
+        rgba=_COLOUR,
+        density=_DENSITY,
+        contype=contype,
+        conaffinity=conaffinity,
+        **constants,
+    )
+    size = [0.0002, *blank.default.site.size[1:]]  # a ball's radius
+    body.add_site(blank.default, name=f"{name}_surface", pos=position, quat=quat, size=size, group=4)
+    return geom
+
+
+def collision_groups(body: mujoco.MjsBody) -> tuple[int, int]:
+    """Groups (contype, conaffinity) of a pad on a body: it touches what the body's own geoms touch, and nothing else.
+
+    They are the union of those of the body's geoms; of the next body towards the root that has geoms which collide,
+    where the body has none, as hands whose fingertips are only drawn. A pad on no such body, or on the world itself,
+    touches whatever touches anything.
+    """
+    one = body
+    while one.name != "world" and one.parent is not None:
+        contype = conaffinity = 0
+        for geom in one.geoms:
+            contype, conaffinity = contype | geom.contype, conaffinity | geom.conaffinity
+        if contype or conaffinity:
+            return contype, conaffinity
+        one = one.parent
+    return _EVERY_GROUP, _EVERY_GROUP

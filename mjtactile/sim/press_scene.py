@@ -1,0 +1,199 @@
+"""Press scenes: a pad, an indenter on slides over it, and a force that pushes until all is still.
+
+Lengths are metres, forces newtons, in the pad frame: z out of the pad, pressing is -z.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+import shapely
+import trimesh
+from shapely import Polygon
+
+from mjtactile._types import Array
+from mjtactile.errors import IndenterError, SceneError
+from mjtactile.geometry.indenter import Indenter, mesh_indenter, punch
+from mjtactile.geometry.planar import areal, support_points
+from mjtactile.pad import Pad
+from mjtactile.sim.mjcf import press_mjcf
+from mjtactile.sim.wrench import contact_wrenches, site_frame
+
+#: Feet stay this far inside the pad's edge [m], so that the creep of a held press does not push them over it.
+EDGE_MARGIN = 1e-4
+#: A press is settled when its force has been this close to the commanded one, relative, for `STEADY_STEPS` steps.
+FORCE_TOLERANCE = 1e-4
+STEADY_STEPS = 5
+#: Simulated time after which a press that has not settled is given up [s].
+TIME_LIMIT = 0.2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PressResult:
+    """How a press ended."""
+
+    time: float  #: simulated time it took [s]
+    steps: int  #: steps it took
+    wrench: Array  #: what the indenter does to the pad, in the pad frame [N, N m], shape (6,)
+    error: float  #: distance of the contact force from the commanded one, relative to its magnitude [-]
+
+
+def press_spec(
+    shape: str | Indenter | trimesh.Trimesh,
+    *,
+    shift: tuple[float, float] = (0.0, 0.0),
+    rotate_deg: float = 0.0,
+    pad: Pad | None = None,
+    tilt_free: bool = False,
+) -> mujoco.MjSpec:
+    """A press scene as an editable `MjSpec`; arguments and errors as in `press_scene`."""
+    indenter = _as_indenter(shape)
+    pad = pad or Pad()
+    feet = _feet(indenter, pad, shift, rotate_deg)
+    text = press_mjcf(indenter, pad=pad, shift=shift, rotate_deg=rotate_deg, feet=feet, tilt_free=tilt_free)
+    return mujoco.MjSpec.from_string(text)
+
+
+def press_scene(
+    shape: str | Indenter | trimesh.Trimesh,
+    *,
+    shift: tuple[float, float] = (0.0, 0.0),
+    rotate_deg: float = 0.0,
+    pad: Pad | None = None,
+    tilt_free: bool = False,
+) -> mujoco.MjModel:
+    """A model in which an indenter, just clear of a pad, waits to be pressed; see `press`.
+
+    A flat punch that overhangs the pad's edge stands on the part of its face over the pad, about that part's centroid.
+
+    Args:
+        shape: one of the seven punches by name, an `Indenter`, or a watertight mesh in metres.
+        shift: where the indenter's origin stands in the pad frame [m].
+        rotate_deg: turned counter-clockwise about its origin by this, before the shift [deg].
+        pad: its size and thickness are used; the default pad if None.
+        tilt_free: whether the indenter may tilt and turn about its origin, through which the force then passes.
+
+    Raises:
+        IndenterError: unknown shape, or a mesh that is no solid.
+        SceneError: the indenter is off the pad.
+    """
+    return press_spec(shape, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free).compile()
+
+
+def press(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    force: npt.ArrayLike,
+    *,
+    tolerance: float = FORCE_TOLERANCE,
+    time_limit: float = TIME_LIMIT,
+) -> PressResult:
+    """Push the indenter of a press scene with a force and step until the pad feels just that force, steadily.
+
+    It goes on from the state in `data`; call `mujoco.mj_resetData` first for an independent press.
+
+    Args:
+        model: of `press_scene` or scenes/press*.xml.
+        data: its state, advanced in place.
+        force: on the indenter, in the pad frame [N], shape (3,); see `force_vector`.
+        tolerance: how far the contact force may be off, relative to the force's magnitude [-].
+        time_limit: simulated time after which to give up [s].
+
+    Raises:
+        SceneError: the model is no press scene, the force pulls or exceeds the actuators' range, or it does not
+            settle; the message says how far off it is.
+    """
+    command = np.asarray(force, dtype=float)
+    actuators = [_id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, f"press_{axis}") for axis in "xyz"]
+    pad = _id(model, mujoco.mjtObj.mjOBJ_GEOM, "pad")
+    surface = _id(model, mujoco.mjtObj.mjOBJ_SITE, "pad_surface")
+    _check_force(command, model.actuator_ctrlrange[actuators])
+    data.ctrl[actuators] = command
+    magnitude = float(np.linalg.norm(command))
+    start, steady, error, wrench = data.time, 0, math.inf, np.zeros(6)
+    for step in range(1, math.ceil(time_limit / model.opt.timestep) + 1):
+        mujoco.mj_step(model, data)
+        wrench = contact_wrenches(model, data, pad, site_frame(data, surface)).total
+        error = float(np.linalg.norm(wrench[:3] - command)) / magnitude
+        steady = steady + 1 if error <= tolerance else 0
+        if steady == STEADY_STEPS:
+            return PressResult(time=data.time - start, steps=step, wrench=wrench, error=error)
+    raise SceneError(_why_not_settled(command, wrench, error, time_limit, float(model.geom_friction[pad, 0])))
+
+
+def _as_indenter(shape: str | Indenter | trimesh.Trimesh) -> Indenter:
+    if isinstance(shape, Indenter):
+        return shape
+    return punch(shape) if isinstance(shape, str) else mesh_indenter(shape)
+
+
+def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float) -> Array | None:
+    """Where a flat indenter's feet stand in its own frame, shape (n, 2) [m]; None for one that is not flat."""
+    face = indenter.outline_at(shift=shift, rotate_deg=rotate_deg)
+    loaded = areal(face.intersection(_rectangle(pad, 0.0)))
+    if loaded.area == 0.0:
+        raise SceneError(
+            f"indenter '{indenter.name}' shifted by ({shift[0]:.6g}, {shift[1]:.6g}) m misses the pad, which reaches "
+            f"to ({pad.size[0] / 2:.6g}, {pad.size[1] / 2:.6g}) m from its middle. Shift it less (metres)."
+        )
+    if indenter.outline is None:
+        return None
+    inside = _rectangle(pad, EDGE_MARGIN)
+    if inside.contains(face):
+        return support_points(indenter.outline)
+    try:
+        feet = support_points(loaded, areal(loaded.intersection(inside)))
+    except IndenterError as error:
+        raise SceneError(
+            f"only a sliver of indenter '{indenter.name}', {loaded.area * 1e6:.3g} mm2, is over the pad. Shift it less."
+        ) from error
+    turn = math.radians(rotate_deg)
+    return (feet - shift) @ np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+
+
+def _rectangle(pad: Pad, margin: float) -> Polygon:
+    x, y = pad.size[0] / 2 - margin, pad.size[1] / 2 - margin
+    return shapely.box(-x, -y, x, y)
+
+
+def _id(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> int:
+    found = mujoco.mj_name2id(model, kind, name)
+    if found < 0:
+        count = {
+            mujoco.mjtObj.mjOBJ_ACTUATOR: model.nu,
+            mujoco.mjtObj.mjOBJ_GEOM: model.ngeom,
+            mujoco.mjtObj.mjOBJ_SITE: model.nsite,
+        }[kind]
+        names = [mujoco.mj_id2name(model, kind, i) for i in range(count)]
+        label = mujoco.mju_type2Str(kind)
+        raise SceneError(
+            f"{label} '{name}' does not exist in the model. Available: {[n for n in names if n]}. "
+            "Press scenes come from press_scene or scenes/press.xml."
+        )
+    return found
+
+
+def _check_force(command: Array, ranges: Array) -> None:
+    if command.shape != (3,) or not np.isfinite(command).all():
+        raise SceneError(f"force = {command}; expected three finite components in the pad frame [N].")
+    if command[2] >= 0.0:
+        raise SceneError(f"force = {command} N does not press: its z component must be negative, into the pad.")
+    if (command < ranges[:, 0]).any() or (command > ranges[:, 1]).any():
+        raise SceneError(
+            f"force = {command} N exceeds the actuators' range {ranges.tolist()} N. Forces are in newtons: "
+            "1 gf is 9.80665e-3 N. For more, widen the ctrlrange of press_x, press_y and press_z."
+        )
+
+
+def _why_not_settled(command: Array, wrench: Array, error: float, time_limit: float, friction: float) -> str:
+    message = f"after {time_limit:g} s the pad feels {wrench[:3]} N where {command} N were commanded: {error:.3%} off."
+    if np.hypot(*command[:2]) > friction * -command[2]:
+        most = math.degrees(math.atan(friction))
+        return message + f" Friction {friction:g} holds forces tilted by up to {most:.3g} degrees: the indenter slides."
+    if wrench[2] >= 0.0:
+        return message + " Nothing presses on it: has the indenter slid or tipped off the pad?"
+    return message + " The indenter may be tipping or rocking: press nearer its middle, or allow more time."

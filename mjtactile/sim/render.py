@@ -1,0 +1,136 @@
+"""Pictures of a scene without a screen, through EGL or, failing that, OSMesa (software)."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+from functools import cache
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile.errors import RenderError
+
+#: Backends tried where MUJOCO_GL is not set, best first.
+BACKENDS = ("egl", "osmesa")
+#: A driver that has not made a context after this long [s] counts as not working.
+PROBE_TIMEOUT = 30.0
+
+_MAXIMUM_GEOMS = 10_000
+_PROBE = """
+import sys, mujoco
+from mjtactile.sim.render import context_class
+context = context_class(sys.argv[1])(8, 8)
+context.make_current()
+mujoco.MjrContext(mujoco.MjModel.from_xml_string("<mujoco/>"), mujoco.mjtFontScale.mjFONTSCALE_100)
+"""
+
+
+def render_scene(
+    model: mujoco.MjModel, data: mujoco.MjData, width: int = 640, height: int = 480, *, camera: str | None = None
+) -> npt.NDArray[np.uint8]:
+    """Draw the state in `data`.
+
+    Args:
+        model: compiled model.
+        data: its state after `mj_forward` or `mj_step`.
+        width: of the picture [pixels].
+        height: of the picture [pixels].
+        camera: name of a camera of the model; a view of the whole scene if None.
+    Returns: RGB, shape (height, width, 3), top row first.
+
+    Raises:
+        RenderError: there is no working OpenGL (the message names the packages to install), or the size is not
+            positive.
+    """
+    if width < 1 or height < 1:
+        raise RenderError(f"picture size {width} x {height}; expected at least 1 x 1 pixels.")
+    view = _view(model, camera)
+    context = context_class(working_backend())(width, height)
+    context.make_current()
+    try:
+        return _draw(model, data, view, width, height)
+    finally:
+        context.free()
+
+
+@cache
+def working_backend(requested: str | None = None) -> str:
+    """The OpenGL backend to draw with: MUJOCO_GL if it is set, else the first of `BACKENDS` that works.
+
+    Each is tried in a process of its own, because a broken driver may abort, hang, or spoil the other backend.
+
+    Args:
+        requested: used in place of MUJOCO_GL.
+
+    Raises:
+        RenderError: none works.
+    """
+    wanted = (requested if requested is not None else os.environ.get("MUJOCO_GL", "")).lower()
+    failures = {}
+    for backend in (wanted,) if wanted else BACKENDS:
+        failures[backend] = _probe(backend)
+        if not failures[backend]:
+            return backend
+    asked = f" MUJOCO_GL={wanted} asks for this one alone; unset it to let others be tried." if wanted else ""
+    raise RenderError(
+        f"no working OpenGL for drawing without a screen ({'; '.join(f'{b}: {why}' for b, why in failures.items())})."
+        f"{asked} On Debian: apt install libegl1 libegl-mesa0 libgl1-mesa-dri (egl), or libosmesa6 (osmesa)."
+    )
+
+
+def _probe(backend: str) -> str:
+    """Why a backend does not work; empty if it does."""
+    environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
+    environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+    command = [sys.executable, "-c", _PROBE, backend]
+    try:
+        tried = subprocess.run(command, capture_output=True, text=True, timeout=PROBE_TIMEOUT, env=environment)
+    except subprocess.TimeoutExpired:
+        return f"no answer within {PROBE_TIMEOUT:g} s"
+    if tried.returncode == 0:
+        return ""
+    lines = tried.stderr.strip().splitlines()
+    return lines[-1] if lines else f"stopped with status {tried.returncode}"
+
+
+def context_class(backend: str) -> Any:
+    """MuJoCo's context class of a backend, picked here because `import mujoco` reads MUJOCO_GL only once."""
+    if backend not in (*BACKENDS, "glfw"):
+        raise RenderError(f"MUJOCO_GL={backend} cannot draw. Use egl or osmesa.")
+    return importlib.import_module(f"mujoco.{backend}").GLContext
+
+
+def _view(model: mujoco.MjModel, camera: str | None) -> Any:
+    view = mujoco.MjvCamera()
+    if camera is None:
+        mujoco.mjv_defaultFreeCamera(model, view)
+        return view
+    view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+    view.fixedcamid = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+    if view.fixedcamid < 0:
+        names = [model.camera(i).name for i in range(model.ncam)]
+        raise RenderError(f"camera '{camera}' does not exist in the model. Available: {names}.")
+    return view
+
+
+def _draw(model: mujoco.MjModel, data: mujoco.MjData, view: Any, width: int, height: int) -> npt.NDArray[np.uint8]:
+    scene = mujoco.MjvScene(model, maxgeom=_MAXIMUM_GEOMS)
+    buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+    try:
+        mujoco.mjr_resizeOffscreen(width, height, buffers)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, buffers)
+        mujoco.mjv_updateScene(
+            model, data, mujoco.MjvOption(), mujoco.MjvPerturb(), view, mujoco.mjtCatBit.mjCAT_ALL, scene
+        )
+        area = mujoco.MjrRect(0, 0, width, height)
+        picture = np.empty((height, width, 3), dtype=np.uint8)
+        mujoco.mjr_render(area, scene, buffers)
+        mujoco.mjr_readPixels(picture, None, area, buffers)
+    finally:
+        buffers.free()
+    return np.ascontiguousarray(picture[::-1])

@@ -1,0 +1,104 @@
+"""What other bodies do to a pad: MuJoCo's contact forces, moved to the pad frame and summed per geom.
+
+Forces are newtons, moments newton metres about the pad frame's origin. A wrench is (fx, fy, fz, mx, my, mz).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from mjtactile._types import Array, Indices
+from mjtactile.errors import SceneError
+
+_BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
+_NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # the axes that follow each axis, and those after them
+
+
+class PadFrame(NamedTuple):
+    """Pose of the pad frame in the world."""
+
+    position: Array  #: origin, the middle of the sensing surface [m], shape (3,)
+    rotation: Array  #: columns are the pad's axes, z out of the pad, shape (3, 3)
+
+
+class PadContacts(NamedTuple):
+    """What touches a pad in one state."""
+
+    geoms: Indices  #: ids of the geoms that touch, ascending, shape (k,); -1 stands for flexes, which are no geoms
+    wrenches: Array  #: what each does to the pad, in the pad frame [N, N m], shape (k, 6)
+
+    @property
+    def total(self) -> Array:
+        """Sum over the geoms [N, N m], shape (6,); zeros without contact."""
+        return self.wrenches.sum(axis=0)
+
+    def by_body(self, model: mujoco.MjModel) -> dict[int, Array]:
+        """The same summed per body: wrenches [N, N m], shape (6,), by body id; -1 stands for flexes."""
+        sums: dict[int, Array] = {}
+        for geom, wrench in zip(self.geoms, self.wrenches, strict=True):
+            body = int(model.geom_bodyid[geom]) if geom >= 0 else -1
+            sums[body] = sums[body] + wrench if body in sums else wrench
+        return sums
+
+
+def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
+    """The pad frame as a site says it: its origin on the sensing surface, its z axis out of the pad."""
+    return PadFrame(data.site_xpos[site], data.site_xmat[site].reshape(3, 3))
+
+
+def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFrame:
+    """The pad frame of a box geom: the centre of its +z face.
+
+    Raises:
+        SceneError: the geom is not a box.
+    """
+    if model.geom_type[geom] != _BOX:
+        raise SceneError(
+            f"geom '{model.geom(geom).name}' is not a box, so nothing says where its sensing surface is. "
+            "Put a site there, z out of the pad, and pass site_frame(data, site id)."
+        )
+    rotation = data.geom_xmat[geom].reshape(3, 3)
+    return PadFrame(data.geom_xpos[geom] + rotation[:, 2] * model.geom_size[geom, 2], rotation)
+
+
+def contact_wrenches(
+    model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, frame: PadFrame | None = None
+) -> PadContacts:
+    """What other geoms do to the pad, from the contacts of the last forward pass.
+
+    MuJoCo gives each contact's force and torque in the contact's own axes, whose rows are `contact.frame`, as the
+    first geom's action on the second; which of the two is the pad is not the user's choice. With R the pad's
+    rotation, C the contact's axes and p its point, f = +-R^T C^T f_c and m = +-R^T C^T t_c + R^T (p - origin) x f.
+
+    Args:
+        model: compiled model.
+        data: its state after `mj_step` or `mj_forward`.
+        pad_geom: id of the pad's geom. Contacts of other geoms of the same body are none of the pad's.
+        frame: the pad frame; the +z face of the pad's box geom if None.
+    Returns: wrenches per touching geom; empty without contact.
+    """
+    contact = data.contact
+    pairs = contact.geom.reshape(-1, 2)
+    pad_is_second = pairs[:, 1] == pad_geom
+    touching = ((pairs[:, 0] == pad_geom) | pad_is_second).nonzero()[0]
+    if len(touching) == 0:
+        return PadContacts(np.empty(0, np.int64), np.empty((0, 6)))
+    origin, rotation = geom_frame(model, data, pad_geom) if frame is None else frame
+
+    local = np.empty((len(touching), 6))  # force and torque in the contact's axes
+    for row, index in zip(local, touching.tolist(), strict=True):
+        mujoco.mj_contactForce(model, data, index, row)
+    pad_is_second = pad_is_second[touching]
+    local[~pad_is_second] *= -1.0
+    in_pad = local.reshape(-1, 2, 3) @ (contact.frame[touching].reshape(-1, 3, 3) @ rotation)
+    force, moment = in_pad[:, 0], in_pad[:, 1]
+    arms = (contact.pos[touching] - origin) @ rotation
+    # The cross product arms x force, written out: numpy's own costs as much as all the rest here.
+    moment += arms.take(_NEXT, 1) * force.take(_AFTER, 1) - arms.take(_AFTER, 1) * force.take(_NEXT, 1)
+
+    others = np.where(pad_is_second, pairs[touching, 0], pairs[touching, 1])
+    geoms = np.array(sorted(set(others.tolist())), dtype=np.int64)
+    return PadContacts(geoms, (geoms[:, None] == others).astype(float) @ in_pad.reshape(-1, 6))

@@ -1,0 +1,163 @@
+"""From the stress at every taxel to what hardware reports of it.
+
+A reading goes the way a signal goes: it lags and couples in the elastomer, the element turns it into a voltage with a
+gain of its own, noise comes on top, the converter clips and counts. What comes out is stress again, decoded with the
+nominal element's calibration, because that is what a driver knows; `volts` gives the signals themselves.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array, Mask
+from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
+from mjtactile.transducer.imperfections import Imperfections, coupled, lagging
+
+#: Signals this far below rest still count, over the full signal: a converter's zero stands off its end, so that noise
+#: at rest is not cut in half.
+HEADROOM = 0.05
+
+
+class Element(Protocol):
+    """One kind of sensing element; `CapacitiveCell` and `PiezoresistiveElement` are some."""
+
+    @property
+    def full_signal(self) -> float:
+        """Largest signal [V]."""
+        ...
+
+    def signal(self, stress: npt.ArrayLike) -> Array:
+        """Signal [V] under a stress [Pa], rising with it."""
+        ...
+
+    def stress(self, signal: npt.ArrayLike) -> Array:
+        """The stress [Pa] behind a signal [V]."""
+        ...
+
+
+class Transducer:
+    """An array of elements with their imperfections: `transducer(readings)` is what the array reports.
+
+    Gains, offsets and dead taxels belong to the array and are drawn once from the seed; noise is drawn at each call.
+    The same seed and the same calls give the same bits; `reset` goes back to the start. A batch is so many presses on
+    this one array, each with noise of its own, and with memory (hysteresis, delay) so many strands of calls that never
+    mix: batch entry k follows entry k of the call before.
+
+    Args:
+        element: kind of the elements; by default the paper's capacitive cell, which saturates at 2.4 kPa.
+        imperfections: how they differ from it; by default not at all.
+        shape: of one set of readings (layers, rows, columns).
+        seed: of everything drawn.
+
+    Raises:
+        TransducerError: for a shape that is no array of taxels, or a dead taxel outside it.
+    """
+
+    def __init__(
+        self,
+        element: Element | None = None,
+        imperfections: Imperfections | None = None,
+        *,
+        shape: tuple[int, int, int] = (4, 13, 13),
+        seed: int = 0,
+    ) -> None:
+        self.element = CapacitiveCell() if element is None else element
+        self.imperfections = Imperfections() if imperfections is None else imperfections
+        self.shape = tuple(int(n) for n in shape)
+        self.seed = seed
+        if len(self.shape) != 3 or min(self.shape) < 1:
+            raise TransducerError(f"shape = {shape}; expected (layers, rows, columns), for example (4, 13, 13).")
+        self.gains, self.offsets, self.dead = self._drawn_array()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget earlier calls and start the noise anew; gains, offsets and dead taxels stay."""
+        self._noise = np.random.default_rng([self.seed, 1])
+        self._lagged: Array | None = None
+        self._delayed: deque[Array] = deque()
+
+    def __call__(self, readings: npt.ArrayLike) -> Array:
+        """What the array reports of readings, decoded with the nominal element's calibration.
+
+        Args:
+            readings: (layers, rows, columns) or (batch, layers, rows, columns) [Pa], von Mises stress.
+
+        Returns:
+            The same shape [Pa]. Noise and offsets at rest may make it a little less than zero.
+
+        Raises:
+            TransducerError: for another shape, or readings that are not finite; with memory, for another batch size
+                than before.
+        """
+        return self.element.stress(self.volts(readings))
+
+    def volts(self, readings: npt.ArrayLike) -> Array:
+        """The signals [V] behind `__call__`, which also advances memory and noise; arguments and errors as there."""
+        stress = self._checked(readings)
+        how = self.imperfections
+        if how.hysteresis > 0.0:
+            before = np.zeros_like(stress) if self._lagged is None else self._lagged
+            self._lagged = stress = lagging(stress, before, how.hysteresis)
+        full = self.element.full_signal
+        ideal = self.element.signal(coupled(stress, how.crosstalk))
+        # An element driven beyond its end may give no finite signal; what follows needs one.
+        signal = np.minimum(ideal, 2.0 * full) * self.gains + self.offsets * full
+        if how.noise > 0.0:
+            signal = signal + how.noise * full * self._noise.standard_normal(signal.shape)
+        if how.signal_noise > 0.0:
+            signal = signal * (1.0 + how.signal_noise * self._noise.standard_normal(signal.shape))
+        return self._late(self._counted(np.where(self.dead, 0.0, signal)))
+
+    def _counted(self, signal: Array) -> Array:
+        """Signals as the converter tells them: within its range, in whole counts."""
+        full = self.element.full_signal
+        clipped = np.clip(signal, -HEADROOM * full, full)
+        if self.imperfections.adc_bits is None:
+            return clipped
+        # Counts are laid so that rest is one of them.
+        count = full * (1.0 + HEADROOM) / (2**self.imperfections.adc_bits - 1)
+        return np.clip(np.round(clipped / count) * count, -HEADROOM * full, full)
+
+    def _late(self, signal: Array) -> Array:
+        """The signal of so many calls ago; rest before there was one."""
+        if self.imperfections.delay == 0:
+            return signal
+        self._delayed.append(signal)
+        if len(self._delayed) > self.imperfections.delay:
+            return self._delayed.popleft()
+        return np.zeros_like(signal)
+
+    def _drawn_array(self) -> tuple[Array, Array, Mask]:
+        """Gains, offsets over the full signal, and which taxels are dead."""
+        how = self.imperfections
+        drawn = np.random.default_rng([self.seed, 0])
+        gains = 1.0 + how.gain_spread * drawn.standard_normal(self.shape)
+        offsets = how.offset_spread * drawn.standard_normal(self.shape)
+        dead = drawn.random(self.shape) < how.dead
+        for taxel in how.dead_taxels:
+            if len(taxel) != 3 or not all(0 <= k < n for k, n in zip(taxel, self.shape, strict=True)):
+                raise TransducerError(f"dead taxel {taxel} is outside the array of {self.shape} (layer, row, column).")
+            dead[taxel] = True
+        # A gain below zero would turn the signal over: five standard deviations out at the widest spread allowed.
+        return np.maximum(gains, 0.0), offsets, dead
+
+    def _checked(self, readings: npt.ArrayLike) -> Array:
+        stress = np.asarray(readings, dtype=float)
+        if stress.shape[-3:] != self.shape or stress.ndim not in (3, 4):
+            raise TransducerError(
+                f"the readings have shape {stress.shape}, but the transducer was made for {self.shape} or batches of "
+                "it. Make one with shape=(layers, rows, columns)."
+            )
+        if not np.isfinite(stress).all():
+            raise TransducerError("the readings hold NaN or infinite values; expected finite stresses in pascals.")
+        known = self._lagged if self._lagged is not None else next(iter(self._delayed), None)
+        if known is not None and known.shape != stress.shape:
+            raise TransducerError(
+                f"the readings have shape {stress.shape}, but {known.shape} before, and this transducer remembers. "
+                "Call reset() before a batch of another size."
+            )
+        return stress

@@ -1,0 +1,91 @@
+"""What one array of transducers differs by from its nominal elements, found out at rest and under a known pressure.
+
+A driver decodes with the nominal element's curve. Gains and offsets are the array's own and stay with it, so that they
+can be measured once: at rest, and under a pressure that is the same everywhere, a fluid's for example. What is left is
+noise, which averages out over readings, and taxels that are dead, which recognisers mend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array, Mask
+from mjtactile.transducer.array import Element
+from mjtactile.transducer.capacitive import TransducerError
+
+#: A taxel with less than this share of the nominal gain is dead.
+_DEAD = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """One array's own gains and offsets: `calibration(readings)` takes them out of what it reports.
+
+    Attributes:
+        element: the nominal one, whose curve the array's readings were decoded with.
+        offsets: signals at rest, (layers, rows, columns) [V].
+        gains: over the nominal one, (layers, rows, columns) [-].
+        dead: taxels that report rest whatever presses, (layers, rows, columns) bool.
+    """
+
+    element: Element
+    offsets: Array
+    gains: Array
+    dead: Mask
+
+    def __call__(self, readings: npt.ArrayLike) -> Array:
+        """Readings as an array without spread would report them; dead taxels read zero.
+
+        Args:
+            readings: (..., layers, rows, columns) [Pa], as the array reports them.
+
+        Raises:
+            TransducerError: for another shape.
+        """
+        given = np.asarray(readings, dtype=float)
+        if given.shape[-3:] != self.offsets.shape:
+            raise TransducerError(
+                f"the readings have shape {given.shape}; this array was calibrated with {self.offsets.shape}."
+            )
+        signal = (self.element.signal(given) - self.offsets) / np.where(self.dead, 1.0, self.gains)
+        return np.where(self.dead, 0.0, self.element.stress(signal))
+
+
+def calibrate(
+    array: Callable[[Array], Array],
+    element: Element,
+    *,
+    shape: tuple[int, int, int] = (4, 13, 13),
+    pressure: float,
+    readings: int = 100,
+) -> Calibration:
+    """Measure an array: readings at rest, and under one pressure everywhere.
+
+    Args:
+        array: stress (layers, rows, columns) [Pa] to what the array reports [Pa], such as a `Transducer`.
+        element: the nominal one.
+        shape: of one set of readings.
+        pressure: stress of all taxels under the known load [Pa]; half the full scale is a good one.
+        readings: how many are averaged, at rest and under the load.
+
+    Raises:
+        TransducerError: for no pressure or no readings, or an array that does not feel it.
+    """
+    nominal = float(element.signal(float(pressure)))
+    if not (nominal > 0.0 and readings > 0):
+        raise TransducerError(f"pressure {pressure} Pa, {readings} readings: expected a positive pressure and number.")
+    rest = _mean_signal(array, element, np.zeros(shape), readings)
+    loaded = _mean_signal(array, element, np.full(shape, float(pressure)), readings)
+    gains = (loaded - rest) / nominal
+    dead = gains < _DEAD
+    if dead.all():
+        raise TransducerError(f"no taxel reports a pressure of {pressure:g} Pa. Is the array connected?")
+    return Calibration(element, rest, gains, dead)
+
+
+def _mean_signal(array: Callable[[Array], Array], element: Element, stress: Array, readings: int) -> Array:
+    return np.mean([element.signal(array(stress)) for _ in range(readings)], axis=0)

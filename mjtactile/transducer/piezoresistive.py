@@ -1,0 +1,111 @@
+"""A piezoresistive element: a pillar on a silicon diaphragm whose four resistors tell three components of force.
+
+A force on the pillar bends the diaphragm. Pressing strains all four resistors alike; shear tips the pillar and strains
+the two on its line oppositely. With resistors at +x, +y, -x and -y
+
+    dR/R = K f,    K = [[s, 0, n], [0, s, n], [-s, 0, n], [0, -s, n]]
+
+so that sums tell the pressing and differences the shear. Linear up to the full scale, beyond which it saturates.
+Source of the layout: Aoyagi 2008, section 2 (linear in z from 0 to 200 gf); the sensitivities are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array
+from mjtactile.transducer.capacitive import TransducerError
+from mjtactile.units import GRAM_FORCE
+
+#: Rows of `InfluenceMatrices.stress` that press on a horizontal face: zx, yz, zz.
+_FACE = (5, 4, 2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PiezoresistiveElement:
+    """A pillar on a diaphragm with four piezoresistors, each in a quarter bridge with an amplifier.
+
+    The scalar `signal` and `stress` are its pressing channel, for readings; `voltages` and `forces` are all three axes.
+
+    Raises:
+        TransducerError: for a value no element has.
+    """
+
+    full_force: float = 200.0 * GRAM_FORCE  #: largest force along the normal [N]
+    area: float = 1.5625e-6  #: that gathers stress on the pillar [m^2]; by default the pitch of 1.25 mm squared
+    normal_sensitivity: float = 5e-3  #: n: relative change of resistance per newton pressing [1/N]
+    shear_sensitivity: float = 15e-3  #: s: the same per newton of shear [1/N]
+    full_signal: float = 5.0  #: output at the full scale [V]
+
+    def __post_init__(self) -> None:
+        """Refuse values no element has."""
+        for name in ("full_force", "area", "normal_sensitivity", "shear_sensitivity", "full_signal"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise TransducerError(
+                    f"PiezoresistiveElement {name} = {value}; expected a positive number in SI units."
+                )
+
+    @property
+    def full_scale(self) -> float:
+        """Stress at which it saturates [Pa]."""
+        return self.full_force / self.area
+
+    def signal(self, stress: npt.ArrayLike) -> Array:
+        """Output of the pressing channel [V] under a stress that presses [Pa], any shape, without saturation."""
+        return np.asarray(stress, dtype=float) * (self.full_signal / self.full_scale)
+
+    def stress(self, signal: npt.ArrayLike) -> Array:
+        """The stress [Pa] that a signal [V] means: the inverse of `signal`."""
+        return np.asarray(signal, dtype=float) * (self.full_scale / self.full_signal)
+
+    @property
+    def strain_matrix(self) -> Array:
+        """K: relative change of each resistor per newton along x, y and into the element [1/N], shape (4, 3)."""
+        s, n = self.shear_sensitivity, self.normal_sensitivity
+        return np.array([[s, 0.0, n], [0.0, s, n], [-s, 0.0, n], [0.0, -s, n]])
+
+    @property
+    def _amplification(self) -> float:
+        """Output per relative change of resistance [V]: pressing with the full force gives the full signal."""
+        return self.full_signal / (self.normal_sensitivity * self.full_force)
+
+    def voltages(self, force: npt.ArrayLike) -> Array:
+        """Outputs of the four resistors' bridges [V].
+
+        Args:
+            force: on the pillar along x, y and into the element [N], shape (..., 3).
+
+        Returns:
+            (..., 4) [V]: resistors at +x, +y, -x, -y; each saturates at plus and minus the full signal.
+        """
+        outputs = np.asarray(force, dtype=float) @ self.strain_matrix.T * self._amplification
+        return np.clip(outputs, -self.full_signal, self.full_signal)
+
+    def forces(self, voltages: npt.ArrayLike) -> Array:
+        """Force (..., 3) along x, y and into the element [N] from bridge outputs (..., 4) [V], by least squares."""
+        inverse = np.linalg.pinv(self.strain_matrix).astype(np.float64)
+        return np.asarray(voltages, dtype=np.float64) @ inverse.T / self._amplification
+
+    def pillar_force(self, stress: npt.ArrayLike) -> Array:
+        """Force on each pillar from the stress tensor at it.
+
+        Args:
+            stress: (6, ...) [Pa], components xx, yy, zz, xy, yz, zx, tension positive: `InfluenceMatrices.stress`.
+
+        Returns:
+            (..., 3) along x, y and into the element [N]. What lies above pulls the element along x by s_zx.
+        """
+        tensor = np.asarray(stress, dtype=float)
+        if tensor.ndim == 0 or tensor.shape[0] != 6:
+            raise TransducerError(
+                f"the stress has shape {tensor.shape}; expected (6, ...), one tensor per taxel, as "
+                "InfluenceMatrices.stress gives it."
+            )
+        face = tensor[list(_FACE)] * self.area
+        face[2] *= -1.0
+        return np.moveaxis(face, 0, -1)

@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from mjtactile.cli.plot import press_figure
+from mjtactile.geometry.indenter import indenter_outline
+from mjtactile.pad import Layer, Pad, TaxelGrid
+
+
+@pytest.mark.parametrize(
+    "pad",
+    [Pad(), Pad(depths=(1e-3,)), Pad(layers=(Layer(thickness=1e-3, young=1e6, poisson=0.4),) * 5, depths=(2e-3, 3e-3))],
+)
+def test_one_map_per_layer_with_the_outline_and_a_section(pad):
+    readings = np.random.default_rng(0).uniform(0, 1e4, pad.reading_shape)
+    outline = indenter_outline("doughnut")
+    figure = press_figure(pad, readings, outline, title="t", picture=np.zeros((4, 6, 3), np.uint8))
+    titles = [axes.get_title() for axes in figure.axes]
+    assert [t for t in titles if "deep" in t] == [f"{d * 1e3:g} mm deep" for d in pad.depths]
+    assert sum("section" in t for t in titles) == 1
+    assert "scene" in titles
+    first_map = figure.axes[0]
+    drawn = [line for line in first_map.lines if np.size(line.get_xdata()) > 100]
+    assert len(drawn) == 2  # outer ring and hole
+    assert np.max(np.hypot(*drawn[0].get_data())) == pytest.approx(5.0, rel=1e-3)
+    np.testing.assert_array_equal(first_map.images[0].get_array(), readings[0] * 1e-3)
+    figure.canvas.draw()
+
+
+def test_without_a_picture_the_scene_is_left_out():
+    figure = press_figure(Pad(), np.ones(Pad().reading_shape), indenter_outline("star"))
+    assert "scene" not in [axes.get_title() for axes in figure.axes]
+
+
+def test_a_single_row_of_taxels_can_be_drawn():
+    pad = Pad(taxels=TaxelGrid(rows=1, columns=1), depths=(1e-3,))
+    press_figure(pad, np.ones((1, 1, 1)), indenter_outline("star")).canvas.draw()

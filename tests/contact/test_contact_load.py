@@ -1,0 +1,301 @@
+"""Contact loads: the wrench that goes in comes out, pressure never pulls, and what cannot be carried is said."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
+
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError
+from mjtactile.fem.line import Line
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
+from mjtactile.geometry.planar import polygons_of, triangulate
+from mjtactile.influence.cache import influence_matrices
+from mjtactile.influence.surface_load import SurfaceLoad
+
+INFLUENCE = influence_matrices(mesh="draft", progress=False)
+SIDE = 6e-3
+SQUARE = Footprint.from_outline(box(-SIDE / 2, -SIDE / 2, SIDE / 2, SIDE / 2), INFLUENCE.surface)
+#: The resultant is the wrench to this fraction of it.
+CARRIED = 1e-9
+
+
+def wrench_size(force: np.ndarray, moment: np.ndarray, length: float) -> float:
+    return float(np.linalg.norm(force) + np.linalg.norm(moment) / length)
+
+
+def wrench_difference(load: SurfaceLoad, force: np.ndarray, moment: np.ndarray, length: float) -> float:
+    got_force, got_moment = load.resultant()
+    return wrench_size(got_force - force, got_moment - moment, length) / wrench_size(force, moment, length)
+
+
+def moment_of(force: np.ndarray, through: tuple[float, float], torsion: float = 0.0) -> np.ndarray:
+    return np.cross([*through, 0.0], force) + np.array([0.0, 0.0, torsion])
+
+
+quietly = pytest.mark.filterwarnings("ignore:the mean pressure:mjtactile.errors.ContactWarning")
+#: Powers of ten of the mean pressure [Pa]: over the modulus nothing more is carried.
+decades = st.floats(-12, 4)
+fractions = st.floats(0.0, 0.9)
+
+
+@quietly
+@settings(max_examples=80, deadline=None)
+@given(
+    name=st.sampled_from(INDENTER_NAMES),
+    shift=st.tuples(st.floats(-6e-3, 6e-3), st.floats(-6e-3, 6e-3)),
+    turn=st.floats(0, 360),
+    decade=decades,
+    direction=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),
+    towards=st.integers(0, 1000),
+    fraction=fractions,
+    torsion=st.floats(-1e-3, 1e-3),
+)
+def test_resultant_is_the_wrench(name, shift, turn, decade, direction, towards, fraction, torsion):
+    """Any force that presses through the hull, over 16 decades, with shear and torsion: carried, and no warning."""
+    footprint = Footprint.from_outline(indenter_outline(name, shift=shift, rotate_deg=turn), INFLUENCE.surface)
+    assume(footprint.area > 1e-7)
+    corners = shapely.get_coordinates(footprint.outline.convex_hull)
+    corner = corners[towards % len(corners)]
+    through = tuple(footprint.centroid + fraction * (corner - footprint.centroid))
+    size = 10.0**decade * footprint.area
+    force = size * np.array([*direction, -1.0])
+    moment = moment_of(force, through, size * torsion)
+    load = contact_load(INFLUENCE, footprint, force, moment=moment)
+    length = math.sqrt(footprint.area)
+    assert wrench_difference(load, force, moment, length) <= CARRIED
+    assert wrench_size(load.residual_force, load.residual_moment, length) <= CARRIED * wrench_size(
+        force, moment, length
+    )
+
+
+def nodal_pressure(load: SurfaceLoad) -> np.ndarray:
+    """Coefficients c0, c1, c2 of the pressure c0 + c1 x + c2 y whose nodal forces the load's z components are."""
+    integrals = load.surface.nodal_integrals(load.contact).reshape(3, -1).T
+    scale = np.abs(integrals).max(axis=0)
+    return np.linalg.lstsq(integrals / scale, -load.forces[..., 2].ravel(), rcond=None)[0] / scale
+
+
+def corners_of(contact: Polygon | MultiPolygon) -> np.ndarray:
+    return np.concatenate([triangulate(polygon)[0] for polygon in polygons_of(contact)])
+
+
+@quietly
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.sampled_from(INDENTER_NAMES),
+    turn=st.floats(0, 360),
+    towards=st.integers(0, 1000),
+    fraction=st.floats(0, 0.98),
+)
+def test_pressure_never_pulls(name, turn, towards, fraction):
+    """A linear function is least at a corner of the contact: reconstruct it from the nodal forces and look there."""
+    footprint = Footprint.from_outline(indenter_outline(name, shift=(1e-3, 0), rotate_deg=turn), INFLUENCE.surface)
+    corners = shapely.get_coordinates(footprint.outline.convex_hull)
+    through = footprint.centroid + fraction * (corners[towards % len(corners)] - footprint.centroid)
+    force = np.array([0.0, 0.0, -1e-6])  # what slivers bear
+    load = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, tuple(through)))
+    coefficients = nodal_pressure(load)
+    pressure = coefficients[0] + corners_of(load.contact) @ coefficients[1:]
+    # Where the pressure ends it is zero, to the grid its outline is drawn on.
+    assert pressure.min() >= -1e-5 * pressure.max()
+    assert footprint.outline.buffer(1e-9).covers(load.contact)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.45])
+def test_force_near_an_edge_stands_on_a_strip(share):
+    """Three times as long as the force is from the edge, under a triangular pressure twice the mean at the edge."""
+    force = np.array([0.0, 0.0, -0.2])
+    load = contact_load(INFLUENCE, SQUARE, force, moment=moment_of(force, (share * SIDE, 0.0)))
+    length = 3 * (0.5 - share) * SIDE
+    x_low, y_low, x_high, y_high = load.contact.bounds
+    assert x_high - x_low == pytest.approx(length, rel=1e-8)  # where the search for the contact stops
+    assert (x_high, y_low, y_high) == pytest.approx((SIDE / 2, -SIDE / 2, SIDE / 2), rel=1e-12)
+    coefficients = nodal_pressure(load)
+    at_edge = coefficients @ [1.0, SIDE / 2, 0.0]
+    assert at_edge == pytest.approx(2 * 0.2 / (length * SIDE), rel=1e-7)
+    assert coefficients @ [1.0, SIDE / 2 - length, 0.0] == pytest.approx(0.0, abs=1e-6 * float(at_edge))
+
+
+def test_central_force_is_a_constant_traction():
+    load = contact_load(INFLUENCE, SQUARE, (0.03, -0.02, -0.1))
+    traction = np.array([0.03, -0.02, -0.1]) / SIDE**2
+    integrals = INFLUENCE.surface.nodal_integrals(SQUARE.outline)[0]
+    expected = integrals[..., None] * traction
+    np.testing.assert_allclose(load.forces, expected, atol=1e-13 * np.abs(expected).max())  # rounding
+    assert load.contact.symmetric_difference(SQUARE.outline).area <= 1e-6 * SQUARE.area
+
+
+def test_torsion_is_a_rotation_about_the_contacts_middle():
+    footprint = Footprint.from_outline(affinity.translate(SQUARE.outline, 1e-3, 2e-3), INFLUENCE.surface)
+    force = np.array([0.0, 0.0, -0.1])
+    load = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, footprint.centroid, 1e-5))
+    rate = 1e-5 / (SIDE**4 / 6)  # over the square's polar moment
+    integrals = INFLUENCE.surface.nodal_integrals(footprint.outline)
+    expected_x = -rate * (integrals[2] - 2e-3 * integrals[0])
+    expected_y = rate * (integrals[1] - 1e-3 * integrals[0])
+    np.testing.assert_allclose(load.forces[..., 0], expected_x, atol=1e-12 * np.abs(expected_x).max())
+    np.testing.assert_allclose(load.forces[..., 1], expected_y, atol=1e-12 * np.abs(expected_y).max())
+
+
+@pytest.mark.parametrize("name", INDENTER_NAMES)
+def test_by_default_the_force_acts_at_the_centroid(name):
+    outline = indenter_outline(name, shift=(1.25e-3, -0.7e-3), rotate_deg=20)
+    footprint = Footprint.from_outline(outline, INFLUENCE.surface)
+    force = np.array([0.02, 0.01, -0.1])
+    load = contact_load(INFLUENCE, footprint, force)
+    assert wrench_difference(load, force, moment_of(force, footprint.centroid), 1e-2) <= 1e-12
+    there = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, footprint.centroid))
+    np.testing.assert_allclose(there.forces, load.forces, atol=1e-12 * np.abs(load.forces).max())
+
+
+def test_footprint_over_the_edge_is_loaded_where_it_is_on_the_sheet():
+    footprint = Footprint.from_outline(indenter_outline("circle", shift=(6e-3, 0)), INFLUENCE.surface)
+    load = contact_load(INFLUENCE, footprint, (0, 0, -0.1))
+    assert footprint.outline.bounds[2] == pytest.approx(7.5e-3)
+    assert (
+        wrench_difference(load, np.array([0, 0, -0.1]), moment_of(np.array([0, 0, -0.1]), footprint.centroid), 1e-2)
+        < 1e-12
+    )
+
+
+@quietly
+@pytest.mark.parametrize("through", [(0.6 * SIDE, 0.0), (0.0, -2 * SIDE), (SIDE, SIDE)])
+def test_force_outside_the_hull_warns_and_leaves_the_rest(through):
+    force = np.array([1e-6, 0.0, -1e-6])  # what the sliver at a corner bears
+    moment = moment_of(force, through)
+    with pytest.warns(ContactWarning, match=r"cannot carry this wrench: the force passes through .* outside"):
+        load = contact_load(INFLUENCE, SQUARE, force, moment=moment)
+    got_force, got_moment = load.resultant()
+    np.testing.assert_allclose(got_force, force, atol=CARRIED * 1e-6)
+    np.testing.assert_allclose(load.residual_moment, moment - got_moment, atol=1e-15)
+    # The nearest it can carry: through the hull's edge, a thousandth of the side inside.
+    carried_through = np.array([got_moment[1], -got_moment[0]]) / 1e-6
+    np.testing.assert_allclose(carried_through, np.clip(through, -0.499 * SIDE, 0.499 * SIDE), atol=1e-6 * SIDE)
+
+
+@quietly
+def test_warning_tells_how_much_is_left_over_and_where_the_force_passed():
+    with pytest.warns(ContactWarning, match=r"\(6, -?0\) mm, outside the area .* moment \(.*, 3\.\d+e-05, .*\) N m"):
+        contact_load(INFLUENCE, SQUARE, (0, 0, -0.01), moment=moment_of(np.array([0, 0, -0.01]), (6e-3, 0)))
+
+
+def test_pulling_warns_and_loads_nothing():
+    with pytest.warns(ContactWarning, match="pulls the indenter off"):
+        load = contact_load(INFLUENCE, SQUARE, (0.1, 0.0, 0.2))
+    assert not load.forces.any()
+    np.testing.assert_array_equal(load.residual_force, [0.1, 0.0, 0.2])
+
+
+@pytest.mark.parametrize("moment", [None, (1e-4, 0.0, 0.0)])
+def test_shear_without_a_press_warns_and_is_left_over(moment):
+    with pytest.warns(ContactWarning, match="no force pressing"):
+        load = contact_load(INFLUENCE, SQUARE, (0.1, 0.0, 0.0), moment=moment)
+    assert not load.forces.any()
+    np.testing.assert_array_equal(load.residual_force, [0.1, 0.0, 0.0])
+
+
+def test_no_force_is_no_load():
+    load = contact_load(INFLUENCE, SQUARE, (0.0, 0.0, 0.0))
+    assert not load.forces.any()
+    assert not load.residual_force.any()
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("place", range(6))
+def test_numbers_that_are_none_are_refused(bad, place):
+    wrench = np.array([0.0, 0.0, -0.1, 0.0, 0.0, 0.0])
+    wrench[place] = bad
+    name = "force" if place < 3 else "moment"
+    with pytest.raises(ContactError, match=rf"{name} = .*(nan|inf).*three finite numbers"):
+        contact_load(INFLUENCE, SQUARE, wrench[:3], moment=wrench[3:])
+
+
+@pytest.mark.parametrize("force", [(0, 0), -0.1, [(0, 0, -0.1)]], ids=str)
+def test_forces_of_another_shape_are_refused(force):
+    with pytest.raises(ContactError, match="three finite numbers"):
+        contact_load(INFLUENCE, SQUARE, force)
+
+
+def test_unknown_law_lists_those_that_exist():
+    with pytest.raises(ContactError, match=r"'hertz' does not exist. Available: uniform, foundation, elastic\."):
+        contact_load(INFLUENCE, SQUARE, (0, 0, -0.1), law="hertz")
+
+
+def test_large_pressure_warns_of_the_linear_range():
+    limit = 0.1 * 3e6 * SIDE**2
+    with pytest.warns(ContactWarning, match="over 10% of the top layer's modulus"):
+        contact_load(INFLUENCE, SQUARE, (0, 0, -1.01 * limit))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        contact_load(INFLUENCE, SQUARE, (0, 0, -0.99 * limit))
+
+
+def test_loads_add():
+    first = contact_load(INFLUENCE, SQUARE, (0.01, 0, -0.1))
+    circle = Footprint.from_outline(indenter_outline("circle", shift=(1e-3, 0), scale=0.5), INFLUENCE.surface)
+    second = contact_load(INFLUENCE, circle, (0, 0.02, -0.2))
+    both = first + second
+    np.testing.assert_allclose(both.resultant(), np.add(first.resultant(), second.resultant()), atol=1e-16)
+    assert both.contact.equals(first.contact.union(second.contact))
+
+
+def test_what_is_left_over_adds_too():
+    with pytest.warns(ContactWarning, match="pulls"):
+        pulled = contact_load(INFLUENCE, SQUARE, (0.0, 0.0, 0.2))
+    both = pulled + pulled + contact_load(INFLUENCE, SQUARE, (0, 0, -0.1))
+    np.testing.assert_array_equal(both.residual_force, [0, 0, 0.4])
+
+
+def test_loads_on_different_grids_do_not_add(default_influence):
+    load = contact_load(
+        default_influence, Footprint.from_outline(SQUARE.outline, default_influence.surface), (0, 0, -0.1)
+    )
+    with pytest.raises(ContactError, match="same influence matrices"):
+        load.__add__(contact_load(INFLUENCE, SQUARE, (0, 0, -0.1)))
+
+
+def test_no_load_has_no_resultant():
+    load = SurfaceLoad.none(INFLUENCE.surface)
+    np.testing.assert_array_equal(load.resultant(), np.zeros((2, 3)))
+    assert load.contact.is_empty
+
+
+def test_resultant_is_about_the_pads_origin():
+    surface = SurfaceGrid(Line(np.array([0.0, 1.0])), Line(np.array([0.0, 2.0])), 1.0)
+    forces = np.zeros((3, 3, 3))
+    forces[2, 1] = (1.0, 2.0, 3.0)  # at (0.5, 2, 0)
+    force, moment = SurfaceLoad(forces, surface, Polygon()).resultant()
+    np.testing.assert_array_equal(force, [1, 2, 3])
+    np.testing.assert_allclose(moment, np.cross([0.5, 2, 0], [1, 2, 3]))
+
+
+@pytest.mark.parametrize(
+    ("outline", "message"),
+    [
+        (affinity.translate(SQUARE.outline, 1.0, 0), r"covers none of the pad: it spans x 0\.997.*Shift it"),
+        (Polygon(), "covers none of the pad: it spans nothing"),
+        (Polygon([(0, 0), (1e-3, 1e-3), (1e-3, 0), (0, 1e-3)]), r"not a valid area \(Self-intersection.*make_valid"),
+        (LineString([(0, 0), (1e-3, 0)]), "LineString; expected a shapely Polygon"),
+        (Point(0, 0), "Point; expected a shapely Polygon"),
+        (shapely.transform(SQUARE.outline, lambda corners: corners * (math.inf, 1)), "NaN or infinite"),
+    ],
+    ids=["off the sheet", "empty", "self-crossing", "a line", "a point", "nan"],
+)
+def test_bad_outlines_are_refused_with_the_cure(outline, message):
+    with pytest.raises(FootprintError, match=message):
+        Footprint.from_outline(outline, INFLUENCE.surface)
+
+
+def test_all_errors_are_ours():
+    assert issubclass(FootprintError, MjTactileError)
+    assert issubclass(ContactError, MjTactileError)

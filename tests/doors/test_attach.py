@@ -1,0 +1,179 @@
+"""Pads attached to models of other people."""
+
+import subprocess
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjtactile
+from mjtactile.sim.wrench import contact_wrenches
+
+HAND = """
+<mujoco>
+  <option timestep="0.001" integrator="implicitfast"/>
+  <default><geom priority="3" solref="0.02 1" friction="0.3"/></default>
+  <worldbody>
+    <body name="finger" pos="0 0 0.02" euler="180 0 0">
+      <joint name="press" type="slide" axis="0 0 1" range="-0.05 0.05"/>
+      <geom type="capsule" size=".006 .01" pos="0 0 -.02"/>
+    </body>
+    <body name="block"><geom type="box" size=".004 .003 .005" pos="0 0 -.005" priority="0"/></body>
+  </worldbody>
+  <actuator><motor joint="press"/></actuator>
+</mujoco>
+"""
+
+
+def hand(**options):
+    spec = mujoco.MjSpec.from_string(HAND)
+    geom = mjtactile.attach_pad(spec, body="finger", name="ff", **{"fidelity": "fast", **options})
+    return spec, geom
+
+
+def pressed(model):
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.5
+    mujoco.mj_step(model, data, 500)
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def test_what_is_added():
+    spec, geom = hand(pos=(0, 0, 1e-3), quat=(2, 0, 0, 0))
+    assert geom.name == "ff_pad"
+    model = spec.compile()
+    assert model.geom("ff_pad").size == pytest.approx([0.0075, 0.0075, 0.0025])
+    assert model.geom("ff_pad").pos == pytest.approx([0, 0, 1e-3 - 2.5e-3])
+    assert model.site("ff_surface").pos == pytest.approx([0, 0, 1e-3])
+    assert model.sensor("ff").dim == 676
+
+
+def test_sensor_by_name_and_by_geom_read_alike():
+    model = hand()[0].compile()
+    data = pressed(model)
+    by_name = mjtactile.TactileSensor(model, "ff")
+    by_geom = mjtactile.TactileSensor(model, "ff_pad", preset="fast")
+    found, expected = by_name.read(data), by_geom.read(data)
+    assert (found.ravel() == data.sensor("ff").data).all()
+    assert np.linalg.norm(found - expected) <= 0.02 * np.linalg.norm(expected)
+    assert by_name.wrench(data)[2] == pytest.approx(-(0.5 + model.body("finger").mass * 9.81), rel=1e-3)
+    assert by_name.influence.fidelity == mjtactile.PRESETS["fast"]
+
+
+def test_the_pad_decides_the_contact():
+    model = hand()[0].compile()
+    data = pressed(model)
+    assert (data.contact.solref[:, 0] == 0.005).all()
+    assert contact_wrenches(model, data, model.geom("ff_pad").id).total[2] < 0.0
+
+
+def test_a_pad_of_ones_own():
+    thin = mjtactile.Pad(layers=(mjtactile.Layer(thickness=3e-3, young=1e6, poisson=0.45),), depths=(1e-3, 2e-3))
+    model = hand(pad=thin, output="von_mises wrench")[0].compile()
+    assert model.geom("ff_pad").size[2] == pytest.approx(1.5e-3)
+    assert model.sensor("ff").dim == 2 * 169 + 6
+    data = pressed(model)
+    assert mjtactile.TactileSensor(model, "ff").read(data).shape == (2, 13, 13)
+
+
+THIN = mjtactile.Pad(
+    size=(12e-3, 1e-2),
+    layers=(
+        mjtactile.Layer(thickness=1e-3, young=1e6 / 3, poisson=0.45),
+        mjtactile.Layer(thickness=2e-3, young=2e6, poisson=0.3),
+    ),
+    taxels=mjtactile.TaxelGrid(rows=3, columns=4, pitch=(2e-3, 2.5e-3)),
+    depths=(1e-3,),
+)
+OPEN = """
+import sys, mujoco, mjtactile
+model = mujoco.MjModel.from_xml_path(sys.argv[1])
+data = mujoco.MjData(model)
+data.ctrl[0] = 0.5
+mujoco.mj_step(model, data, 500)
+mujoco.mj_forward(model, data)
+sys.stdout.buffer.write(data.sensor("ff").data.tobytes())
+"""
+
+
+@pytest.mark.parametrize("registered", [False, True])
+def test_a_model_with_a_pad_of_ones_own_is_opened_by_a_process_that_does_not_know_it(tmp_path, registered):
+    if registered:
+        mjtactile.register_pad("thin", THIN)
+    spec, _ = hand(pad="thin" if registered else THIN)
+    expected = pressed(spec.compile()).sensor("ff").data
+    (tmp_path / "hand.xml").write_text(spec.to_xml())
+    run = subprocess.run([sys.executable, "-c", OPEN, tmp_path / "hand.xml"], capture_output=True, check=True)
+    found = np.frombuffer(run.stdout)
+    assert found.shape == (12,)
+    assert found.max() > 0.0
+    assert found == pytest.approx(expected, rel=1e-3)  # XML has six digits
+
+
+def test_a_file_of_saved_matrices_stays_a_file(tmp_path):
+    path = str(tmp_path / "pad.safetensors")
+    mjtactile.influence_matrices(preset="fast").save(path)
+    spec, _ = hand(pad=path)
+    assert f'<config key="pad" value="{path}"/>' in (spec.compile(), spec.to_xml())[1]
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        (mjtactile.pad_text(THIN).replace('"depths"', '"depth"'), 'lacks "depths"'),
+        (mjtactile.pad_text(THIN)[:-1], "not JSON"),
+        (mjtactile.pad_text(THIN).replace("[0.001]", "[0.005]"), "0.005 m lies outside the sheet"),
+    ],
+)
+def test_a_damaged_pad_in_a_model_says_what_is_wrong(value, says):
+    spec, _ = hand(pad=THIN)
+    spec.compile()
+    quoted = spec.to_xml().replace(*(text.replace('"', "&quot;") for text in (mjtactile.pad_text(THIN), value)))
+    with pytest.raises(ValueError, match=f'attribute "pad".*{says}'):
+        mujoco.MjModel.from_xml_string(quoted)
+
+
+def test_attached_pads_go_along_when_specs_are_attached():
+    parent = mujoco.MjSpec.from_string('<mujoco><option timestep="0.001" integrator="implicitfast"/></mujoco>')
+    for prefix in ("left_", "right_"):
+        child, _ = hand()
+        parent.worldbody.add_frame(pos=[0.1 if prefix == "left_" else -0.1, 0, 0]).attach_body(
+            child.body("finger"), prefix, ""
+        )
+    model = parent.compile()
+    assert [model.sensor(name).dim[0] for name in ("left_ff", "right_ff")] == [676, 676]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"body": "thumb"}, "finger"),
+        ({"fidelity": "quick"}, "fast, balanced, precise, accurate"),
+        ({"output": "force"}, "von_mises, stress, wrench"),
+        ({"pad": "none"}, "default"),
+        ({"pos": (0, 0)}, "three lengths"),
+        ({"contact": "hard"}, "stiff, soft"),
+    ],
+)
+def test_wrong_arguments_say_the_right_ones(options, says):
+    spec = mujoco.MjSpec.from_string(HAND)
+    with pytest.raises(mjtactile.SceneError, match=says):
+        mjtactile.attach_pad(spec, **{"body": "finger", "name": "ff", **options})
+
+
+def test_a_name_is_used_once():
+    spec, _ = hand()
+    with pytest.raises(mjtactile.SceneError, match="another name"):
+        mjtactile.attach_pad(spec, body="finger", name="ff")
+
+
+def test_names_of_pads_stay_what_they_are():
+    mjtactile.register_pad("mine", mjtactile.Pad())
+    with pytest.raises(mjtactile.SceneError, match="another one"):
+        mjtactile.register_pad("mine", mjtactile.Pad(size=(0.02, 0.02)))
+    with pytest.raises(mjtactile.SceneError, match="no name"):
+        mjtactile.register_pad("pads/mine.mjt", mjtactile.Pad())
+    with pytest.raises(mjtactile.SceneError, match="no name"):
+        mjtactile.register_pad("{mine}", mjtactile.Pad())

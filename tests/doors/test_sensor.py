@@ -1,0 +1,339 @@
+"""The sensor in a model: MuJoCo's wrench goes in whole, through the true geometry, wherever the pad is."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from mujoco_versions import since
+from shapely import Polygon, box
+
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.errors import SceneError
+from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline, punch
+from mjtactile.pad import Pad, TaxelGrid, force_vector
+from mjtactile.sensor import TactileSensor
+from mjtactile.sim.mjcf import press_mjcf
+from mjtactile.sim.press_scene import press, press_scene
+
+GRAM_FORCE = 9.80665e-3  # [N]
+PAD_GEOM = """<geom name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025" priority="1" condim="4"
+    solref="0.003 1" friction="1 0.0005 0.0001"/>"""
+OPTION = '<option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"{}/>'
+
+
+def felt(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Wrench on the pad about its surface's middle, summed over contact points by the book, for a pad in world axes."""
+    pad = model.geom("pad").id
+    origin = data.geom_xpos[pad] + [0, 0, model.geom_size[pad, 2]]
+    total = np.zeros(6)
+    for index in range(data.ncon):
+        contact = data.contact[index]
+        if pad not in contact.geom:
+            continue
+        local = np.zeros(6)
+        mujoco.mj_contactForce(model, data, index, local)
+        sign = 1.0 if contact.geom[1] == pad else -1.0
+        axes = contact.frame.reshape(3, 3).T
+        force, torque = sign * axes @ local[:3], sign * axes @ local[3:]
+        total += np.concatenate([force, torque + np.cross(contact.pos - origin, force)])
+    return total
+
+
+def settled(xml: str, steps: int = 300) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, steps)
+    return model, data
+
+
+def scene(bodies: str, *, pad_first: bool = True, assets: str = "", gravity: str = "") -> str:
+    pad = f'<body name="pad">{PAD_GEOM}</body>'
+    world = pad + bodies if pad_first else bodies + pad
+    return f"<mujoco>{OPTION.format(gravity)}<asset>{assets}</asset><worldbody>{world}</worldbody></mujoco>"
+
+
+def block(name: str, place: str, mass: float = 0.01) -> str:
+    return f"""<body name="{name}" pos="{place}"><freejoint/>
+        <geom name="{name}" type="box" size="0.002 0.0015 0.002" mass="{mass}"/></body>"""
+
+
+@pytest.mark.parametrize("name", INDENTER_NAMES)
+def test_loads_resultant_is_mujocos_wrench(name, draft):
+    """Shifted, turned and tilted presses; the moment is MuJoCo's too, not the centroid's."""
+    poses = [((0.0, 0.0), 0.0, 0.0), ((1.25e-3, -0.6e-3), 25.0, 20.0), ((-2e-3, 2e-3), 200.0, 35.0)]
+    for shift, turn, tilt in poses:
+        model = press_scene(name, shift=shift, rotate_deg=turn)
+        data = mujoco.MjData(model)
+        press(model, data, force_vector(50 * GRAM_FORCE, tilt, 40.0))
+        sensor = TactileSensor(model, influence=draft)
+        load = sensor.load(data)
+        assert load is not None
+        expected = felt(model, data)
+        force, moment = load.resultant()
+        length = 1e-2
+        size = float(np.linalg.norm(expected[:3]) + np.linalg.norm(expected[3:]) / length)
+        missing = np.linalg.norm(force - expected[:3]) + np.linalg.norm(moment - expected[3:]) / length
+        # The promise.
+        assert missing <= 1e-9 * size
+        np.testing.assert_allclose(sensor.wrench(data), expected, atol=1e-12 * size)
+
+
+def test_footprint_is_the_outline_where_the_punch_stands(draft):
+    model = press_scene("star", shift=(1.25e-3, 0.0), rotate_deg=20)
+    data = mujoco.MjData(model)
+    press(model, data, force_vector(20 * GRAM_FORCE))
+    load = TactileSensor(model, influence=draft).load(data)
+    assert load is not None
+    outline = indenter_outline("star", shift=(1.25e-3, 0.0), rotate_deg=20)
+    # The model's text holds nine digits; the solid is cut 50 um up.
+    assert load.contact.symmetric_difference(outline).area < 1e-4 * outline.area
+
+
+def test_readings_are_those_of_the_door_without_mujoco(draft):
+    model = press_scene("triangle", shift=(0.0, 1.25e-3))
+    data = mujoco.MjData(model)
+    press(model, data, force_vector(30 * GRAM_FORCE, 10.0))
+    sensor = TactileSensor(model, influence=draft)
+    wrench = felt(model, data)
+    footprint = Footprint.from_outline(indenter_outline("triangle", shift=(0.0, 1.25e-3)), draft.surface)
+    expected = draft.readings(contact_load(draft, footprint, wrench[:3], moment=wrench[3:]))
+    # The solid's section against the outline: tangential creep of the press, under a micrometre.
+    np.testing.assert_allclose(sensor.read(data), expected, atol=1e-3 * expected.max())
+    assert sensor.read(data).shape == (4, 13, 13)
+
+
+@pytest.mark.parametrize("pad_first", [True, False])
+def test_pad_may_be_either_geom_of_a_contact(pad_first, draft):
+    model, data = settled(scene(block("brick", "0.001 0.002 0.002"), pad_first=pad_first))
+    pad = model.geom("pad").id
+    assert all(contact.geom[0 if pad_first else 1] == pad for contact in data.contact)
+    sensor = TactileSensor(model, influence=draft)
+    load = sensor.load(data)
+    assert load is not None
+    force, moment = load.resultant()
+    weight = 0.01 * 9.81
+    # Settled, but not for ever.
+    np.testing.assert_allclose(force, [0, 0, -weight], atol=1e-3 * weight)
+    np.testing.assert_allclose(moment, [-0.002 * weight, 0.001 * weight, 0], atol=1e-3 * weight * 5e-3)
+    np.testing.assert_allclose(load.contact.bounds, (-1e-3, 0.5e-3, 3e-3, 3.5e-3), atol=1e-5)
+
+
+def test_pad_elsewhere_and_turned_reads_the_same(draft):
+    text = press_mjcf(punch("star"), shift=(1e-3, 0.5e-3), rotate_deg=15)
+    frame = '<worldbody><frame pos="0.3 -0.2 0.5" euler="40 -70 25">'
+    moved = text.replace("<worldbody>", frame).replace("</worldbody>", "</frame></worldbody>")
+    readings, wrenches = [], []
+    for xml in (text, moved):
+        model = mujoco.MjModel.from_xml_string(xml)
+        data = mujoco.MjData(model)
+        data.ctrl[:] = force_vector(40 * GRAM_FORCE, 15.0, 70.0)
+        mujoco.mj_step(model, data, 60)
+        sensor = TactileSensor(model, influence=draft)
+        readings.append(sensor.read(data))
+        wrenches.append(sensor.wrench(data))
+    assert readings[0].max() > 0
+    # Two simulations of the same press, through an iterative solver: 1e-8 of its forces.
+    np.testing.assert_allclose(wrenches[1], wrenches[0], atol=1e-5 * np.abs(wrenches[0]).max())
+    np.testing.assert_allclose(readings[1], readings[0], atol=1e-4 * readings[0].max())
+
+
+def test_several_bodies_add(draft):
+    places = {"left": "-0.004 0 0.002", "right": "0.004 0.001 0.002"}
+    both = settled(scene("".join(block(n, p) for n, p in places.items())))
+    sensor = TactileSensor(both[0], influence=draft)
+    load = sensor.load(both[1])
+    assert load is not None
+    alone = []
+    for name, place in places.items():
+        model, data = settled(scene(block(name, place)))
+        one = TactileSensor(model, influence=draft).load(data)
+        assert one is not None
+        alone.append(one)
+    expected = alone[0].forces + alone[1].forces
+    # Two simulations.
+    np.testing.assert_allclose(load.forces, expected, atol=1e-4 * np.abs(expected).max())
+    assert load.contact.area == pytest.approx(2 * 4e-3 * 3e-3, rel=1e-3)
+    np.testing.assert_allclose(np.concatenate(load.resultant()), felt(*both), atol=1e-9)
+
+
+def test_a_body_of_several_geoms_has_one_footprint(draft):
+    """Two legs of one body share a wrench as one rigid face would."""
+    legs = """<body name="table" pos="0 0 0.002"><freejoint/>
+        <geom type="box" size="0.001 0.001 0.002" pos="-0.004 0 0" mass="0.01"/>
+        <geom type="box" size="0.001 0.001 0.002" pos="0.004 0 0" mass="0.03"/></body>"""
+    model, data = settled(scene(legs))
+    load = TactileSensor(model, influence=draft).load(data)
+    assert load is not None
+    assert load.contact.area == pytest.approx(2 * 4e-6, rel=1e-3)
+    np.testing.assert_allclose(np.concatenate(load.resultant()), felt(model, data), atol=1e-9)
+
+
+def test_without_contact_nothing_is_read(draft):
+    model = press_scene("square")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    sensor = TactileSensor(model, influence=draft)
+    readings = sensor.read(data)
+    assert readings.shape == (4, 13, 13)
+    assert not readings.any()
+    assert sensor.load(data) is None
+    assert not sensor.wrench(data).any()
+    assert not sensor.carried(data).any()
+    assert sensor.health().readings == 0
+
+
+def test_readings_follow_the_body_and_stay_where_it_stands(draft):
+    model = press_scene("star")
+    data = mujoco.MjData(model)
+    press(model, data, force_vector(20 * GRAM_FORCE))
+    sensor = TactileSensor(model, influence=draft)
+    first = sensor.read(data)
+    np.testing.assert_array_equal(sensor.read(data), first)
+    data.qpos[0] += 1e-3
+    mujoco.mj_forward(model, data)
+    moved = sensor.read(data)
+    assert np.abs(moved - first).max() > 0.01 * first.max()
+    # Far less than taxels tell apart.
+    data.qpos[0] += 1e-11
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(sensor.read(data), moved, atol=1e-4 * moved.max())
+
+
+def test_pad_and_body_that_turn_together_read_the_same(draft):
+    option = OPTION.format(' gravity="0 0 0"').replace("/>", '><flag filterparent="disable"/></option>')
+    xml = f"""<mujoco>{option}<worldbody><body name="hand"><joint name="turn" axis="0 1 0"/>
+        <body name="pad">{PAD_GEOM}</body>
+        <body name="brick" pos="0.001 0 0.00199"><joint type="slide" axis="0 0 1"/>
+        <geom type="box" size="0.002 0.0015 0.002" mass="0.01"/></body></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml.replace('name="pad" type', 'name="pad" mass="0.1" type'))
+    data = mujoco.MjData(model)
+    sensor = TactileSensor(model, influence=draft)
+    readings = []
+    for angle in (0.0, 0.5, 1.5):
+        data.qpos[0] = angle
+        mujoco.mj_forward(model, data)
+        readings.append(sensor.read(data))
+    assert readings[0].max() > 0.0
+    for turned in readings[1:]:
+        np.testing.assert_allclose(turned, readings[0], atol=1e-4 * readings[0].max())
+
+
+@since("3.8", "meshes touch in one point")
+def test_notch_of_a_mesh_stays_open_although_mujoco_collides_its_hull(draft):
+    u_shape = Polygon([(-4, -4), (4, -4), (4, 4), (2, 4), (2, -2), (-2, -2), (-2, 4), (-4, 4)])
+    solid = trimesh.creation.extrude_polygon(u_shape, 4.0).apply_scale(1e-3)
+    vertices, faces = (" ".join(map(str, a.ravel())) for a in (solid.vertices, solid.faces))
+    assets = f'<mesh name="u" vertex="{vertices}" face="{faces}" inertia="exact"/>'
+    body = '<body name="u" pos="0 0 0"><freejoint/><geom type="mesh" mesh="u" mass="0.01"/></body>'
+    model, data = settled(scene(body, assets=assets))
+    load = TactileSensor(model, influence=draft).load(data)
+    assert load is not None
+    centre = u_shape.centroid
+    # MuJoCo moves meshes to their centre of mass; the body came to rest a few micrometres from where it started.
+    expected = box(-4, -4, 4, 4).difference(box(-2, -2, 2, 5))
+    assert load.contact.area * 1e6 == pytest.approx(expected.area, rel=2e-3)
+    assert load.contact.area < 0.9 * load.contact.convex_hull.area
+    assert load.contact.centroid.y * 1e3 == pytest.approx(centre.y, abs=0.02)
+
+
+@pytest.mark.parametrize("depth", [0.001, 0.0002])
+def test_contact_on_the_pads_side_is_in_the_wrench_and_not_in_the_readings(depth, draft):
+    """Gravity pulls a block sideways against the pad's flank, its top below the sensing surface."""
+    body = f"""<body name="wall" pos="0.0095 0 {-0.001 - depth}"><joint type="slide" axis="1 0 0"/>
+        <geom type="box" size="0.002 0.001 0.001" mass="0.01"/></body>"""
+    model, data = settled(scene(body, gravity=' gravity="-9.81 0 0"'))
+    assert data.ncon > 0
+    sensor = TactileSensor(model, influence=draft)
+    readings = sensor.read(data)  # warns of nothing: warnings are errors here
+    assert not readings.any()
+    assert not sensor.carried(data).any()
+    np.testing.assert_allclose(sensor.wrench(data)[:3], [-0.01 * 9.81, 0.0, 0.0], atol=1e-3)
+    load = sensor.load(data)
+    assert load is not None
+    assert not load.forces.any()
+    np.testing.assert_allclose(load.residual_force, sensor.wrench(data)[:3], rtol=1e-12)
+
+
+def test_steady_reading_warns_of_nothing(draft):
+    model = press_scene("doughnut")
+    data = mujoco.MjData(model)
+    press(model, data, force_vector(20 * GRAM_FORCE, 10.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        TactileSensor(model, influence=draft).read(data)
+
+
+def test_missing_geom_lists_those_there_are(draft):
+    model = press_scene("square")
+    with pytest.raises(SceneError, match=r"'skin' does not exist in the model. Available: \[.*'pad'.*Pass geom="):
+        TactileSensor(model, geom="skin", influence=draft)
+
+
+def test_geom_of_another_size_is_refused_naming_both(draft):
+    model = press_scene("square", pad=Pad(size=(16e-3, 15e-3)))
+    with pytest.raises(SceneError, match=r"16 x 15 x 5 mm, but the pad 15 x 15 x 5 mm.*half"):
+        TactileSensor(model, influence=draft)
+
+
+def test_geom_that_is_no_box_is_refused(draft):
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><geom name="pad" type="sphere" size="0.01"/></worldbody></mujoco>'
+    )
+    with pytest.raises(SceneError, match="not a box"):
+        TactileSensor(model, influence=draft)
+
+
+def test_matrices_of_another_pad_are_refused_naming_both(draft):
+    other = Pad(taxels=TaxelGrid(rows=3, columns=3))
+    with pytest.raises(SceneError, match=r"13 x 13 taxels.*3 x 3 taxels.*influence_matrices\(pad\)"):
+        TactileSensor(press_scene("square"), other, influence=draft)
+
+
+def test_pad_is_the_matrices_own_by_default(draft):
+    assert TactileSensor(press_scene("square"), influence=draft).pad is draft.pad
+
+
+def test_pressing_harder_scales_readings(draft):
+    peaks = []
+    for grams in (20, 40):
+        model = press_scene("circle")
+        data = mujoco.MjData(model)
+        press(model, data, force_vector(grams * GRAM_FORCE))
+        peaks.append(TactileSensor(model, influence=draft).read(data).max())
+    # MuJoCo reaches the force within 0.01 %.
+    assert math.isclose(peaks[1], 2 * peaks[0], rel_tol=1e-3)
+
+
+def test_shown_geoms_that_are_not_over_the_pad_leave_the_pressing_to_those_that_touch(draft):
+    tool = """<body name="tool" pos="0 0 0.002"><joint type="slide" axis="0 0 1"/>
+        <geom type="box" size="{}" mass="0.01"/>{}</body>"""
+    size = "0.002 0.003 0.002"
+    decoration = '<geom type="sphere" size="0.001" pos="0.03 0 0" contype="0" conaffinity="0" mass="0"/>'
+    readings = []
+    for extra in ("", decoration):
+        model, data = settled(scene(tool.format(size, extra), gravity=' gravity="0 0 -9.81"'))
+        readings.append(TactileSensor(model, influence=draft).read(data))
+    assert readings[0].max() > 0
+    np.testing.assert_allclose(readings[1], readings[0], rtol=1e-9)
+
+
+@since("3.8", "its own error, treeFirst, with a flex and no joints")
+def test_a_flex_presses_where_it_touches(draft):
+    cloth = """<flexcomp name="f" type="grid" count="4 4 2" spacing=".002 .002 .002" pos="{} 0 .0015" radius=".0005"
+        dim="3" mass=".01"><edge equality="true"/><contact selfcollide="none"/></flexcomp>"""
+    centres = []
+    for x in (-2e-3, 2e-3):
+        model, data = settled(scene(cloth.format(x), gravity=' gravity="0 0 -9.81"'), steps=60)
+        assert data.ncon > 0
+        sensor = TactileSensor(model, influence=draft)
+        readings = sensor.read(data)
+        assert readings.max() > 0.0
+        np.testing.assert_allclose(sensor.carried(data), sensor.wrench(data), atol=1e-6)
+        centres.append(float(readings[0].sum(axis=0) @ np.linspace(-6, 6, 13) / readings[0].sum()))
+    assert centres[0] < -1.0 < 1.0 < centres[1]

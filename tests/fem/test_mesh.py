@@ -1,0 +1,90 @@
+"""Meshes fit their pad: interfaces on mesh lines, elements where stress varies, bounded cost."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mjtactile.errors import MeshError, MeshWarning
+from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fidelity import MESHES, MeshDensity, mesh_density
+from mjtactile.pad import Layer, Pad
+
+
+def stack(*thicknesses):
+    return tuple(Layer(thickness=t, young=1e6 * (i + 1), poisson=0.4) for i, t in enumerate(thicknesses))
+
+
+@given(st.lists(st.floats(1e-6, 3e-3), min_size=1, max_size=6), st.sampled_from(sorted(MESHES)))
+def test_every_interface_is_a_mesh_line_and_every_layer_has_its_own_material(thicknesses, name):
+    pad = Pad(
+        size=(3e-3, 4e-3),
+        layers=stack(*thicknesses),
+        taxels=Pad().taxels.__class__(rows=1, columns=1),
+        depths=(sum(thicknesses) / 2,),
+        sampling_radius=1e-4,
+    )
+    mesh = sheet_mesh(pad, MeshDensity(**{**vars(MESHES[name]), "in_plane_size": 1e6}))
+    heights = mesh.z.vertices
+    assert heights[0] == -pad.thickness
+    assert heights[-1] == 0.0
+    assert (np.diff(heights) > 0).all()
+    np.testing.assert_allclose(heights[list(mesh.interfaces)], sorted(pad.interfaces), rtol=1e-12)
+    middles = (heights[:-1] + heights[1:]) / 2
+    tops = np.array([0.0, *pad.interfaces])
+    for middle, material in zip(middles, mesh.materials, strict=True):
+        assert material == pad.layers[np.flatnonzero(tops >= middle)[-1]]
+
+
+def test_elements_shrink_toward_the_rim_and_the_surface():
+    mesh = sheet_mesh(Pad(), MESHES["default"])
+    outward = mesh.x.sizes[mesh.x.element_count // 2 :]
+    assert (np.diff(outward) < 0).all()
+    assert outward[0] / outward[-1] == pytest.approx(2.0)
+    assert mesh.z.sizes[-1] / mesh.z.sizes[0] == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_in_plane_lines_are_mirror_symmetric_with_a_vertex_in_the_middle(name):
+    line = sheet_mesh(Pad(), MESHES[name]).x
+    np.testing.assert_array_equal(line.vertices, -line.vertices[::-1])
+    assert 0.0 in line.vertices
+
+
+def test_a_thick_block_is_fine_where_it_senses_and_coarse_below():
+    mesh = sheet_mesh(Pad(layers=stack(50e-3)), MESHES["default"])
+    np.testing.assert_allclose(mesh.z.sizes[-8:], 0.625e-3)
+    assert mesh.z.element_count < 20
+    growth = mesh.z.sizes[:-1] / mesh.z.sizes[1:]
+    assert growth.max() < 1.7  # the growth of 1.5, fitted to whole elements
+    assert mesh.x.sizes.max() < 1.1e-3
+
+
+def test_a_sheet_too_thin_for_the_element_count_warns_and_names_the_cure():
+    pad = Pad(layers=stack(0.5e-3), depths=(0.1e-3,), sampling_radius=0.1e-3)
+    with pytest.warns(MeshWarning, match="most_elements"):
+        mesh = sheet_mesh(pad, MESHES["default"])
+    assert mesh.x.element_count * mesh.y.element_count <= MESHES["default"].most_elements
+    assert mesh.x.element_count == mesh.y.element_count > 20
+
+
+def test_an_unknown_mesh_lists_those_that_exist():
+    with pytest.raises(MeshError, match="draft, default, fine"):
+        mesh_density("coarse")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"in_plane_size": 0.0},
+        {"through_size": float("nan")},
+        {"rim_grading": -1.0},
+        {"points_per_axis": ()},
+        {"points_per_axis": (0,)},
+        {"most_elements": 2},
+        {"reference_length": 0.0},
+    ],
+)
+def test_densities_that_make_no_mesh_are_refused(change):
+    with pytest.raises(MeshError):
+        MeshDensity(**{**vars(MESHES["draft"]), **change})

@@ -1,0 +1,95 @@
+"""Drawing without a screen: a picture where OpenGL works, a helpful error where it does not."""
+
+import subprocess
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+from mjtactile.sim import render
+from mjtactile.sim.press_scene import press_scene
+from mjtactile.sim.render import RenderError, render_scene, working_backend
+
+
+@pytest.fixture(scope="module")
+def scene():
+    model = press_scene("star")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+@pytest.fixture(scope="module")
+def drawing():
+    try:
+        return working_backend()
+    except RenderError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture
+def broken(monkeypatch):
+    working_backend.cache_clear()
+    monkeypatch.setattr(render, "_probe", lambda backend: f"no {backend} here")
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    yield monkeypatch
+    working_backend.cache_clear()
+
+
+@pytest.mark.usefixtures("drawing")
+@pytest.mark.parametrize("camera", [None, "oblique"])
+def test_a_picture_shows_the_star_on_the_pad(scene, camera):
+    picture = render_scene(*scene, width=160, height=120, camera=camera)
+    assert picture.shape == (120, 160, 3)
+    assert picture.dtype == np.uint8
+    red, blue = picture[..., 0].astype(int), picture[..., 2].astype(int)
+    punch, pad = red - blue > 40, (blue - red > 5) & (blue > 60)
+    assert punch.sum() > 300
+    assert pad.sum() > 600
+    rows = [np.mean(np.nonzero(mask)[0]) for mask in (punch, pad)]
+    assert rows[0] < rows[1]  # the punch stands above the pad: the first row is the top one
+
+
+@pytest.mark.usefixtures("drawing")
+def test_pictures_larger_than_the_models_buffer_work_and_repeat(scene):
+    model, _ = scene
+    first = render_scene(*scene, width=model.vis.global_.offwidth + 10, height=50)
+    np.testing.assert_array_equal(first, render_scene(*scene, width=model.vis.global_.offwidth + 10, height=50))
+
+
+def test_without_opengl_the_error_names_the_packages(scene, broken):
+    with pytest.raises(RenderError, match=r"egl: no egl here; osmesa: no osmesa here.*libegl1.*libosmesa6"):
+        render_scene(*scene)
+
+
+def test_a_requested_backend_is_the_only_one_tried(scene, broken):
+    broken.setenv("MUJOCO_GL", "osmesa")
+    with pytest.raises(RenderError, match=r"\(osmesa: no osmesa here\). MUJOCO_GL=osmesa asks for this one alone"):
+        render_scene(*scene)
+
+
+def test_a_backend_that_does_not_exist_fails_in_its_probe():
+    with pytest.raises(RenderError, match=r"nonsense: .*cannot draw. Use egl or osmesa"):
+        working_backend("nonsense")
+
+
+def test_a_driver_that_hangs_is_given_up(monkeypatch):
+    working_backend.cache_clear()
+    monkeypatch.setattr(render, "PROBE_TIMEOUT", 0.01)
+    with pytest.raises(RenderError, match=r"no answer within 0.01 s"):
+        working_backend("egl")
+    working_backend.cache_clear()
+
+
+def test_wrong_requests_are_refused(scene):
+    with pytest.raises(RenderError, match="0 x 5; expected at least 1 x 1"):
+        render_scene(*scene, width=0, height=5)
+    with pytest.raises(RenderError, match=r"camera 'nowhere' does not exist.*\['oblique'\]"):
+        render_scene(*scene, camera="nowhere")
+
+
+def test_importing_starts_no_opengl():
+    code = "import sys, mjtactile.sim.render; assert not any(name.startswith('OpenGL') for name in sys.modules)"
+    environment = {"PATH": "/usr/bin:/bin", "PYTHONPATH": ":".join(filter(None, sys.path))}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)

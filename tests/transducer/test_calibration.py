@@ -1,0 +1,65 @@
+"""Calibration: an array's own gains and offsets are measured at rest and under a known pressure, and taken out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mjtactile.transducer.array import Transducer
+from mjtactile.transducer.calibration import calibrate
+from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
+from mjtactile.transducer.imperfections import Imperfections
+from mjtactile.transducer.piezoresistive import PiezoresistiveElement
+
+SHAPE = (2, 6, 6)
+FULL = 50e3
+ELEMENTS = [CapacitiveCell.with_range(FULL), PiezoresistiveElement(full_force=FULL * 1.5625e-6)]
+
+
+@pytest.fixture
+def readings():
+    return np.random.default_rng(1).uniform(0.0, 0.8 * FULL, (5, *SHAPE))
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_gains_and_offsets_are_taken_out(element, readings):
+    array = Transducer(element, Imperfections(gain_spread=0.05, offset_spread=0.01), shape=SHAPE, seed=3)
+    calibration = calibrate(array, element, shape=SHAPE, pressure=FULL / 2, readings=1)
+    np.testing.assert_allclose(calibration.gains, array.gains, rtol=1e-9)
+    np.testing.assert_allclose(calibration.offsets, array.offsets * element.full_signal, atol=1e-9)
+    assert np.abs(array(readings) - readings).max() > 0.02 * FULL
+    # Where an array's gain is low enough not to clip, nothing is left.
+    np.testing.assert_allclose(calibration(array(readings)), readings, rtol=1e-6, atol=1e-6 * FULL)
+
+
+def test_noise_averages_out_of_a_calibration(readings):
+    element = ELEMENTS[0]
+    array = Transducer(element, Imperfections(noise=0.01, gain_spread=0.02), shape=SHAPE, seed=4)
+    few, many = (
+        np.abs(calibrate(array, element, shape=SHAPE, pressure=FULL / 2, readings=n).gains - array.gains).mean()
+        for n in (2, 200)
+    )
+    # A tenth, by the square root of a hundred times as many.
+    assert few / many == pytest.approx(10.0, rel=0.5)
+
+
+def test_dead_taxels_are_found_and_read_zero(readings):
+    element = ELEMENTS[0]
+    dead = ((0, 1, 2), (1, 5, 5))
+    array = Transducer(element, Imperfections(dead_taxels=dead, gain_spread=0.02), shape=SHAPE, seed=5)
+    calibration = calibrate(array, element, shape=SHAPE, pressure=FULL / 2, readings=1)
+    assert {tuple(index) for index in np.argwhere(calibration.dead).tolist()} == set(dead)
+    corrected = calibration(array(readings))
+    assert all((corrected[(slice(None), *taxel)] == 0.0).all() for taxel in dead)
+
+
+def test_what_cannot_be_measured_is_refused():
+    element = ELEMENTS[0]
+    array = Transducer(element, shape=SHAPE)
+    with pytest.raises(TransducerError, match="positive pressure"):
+        calibrate(array, element, shape=SHAPE, pressure=0.0)
+    with pytest.raises(TransducerError, match="no taxel reports"):
+        calibrate(np.zeros_like, element, shape=SHAPE, pressure=FULL / 2)
+    calibration = calibrate(array, element, shape=SHAPE, pressure=FULL / 2)
+    with pytest.raises(TransducerError, match=r"\(4, 13, 13\)"):
+        calibration(np.zeros((4, 13, 13)))
