@@ -40,7 +40,7 @@ struct SearchLoad {
   double least_area;   // that the force needs [m^2]
 };
 
-// The nearest side of what a body covers, as a convex hull.
+// A side of what a body covers, as a convex hull.
 struct Rim {
   double distance;    // of the load's line, negative outside [m]
   double depth;       // of the hull behind that side, and how long the side is [m]
@@ -56,11 +56,13 @@ class ContactSearch {
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   // Height of the level above the plane through the lowest point [m], and of that point above the given plane.
   double level() const { return level_; }
+  // The same where no area is needed.
+  double loaded() const { return loaded_; }
   double lowest() const { return lowest_; }
   // Whether the load passes through what the spots span.
   bool supported(const SearchLoad& load) const;
-  // How far the load passes from the rim of what the body covers.
-  Rim rim(const SearchLoad& load) const;
+  // The sides of what the body covers, the nearest to the load first.
+  std::vector<Rim> rims(const SearchLoad& load) const;
   // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
   Plane resting(const SearchLoad& load);
 
@@ -96,7 +98,7 @@ class ContactSearch {
   std::size_t part_count_ = 0;
   std::vector<Spot> spots_;
   std::vector<Point> chosen_;
-  double level_ = 0.0, lowest_ = 0.0, spacing_ = 0.0;
+  double level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, spacing_ = 0.0;
   SpringBed springs_;
   std::vector<double> stiffness_, modes_, bed_heights_;
 };
