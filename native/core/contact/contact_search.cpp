@@ -190,25 +190,27 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
   }
 }
 
-// Perimeter of what of a part lies under a level [m], and its area.
-double ContactSearch::perimeter(const Part& part, double level, double& area) const {
-  const double step[2] = {part.region.width / static_cast<double>(part.columns),
-                          part.region.height / static_cast<double>(part.rows)};
-  const auto under = [&](std::size_t column, std::size_t row) {
-    return part.heights[row * part.columns + column] <= level;
-  };
-  double around = 0.0;
+// Perimeter of what of a part lies under a level [m], and its area. Rows and columns of nothing lie around it, so that
+// the loops need not ask where it ends.
+double ContactSearch::perimeter(const Part& part, double level, double& area) {
+  const std::size_t across = part.columns + 1;
+  under_closer_.assign(across * (part.rows + 2) + 1, 0);
+  std::uint8_t* const first = under_closer_.data() + across + 1;
   for (std::size_t row = 0; row < part.rows; ++row) {
-    for (std::size_t column = 0; column < part.columns; ++column) {
-      if (!under(column, row)) continue;
-      area += part.cell;
-      if (column == 0 || !under(column - 1, row)) around += step[1];
-      if (column + 1 == part.columns || !under(column + 1, row)) around += step[1];
-      if (row == 0 || !under(column, row - 1)) around += step[0];
-      if (row + 1 == part.rows || !under(column, row + 1)) around += step[0];
-    }
+    const double* heights = part.heights.data() + row * part.columns;
+    for (std::size_t column = 0; column < part.columns; ++column) first[row * across + column] = heights[column] <= level;
   }
-  return around;
+  std::size_t count = 0, upright = 0, flat = 0;  // points under the level, and edges between one that is and one that is not
+  for (std::size_t place = 1; place < under_closer_.size(); ++place) {
+    count += under_closer_[place];
+    upright += under_closer_[place] ^ under_closer_[place - 1];
+  }
+  for (std::size_t place = across; place < under_closer_.size(); ++place) {
+    flat += under_closer_[place] ^ under_closer_[place - across];
+  }
+  area += static_cast<double>(count) * part.cell;
+  return static_cast<double>(upright) * part.region.height / static_cast<double>(part.rows) +
+         static_cast<double>(flat) * part.region.width / static_cast<double>(part.columns);
 }
 
 // The level at which all parts together carry the load, by bisection.
