@@ -347,7 +347,6 @@ std::vector<Rim> ContactSearch::rims(const SearchLoad& load) const {
     }
     found.push_back(rim);
   }
-  std::stable_sort(found.begin(), found.end(), [](const Rim& a, const Rim& b) { return a.distance < b.distance; });
   return found;
 }
 

@@ -61,7 +61,7 @@ class ContactSearch {
   double lowest() const { return lowest_; }
   // Whether the load passes through what the spots span.
   bool supported(const SearchLoad& load) const;
-  // The sides of what the body covers, the nearest to the load first.
+  // The sides of what the body covers.
   std::vector<Rim> rims(const SearchLoad& load) const;
   // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
   Plane resting(const SearchLoad& load);

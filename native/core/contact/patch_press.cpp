@@ -47,8 +47,8 @@ constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0;
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
-// Two sides meet at a corner where their normals' product is below this.
-constexpr double kCorner = 0.7;
+// The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
+constexpr double kCorner = 0.7, kOneSide = 0.1;
 
 // Centre a region on a point no further from its middle than a cell: of symmetric bodies it is their middle, and where
 // a body slides the cells go with it.
@@ -107,31 +107,29 @@ bool PatchPress::compact() const {
   return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
 }
 
-// A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to two sides that
-// meet tilts it onto their corner.
+// A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to sides that meet
+// tilts it onto their corner. Sides count the more the closer they are, so that nothing jumps where another is nearer.
 Plane PatchPress::first_plane(const SearchLoad& load) {
   Plane plane = {{0.0, 0.0}, load.through};
-  const std::vector<Rim> rims = search_.rims(load);
-  const auto near = [](const Rim& rim) { return rim.distance < kNearRim * rim.depth; };
-  if (rims.empty() || !near(rims.front())) return plane;
-  const Rim& rim = rims.front();
-  const auto meets = [&](const Rim& other) {
-    return near(other) && std::abs(rim.inward[0] * other.inward[0] + rim.inward[1] * other.inward[1]) < kCorner;
-  };
-  const auto other = std::find_if(rims.begin(), rims.end(), meets);
-  double inward[2] = {rim.inward[0], rim.inward[1]}, strip = kStrip * std::max(rim.distance, 1e-3 * rim.depth);
-  double length = rim.length;
-  if (other == rims.end()) {
-    strip = std::max(strip, load.least_area / length);
-  } else {
-    strip = std::max(kStrip * other->distance, std::max(strip, std::sqrt(load.least_area)));
-    length = strip;
-    const double both[2] = {rim.inward[0] + other->inward[0], rim.inward[1] + other->inward[1]};
-    const double size = std::hypot(both[0], both[1]);
-    for (int k = 0; k < 2; ++k) inward[k] = both[k] / size;
+  double all = 0.0, distance = 0.0, length = 0.0, inward[2] = {0.0, 0.0};
+  for (const Rim& rim : search_.rims(load)) {
+    const double weight = 1.0 - std::max(rim.distance, 1e-3 * rim.depth) / (kNearRim * rim.depth);
+    if (!(weight > 0.0)) continue;
+    all += weight;
+    distance += weight * std::max(rim.distance, 1e-3 * rim.depth);
+    length += weight * rim.length;
+    for (int k = 0; k < 2; ++k) inward[k] += weight * rim.inward[k];
   }
-  const double level = load.force / (load.modulus * (length + strip));
-  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k];
+  const double size = std::hypot(inward[0], inward[1]);
+  if (!(size > kOneSide * all)) return plane;
+  // How much the sides are one, from a corner's to that of a straight line.
+  const double straight = std::max((size / all - kCorner) / (1.0 - kCorner), 0.0);
+  double strip = kStrip * distance / all;
+  length /= all;
+  const double across = straight * length + (1.0 - straight) * std::sqrt(load.least_area);
+  strip = std::max(strip, load.least_area / std::max(across, std::sqrt(load.least_area)));
+  const double level = load.force / (load.modulus * (straight * length + (1.0 - straight) * strip + strip));
+  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k] / size;
   return plane;
 }
 
