@@ -200,8 +200,6 @@ def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
     return Transducer(element, TYPICAL, shape=(layers, rows, columns), seed=seed)
 
 
-#: Features of each layer: logarithm of the mean reading over 1 kPa, centroid, spread and skewness along rows.
-MOMENTS = 4
 #: Mean readings below this say nothing of where [Pa].
 _LEAST = 20.0
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mjtactile._progress import progress_bar
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
 from mjtactile.fidelity import Fidelity, MeshDensity, mesh_or_preset
@@ -110,9 +111,15 @@ def build_influence(pad: Pad, mesh: str | MeshDensity | Fidelity, *, progress: b
         sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
     storage = ClassStorage(pad, chosen, sampling)
     tables: Tables = dict(storage.sampling)
-    with _progress_bar(progress, f"building influence matrices, {pad.summary}", build_steps(pad, density)) as step:
+    said = f"building influence matrices, {pad.summary}"
+    with progress_bar(said, build_steps(pad, density), wanted=progress, counted=False) as advance:
         for class_tables in build_tables(
-            pad, density, dtype=storage.fidelity.precision, on_step=step, rows=storage.averaged, columns=storage.columns
+            pad,
+            density,
+            dtype=storage.fidelity.precision,
+            on_step=lambda: advance(1),
+            rows=storage.averaged,
+            columns=storage.columns,
         ):
             tables |= class_tables
     return reduced_and_narrowed(InfluenceMatrices(pad, storage.fidelity, tables), chosen)
@@ -203,17 +210,3 @@ def _warn_not_kept(path: Path, error: OSError) -> None:
         InfluenceWarning,
         stacklevel=3,
     )
-
-
-@contextmanager
-def _progress_bar(wanted: bool, description: str, total: int) -> Iterator[Callable[[], None]]:
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(description, total=total)
-        yield lambda: bar.advance(task)

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 import pytest
-from direct import relative_difference
 from shapely import Point, Polygon, affinity
 from shapely.geometry.base import BaseGeometry
 from test_calculix import CASES, GRAM_FORCE, expected_readings, outline_of
 
+from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.geometry.indenter import indenter_outline

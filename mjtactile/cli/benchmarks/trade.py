@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 
 from mjtactile.cli.benchmarks.cases import calculix_cases, press_case
-from mjtactile.cli.benchmarks.direct import direct_readings
+from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.cli.benchmarks.measure import Bench, measure, one_core
 from mjtactile.cli.benchmarks.sweep import Choice, sweep
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
@@ -73,7 +73,7 @@ def _direct_time(mesh: str, bench: Bench) -> float:
     with one_core():
         load = bench.cases[0].load(influence)
         start = time.perf_counter()
-        direct_readings(Pad(), mesh_density(mesh), [load])
+        solve(Pad(), mesh_density(mesh), [load], threads=1)
         return time.perf_counter() - start
 
 
