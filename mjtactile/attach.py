@@ -50,7 +50,8 @@ def attach_pad(
         law: contact law in place of the fidelity's own.
         friction: coefficient that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
         contact: "stiff", or "soft" for grippers that cannot align themselves: what is gripped askew presses with a
-            patch, not with a corner (docs/hands.md).
+            patch, not with a corner (docs/hands.md). `sim.pad_geom.contact_constants` has the numbers, and two more
+            for models of ours: "press" and "hand".
 
     Returns:
         The geom, to change its contact parameters or colour.
