@@ -44,12 +44,12 @@ PRESETS = ["balanced", pytest.param("accurate", marks=pytest.mark.slow)]
 
 @pytest.fixture(scope="module")
 def balanced() -> InfluenceMatrices:
-    return influence_matrices(preset="balanced", progress=False)
+    return influence_matrices(fidelity="balanced", progress=False)
 
 
 @pytest.fixture(scope="module")
 def accurate() -> InfluenceMatrices:
-    return influence_matrices(preset="accurate", progress=False)
+    return influence_matrices(fidelity="accurate", progress=False)
 
 
 def force_of(case: dict) -> np.ndarray:

@@ -180,7 +180,7 @@ def _attributes(name: str, fidelity: str) -> dict[str, str]:
         return {"pad": known, "fidelity": fidelity}
     path = _folder[0] / f"{known}-{kind.pad.fingerprint[:12]}.safetensors"
     chosen = dataclasses.replace(PRESETS[fidelity], mesh="draft")
-    influence = mjtactile.influence_matrices(kind.pad, preset=chosen)
+    influence = mjtactile.influence_matrices(kind.pad, fidelity=chosen)
     if not path.is_file():
         influence.save(path)
     return {"pad": str(path)}

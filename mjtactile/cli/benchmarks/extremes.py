@@ -247,7 +247,7 @@ WAYS: dict[str, dict[str, Any]] = {
 
 def load_rows(cases: dict[str, Any]) -> Iterator[Row]:
     """Faces, forces and moments at the extremes, under every law."""
-    influence = influence_matrices(mesh=cases["mesh"], progress=False)
+    influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     for case in cases["face"]:
         x, y, width, height = (length * _MILLIMETRE for length in case["box"])
         face = Footprint.from_outline(shapely.box(x - width, y - height, x + width, y + height), influence.surface)
@@ -272,7 +272,7 @@ def load_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 def steady_rows(cases: dict[str, Any]) -> Iterator[Row]:
     """The same contact again and again, one after another and in threads."""
-    influence = influence_matrices(mesh=cases["mesh"], progress=False)
+    influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     disc = _disc(influence)
     for way in ("uniform", "foundation", "elastic"):
         basis = WrenchBasis(influence, disc, **WAYS[way])
@@ -299,7 +299,7 @@ def steady_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 def wrong_input_rows(cases: dict[str, Any]) -> Iterator[Row]:
     """What is no number, or makes no sense: which error says so."""
-    influence = influence_matrices(mesh=cases["mesh"], progress=False)
+    influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     disc = _disc(influence)
     for asked, run in wrong_inputs(influence, disc).items():
         yield attempt(asked, "accepted", lambda run=run: (f"{run()}"[:40], None))

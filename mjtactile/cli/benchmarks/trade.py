@@ -61,7 +61,7 @@ def _quick(design: dict[str, Any]) -> dict[str, Any]:
 
 def _measure_truth(reference: Choice, bench: Bench) -> None:
     """Readings of the reference, which all others are held against."""
-    influence = influence_matrices(preset=reference.fidelity)
+    influence = influence_matrices(fidelity=reference.fidelity)
     with one_core():
         readings = influence.readings([case.load(influence) for case in bench.cases])
     bench.truth.update({case.name: values for case, values in zip(bench.cases, readings, strict=True)})
@@ -69,7 +69,7 @@ def _measure_truth(reference: Choice, bench: Bench) -> None:
 
 def _direct_time(mesh: str, bench: Bench) -> float:
     """Time of one solution of the finite elements for one load, contact found already [s]."""
-    influence = influence_matrices(mesh=mesh)
+    influence = influence_matrices(fidelity=Fidelity(mesh=mesh))
     with one_core():
         load = bench.cases[0].load(influence)
         start = time.perf_counter()

@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
+from mjtactile.fidelity import Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN
 from mjtactile.sim.mjcf import document, numbers
@@ -44,10 +45,10 @@ def document_with_palm(
     return root, body
 
 
-def pad_sensor(name: str, pad_name: str, fidelity: str) -> ET.Element:
+def pad_sensor(name: str, pad_name: str, fidelity: str | Fidelity) -> ET.Element:
     """A sensor of the plugin on geom `<name>_pad`."""
     sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
-    for key, value in (("pad", pad_name), ("fidelity", fidelity), ("output", "von_mises")):
+    for key, value in (("pad", pad_name), ("fidelity", fidelity_text(fidelity)), ("output", "von_mises")):
         ET.SubElement(sensor, "config", key=key, value=value)
     return sensor
 
