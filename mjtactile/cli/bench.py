@@ -1,4 +1,4 @@
-"""The command line: `mjtactile bench mesh`, `bench plugin`, `bench trade`, `bench envs` and `bench extremes`."""
+"""The command line: `mjtactile bench` with `mesh`, `plugin`, `trade`, `envs`, `extremes` and `today`."""
 
 from __future__ import annotations
 
@@ -13,42 +13,50 @@ from mjtactile.errors import OutputError
 
 bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
 
-Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
+Page = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
+Out = Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")]
 
 
 @bench_app.command("mesh")
 def bench_mesh(
     as_json: AsJson = False,
-    readme: Readme = None,
+    page: Page = None,
 ) -> None:
     """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
     from mjtactile.cli.benchmarks.mesh import mesh_benchmark
     from mjtactile.cli.benchmarks.tables import check_page, mesh_table, rewrite_table
 
-    if readme is not None:
-        check_page(readme, "mesh")
+    if page is not None:
+        check_page(page, "mesh")
     result = mesh_benchmark()
     typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
-    if readme is not None:
-        rewrite_table(readme, "mesh", mesh_table(result))
+    if page is not None:
+        rewrite_table(page, "mesh", mesh_table(result))
 
 
 @bench_app.command("plugin")
 def bench_plugin(
     as_json: AsJson = False,
     quick: Annotated[bool, typer.Option("--quick", help="Preset fast and few runs only.")] = False,
-    readme: Readme = None,
+    out: Out = None,
+    page: Page = None,
 ) -> None:
     """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's <tactile>, and many simulations at once."""
+    from mjtactile._files import check_apart, check_writable
     from mjtactile.cli.benchmarks.plugin import plugin_benchmark, plugin_table
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table, rounded
 
-    if readme is not None:
-        check_page(readme, "plugin")
-    result = plugin_benchmark(quick=quick)
+    check_apart({"--out": out, "--page": page})
+    if out is not None:
+        check_writable(out)
+    if page is not None:
+        check_page(page, "plugin")
+    result = rounded(plugin_benchmark(quick=quick))
+    if out is not None:
+        _store(result, out)
     typer.echo(json.dumps(result, indent=2) if as_json else plugin_table(result))
-    if readme is not None:
-        rewrite_table(readme, "plugin", plugin_table(result))
+    if page is not None:
+        rewrite_table(page, "plugin", plugin_table(result))
 
 
 @bench_app.command("trade")
@@ -56,32 +64,32 @@ def bench_trade(
     as_json: AsJson = False,
     quick: Annotated[bool, typer.Option("--quick", help="Mesh draft and three cases only.")] = False,
     measured: Annotated[Path | None, typer.Option(help="Show this earlier result (JSON), measure nothing.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")] = None,
-    readme: Readme = None,
+    out: Out = None,
+    page: Page = None,
     figure: Annotated[Path | None, typer.Option(help="Draw error against time to this file.")] = None,
 ) -> None:
     """Error and time per update of every fidelity, which of them nothing beats, and the presets among them.
 
     Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
     """
-    from mjtactile._files import check_apart, check_figure, check_writable, write_atomically
+    from mjtactile._files import check_apart, check_figure, check_writable
     from mjtactile.cli.benchmarks.tables import check_page, rewrite_table, rounded, trade_table
     from mjtactile.cli.benchmarks.trade import trade_benchmark
 
-    check_apart({"--measured": measured, "--out": out, "--figure": figure, "--readme": readme})
+    check_apart({"--measured": measured, "--out": out, "--figure": figure, "--page": page})
     if out is not None:
         check_writable(out)
     if figure is not None:
         check_figure(figure)
-    if readme is not None:
-        check_page(readme, "trade")
+    if page is not None:
+        check_page(page, "trade")
     result = rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)
     table = trade_table(result)
     if out is not None:
-        write_atomically(out, lambda file: file.write((json.dumps(result, indent=1) + "\n").encode()))
+        _store(result, out)
     typer.echo(json.dumps(result, indent=2) if as_json else table)
-    if readme is not None:
-        rewrite_table(readme, "trade", table)
+    if page is not None:
+        rewrite_table(page, "trade", table)
     if figure is not None:
         _draw_trade(result, figure)
 
@@ -90,18 +98,18 @@ def bench_trade(
 def bench_envs(
     as_json: AsJson = False,
     quick: Annotated[bool, typer.Option("--quick", help="One environment and few runs only.")] = False,
-    readme: Readme = None,
+    page: Page = None,
 ) -> None:
     """Steps per second of one environment and of many, with and without pads, beside a plain step of MuJoCo."""
     from mjtactile.cli.benchmarks.envs import envs_benchmark, envs_table
     from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
 
-    if readme is not None:
-        check_page(readme, "envs")
+    if page is not None:
+        check_page(page, "envs")
     result = envs_benchmark(quick=quick)
     typer.echo(json.dumps(result, indent=2) if as_json else envs_table(result))
-    if readme is not None:
-        rewrite_table(readme, "envs", envs_table(result))
+    if page is not None:
+        rewrite_table(page, "envs", envs_table(result))
 
 
 @bench_app.command("extremes")
@@ -111,6 +119,25 @@ def bench_extremes(as_json: AsJson = False) -> None:
 
     result = extremes_benchmark()
     typer.echo(json.dumps(result, indent=2) if as_json else extremes_table(result))
+
+
+@bench_app.command("today")
+def bench_today(page: Page = None) -> None:
+    """What people use today, beside mjtactile: from the stored runs of `trade` and `plugin`, measures nothing."""
+    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table, stored_runs, today_table
+
+    if page is not None:
+        check_page(page, "today")
+    table = today_table(**stored_runs())
+    typer.echo(table)
+    if page is not None:
+        rewrite_table(page, "today", table)
+
+
+def _store(result: dict[str, Any], path: Path) -> None:
+    from mjtactile._files import write_atomically
+
+    write_atomically(path, lambda file: file.write((json.dumps(result, indent=1) + "\n").encode()))
 
 
 def _earlier(path: Path) -> dict[str, Any]:

@@ -1,6 +1,10 @@
+import re
+from pathlib import Path
+
 import pytest
 
-from mjtactile.cli.benchmarks.tables import mesh_table, rewrite_table
+from mjtactile.cli.benchmarks.plugin import plugin_table
+from mjtactile.cli.benchmarks.tables import mesh_table, rewrite_table, stored_runs, today_table
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
 from mjtactile.errors import MjTactileError
 
@@ -27,7 +31,7 @@ def test_the_table_shows_median_and_worst_error_and_mujoco_beside():
 
 
 def test_a_table_replaces_the_old_one_between_its_markers(tmp_path):
-    path = tmp_path / "README.md"
+    path = tmp_path / "page.md"
     path.write_text(
         "before\n<!-- bench mesh -->\nold\n<!-- end -->\nbetween\n<!-- bench other -->\nkept\n<!-- end -->\n"
     )
@@ -42,3 +46,27 @@ def test_a_table_replaces_the_old_one_between_its_markers(tmp_path):
 def test_mujocos_own_tactile_sensor_is_timed_while_it_feels_the_punch():
     # Measured at 20 to 40 us; it raises where no point lights up.
     assert 1e-6 < mujoco_tactile_time() < 1e-2
+
+
+def table_on(page, name):
+    text = (Path(__file__).resolve().parents[2] / page).read_text()
+    (table,) = re.findall(rf"<!-- bench {name} -->\n(.*?)\n<!-- end -->", text, flags=re.DOTALL)
+    return table
+
+
+def test_the_readme_shows_the_stored_runs_in_ten_rows_at_most():
+    table = table_on("README.md", "today")
+    assert table == today_table(**stored_runs()), "run: mjtactile bench today --page README.md"
+    assert len(table.splitlines()) <= 2 + 10
+
+
+def test_the_stored_run_of_the_plugin_is_the_one_on_the_page():
+    """Its times; ratios were rounded from more digits than are stored."""
+    stored = plugin_table(stored_runs()["plugin"]).splitlines()
+    shown = table_on("docs/benchmarks.md", "plugin").splitlines()
+    assert [line.split("|")[1:3] for line in stored] == [line.split("|")[1:3] for line in shown]
+
+
+def test_meshes_and_mujocos_own_sensor_are_in_the_table_of_meshes():
+    for name in ("draft", "default", "fine", "<tactile>"):
+        assert name in table_on("docs/benchmarks.md", "mesh")

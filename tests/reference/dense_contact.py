@@ -15,6 +15,7 @@ SI units; pad frame: z out of the pad, pressing is force z < 0.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -140,7 +141,7 @@ def dense_readings(
         bodies: at least one.
         cells: that lie near each body's contact; with many bodies fewer, 5,000 in all.
         tilting: whether the bodies tilt until their moments are the given ones; else they keep their orientation.
-        cap: largest pressure [Pa]; None for no bound.
+        cap: largest pressure of what does not slide [Pa]; None for no bound.
 
     Raises:
         DenseContactError: a body does not press or is not over the sheet, its force is more than `cap` times what it
@@ -344,7 +345,7 @@ class Pressing:
         frames = []
         for k, (body, one, span) in enumerate(zip(self.bodies, cells, spans, strict=True)):
             middle, length = one.centres.mean(axis=0), float(np.sqrt(one.area * len(one.index)))
-            most[span] = self.cap * one.area * one.share
+            most[span] = self.bound(body) * one.area * one.share
             through = self._carried(body, one.centres, most[span], length)
             offset = np.column_stack([np.ones(len(one.index)), (one.centres - middle) / length])
             modes[span, motions * k : motions * (k + 1)] = offset[:, :motions]
@@ -389,6 +390,11 @@ class Pressing:
         # What is pulled by no more than rounding is not pressed.
         return np.where(forces < ROUNDING * forces.max(), 0.0, forces), motion
 
+    def bound(self, body: Body) -> float:
+        """Largest pressure of a body [Pa]: shear takes a part of it, so that von Mises stress stays within the cap."""
+        sliding = min(float(np.hypot(*body.force[:2])) / -float(body.force[2]), 1.0)
+        return self.cap / math.sqrt(1.0 + 3.0 * sliding**2)
+
     def _carried(self, body: Body, points: Array, most: Array, length: float) -> Array:
         """The point (x, y) [m] a body's pressing force passes through, or the nearest that its cells can carry.
 
@@ -398,7 +404,7 @@ class Pressing:
         total = -float(body.force[2])
         if most.sum() <= total * (1 + INSIDE):
             raise DenseContactError(
-                f"{body.name} presses with {total:.4g} N, but at {self.cap:.4g} Pa what it covers carries "
+                f"{body.name} presses with {total:.4g} N, but at {self.bound(body):.4g} Pa what it covers carries "
                 f"{most.sum():.4g} N at most."
             )
         wanted = np.array([body.moment[1], -body.moment[0]]) / total
@@ -429,11 +435,11 @@ def _furthest(along: Array, most: Array, total: float) -> float:
 def _likely(pressing: Pressing, cells: Sequence[Cells], known: Sequence[BodyContact]) -> tuple[Mask, Mask]:
     """Cells that lie in pressed ones of a coarser contact, and those that lie in ones at their bound."""
     pressed, full = [], []
-    for one, part in zip(cells, known, strict=True):
+    for body, one, part in zip(pressing.bodies, cells, known, strict=True):
         lattice = part.cells.lattice
         within = lattice.holding(one.centres)
         loaded = part.forces[:, 2] < 0.0
-        at_bound = part.pressures >= pressing.cap * part.cells.share * (1 - 1e-9)
+        at_bound = part.pressures >= pressing.bound(body) * part.cells.share * (1 - 1e-9)
         full.append(among(within, part.cells.index[at_bound]))
         pressed.append(among(within, part.cells.index[loaded]) & ~full[-1])
     return np.concatenate(pressed), np.concatenate(full)

@@ -1,8 +1,10 @@
-"""Benchmark results as Markdown tables, and a README whose tables are never typed."""
+"""Benchmark results as Markdown tables, and pages whose tables are never typed."""
 
 from __future__ import annotations
 
+import json
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from mjtactile.cli.benchmarks.cases import CALCULIX_GROUPS
 from mjtactile.cli.benchmarks.front import front
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import PRESETS
+from mjtactile.sim.assets import asset_path
 
 
 def mesh_table(result: dict[str, Any]) -> str:
@@ -107,6 +110,50 @@ def trade_table(result: dict[str, Any]) -> str:
         times = [_milliseconds(seconds)] * 3
         lines.append(_line([name, mesh, *["-"] * (len(titles) - 2 - len(times)), *times]))
     return "\n".join(lines)
+
+
+def stored_runs() -> dict[str, Any]:
+    """Arguments of `today_table`: what others offer, and the runs that `make tables` stored last."""
+    return {
+        "others": tomllib.loads(asset_path("benchmarks/today.toml").read_text())["other"],
+        "trade": json.loads(asset_path("benchmarks/trade.json").read_text()),
+        "plugin": json.loads(asset_path("benchmarks/plugin.json").read_text()),
+    }
+
+
+def today_table(others: list[dict[str, Any]], trade: dict[str, Any], plugin: dict[str, Any]) -> str:
+    """What people use today, beside two presets, as a Markdown table: the README's.
+
+    Args:
+        others: rows of benchmarks/today.toml.
+        trade: a result of `mjtactile bench trade`.
+        plugin: a result of `mjtactile bench plugin`.
+    """
+    added = {row["name"]: row["added_s"] for row in plugin["rows"]}
+    titles = ["", "reports", "below the surface", "error against CalculiX", "box adds to a step", "star adds to a step"]
+    lines = [_line(titles), _line(["---"] * len(titles))]
+    for name in ("fast", "balanced"):
+        (row,) = (one for one in trade["rows"] if one["preset"] == name)
+        times = [
+            " / ".join(_microseconds(added[f"{how} {shape}, {name}"]) for how in ("unchanged", "moving"))
+            for shape in ("box", "star")
+        ]
+        error = _median_worst([value for case, value in row["calculix"].items() if case.startswith("B2_")])
+        lines.append(_line([f"**mjtactile, {name}**", "von Mises stress", "four depths", error, *times]))
+    for other in others:
+        match other.get("measured"):
+            case "direct":
+                times = [_milliseconds(trade["direct_s"]["default"])] * 2
+            case "tactile":
+                times = [_microseconds(added[f"MuJoCo `<tactile>`, {shape}"]) for shape in ("box", "star")]
+            case _:
+                times = ["-", "-"]
+        lines.append(_line([other["name"], other["reports"], other["below"], other["error"], *times]))
+    return "\n".join(lines)
+
+
+def _microseconds(seconds: float) -> str:
+    return f"{seconds * 1e6:.1f} us"
 
 
 def rounded(result: Any) -> Any:

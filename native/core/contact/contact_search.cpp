@@ -190,25 +190,27 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
   }
 }
 
-// Perimeter of what of a part lies under a level [m], and its area.
-double ContactSearch::perimeter(const Part& part, double level, double& area) const {
-  const double step[2] = {part.region.width / static_cast<double>(part.columns),
-                          part.region.height / static_cast<double>(part.rows)};
-  const auto under = [&](std::size_t column, std::size_t row) {
-    return part.heights[row * part.columns + column] <= level;
-  };
-  double around = 0.0;
+// Perimeter of what of a part lies under a level [m], and its area. Rows and columns of nothing lie around it, so that
+// the loops need not ask where it ends.
+double ContactSearch::perimeter(const Part& part, double level, double& area) {
+  const std::size_t across = part.columns + 1;
+  under_closer_.assign(across * (part.rows + 2) + 1, 0);
+  std::uint8_t* const first = under_closer_.data() + across + 1;
   for (std::size_t row = 0; row < part.rows; ++row) {
-    for (std::size_t column = 0; column < part.columns; ++column) {
-      if (!under(column, row)) continue;
-      area += part.cell;
-      if (column == 0 || !under(column - 1, row)) around += step[1];
-      if (column + 1 == part.columns || !under(column + 1, row)) around += step[1];
-      if (row == 0 || !under(column, row - 1)) around += step[0];
-      if (row + 1 == part.rows || !under(column, row + 1)) around += step[0];
-    }
+    const double* heights = part.heights.data() + row * part.columns;
+    for (std::size_t column = 0; column < part.columns; ++column) first[row * across + column] = heights[column] <= level;
   }
-  return around;
+  std::size_t count = 0, upright = 0, flat = 0;  // points under the level, and edges between one that is and one that is not
+  for (std::size_t place = 1; place < under_closer_.size(); ++place) {
+    count += under_closer_[place];
+    upright += under_closer_[place] ^ under_closer_[place - 1];
+  }
+  for (std::size_t place = across; place < under_closer_.size(); ++place) {
+    flat += under_closer_[place] ^ under_closer_[place - across];
+  }
+  area += static_cast<double>(count) * part.cell;
+  return static_cast<double>(upright) * part.region.height / static_cast<double>(part.rows) +
+         static_cast<double>(flat) * part.region.width / static_cast<double>(part.columns);
 }
 
 // The level at which all parts together carry the load, by bisection.
@@ -228,19 +230,25 @@ void ContactSearch::set_level(const SearchLoad& load) {
       for (double& one : parts_[k].heights) one -= deepest;
     }
   }
-  const auto carries = [&](double level) {
-    double around = 0.0, area = 0.0;
-    for (std::size_t k = 0; k < part_count_; ++k) around += perimeter(parts_[k], level, area);
-    return kRound * load.modulus * around / 2 * level >= load.force && area >= load.least_area;
-  };
-  double low = 0.0, high = highest;
-  if (carries(high)) {
-    for (int step = 0; step < kBisections; ++step) {
-      const double middle = (low + high) / 2;
-      (carries(middle) ? high : low) = middle;
+  const auto least = [&](double least_area) {
+    const auto carries = [&](double level) {
+      double around = 0.0, area = 0.0;
+      for (std::size_t k = 0; k < part_count_; ++k) around += perimeter(parts_[k], level, area);
+      return kRound * load.modulus * around / 2 * level >= load.force && area >= least_area;
+    };
+    double low = 0.0, high = highest;
+    if (carries(high)) {
+      for (int step = 0; step < kBisections; ++step) {
+        const double middle = (low + high) / 2;
+        (carries(middle) ? high : low) = middle;
+      }
     }
-  }
-  level_ = high * (1.0 + kSame);
+    return high * (1.0 + kSame);
+  };
+  level_ = loaded_ = least(0.0);
+  double area = 0.0;
+  for (std::size_t k = 0; k < part_count_; ++k) perimeter(parts_[k], level_, area);
+  if (area < load.least_area) level_ = least(load.least_area);
 }
 
 // The rectangle about what of a part lies under a level.
@@ -315,7 +323,7 @@ bool ContactSearch::supported(const SearchLoad& load) const {
   return holds(convex_hull(std::move(corners)), load.through);
 }
 
-Rim ContactSearch::rim(const SearchLoad& load) const {
+std::vector<Rim> ContactSearch::rims(const SearchLoad& load) const {
   // The ends of every row have all corners of the hull among them.
   std::vector<Point> ends;
   for (std::size_t row = 0; row < kLines; ++row) {
@@ -327,19 +335,20 @@ Rim ContactSearch::rim(const SearchLoad& load) const {
     }
   }
   const std::vector<Point> hull = convex_hull(std::move(ends));
-  Rim nearest = {kNowhere, 0.0, 0.0, {0.0, 0.0}};
+  std::vector<Rim> found;
   for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
     const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
     const double length = std::hypot(b.x - a.x, b.y - a.y);
     const double inward[2] = {-(b.y - a.y) / length, (b.x - a.x) / length};
-    const double distance = inward[0] * (load.through.x - a.x) + inward[1] * (load.through.y - a.y);
-    if (distance >= nearest.distance) continue;
-    nearest = {distance, 0.0, length, {inward[0], inward[1]}};
+    Rim rim = {inward[0] * (load.through.x - a.x) + inward[1] * (load.through.y - a.y), 0.0, length,
+               {inward[0], inward[1]}};
     for (const Point& corner : hull) {
-      nearest.depth = std::max(nearest.depth, inward[0] * (corner.x - a.x) + inward[1] * (corner.y - a.y));
+      rim.depth = std::max(rim.depth, inward[0] * (corner.x - a.x) + inward[1] * (corner.y - a.y));
     }
+    found.push_back(rim);
   }
-  return nearest;
+  std::stable_sort(found.begin(), found.end(), [](const Rim& a, const Rim& b) { return a.distance < b.distance; });
+  return found;
 }
 
 Plane ContactSearch::resting(const SearchLoad& load) {

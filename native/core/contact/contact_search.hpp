@@ -40,7 +40,7 @@ struct SearchLoad {
   double least_area;   // that the force needs [m^2]
 };
 
-// The nearest side of what a body covers, as a convex hull.
+// A side of what a body covers, as a convex hull.
 struct Rim {
   double distance;    // of the load's line, negative outside [m]
   double depth;       // of the hull behind that side, and how long the side is [m]
@@ -56,11 +56,13 @@ class ContactSearch {
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   // Height of the level above the plane through the lowest point [m], and of that point above the given plane.
   double level() const { return level_; }
+  // The same where no area is needed.
+  double loaded() const { return loaded_; }
   double lowest() const { return lowest_; }
   // Whether the load passes through what the spots span.
   bool supported(const SearchLoad& load) const;
-  // How far the load passes from the rim of what the body covers.
-  Rim rim(const SearchLoad& load) const;
+  // The sides of what the body covers, the nearest to the load first.
+  std::vector<Rim> rims(const SearchLoad& load) const;
   // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
   Plane resting(const SearchLoad& load);
 
@@ -79,7 +81,7 @@ class ContactSearch {
   void gather_parts();
   void look_closer(const HeightMap& map, const Plane& plane, Part& part);
   void set_level(const SearchLoad& load);
-  double perimeter(const Part& part, double level, double& area) const;
+  double perimeter(const Part& part, double level, double& area);
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
 
@@ -89,14 +91,14 @@ class ContactSearch {
   std::vector<double> raw_, heights_;
   std::vector<std::uint32_t> order_;
   std::vector<std::size_t> parents_;
-  std::vector<std::uint8_t> under_;
+  std::vector<std::uint8_t> under_, under_closer_;
   std::vector<std::vector<Point>> members_;
   std::vector<std::size_t> labels_;
   std::vector<Part> parts_;
   std::size_t part_count_ = 0;
   std::vector<Spot> spots_;
   std::vector<Point> chosen_;
-  double level_ = 0.0, lowest_ = 0.0, spacing_ = 0.0;
+  double level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, spacing_ = 0.0;
   SpringBed springs_;
   std::vector<double> stiffness_, modes_, bed_heights_;
 };

@@ -47,6 +47,8 @@ constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0;
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
+// Two sides meet at a corner where their normals' product is below this.
+constexpr double kCorner = 0.7;
 
 // Centre a region on a point no further from its middle than a cell: of symmetric bodies it is their middle, and where
 // a body slides the cells go with it.
@@ -84,7 +86,8 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       view.plane = search_.resting(load);
       spots_ = search_.find(map, view.plane, load);
     }
-    if (look == 0 && compact()) view.generosity = kCompact;
+    // Springs are pressed farther out than an elastic surface.
+    if (look == 0 && options.law == Law::elastic && compact()) view.generosity = kCompact;
     if (!add_cells(map, sheet, options, view)) return found;
     contact_.place(cells_.face(), kHere, compliance, options, workspace);
     heights_ = cells_.heights();
@@ -104,14 +107,31 @@ bool PatchPress::compact() const {
   return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
 }
 
-// A load that passes close to the rim tilts the body about it, onto a strip along the rim.
+// A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to two sides that
+// meet tilts it onto their corner.
 Plane PatchPress::first_plane(const SearchLoad& load) {
   Plane plane = {{0.0, 0.0}, load.through};
-  const Rim rim = search_.rim(load);
-  if (!(rim.distance < kNearRim * rim.depth)) return plane;
-  const double strip = kStrip * std::max(rim.distance, 1e-3 * rim.depth);
-  const double level = load.force / (load.modulus * (rim.length + strip));
-  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * rim.inward[k];
+  const std::vector<Rim> rims = search_.rims(load);
+  const auto near = [](const Rim& rim) { return rim.distance < kNearRim * rim.depth; };
+  if (rims.empty() || !near(rims.front())) return plane;
+  const Rim& rim = rims.front();
+  const auto meets = [&](const Rim& other) {
+    return near(other) && std::abs(rim.inward[0] * other.inward[0] + rim.inward[1] * other.inward[1]) < kCorner;
+  };
+  const auto other = std::find_if(rims.begin(), rims.end(), meets);
+  double inward[2] = {rim.inward[0], rim.inward[1]}, strip = kStrip * std::max(rim.distance, 1e-3 * rim.depth);
+  double length = rim.length;
+  if (other == rims.end()) {
+    strip = std::max(strip, load.least_area / length);
+  } else {
+    strip = std::max(kStrip * other->distance, std::max(strip, std::sqrt(load.least_area)));
+    length = strip;
+    const double both[2] = {rim.inward[0] + other->inward[0], rim.inward[1] + other->inward[1]};
+    const double size = std::hypot(both[0], both[1]);
+    for (int k = 0; k < 2; ++k) inward[k] = both[k] / size;
+  }
+  const double level = load.force / (load.modulus * (length + strip));
+  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k];
   return plane;
 }
 
@@ -125,7 +145,7 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
   const double highest = options.law == Law::uniform ? std::max(search_.level(), options.facing_gap)
-                                                     : search_.level() * view.generosity;
+                                                     : std::max(search_.loaded() * view.generosity, search_.level());
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; law "uniform" has nothing to solve.
   const double cells = (options.law == Law::uniform ? kCheap : 1.0) * static_cast<double>(options.cells);
@@ -174,7 +194,9 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   double roots = 0.0;
   for (const Spot& one : spots_) roots += std::sqrt(one.area);
   const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
-  double cell = coarser * spot.area * std::sqrt(std::max(view.generosity, kGenerous)) / share;
+  // What breaks presses all of a spot, and nothing beyond.
+  const bool breaks = search_.loaded() * kGenerous < search_.level();
+  double cell = coarser * spot.area * (breaks ? 1.0 : std::sqrt(std::max(view.generosity, kGenerous))) / share;
   // So many cells of one size lie along a line that runs askew to them.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);

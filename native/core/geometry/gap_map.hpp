@@ -36,11 +36,15 @@ class FlatMap : public HeightMap {
   void place(const std::vector<Point>& starts, const std::vector<Point>& ends, const Rectangle& sheet);
 
   double height(double x, double y) const override;
+  void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
   Rectangle bounds() const override { return bounds_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
 
  private:
+  double side(std::size_t edge, double x, double y) const;
+
   Rectangle sheet_ = {}, bounds_ = {};
+  bool convex_ = false;   // then inside is what lies left of all edges
   std::vector<Point> starts_, ends_, candidates_;
 };
 

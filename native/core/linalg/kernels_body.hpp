@@ -217,6 +217,10 @@ inline void integrate_inverse_distance(const double* x, const double* y, std::si
   }
 }
 
+inline void inverse_roots(double* values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) values[i] = 1.0 / std::sqrt(values[i]);
+}
+
 inline Kernels make_kernels(const char* name) {
   return {name,
           add_columns<Byte, float>,
@@ -226,5 +230,6 @@ inline Kernels make_kernels(const char* name) {
           multiply_add_matrices,
           norms_of<float>,
           norms_of<double>,
-          integrate_inverse_distance};
+          integrate_inverse_distance,
+          inverse_roots};
 }

@@ -79,13 +79,16 @@ struct Parts {
 
 double near_integral(const CellRectangle& a, const CellRectangle& b) {
   const Parts parts(a, b);
-  double sum = 0.0;
+  double squares[kMostParts * kMostParts * kMostParts * kMostParts], sum = 0.0;
+  std::size_t count = 0;
   for (int i = 0; i < parts.counts[0]; ++i) {
     for (int j = 0; j < parts.counts[1]; ++j) {
       const double x = parts.points[1][j].x - parts.points[0][i].x, y = parts.points[1][j].y - parts.points[0][i].y;
-      sum += 1.0 / std::sqrt(std::max(x * x + y * y, parts.softened));
+      squares[count++] = std::max(x * x + y * y, parts.softened);
     }
   }
+  kernels().inverse_roots(squares, count);
+  for (std::size_t k = 0; k < count; ++k) sum += squares[k];
   return a.area * b.area * sum / (parts.counts[0] * parts.counts[1]);
 }
 

@@ -9,11 +9,11 @@
 namespace mjtactile {
 namespace {
 
-constexpr int kSupports = 16;
-// Of the moments: what counts as nothing.
-constexpr double kNothing = 1e-9;
-// Of how far the set reaches: where the search ends, and how much farther than a load it has to reach.
-constexpr double kClose = 1e-3, kSafe = 1.01;
+constexpr int kSupports = 32;
+// Of the moments: what counts as nothing; of the distance to the set of loads: where the search ends.
+constexpr double kNothing = 1e-9, kClose = 1e-3;
+// How much farther than a load what can be borne has to reach.
+constexpr double kSafe = 1.01;
 
 // Moments of the cells full that lie farthest along a direction, until they bear the force.
 Point farthest(const std::vector<double>& most, const double* modes, double force, const Point& along,
@@ -34,29 +34,23 @@ Point farthest(const std::vector<double>& most, const double* modes, double forc
   return moments;
 }
 
-// How far along a ray from the even load's moments those reach that can be borne, over the ray's length, as far as it
-// matters: loads that can be borne form a convex set, whose support in a direction is a sum over the farthest cells. The
-// ray leaves the set between two of its points, which come nearer by turns.
-double reach(const std::vector<double>& most, const double* modes, double force, const Point& even, const Point& ray,
-             std::vector<std::size_t>& order) {
-  const auto support = [&](const Point& along) {
-    const Point found = farthest(most, modes, force, along, order);
-    return Point{found.x - even.x, found.y - even.y};
+Point minus(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y}; }
+double product(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y; }
+
+// The point of a segment nearest to another.
+Point nearest_on(const Point& a, const Point& b, const Point& to) {
+  const Point side = minus(b, a);
+  const double square = product(side, side);
+  const double share = square > 0.0 ? std::min(std::max(product(minus(to, a), side) / square, 0.0), 1.0) : 0.0;
+  return {a.x + share * side.x, a.y + share * side.y};
+}
+
+bool in_triangle(const Point& a, const Point& b, const Point& c, const Point& at) {
+  const auto turn = [&](const Point& from, const Point& to) {
+    return (to.x - from.x) * (at.y - from.y) - (to.y - from.y) * (at.x - from.x);
   };
-  const double length = std::hypot(ray.x, ray.y);
-  Point left = support({-ray.y, ray.x}), right = support({ray.y, -ray.x});
-  double share = 0.0;
-  for (int trial = 0; trial < kSupports && share < kSafe; ++trial) {
-    const Point side = {left.x - right.x, left.y - right.y}, outward = {-side.y, side.x};
-    const double along = outward.x * ray.x + outward.y * ray.y;
-    if (!(std::abs(along) > kNothing * length * std::hypot(side.x, side.y))) break;
-    share = (outward.x * right.x + outward.y * right.y) / along;
-    const double sign = along > 0.0 ? 1.0 : -1.0;
-    const Point next = support({sign * outward.x, sign * outward.y});
-    if ((outward.x * next.x + outward.y * next.y) / along - share <= kClose) break;
-    (ray.x * next.y - ray.y * next.x > 0.0 ? left : right) = next;
-  }
-  return share;
+  const double first = turn(a, b), second = turn(b, c), third = turn(c, a);
+  return (first >= 0.0 && second >= 0.0 && third >= 0.0) || (first <= 0.0 && second <= 0.0 && third <= 0.0);
 }
 
 }  // namespace
@@ -73,12 +67,29 @@ bool bring_within_bearing(const std::vector<double>& most, const double* modes, 
     const double share = force * most[i] / all;
     even.x += share * modes[3 * i + 1], even.y += share * modes[3 * i + 2];
   }
-  const Point ray = {resultants[1] - even.x, resultants[2] - even.y};
-  if (std::hypot(ray.x, ray.y) <= kNothing * force) return false;
-  const double share = reach(most, modes, force, even, ray, order);
-  if (share >= kSafe) return false;
-  nearer[1] = even.x + share / kSafe * ray.x;
-  nearer[2] = even.y + share / kSafe * ray.y;
+  const Point wanted = {resultants[1], resultants[2]};
+  // Loads that can be borne form a convex set, whose support in a direction is a sum over the farthest cells. Its nearest
+  // point is found on segments between such points (Gilbert, Johnson, Keerthi, IEEE J. Robotics Automation 4, 1988).
+  const auto support = [&](const Point& along) {
+    const Point found = farthest(most, modes, force, along, order);
+    return Point{even.x + (found.x - even.x) / kSafe, even.y + (found.y - even.y) / kSafe};
+  };
+  Point near = even, first = even, second = even;
+  for (int trial = 0; trial < kSupports; ++trial) {
+    const Point away = minus(wanted, near);
+    const double square = product(away, away);
+    if (square <= kNothing * kNothing * force * force) return false;
+    const Point next = support(away);
+    if (product(away, minus(next, near)) <= kClose * square) break;
+    if (in_triangle(first, second, next, wanted)) return false;
+    const Point over_first = nearest_on(first, next, wanted), over_second = nearest_on(second, next, wanted);
+    const Point to_first = minus(wanted, over_first), to_second = minus(wanted, over_second);
+    const bool keeps_first = product(to_first, to_first) <= product(to_second, to_second);
+    near = keeps_first ? over_first : over_second;
+    (keeps_first ? second : first) = next;
+  }
+  nearer[1] = near.x;
+  nearer[2] = near.y;
   return true;
 }
 

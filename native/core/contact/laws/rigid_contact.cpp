@@ -17,7 +17,7 @@ constexpr double kBalanced = 1e-9;
 // Exchanges of cells, and those that may leave as many wrong ones before single cells are exchanged.
 constexpr std::size_t kExchanges = 24, kPatience = 3;
 // Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
-constexpr std::size_t kDescents = 20, kBounded = 30;
+constexpr std::size_t kDescents = 20, kBounded = 100;
 // Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
 constexpr double kMostWork = 5e6, kMostFactors = 12.0;
 // Springs that start the search, over the stiffness of single cells.
@@ -163,6 +163,7 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
 bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most) {
   const std::size_t cells = problem.cells(), motions = problem.motions;
   const Matrix& compliance = *problem.compliance;
+  bool single = false;
   pushed_.resize(cells);
   seen_.clear();
   for (std::size_t round = 0; round < kBounded; ++round) {
@@ -179,16 +180,15 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
     double scale = std::abs(motion_[0]);
     for (const double pushed : pushed_) scale = std::max(scale, std::abs(pushed));
     bool changed = false;
-    for (std::size_t i = 0; i < cells; ++i) {
-      if (full_[i]) {
+    for (std::size_t k = cells; k-- > 0 && !(changed && single);) {
+      if (full_[k]) {
         // Let go where the surface would be pushed deeper than the body is.
-        if (separation_[i] > kTolerance * scale) full_[i] = 0, pressed_[i] = 1, changed = true;
-      } else if (pressed_[i]) {
-        const double force = forces_[i];
-        if (force > most[i] * (1.0 + kTolerance)) pressed_[i] = 0, full_[i] = 1, changed = true;
-        if (force < -kTolerance * most[i]) pressed_[i] = 0, changed = true;
-      } else if (separation_[i] < -kTolerance * scale) {
-        pressed_[i] = 1, changed = true;
+        if (separation_[k] > kTolerance * scale) full_[k] = 0, pressed_[k] = 1, changed = true;
+      } else if (pressed_[k]) {
+        if (forces_[k] > most[k] * (1.0 + kTolerance)) pressed_[k] = 0, full_[k] = 1, changed = true;
+        if (forces_[k] < -kTolerance * most[k]) pressed_[k] = 0, changed = true;
+      } else if (separation_[k] < -kTolerance * scale) {
+        pressed_[k] = 1, changed = true;
       }
     }
     if (!changed) {
@@ -201,7 +201,8 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
     }
     std::uint64_t known = fingerprint(pressed_);
     for (const std::uint8_t one : full_) known = (known ^ one) * 1099511628211u;
-    if (std::find(seen_.begin(), seen_.end(), known) != seen_.end()) return false;
+    // What comes round again ends with one cell at a time, the last one (Murty, Linear Complementarity, 1988, ch. 4).
+    single = single || std::find(seen_.begin(), seen_.end(), known) != seen_.end();
     seen_.push_back(known);
   }
   return false;

@@ -1,0 +1,73 @@
+"""Pages for people: every link leads somewhere, and every generated table has its place."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+#: Markers of tables by the command that writes them, where it is not called `mjtactile bench NAME`.
+MARKERS = {"mjtactile envs": "environments"}
+
+
+def name_of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+def prose(page: Path) -> str:
+    """The page without its code, where brackets mean something else."""
+    return re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(), flags=re.DOTALL)
+
+
+def anchors(page: Path) -> set[str]:
+    """What headings are called in links: lower case, hyphens for spaces, punctuation left out."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_links_lead_to_what_is_there(page):
+    for link in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+        if link.startswith(("http://", "https://")):
+            continue
+        path, _, anchor = link.partition("#")
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), f"{link} leads nowhere"
+        assert not anchor or anchor in anchors(target), f"{link}: no such heading"
+
+
+def commands_that_write_tables() -> list[tuple[str, str]]:
+    """Commands of `make tables`, each with the page that it writes."""
+    recipe = re.search(r"^tables:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+    assert recipe is not None
+    found = []
+    for line in recipe[1].splitlines():
+        words = shlex.split(line.strip().replace("$(BIN)/", ""))
+        options = [words.index(word) for word in ("--page", "--readme") if word in words]
+        assert len(options) == 1, f"{line.strip()} names no page"
+        first = next(k for k, word in enumerate(words) if word.startswith("--"))
+        found.append((" ".join(words[:first]), words[options[0] + 1]))
+    return found
+
+
+@pytest.mark.parametrize(("command", "page"), commands_that_write_tables())
+def test_a_table_has_its_markers_where_its_command_writes(command, page):
+    marker = MARKERS.get(command, command.removeprefix("mjtactile bench "))
+    found = re.findall(
+        rf"^<!-- bench {marker} -->\n.+?\n<!-- end -->$", (ROOT / page).read_text(), re.DOTALL | re.MULTILINE
+    )
+    assert len(found) == 1, f"{page} has no table '{marker}'"
+
+
+def test_make_tables_writes_every_table_of_the_benchmarks():
+    written = {
+        (MARKERS.get(name, name.removeprefix("mjtactile bench ")), page) for name, page in commands_that_write_tables()
+    }
+    for page in ("README.md", "docs/benchmarks.md", "docs/environments.md"):
+        markers = re.findall(r"^<!-- bench (.+) -->$", (ROOT / page).read_text(), flags=re.MULTILINE)
+        assert markers
+        assert {(marker, page) for marker in markers} <= written
