@@ -25,7 +25,7 @@ def nbytes(tensors: list[Tensor]) -> int:
 
 
 def row(preset: str) -> list[str]:
-    influence = influence_matrices(preset=preset)
+    influence = influence_matrices(fidelity=preset)
     model = PadModel(influence)
     footprint = Footprint.from_outline(indenter_outline("star", rotate_deg=20), influence.surface)
     load = contact_load(influence, footprint, force=(0.1, 0.0, -0.5))

@@ -10,9 +10,10 @@ import json
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -141,22 +142,39 @@ def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
         OutputError: when it cannot be written; the message says why.
     """
     try:
-        target = _target(path)
-        mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o644
         # The file's own name may be as long as names may be, so that nothing can be put before it.
-        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".", suffix=PARTIAL, delete=False) as file:
-            partial = Path(file.name)
-            try:
-                write(file)
-                file.flush()
-                os.fsync(file.fileno())
-                file.close()
-                partial.chmod(mode)
-                partial.replace(target)
-            finally:
-                partial.unlink(missing_ok=True)
+        with replacing(_target(path), prefix=".") as file:
+            write(file)
     except OSError as error:
         raise _refused(path, error) from error
+
+
+@contextmanager
+def replacing(target: Path, prefix: str) -> Iterator[IO[bytes]]:
+    """A binary file to fill; it takes the place of `target` once it is whole, or leaves nothing behind.
+
+    A file that was there keeps its permissions.
+
+    Args:
+        target: regular file, or nothing yet.
+        prefix: of the name that the file has while it is written, in the same folder.
+
+    Raises:
+        OSError: when it cannot be written.
+    """
+    mode = stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o644
+    with tempfile.NamedTemporaryFile(dir=target.parent, prefix=prefix, suffix=PARTIAL, delete=False) as file:
+        partial = Path(file.name)
+        try:
+            yield file
+            file.close()
+            # Opened anew: who filled it by its name may have written through another handle.
+            with partial.open("rb+") as whole:
+                os.fsync(whole.fileno())
+            partial.chmod(mode)
+            partial.replace(target)
+        finally:
+            partial.unlink(missing_ok=True)
 
 
 def _target(path: Path) -> Path:

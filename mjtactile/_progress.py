@@ -8,21 +8,32 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def progress_bar(description: str, total: int, *, wanted: bool = True) -> Iterator[Callable[[int], None]]:
+def progress_bar(
+    description: str, total: float, *, wanted: bool = True, counted: bool = True
+) -> Iterator[Callable[[float], None]]:
     """A bar on standard error; yields what advances it by a number of steps.
 
     Args:
         description: what is being done.
         total: steps in all.
+        counted: show how many steps are done; else the share in percent, for steps that are nothing to count.
         wanted: whether to show one; on anything but a terminal there is none.
     """
     if not (wanted and sys.stderr.isatty()):
         yield lambda steps: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    done = MofNCompleteColumn() if counted else TaskProgressColumn()
+    columns = (TextColumn("{task.description}"), BarColumn(), done, TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(description, total=total)
         yield lambda steps: bar.advance(task, steps)

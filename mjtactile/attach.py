@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile.errors import SceneError
-from mjtactile.fidelity import PRESETS
+from mjtactile.errors import PresetError, SceneError
+from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
@@ -23,7 +23,7 @@ def attach_pad(
     pos: npt.ArrayLike = (0.0, 0.0, 0.0),
     quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
     pad: Pad | str | None = None,
-    fidelity: str = "balanced",
+    fidelity: str | Fidelity = DEFAULT,
     output: str = "von_mises",
     visual: bool = False,
     law: str | None = None,
@@ -44,13 +44,14 @@ def attach_pad(
         quat: orientation of the pad frame there, z out of the pad, (w, x, y, z).
         pad: a pad, the name of a registered one or a file of saved influence matrices; by default the paper's. But for
             a file's, the model holds the pad's numbers, so that it can be saved and opened anywhere.
-        fidelity: preset by name.
+        fidelity: preset by name, or a Fidelity, of which the model holds every choice.
         output: one or more of "von_mises", "stress" and "wrench", separated by spaces.
         visual: whether viewers show the top layer's readings as a heat map on the pad.
         law: contact law in place of the fidelity's own.
         friction: coefficient that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
         contact: "stiff", or "soft" for grippers that cannot align themselves: what is gripped askew presses with a
-            patch, not with a corner (docs/hands.md).
+            patch, not with a corner (docs/hands.md). `sim.pad_geom.contact_constants` has the numbers, and two more
+            for models of ours: "press" and "hand".
 
     Returns:
         The geom, to change its contact parameters or colour.
@@ -66,8 +67,10 @@ def attach_pad(
         raise SceneError(f"body '{body}' does not exist in the model. Available: {names}.")
     if any(sensor.name == name for sensor in spec.sensors) or spec.geom(f"{name}_pad") is not None:
         raise SceneError(f"the model has a sensor '{name}' or a geom '{name}_pad' already. Give the pad another name.")
-    if fidelity not in PRESETS:
-        raise SceneError(f"fidelity {fidelity!r} does not exist. Available: {', '.join(PRESETS)}.")
+    try:
+        chosen = fidelity_text(fidelity)
+    except PresetError as error:
+        raise SceneError(str(error)) from error
     if unknown := [one for one in output.split() if one not in OUTPUTS]:
         raise SceneError(f"output {unknown[0]!r} does not exist. Available: {', '.join(OUTPUTS)}.")
     position, orientation = np.asarray(pos, dtype=float), np.asarray(quat, dtype=float)
@@ -75,7 +78,7 @@ def attach_pad(
         raise SceneError(f"pos = {pos}, quat = {quat}; expected three lengths [m] and a quaternion (w, x, y, z).")
     table, made = pad_table(pad)
     geom = add_pad_geom(parent, name, made, position, orientation / np.linalg.norm(orientation), contact)
-    config = {"pad": table, "fidelity": fidelity, "output": output, "visual": "on" if visual else "off"}
+    config = {"pad": table, "fidelity": chosen, "output": output, "visual": "on" if visual else "off"}
     config |= {} if law is None else {"law": law}
     config |= {} if friction is None else {"friction": f"{friction:.17g}"}
     add_pad_sensor(spec, name, config)

@@ -7,7 +7,9 @@ built.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from mjtactile.errors import MeshError, PresetError
 from mjtactile.pad import Pad
@@ -144,6 +146,8 @@ class Fidelity:
         return mesh_density(self.mesh)
 
 
+#: The preset that is read where nobody says otherwise.
+DEFAULT = "balanced"
 #: Named fidelities, fast to accurate.
 PRESETS: dict[str, Fidelity] = {
     "fast": Fidelity(mesh="draft", precision="int8", reduction=0.03, averaging="mean", law="elastic", cells=20),
@@ -161,34 +165,53 @@ PRESETS: dict[str, Fidelity] = {
 }
 
 
-def fidelity(preset: str | Fidelity) -> Fidelity:
+def as_fidelity(fidelity: str | Fidelity) -> Fidelity:
     """The fidelity behind a preset's name; a Fidelity stands for itself.
 
     Raises:
         PresetError: when no preset has that name; the message lists those that exist.
     """
-    if isinstance(preset, Fidelity):
-        return preset
-    if preset not in PRESETS:
-        raise PresetError(f"preset {preset!r} does not exist. Available: {', '.join(PRESETS)}; or pass a Fidelity.")
-    return PRESETS[preset]
+    if isinstance(fidelity, Fidelity):
+        return fidelity
+    if fidelity not in PRESETS:
+        raise PresetError(
+            f"fidelity {fidelity!r} does not exist. Available: {', '.join(PRESETS)}; or pass a Fidelity, such as "
+            "Fidelity(mesh='draft')."
+        )
+    return PRESETS[fidelity]
 
 
-def mesh_or_preset(mesh: str | MeshDensity | None, preset: str | Fidelity | None) -> Fidelity:
-    """The fidelity that a caller's `mesh` and `preset` ask for; mesh "default" where there is neither.
+def fidelity_text(fidelity: str | Fidelity) -> str:
+    """A fidelity as a model names it: its preset's name, or its choices as compact JSON.
 
     Raises:
-        PresetError: when both are given, or the preset does not exist.
-        MeshError: when the mesh does not exist.
+        PresetError: when no preset has that name.
     """
-    if preset is None:
-        return Fidelity(mesh="default" if mesh is None else mesh)
-    if mesh is not None:
-        raise PresetError(
-            f"preset {preset!r} brings its own mesh, {fidelity(preset).mesh!r}, but mesh = {mesh!r} was given too. "
-            "Drop mesh=, or change it in the preset: dataclasses.replace(PRESETS[name], mesh=...)."
-        )
-    return fidelity(preset)
+    chosen = as_fidelity(fidelity)
+    name = next((name for name, preset in PRESETS.items() if preset == chosen), None)
+    return json.dumps(asdict(chosen), separators=(",", ":")) if name is None else name
+
+
+def fidelity_from_text(text: str) -> Fidelity:
+    """The fidelity that `fidelity_text` wrote.
+
+    Raises:
+        PresetError: when it is neither a preset's name nor such a text.
+        MeshError: when it has a mesh that does not exist.
+    """
+    if not text.lstrip().startswith("{"):
+        return as_fidelity(text)
+    try:
+        values: dict[str, Any] = json.loads(text)
+        mesh = values.get("mesh")
+        if isinstance(mesh, dict):
+            mesh["points_per_axis"] = tuple(mesh["points_per_axis"])
+            values["mesh"] = MeshDensity(**mesh)
+        return Fidelity(**values)
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
+        if isinstance(error, PresetError | MeshError):
+            raise
+        raise PresetError(f"the fidelity's text says no fidelity ({error}). Write it with fidelity_text.") from error
 
 
 def mesh_name(density: MeshDensity) -> str | None:

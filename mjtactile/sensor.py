@@ -14,7 +14,7 @@ from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.contact.options import contact_options
 from mjtactile.errors import ContactWarning, FootprintError, SceneError
-from mjtactile.fidelity import Fidelity, MeshDensity
+from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -42,8 +42,8 @@ class TactileSensor:
         pad: its size and thickness must be the geom's; by default the paper's. Or the name of a sensor of the plugin
             "mjtactile.pad", whose pad, fidelity and law are taken and whose readings are read; or of a pad's geom.
         geom: name of the pad's geom.
-        mesh: "draft", "default", "fine" or a MeshDensity; ignored when `influence` is given.
-        preset: fidelity by name in place of a mesh, see `influence_matrices`; ignored when `influence` is given.
+        fidelity: preset by name or a Fidelity, see `influence_matrices`; ignored when `influence` is given, or `pad` is
+            a sensor of the plugin.
         influence: influence matrices of this pad, where they are at hand.
         law: contact law, see `contact_load`; None for the influence matrices' own.
         tangential: how shear is spread, see `contact_load`.
@@ -62,8 +62,7 @@ class TactileSensor:
         pad: Pad | str | None = None,
         *,
         geom: str = "pad",
-        mesh: str | MeshDensity | None = None,
-        preset: str | Fidelity | None = None,
+        fidelity: str | Fidelity = DEFAULT,
         influence: InfluenceMatrices | None = None,
         law: str | None = None,
         tangential: str = "proportional",
@@ -87,7 +86,7 @@ class TactileSensor:
                 f"the influence matrices belong to a {influence.pad.summary}, the sensor to a {self.pad.summary}. "
                 "Make them with influence_matrices(pad)."
             )
-        self.influence = influence_matrices(self.pad, mesh, preset=preset) if influence is None else influence
+        self.influence = influence_matrices(self.pad, fidelity) if influence is None else influence
         self.law = self.influence.fidelity.law if law is None else law
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
         # Friction of "coulomb" may only be known at the contact; the rest is refused here.

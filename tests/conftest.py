@@ -8,6 +8,7 @@ import pytest
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 from threadpoolctl import threadpool_limits
 
+from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad
@@ -22,17 +23,17 @@ def _one_thread_per_product() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def draft() -> InfluenceMatrices:
-    return influence_matrices(mesh="draft", progress=False)
+    return influence_matrices(fidelity=Fidelity(mesh="draft"), progress=False)
 
 
 @pytest.fixture(scope="session")
 def default_influence() -> InfluenceMatrices:
-    return influence_matrices(mesh="default", progress=False)
+    return influence_matrices(fidelity=Fidelity(mesh="default"), progress=False)
 
 
 @pytest.fixture(scope="session")
 def fine() -> InfluenceMatrices:
-    return influence_matrices(mesh="fine", progress=False)
+    return influence_matrices(fidelity=Fidelity(mesh="fine"), progress=False)
 
 
 @pytest.fixture(scope="session")

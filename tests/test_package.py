@@ -30,7 +30,7 @@ def test_importing_the_package_imports_nothing_heavy():
 def test_the_pad_without_mujoco_never_imports_mujoco_or_scikit_fem_from_a_warm_cache(draft):
     code = (
         "import sys, mjtactile as m\n"
-        "i = m.influence_matrices(mesh='draft')\n"
+        "i = m.influence_matrices(fidelity=m.Fidelity(mesh='draft'))\n"
         "f = m.Footprint.from_outline(m.indenter_outline('star'), i.surface)\n"
         "i.readings(m.contact_load(i, f, force=(0, 0, -1)))\n"
         "print([x for x in ('mujoco', 'skfem', 'torch', 'matplotlib') if x in sys.modules])"

@@ -68,7 +68,7 @@ def pressed(job: tuple[int, int, str]) -> tuple[np.ndarray, Array]:
     seed, number, fidelity = job
     drawn = np.random.default_rng([seed, number])
     pad = Pad()
-    influence = influence_matrices(pad, preset=fidelity, progress=False)
+    influence = influence_matrices(pad, fidelity=fidelity, progress=False)
     sheet = shapely.box(-pad.size[0] / 2, -pad.size[1] / 2, pad.size[0] / 2, pad.size[1] / 2)
     basis = WrenchBasis(influence, Footprint.from_outline(sheet, influence.surface))
     wrenches = np.array([random_wrench(drawn) for _ in range(_PER_JOB)])

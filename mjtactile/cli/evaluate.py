@@ -18,7 +18,7 @@ _MOST_PRESSES = 100_000
 def evaluate(
     seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of the presses and the noise.")] = 1,
     presses: Annotated[int, typer.Option(min=20, max=_MOST_PRESSES, help="How many in MuJoCo.")] = 2000,
-    preset: Annotated[
+    fidelity: Annotated[
         list[str] | None,
         typer.Option(
             help="Fidelity of the sensor: fast, balanced, precise or accurate; several, side by side.  "
@@ -27,7 +27,7 @@ def evaluate(
     ] = None,
     law: Annotated[
         list[str] | None,
-        typer.Option(help="Contact law: uniform, foundation or elastic; several.  [default: the preset's own]"),
+        typer.Option(help="Contact law: uniform, foundation or elastic; several.  [default: the fidelity's own]"),
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
@@ -38,22 +38,22 @@ def evaluate(
     from dataclasses import replace
 
     from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
-    from mjtactile.fidelity import fidelity
+    from mjtactile.fidelity import as_fidelity
     from mjtactile.recognition.evaluation.recognisers import evaluate as measure
     from mjtactile.recognition.evaluation.recognisers import recognisers
     from mjtactile.workers import Workers
 
     Workers(count=workers)
-    sensors = [(name, of) for name in preset or ["precise"] for of in law or [None]]
+    sensors = [(name, of) for name in fidelity or ["precise"] for of in law or [None]]
     for name, of in sensors:
-        known = fidelity(name)
+        known = as_fidelity(name)
         replace(known, law=known.law if of is None else of)
     part = "evaluate" if len(sensors) == 1 else "evaluate sensors"
     if readme is not None:
         check_page(readme, part)
     recognisers(weights)
     results = [
-        measure(seed, presses=presses, preset=name, law=of, workers=workers, folder=weights) for name, of in sensors
+        measure(seed, presses=presses, fidelity=name, law=of, workers=workers, folder=weights) for name, of in sensors
     ]
     alone = len(results) == 1
     text = tables(results[0]) if alone else side_by_side(results)

@@ -57,10 +57,10 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         readme: Readme = None,
     ) -> None:
         from mjtactile.experiments.grasp.trials import Settings
-        from mjtactile.fidelity import fidelity as checked
+        from mjtactile.fidelity import as_fidelity
         from mjtactile.workers import Workers, check_workers
 
-        checked(fidelity)
+        as_fidelity(fidelity)
         own = None if weights is None else str(weights)
         settings = Settings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
         who = Workers(count=workers, ray=ray, ray_address=ray_address)

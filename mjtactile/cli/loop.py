@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, finite
+from mjtactile.cli.options import AsJson, FidelityOption, finite
 from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def loop(
         typer.Option(min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation over the largest reading [-]."),
     ] = 0.01,
     transducer: Annotated[bool, typer.Option("--transducer", help="Read through imperfect capacitive cells.")] = False,
-    preset: Annotated[str, typer.Option(help="Fidelity of the readings.")] = "precise",
+    fidelity: FidelityOption = "precise",
     layers: Annotated[str, typer.Option(help="What recognisers see: all or top.")] = "all",
     weights: Annotated[Path | None, typer.Option(help="Folder of weights.  [default: those shipped]")] = None,
     figure: Annotated[Path, typer.Option(help="Draw what happened to this file.")] = Path("loop.png"),
@@ -48,12 +48,14 @@ def loop(
     from mjtactile._files import check_apart, check_figure, check_writable
     from mjtactile.experiments.loop.clock import steps_between
     from mjtactile.experiments.loop.run import LoopSettings, loop_recognisers, run_loop
-    from mjtactile.fidelity import fidelity
+    from mjtactile.fidelity import as_fidelity
 
-    fidelity(preset)
+    as_fidelity(fidelity)
     steps_between(rate)
     loop_recognisers(layers, weights)
-    settings = LoopSettings(seed=seed, presses=presses, sort=sort, rate=rate, noise=noise, preset=preset, layers=layers)
+    settings = LoopSettings(
+        seed=seed, presses=presses, sort=sort, rate=rate, noise=noise, fidelity=fidelity, layers=layers
+    )
     if record:
         from mjtactile.experiments.loop.video import check_video_path
 

@@ -24,9 +24,10 @@ from mjtactile.cli.envs import envs
 from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.loop import loop
-from mjtactile.cli.options import AsJson, finite
+from mjtactile.cli.options import AsJson, FidelityOption, finite
 from mjtactile.cli.reproduce import reproduce
 from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import DEFAULT, fidelity_text
 
 app = typer.Typer(
     help="A sense of touch for robot hands in MuJoCo.",
@@ -55,9 +56,8 @@ def press(
     shift: Annotated[str, typer.Option(help="Of the indenter, x,y [mm].")] = "0,0",
     rotate: Annotated[float, typer.Option(callback=finite, help="Of the indenter, counter-clockwise [deg].")] = 0.0,
     free: Annotated[bool, typer.Option("--free", help="Let the indenter tilt.")] = False,
-    mesh: Annotated[str | None, typer.Option(help="Mesh: draft, default or fine.  [default: default]")] = None,
-    preset: Annotated[str | None, typer.Option(help="fast, balanced or accurate, in place of a mesh.")] = None,
-    law: Annotated[str | None, typer.Option(help="uniform, foundation or elastic.  [default: the preset's]")] = None,
+    fidelity: FidelityOption = DEFAULT,
+    law: Annotated[str | None, typer.Option(help="uniform, foundation or elastic.  [default: the fidelity's]")] = None,
     tangential: Annotated[str, typer.Option(help="Shear: proportional, stick or coulomb.")] = "proportional",
     friction: Annotated[float | None, typer.Option(help="Bound of the shear.  [default: none, or MuJoCo's]")] = None,
     out: Annotated[Path | None, typer.Option(help="Write arrays to this .npz file.")] = None,
@@ -80,8 +80,7 @@ def press(
     report = run_press(
         shape,
         force_on_indenter,
-        mesh=mesh,
-        preset=preset,
+        fidelity=fidelity,
         law=law,
         tangential=tangential,
         friction=friction,
@@ -101,8 +100,7 @@ def press(
 
 @app.command()
 def build(
-    mesh: Annotated[str | None, typer.Option(help="Mesh: draft, default or fine.  [default: default]")] = None,
-    preset: Annotated[str | None, typer.Option(help="fast, balanced or accurate, in place of a mesh.")] = None,
+    fidelity: FidelityOption = DEFAULT,
     force: Annotated[bool, typer.Option("--force", help="Build even if the cache has it.")] = False,
 ) -> None:
     """Build the default pad's influence matrices into the cache."""
@@ -111,12 +109,12 @@ def build(
     from mjtactile.influence.cache import cached_path, influence_matrices
     from mjtactile.pad import Pad
 
-    path = cached_path(Pad(), mesh, preset=preset)
+    path = cached_path(Pad(), fidelity)
     if force:
         path.unlink(missing_ok=True)
     present = path.exists()
     start = perf_counter()
-    influence = influence_matrices(mesh=mesh, preset=preset)
+    influence = influence_matrices(fidelity=fidelity)
     action = "found" if present else "built"
     typer.echo(f"{action} {influence.nbytes / 1e6:.0f} MB in {perf_counter() - start:.2f} s: {path}")
 
@@ -126,14 +124,14 @@ def info(as_json: AsJson = False) -> None:
     """Show the pad, the indenters, the meshes, the presets and what is in the cache."""
     from mjtactile._version import __version__
     from mjtactile.cli.press import OTHER_INDENTERS
-    from mjtactile.fidelity import MESHES, PRESETS
+    from mjtactile.fidelity import MESHES, PRESETS, Fidelity
     from mjtactile.geometry.outlines import INDENTER_NAMES
     from mjtactile.influence.cache import cache_directory, cached_path
     from mjtactile.pad import Pad
 
     pad = Pad()
-    meshes = {name: cached_path(pad, name) for name in MESHES}
-    presets = {name: cached_path(pad, preset=name) for name in PRESETS}
+    meshes = {name: cached_path(pad, Fidelity(mesh=name)) for name in MESHES}
+    presets = {name: cached_path(pad, name) for name in PRESETS}
     facts: dict[str, Any] = {
         "version": __version__,
         "mujoco": _mujoco_version(),
@@ -238,7 +236,9 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
     )
     indentation = "" if math.isnan(report.load.approach) else f"indentation {report.load.approach * 1e6:.4g} um, "
     console.print(
-        f"law {report.law}: {indentation}peak pressure {report.load.peak_pressure * 1e-3:.4g} kPa", highlight=False
+        f"fidelity {fidelity_text(report.influence.fidelity)}, law {report.law}: {indentation}"
+        f"peak pressure {report.load.peak_pressure * 1e-3:.4g} kPa",
+        highlight=False,
     )
     table = Table("depth, mm", "peak, kPa", "at x, y, mm", box=None, pad_edge=False)
     pad = report.influence.pad
@@ -248,8 +248,7 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
         table.add_row(f"{depth * 1e3:g}", f"{reading.max() * 1e-3:.4g}", place)
     console.print(table)
     console.print(
-        f"time per update ({report.readings.size} readings, mesh {report.influence.mesh_name}): "
-        f"{report.update_time * 1e3:.2f} ms",
+        f"time per update ({report.readings.size} readings): {report.update_time * 1e3:.2f} ms",
         highlight=False,
     )
     for path in (out, figure):

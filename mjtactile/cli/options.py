@@ -16,6 +16,7 @@ def finite(value: float | None) -> float | None:
 
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+FidelityOption = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
 WorkersOption = Annotated[int, typer.Option(min=1, help="Processes, one core each; the results do not depend on it.")]
 RayOption = Annotated[bool, typer.Option("--ray", help="Let Ray distribute the work; a worker lost costs only time.")]
 RayAddressOption = Annotated[

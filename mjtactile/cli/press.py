@@ -18,7 +18,7 @@ from mjtactile._types import Array
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.options import contact_options
 from mjtactile.errors import MjTactileError, SceneError
-from mjtactile.fidelity import Fidelity, MeshDensity, mesh_or_preset
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.geometry.indenter import INDENTER_NAMES, Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -81,7 +81,7 @@ class PressReport:
         peaks = self.readings.max(axis=(1, 2))
         return {
             "shape": self.shape,
-            "mesh": self.influence.mesh_name,
+            "fidelity": fidelity_text(self.influence.fidelity),
             "law": self.law,
             "force_commanded_N": self.commanded.tolist(),
             "force_reached_N": self.settled.wrench[:3].tolist(),
@@ -125,8 +125,7 @@ def run_press(
     force: Array,
     *,
     pad: Pad | None = None,
-    mesh: str | MeshDensity | None = None,
-    preset: str | Fidelity | None = None,
+    fidelity: str | Fidelity = DEFAULT,
     law: str | None = None,
     tangential: str = "proportional",
     friction: float | None = None,
@@ -140,9 +139,8 @@ def run_press(
         shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file in metres.
         force: on the indenter [N], pad frame, shape (3,).
         pad: by default the paper's.
-        mesh: of the influence matrices, which are built if the cache lacks them; "default" without a preset.
-        preset: fidelity in place of a mesh.
-        law: of the contact; by default the preset's.
+        fidelity: of the readings, a preset by name or a Fidelity; its tables are built if the cache lacks them.
+        law: of the contact; by default the fidelity's.
         tangential: how shear spreads, see `contact_load`.
         friction: see `TactileSensor`.
         shift: of the indenter's origin in the pad frame [m].
@@ -151,19 +149,18 @@ def run_press(
 
     Raises:
         IndenterError: unknown shape.
-        MeshError: unknown mesh.
-        PresetError: unknown preset, or a mesh too.
+        PresetError: unknown fidelity.
         ContactError: unknown law, or one that does not go with the shear asked for.
         SceneError: the indenter is off the pad, or the press does not settle.
     """
     # The scene comes first: what is wrong with it shows before minutes may go into a table.
-    pad, fidelity = Pad() if pad is None else pad, mesh_or_preset(mesh, preset)
+    pad, chosen = Pad() if pad is None else pad, as_fidelity(fidelity)
     # Without a coefficient "coulomb" takes that of MuJoCo's contact.
-    contact_options(fidelity, law=law, tangential=tangential, friction=1.0 if friction is None else friction)
+    contact_options(chosen, law=law, tangential=tangential, friction=1.0 if friction is None else friction)
     model = _scene(named_indenter(shape), pad, shift, rotate_deg, tilt_free)
     data = mujoco.MjData(model)
     settled = press(model, data, force)
-    influence = influence_matrices(pad, preset=fidelity)
+    influence = influence_matrices(pad, chosen)
     sensor = TactileSensor(model, influence=influence, law=law, tangential=tangential, friction=friction)
     update_time = median_time(lambda: sensor.read(data), _TIMED_UPDATES)
     load = sensor.load(data)

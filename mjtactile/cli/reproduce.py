@@ -19,7 +19,7 @@ def reproduce(
         int | None,
         typer.Option(min=1, max=10**9, help="Of the magnitude networks' training, at most.  [default: 100000]"),
     ] = None,
-    preset: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: precise]")] = None,
+    fidelity: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: precise]")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what an earlier run finished.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write all figures to this JSON file.")] = None,
@@ -33,7 +33,7 @@ def reproduce(
     from mjtactile.experiments.study.plan import QUICK, Settings
     from mjtactile.experiments.study.report import study_report
     from mjtactile.experiments.study.reproduce import reproduce as run_study
-    from mjtactile.fidelity import fidelity
+    from mjtactile.fidelity import as_fidelity
     from mjtactile.workers import Workers
 
     settings = QUICK if quick else Settings()
@@ -41,9 +41,9 @@ def reproduce(
         settings = replace(settings, seeds=seeds)
     if iterations is not None:
         settings = replace(settings, magnitude_iterations=iterations)
-    if preset is not None:
-        fidelity(preset)
-        settings = replace(settings, preset=preset)
+    if fidelity is not None:
+        as_fidelity(fidelity)
+        settings = replace(settings, preset=fidelity)
     Workers(count=workers)
     check_apart({"--json": json_file, "--page": page})
     if json_file is not None:

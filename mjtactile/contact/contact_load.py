@@ -56,13 +56,13 @@ def contact_load(
         footprint: of the body, made with the same influence matrices.
         force: on the pad [N], pad frame, shape (3,); pressing is force[2] < 0.
         moment: about the pad's origin [N m], shape (3,); by default the force acts at the footprint's centroid.
-        law: name of the contact law; by default the one the influence matrices' preset names.
+        law: name of the contact law; by default the influence matrices' fidelity's.
         tangential: how shear spreads.
         friction: coefficient [-], which bounds shear and torsion; None: no bound. "coulomb" needs one.
         tilt: "free": the body tilts until its moments are the given ones; "fixed": it keeps its orientation, and the
             moments about x and y are what comes of that: the residual holds the difference to given ones. Law
             "uniform" takes no notice of it.
-        cells: contact cells of laws "foundation" and "elastic"; by default as many as the preset says.
+        cells: contact cells of laws "foundation" and "elastic"; by default as many as the fidelity says.
 
     Returns:
         The load, by the compiled core: what a sensor of the plugin reads of the same contact. No cell bears more than

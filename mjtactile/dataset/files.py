@@ -230,10 +230,10 @@ def _as_reported(spec: DatasetSpec, readings: Array, rng: np.random.Generator) -
 
 
 @lru_cache(maxsize=4)
-def _influence(pad: Pad, preset: str) -> InfluenceMatrices:
+def _influence(pad: Pad, fidelity: str) -> InfluenceMatrices:
     from mjtactile.influence.cache import influence_matrices
 
-    return influence_matrices(pad, preset=preset, progress=False)
+    return influence_matrices(pad, fidelity, progress=False)
 
 
 def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:
@@ -341,7 +341,7 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1,
         if not parts:
             return 0
         for preset in spec.presets:  # built once, before workers ask for them together
-            influence_matrices(spec.pad, preset=preset, progress=progress)
+            influence_matrices(spec.pad, preset, progress=progress)
         made = 0
         total = sum(end - first for first, end in parts.values())
         tasks = {path: PartOf(spec, part) for path, part in parts.items()}

@@ -19,7 +19,7 @@ from mjtactile._files import read_text
 from mjtactile.contact.options import LAWS, TANGENTIALS
 from mjtactile.dataset.shapes import shape_face
 from mjtactile.errors import DatasetError, MjTactileError
-from mjtactile.fidelity import PRESETS
+from mjtactile.fidelity import DEFAULT, PRESETS
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED
 
@@ -55,7 +55,7 @@ class DatasetSpec:
     presses: int = 1000  #: how many
     seed: int = 0
     backend: str = "physics"  #: "physics": contact laws alone; "mujoco": press scenes, settled
-    presets: tuple[str, ...] = ("precise",)  #: fidelities, drawn with equal odds
+    presets: tuple[str, ...] = (DEFAULT,)  #: fidelities by name, drawn with equal odds
     laws: tuple[str, ...] = ("elastic",)  #: contact laws, drawn with equal odds
     tangential: tuple[str, ...] = ("proportional",)  #: how shear spreads, drawn with equal odds
     free: float = 0.0  #: share of the bodies that may tilt, so that the force passes through their origin [-]
@@ -102,7 +102,7 @@ def load_spec(path: Path) -> DatasetSpec:
 
 def parse_spec(values: dict[str, Any]) -> DatasetSpec:
     """A dataset from the values of a TOML file; errors as in `load_spec`."""
-    known = {"presses", "seed", "backend", "preset", "law", "tangential", "free", "poses", "forces", "noise"}
+    known = {"presses", "seed", "backend", "fidelity", "law", "tangential", "free", "poses", "forces", "noise"}
     _refuse_unknown("the dataset", values, {*known, "transducer", "pad", "contact"})
     contacts = values.get("contact", [])
     if not isinstance(contacts, list) or not contacts:
@@ -115,7 +115,7 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
         presses=_count(values, "presses", 1000, most=MOST_PRESSES),
         seed=_count(values, "seed", 0, least=0, most=MOST_SEED),
         backend=backend,
-        presets=_names(values, "preset", "precise", tuple(PRESETS)),
+        presets=_names(values, "fidelity", DEFAULT, tuple(PRESETS)),
         laws=_names(values, "law", "elastic", LAWS),
         tangential=_names(values, "tangential", "proportional", TANGENTIALS[:2]),
         free=_share(values, "free"),

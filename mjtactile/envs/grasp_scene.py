@@ -13,15 +13,13 @@ from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
+from mjtactile.sim.pad_geom import contact_constants
 
 #: Names of the sensors of all contact forces on each pad, world frame, for the examiner.
 PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)
 #: Of the wrist's drives [m/s], their stiffness [N/m] and damping [N s/m], critical for 1 kg: half a kilogram moves it
 #: by 12 micrometres.
 _TOP_SPEED, _STIFFNESS, _DAMPING = 0.5, 4e5, 1.3e3
-#: solref and solimp of pads and handle. Softer contacts part visibly where they slide, by friction times speed times
-#: their time constant: a hand would feel with its encoders what no real one can.
-_STIFF = [0.005, 1.0], [0.98, 0.99, 0.001, 0.5, 2.0]
 #: Extent of the handle [m]: held along x, by faces of y times z.
 HANDLE = (0.012, 0.009, 0.008)
 
@@ -46,8 +44,11 @@ def gripper_spec(
     spec.option.timestep = timestep
     spec.option.impratio = 10.0
     spec.body("object").pos = [0.0, 0.0, grasp_height]
+    # Softer contacts part visibly where they slide, by friction times speed times their time constant: a hand would
+    # feel with its encoders what no real one can.
+    stiff = contact_constants("stiff")
     for geom in (spec.geom("object"), *(spec.geom(f"{name}_pad") for name in GRIPPER_PADS)):
-        geom.solref, geom.solimp = _STIFF
+        geom.solref, geom.solimp = stiff["solref"], stiff["solimp"]
     for name, force in zip(GRIPPER_PADS, PAD_FORCES, strict=True):
         observe_pad(spec, name, options)
         feel_force(spec, force, f"{name}_pad")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile.errors import MjTactileError
-from mjtactile.fidelity import PRESETS
+from mjtactile.errors import MjTactileError, PresetError
+from mjtactile.fidelity import Fidelity, as_fidelity
 from mjtactile.pad import Pad
 
 #: What is seen of the pads.
@@ -33,7 +33,7 @@ class TouchOptions:
     #: moment on each pad; "recognised": force, place and confidence, recognised from the readings; "none": nothing, and
     #: no pad is simulated.
     observation: str = "readings"
-    fidelity: str = "fast"  #: of the readings, a preset by name
+    fidelity: str | Fidelity = "fast"  #: of the readings: a preset by name, or a Fidelity; recognisers know "fast"
     transducer: str | None = None  #: readings go through "capacitive" or "piezoresistive" cells, imperfect ones
     noise: float = 0.01  #: standard deviation of white noise over a pad's largest reading [-]
     randomise: float = 0.0  #: domain randomisation: 0 for none, 1 for the ranges in docs/environments.md
@@ -43,8 +43,10 @@ class TouchOptions:
         """Refuse what does not exist."""
         if self.observation not in OBSERVATIONS:
             raise EnvError(f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}.")
-        if self.fidelity not in PRESETS:
-            raise EnvError(f"fidelity = {self.fidelity!r} does not exist. Available: {', '.join(PRESETS)}.")
+        try:
+            as_fidelity(self.fidelity)
+        except PresetError as error:
+            raise EnvError(str(error)) from error
         if self.transducer is not None and self.transducer not in TRANSDUCERS:
             raise EnvError(
                 f"transducer = {self.transducer!r} does not exist. Available: {', '.join(TRANSDUCERS)}, or None."

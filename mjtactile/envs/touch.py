@@ -14,6 +14,7 @@ from mjtactile._types import Array
 from mjtactile.attach import add_pad_sensor, pad_table
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
+from mjtactile.fidelity import fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.transducer.array import Transducer
 from mjtactile.transducer.capacitive import CapacitiveCell
@@ -53,7 +54,9 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
     if options.touches:
         table, _ = pad_table(options.pad)
         add_pad_sensor(
-            spec, name, {"pad": table, "fidelity": options.fidelity, "output": _OUTPUTS[options.observation]}
+            spec,
+            name,
+            {"pad": table, "fidelity": fidelity_text(options.fidelity), "output": _OUTPUTS[options.observation]},
         )
 
 
@@ -200,8 +203,6 @@ def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
     return Transducer(element, TYPICAL, shape=(layers, rows, columns), seed=seed)
 
 
-#: Features of each layer: logarithm of the mean reading over 1 kPa, centroid, spread and skewness along rows.
-MOMENTS = 4
 #: Mean readings below this say nothing of where [Pa].
 _LEAST = 20.0
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mjtactile._progress import progress_bar
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
-from mjtactile.fidelity import Fidelity, MeshDensity, mesh_or_preset
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.provenance import influence_fingerprint
 from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
@@ -37,17 +38,16 @@ def cache_directory() -> Path:
     return user_cache_path("mjtactile")
 
 
-def cached_path(pad: Pad, mesh: str | MeshDensity | None = None, *, preset: str | Fidelity | None = None) -> Path:
-    """Where the influence matrices of a pad on a mesh, or of a preset, are kept; see `influence_matrices`."""
-    fingerprint = influence_fingerprint(pad, mesh_or_preset(mesh, preset))
+def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:
+    """Where the influence matrices of a pad are kept; see `influence_matrices`."""
+    fingerprint = influence_fingerprint(pad, as_fidelity(fidelity))
     return cache_directory() / f"influence-{fingerprint[:20]}.safetensors"
 
 
 def influence_matrices(
     pad: Pad | None = None,
-    mesh: str | MeshDensity | None = None,
+    fidelity: str | Fidelity = DEFAULT,
     *,
-    preset: str | Fidelity | None = None,
     progress: bool = True,
     cache: bool = True,
 ) -> InfluenceMatrices:
@@ -55,28 +55,27 @@ def influence_matrices(
 
     Several processes may ask at once: one builds, the others wait for it and map its file; who waits for more than two
     seconds says so on stderr. A damaged file is rebuilt, what killed builders left is removed;
-    a cache that cannot be written costs a warning and the next build, nothing else. A preset whose storage differs
-    from the mesh's plain one is derived from the plain table where the cache has that.
+    a cache that cannot be written costs a warning and the next build, nothing else. A fidelity whose storage differs
+    from its mesh's plain one is derived from the plain table where the cache has that.
 
     Args:
         pad: by default the paper's, `Pad()`.
-        mesh: "draft", "default" or "fine", or a MeshDensity; "default" when there is no preset either.
-        preset: "fast", "balanced", "precise" or "accurate", or a Fidelity, in place of a mesh.
+        fidelity: "fast", "balanced", "precise" or "accurate", or a Fidelity of one's own: mesh, storage, contact law.
         progress: show a progress bar on a terminal while building.
         cache: False neither reads nor writes the cache.
 
     Raises:
         MeshError: when the mesh does not exist, cannot be solved, or needs more memory than the machine has.
-        PresetError: when the preset does not exist, or both it and a mesh are given.
+        PresetError: when there is no such fidelity.
 
     Warns:
         MeshWarning: when the pad is too wide or thin for the mesh's full resolution.
         InfluenceWarning: when the cache had to be repaired or could not be written.
     """
-    pad, chosen = Pad() if pad is None else pad, mesh_or_preset(mesh, preset)
+    pad, chosen = Pad() if pad is None else pad, as_fidelity(fidelity)
     if not cache:
         return build_influence(pad, chosen, progress=progress)
-    path = cached_path(pad, preset=chosen)
+    path = cached_path(pad, chosen)
     found = _load_if_whole(path, pad, chosen)
     if found is not None:
         return found
@@ -95,24 +94,30 @@ def influence_matrices(
         except OSError as failure:
             _warn_not_kept(path, failure)
             return built
-    return load_influence(path, pad, preset=chosen)
+    return load_influence(path, pad, chosen)
 
 
-def build_influence(pad: Pad, mesh: str | MeshDensity | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
+def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
     """Build influence matrices without looking at the cache; see `influence_matrices`."""
     # scikit-fem is only needed here: a cached table starts without importing it.
     from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
     from mjtactile.influence.build import build_steps, build_tables
 
-    chosen = mesh if isinstance(mesh, Fidelity) else Fidelity(mesh=mesh)
+    chosen = as_fidelity(fidelity)
     density, sampling = chosen.density, {}
     for k in range(len(pad.depths)):
         sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
     storage = ClassStorage(pad, chosen, sampling)
     tables: Tables = dict(storage.sampling)
-    with _progress_bar(progress, f"building influence matrices, {pad.summary}", build_steps(pad, density)) as step:
+    said = f"building influence matrices, {pad.summary}"
+    with progress_bar(said, build_steps(pad, density), wanted=progress, counted=False) as advance:
         for class_tables in build_tables(
-            pad, density, dtype=storage.fidelity.precision, on_step=step, rows=storage.averaged, columns=storage.columns
+            pad,
+            density,
+            dtype=storage.fidelity.precision,
+            on_step=lambda: advance(1),
+            rows=storage.averaged,
+            columns=storage.columns,
         ):
             tables |= class_tables
     return reduced_and_narrowed(InfluenceMatrices(pad, storage.fidelity, tables), chosen)
@@ -121,8 +126,8 @@ def build_influence(pad: Pad, mesh: str | MeshDensity | Fidelity, *, progress: b
 def _derived_from_cache(pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
     """Influence matrices made from the plain ones, when these are another table and the cache has it."""
     plain = plain_fidelity(chosen)
-    path = cached_path(pad, preset=plain)
-    if path == cached_path(pad, preset=chosen):
+    path = cached_path(pad, plain)
+    if path == cached_path(pad, chosen):
         return None
     found = _load_if_whole(path, pad, plain)
     return None if found is None else in_storage(found, chosen)
@@ -130,7 +135,7 @@ def _derived_from_cache(pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
 
 def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
     try:
-        return load_influence(path, pad, preset=chosen)
+        return load_influence(path, pad, chosen)
     except FileNotFoundError:
         return None
     except (CorruptInfluenceError, StaleInfluenceError, OSError) as error:
@@ -203,17 +208,3 @@ def _warn_not_kept(path: Path, error: OSError) -> None:
         InfluenceWarning,
         stacklevel=3,
     )
-
-
-@contextmanager
-def _progress_bar(wanted: bool, description: str, total: int) -> Iterator[Callable[[], None]]:
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(description, total=total)
-        yield lambda: bar.advance(task)

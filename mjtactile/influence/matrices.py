@@ -22,7 +22,7 @@ from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
 from mjtactile.fem.symmetry import unfold_field, unfold_points
 from mjtactile.fem.vertex_loads import onto_corners
-from mjtactile.fidelity import Fidelity, MeshDensity, mesh_name
+from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.core_pad import core_pad
 from mjtactile.influence.forces import FoldedLoads, folded_loads, nodal_batch
 from mjtactile.influence.layout import PadTables
@@ -175,28 +175,24 @@ class InfluenceMatrices(PadTables):
 
 
 def load_influence(
-    path: str | Path,
-    pad: Pad | None = None,
-    mesh: str | MeshDensity | None = None,
-    *,
-    preset: str | Fidelity | None = None,
+    path: str | Path, pad: Pad | None = None, fidelity: str | Fidelity | None = None
 ) -> InfluenceMatrices:
     """Map saved influence matrices.
 
     Args:
         path: file written by `InfluenceMatrices.save`.
         pad: the pad they must belong to; by default the one the file describes.
-        mesh: the mesh they must have been built on, in whatever storage; by default the one the file describes.
-        preset: the fidelity they must have, its contact law apart; by default the one the file describes.
+        fidelity: they must have, its contact law apart, which is theirs from now on; by default the one the file
+            describes.
 
     Raises:
         FileNotFoundError: when there is no such file.
         CorruptInfluenceError: when the file is damaged, not an influence table, or lacks what its fidelity needs.
         StaleInfluenceError: when it belongs to another pad, mesh, storage or format version.
-        PresetError: when both mesh and preset are given, or the preset does not exist.
+        PresetError: when there is no such fidelity.
     """
     tables, metadata = read_tables(Path(path))
-    pad, chosen = check_provenance(path, metadata, pad, mesh, preset)
+    pad, chosen = check_provenance(path, metadata, pad, fidelity)
     influence = InfluenceMatrices(pad, chosen, tables)
     try:
         influence.check()

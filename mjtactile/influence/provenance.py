@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
-from mjtactile.fidelity import Fidelity, MeshDensity, mesh_name, mesh_or_preset
+from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, mesh_name
 from mjtactile.influence.table import FORMAT_VERSION
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
@@ -29,15 +29,14 @@ def check_provenance(
     path: str | Path,
     metadata: dict[str, Any],
     pad: Pad | None,
-    mesh: str | MeshDensity | None,
-    preset: str | Fidelity | None,
+    fidelity: str | Fidelity | None,
 ) -> tuple[Pad, Fidelity]:
     """The pad and the fidelity of a table, by default those it names itself; see `matrices.load_influence`.
 
     Raises:
         CorruptInfluenceError: when the metadata is not what `influence_metadata` writes.
         StaleInfluenceError: when the table belongs to another pad, mesh, storage or format version.
-        PresetError: when both mesh and preset are given, or the preset does not exist.
+        PresetError: when there is no such fidelity.
     """
     try:
         own_pad, own_fidelity = _pad_from(metadata), _fidelity_from(metadata)
@@ -47,11 +46,7 @@ def check_provenance(
             f"{path} describes no pad ({error}). Delete it and rebuild: mjtactile build"
         ) from error
     pad = own_pad if pad is None else pad
-    wanted = own_fidelity
-    if preset is not None:
-        wanted = mesh_or_preset(mesh, preset)
-    elif mesh is not None:
-        wanted = replace(own_fidelity, mesh=mesh)
+    wanted = own_fidelity if fidelity is None else as_fidelity(fidelity)
     if fingerprint != influence_fingerprint(pad, wanted):
         raise StaleInfluenceError(
             f"{path} was built for a {own_pad.summary} by another mesh, storage, pad or version, but a {pad.summary} "

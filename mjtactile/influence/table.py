@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
+from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, replacing, with_checksums
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.stiffness import Parity
@@ -58,22 +57,14 @@ def write_tables(path: Path, tables: Tables, metadata: dict[str, Any]) -> None:
     tables = {name: np.ascontiguousarray(table) for name, table in tables.items()}
     about = with_checksums(tables, json.dumps(metadata))
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=".partial")
-    os.close(handle)
-    partial = Path(name)
-    try:
+    # The cache removes what builders left that were killed, and knows by the name whose it was.
+    with replacing(path, prefix=f".{path.stem}-") as file:
         try:
-            save_file(tables, partial, metadata=about)
+            save_file(tables, file.name, metadata=about)
         except OSError:
             raise
         except Exception as error:  # safetensors wraps a full disk in an error class of its own
             raise OSError(f"cannot write {path}: {error}") from error
-        with partial.open("rb+") as file:
-            os.fsync(file.fileno())
-        partial.chmod(0o644)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:

@@ -14,8 +14,8 @@ import numpy as np
 
 from mjtactile._native import library, pointer
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.errors import SceneError
-from mjtactile.fidelity import CONTACT_LAWS, PRESETS
+from mjtactile.errors import MeshError, PresetError, SceneError
+from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
@@ -28,8 +28,6 @@ from mjtactile.sim.geoms import check_pad_box
 
 #: What a sensor can put out.
 OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")
-#: Fidelity of a sensor that names none.
-DEFAULT_FIDELITY = "balanced"
 _SWITCH = {"": False, "off": False, "on": True}
 
 
@@ -79,17 +77,24 @@ class Attributes:
 
 
 def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
-    if fidelity and fidelity not in PRESETS:
-        raise SceneError(no_such_value("fidelity", fidelity, tuple(PRESETS)))
-    return _loaded(named_pad(pad) or pad, fidelity)
+    return _loaded(named_pad(pad) or pad, _chosen_fidelity(fidelity) if fidelity else None)
+
+
+def _chosen_fidelity(text: str) -> Fidelity:
+    if text not in PRESETS and not text.lstrip().startswith("{"):
+        raise SceneError(no_such_value("fidelity", text, tuple(PRESETS)))
+    try:
+        return fidelity_from_text(text)
+    except (MeshError, PresetError) as error:
+        raise SceneError(f'{PLUGIN}: attribute "fidelity": {error}') from error
 
 
 @lru_cache(maxsize=64)
-def _loaded(pad: Pad | str, fidelity: str) -> InfluenceMatrices:
+def _loaded(pad: Pad | str, fidelity: Fidelity | None) -> InfluenceMatrices:
     """Tables of a pad or of a file; a pad that is named in two ways is loaded once."""
     if isinstance(pad, str):
-        return load_influence(pad, preset=fidelity or None)
-    return influence_matrices(pad, preset=fidelity or DEFAULT_FIDELITY)
+        return load_influence(pad, fidelity=fidelity)
+    return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
 
 
 class PluginSensor(NamedTuple):

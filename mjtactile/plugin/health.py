@@ -110,8 +110,12 @@ def set_warnings(enabled: bool) -> None:
 
 
 def deliver(library: ctypes.CDLL) -> None:
-    """Warn of what the core has noted since the last time."""
-    note = Note()
+    """Warn of what the core has noted since the last time.
+
+    Where warnings are errors, the first is raised once all notes are taken: what is left in the core's queue would be
+    told of whatever is simulated next. The others are notes of that error.
+    """
+    note, fresh = Note(), []
     while library.mjt_plugin_next_note(ctypes.byref(note)):
         names = _names.get(int(note.context))
         if names is None or not _enabled:
@@ -119,9 +123,19 @@ def deliver(library: ctypes.CDLL) -> None:
         text = message(names, note)
         with _lock:
             _warned[text] += 1
-            first = _warned[text] == 1
-        if first:
+            if _warned[text] == 1:
+                fresh.append(text)
+    raised: ContactWarning | None = None
+    for text in fresh:
+        try:
             warnings.warn(text, ContactWarning, stacklevel=2)
+        except ContactWarning as error:
+            if raised is None:
+                raised = error
+            else:
+                raised.add_note(text)
+    if raised is not None:
+        raise raised
 
 
 def message(names: Names, note: Note) -> str:

@@ -104,7 +104,8 @@ def _deliver(_: int | None) -> int:
     try:
         deliver(library())
     except Warning as error:  # warnings are errors here, but nothing can be raised from a call of Python's own
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        for text in (str(error), *getattr(error, "__notes__", ())):
+            print(f"{type(error).__name__}: {text}", file=sys.stderr)
     return 0
 
 

@@ -21,6 +21,7 @@ from mjtactile.geometry.indenter import Indenter
 from mjtactile.geometry.planar import support_points
 from mjtactile.pad import Pad
 from mjtactile.sim.geoms import SHOWN
+from mjtactile.sim.pad_geom import contact_attributes
 
 #: Mass of an indenter [kg]. Much lighter ones lose contact under 1 N at a 1 ms step.
 INDENTER_MASS = 15e-3
@@ -29,15 +30,6 @@ FOOT_RADIUS = 0.5e-3
 #: Height at which a press starts over the surface [m]: no contact at rest, contact after one step.
 START_GAP = 1e-6
 
-#: What settles 10..200 gf within 0.1 % in under 40 ms; a punch sinks 10 um at most and creeps under 0.01 mm/s at 35
-#: degrees. Friction: sliding 1.0; torsion as of a patch 0.5 mm across, since MuJoCo's default would be as of 5 mm.
-_PAD_CONTACT = {
-    "priority": "1",
-    "condim": "4",
-    "friction": "1 0.0005 0.0001",
-    "solref": "0.003 1",
-    "solimp": "0.98 0.99 0.001 0.5 2",
-}
 #: Simulation options of every world here.
 OPTION = {
     "timestep": "0.001",
@@ -138,7 +130,7 @@ def _pad_body(pad: Pad) -> ET.Element:
     ET.SubElement(
         body,
         "geom",
-        _PAD_CONTACT,
+        contact_attributes("press"),
         name="pad",
         type="box",
         size=numbers((pad.size[0] / 2, pad.size[1] / 2, half)),

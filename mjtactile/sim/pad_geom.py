@@ -1,4 +1,8 @@
-"""The geom of a pad in somebody else's model: every value is ours, whatever that model's defaults say."""
+"""How pads touch, by name, and the geom of a pad in somebody else's model.
+
+All contact constants of pads stand here, with the reason for each value; models and scenes of ours ask for them by
+name.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,9 @@ from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
 
 #: Contacts of a pad by name, see `contact_constants`.
-CONTACTS = ("stiff", "soft")
+CONTACTS = ("stiff", "soft", "press", "hand")
+#: What models need not say, since MuJoCo says it too.
+_PLAIN = {"gap": 0.0, "margin": 0.0}
 #: Touches whatever touches anything: every bit that MuJoCo's groups have.
 _EVERY_GROUP = 0x7FFFFFFF
 _COLOUR = [0.75, 0.8, 0.85, 1.0]
@@ -22,10 +28,11 @@ _DENSITY = 965.0  # of PDMS [kg/m^3]
 def contact_constants(contact: str) -> dict[str, Any]:
     """Contact parameters of a pad's geom, by their names in MuJoCo.
 
-    Both contacts:
+    All contacts:
 
     - condim 4: a pad resists a twist about its normal.
-    - friction 1: silicone; .5 mm for that twist and .1 mm for rolling, of which condim 4 uses the first.
+    - friction 1: silicone; .5 mm for that twist, as of a patch of that size (MuJoCo's default would be as of 5 mm), and
+      .1 mm for rolling, of which condim 4 uses the first.
     - priority 10: these values count against whatever the hand or the object brings along.
     - gap 0: what touches is pressed.
 
@@ -47,18 +54,59 @@ def contact_constants(contact: str) -> dict[str, Any]:
     - solref .02 s, critically damped: of what is as soft, slower contacts creep less while they hold a weight; .02 s is
       MuJoCo's own. 10 to 200 gf settle within .1 % in 160 ms.
 
+    "press", for a punch that is pressed on a pad in a world of ours, at steps of 1 ms:
+
+    - solref .003 s, critically damped: near the fastest that steps of 1 ms allow; 10 to 200 gf settle within .1 % in
+      40 ms, and a punch creeps by less than .01 mm/s at 35 degrees.
+    - solimp and margin of "stiff": a punch sinks in by 10 micrometres at most.
+    - priority 1: nothing in that world has any, and models that a pad is put into may go above it.
+
+    "hand", for pads of our hands, their links, and what they hold or stand it on:
+
+    - solref .01 s, critically damped, and solimp .9: gives way by some .1 mm under 5 N, fingers and rubber together.
+      Where a contact slides, MuJoCo's convex friction pushes the bodies apart by friction times speed times that time
+      constant, and a stiffer contact would open and hop.
+    - margin 0, as "stiff".
+
     Args:
-        contact: "stiff" or "soft".
+        contact: "stiff", "soft", "press" or "hand".
 
     Raises:
         SceneError: when there is no such contact.
     """
     if contact not in CONTACTS:
         raise SceneError(f"contact {contact!r} does not exist. Available: {', '.join(CONTACTS)}.")
-    both = {"condim": 4, "friction": [1.0, 0.0005, 0.0001], "priority": 10, "gap": 0.0}
-    if contact == "stiff":
-        return both | {"solref": [0.005, 1.0], "solimp": [0.98, 0.99, 0.001, 0.5, 2.0], "margin": 0.0}
-    return both | {"solref": [0.02, 1.0], "solimp": [0.5, 0.998, 0.002, 0.7, 3.0], "margin": 0.001}
+    stiff = {
+        "condim": 4,
+        "friction": [1.0, 0.0005, 0.0001],
+        "priority": 10,
+        "gap": 0.0,
+        "solref": [0.005, 1.0],
+        "solimp": [0.98, 0.99, 0.001, 0.5, 2.0],
+        "margin": 0.0,
+    }
+    of_its_own: dict[str, dict[str, Any]] = {
+        "stiff": {},
+        "soft": {"solref": [0.02, 1.0], "solimp": [0.5, 0.998, 0.002, 0.7, 3.0], "margin": 0.001},
+        "press": {"solref": [0.003, 1.0], "priority": 1},
+        "hand": {"solref": [0.01, 1.0], "solimp": [0.9, 0.9, 0.001, 0.5, 2.0]},
+    }
+    return stiff | of_its_own[contact]
+
+
+def contact_attributes(contact: str, *names: str) -> dict[str, str]:
+    """The same as attributes of a geom in MJCF.
+
+    Args:
+        contact: see `contact_constants`.
+        names: of the attributes that are wanted, in that order; by default all that differ from MuJoCo's own.
+
+    Raises:
+        SceneError: when there is no such contact.
+    """
+    constants = contact_constants(contact)
+    wanted = names or [name for name, value in constants.items() if value != _PLAIN.get(name)]
+    return {name: " ".join(f"{value:g}" for value in np.atleast_1d(constants[name])) for name in wanted}
 
 
 def add_pad_geom(

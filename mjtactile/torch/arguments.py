@@ -8,14 +8,11 @@ from pathlib import Path
 import torch
 
 from mjtactile.errors import InfluenceError, PresetError
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
 from mjtactile.pad_names import named_pad, names_file
-
-#: Fidelity of a pad when none is named, as in MuJoCo models.
-_FIDELITY = "balanced"
 
 
 def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
@@ -37,7 +34,7 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
     if isinstance(pad, str):
         pad = named_pad(pad)
     assert not isinstance(pad, Path)
-    return influence_matrices(pad, preset=_FIDELITY if fidelity is None else fidelity)
+    return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
 
 
 def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:

@@ -53,11 +53,6 @@ class Imperfections:
         if self.adc_bits is not None and not (isinstance(self.adc_bits, int) and 1 <= self.adc_bits <= 32):
             raise TransducerError(f"adc_bits = {self.adc_bits!r}; expected 1 to 32, or None for signals not rounded.")
 
-    @property
-    def has_memory(self) -> bool:
-        """Whether an output depends on earlier readings."""
-        return self.hysteresis > 0.0 or self.delay > 0
-
 
 #: What a good array does today, all at once: a starting point, not a measurement (ours).
 TYPICAL = Imperfections(

@@ -62,7 +62,7 @@ BY_NAME = {
     "tilt": ("89.9", "90", "90.0000001", "180", "-40", "1e17"),
     "rotate": ("1e17", "-720.5"),
     "friction": ("1e-300", "1e300", "-0.0"),
-    "mesh": ("draft", "coarse", "draft,fine"),
+    "fidelity": ("fast", "coarse", "fast,precise"),
     "law": ("uniform", "Elastic", "foundation"),
     "tangential": ("stick", "coulomb", "slip"),
     "layers": ("all", "bottom", "4"),
@@ -72,13 +72,13 @@ BY_NAME = {
 }
 #: What is given besides, so that only the odd values are odd, and little is built.
 BASE: dict[str, tuple[str, ...]] = {
-    "press": ("SHAPE", "--mesh", "draft"),
-    "build": ("--mesh", "draft"),
+    "press": ("SHAPE", "--fidelity", "fast"),
+    "build": ("--fidelity", "fast"),
     "dataset": ("--spec", "good.toml", "--workers", "1"),
 }
 SPEC = """
 presses = 6
-preset = "fast"
+fidelity = "fast"
 law = "uniform"
 poses = 1
 forces = 2

@@ -31,8 +31,8 @@ def pressed(tmp_path_factory, draft):
         "star",
         *force,
         *place,
-        "--mesh",
-        "draft",
+        "--fidelity",
+        "fast",
         "--json",
         "--out",
         str(folder / "p.npz"),
@@ -69,10 +69,10 @@ def test_press_draws_a_figure(pressed):
 
 
 def test_press_prints_what_people_want_to_know(draft):
-    done = run("press", "circle", "--mesh", "draft", "--force", "0.5N")
+    done = run("press", "circle", "--fidelity", "fast", "--force", "0.5N")
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    for text in ("circle", "gf reached", "peak, kPa", "time per update", "mesh draft"):
+    for text in ("circle", "gf reached", "peak, kPa", "time per update", "fidelity fast, law elastic"):
         assert text in done.stdout
 
 
@@ -81,8 +81,8 @@ def test_a_figure_without_opengl_leaves_the_scene_out_and_says_what_to_install(t
     done = run(
         "press",
         "circle",
-        "--mesh",
-        "draft",
+        "--fidelity",
+        "fast",
         "--figure",
         str(path),
         EGL_PLATFORM="none",
@@ -107,7 +107,7 @@ def test_a_figure_without_opengl_leaves_the_scene_out_and_says_what_to_install(t
         (["star", "--shift", "1"], "1.25,0"),
         (["star", "--tilt", "steep"], "--tilt"),
         (["star", "--tilt", "60"], "slides"),
-        (["star", "--mesh", "coarse"], "draft, default, fine"),
+        (["star", "--fidelity", "coarse"], "fast, balanced, precise, accurate"),
         (["star", "--out", "/nonexistent/folder/p.npz"], "cannot write"),
         (["star", "--out", "."], "folder"),
         (["star", "--figure", "/nonexistent/folder/p.png"], "cannot write"),
@@ -126,27 +126,18 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(arguments, expected, draf
 
 
 def test_a_figure_of_an_unknown_kind_is_refused_and_leaves_nothing(tmp_path, draft):
-    done = run("press", "circle", "--mesh", "draft", "--figure", str(tmp_path / "p.xyz"))
+    done = run("press", "circle", "--fidelity", "fast", "--figure", str(tmp_path / "p.xyz"))
     assert done.returncode == 2
     assert "png" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 
-def test_build_finds_what_is_there_and_builds_what_is_not(tmp_path, draft):
-    assert run("build", "--mesh", "draft").stdout.startswith("found 4")
-    fresh = run("build", "--mesh", "draft", MJTACTILE_CACHE=str(tmp_path / "new"))
-    assert fresh.stdout.startswith("built 4"), fresh.stderr
-    assert len(list((tmp_path / "new").glob("*.safetensors"))) == 1
-
-
-def test_build_makes_a_preset_and_finds_it_again(tmp_path):
-    done = run("build", "--preset", "fast", MJTACTILE_CACHE=str(tmp_path))
+def test_build_builds_what_is_not_there_and_finds_it_again(tmp_path):
+    done = run("build", "--fidelity", "fast", MJTACTILE_CACHE=str(tmp_path))
     assert done.stdout.startswith("built 5 MB"), done.stderr
-    assert run("build", "--preset", "fast", MJTACTILE_CACHE=str(tmp_path)).stdout.startswith("found 5 MB")
-    both = run("build", "--preset", "fast", "--mesh", "draft")
-    assert both.returncode == 2
-    assert "Drop mesh=" in both.stderr
-    assert "Available: fast, balanced, precise, accurate" in run("build", "--preset", "quick").stderr
+    assert run("build", "--fidelity", "fast", MJTACTILE_CACHE=str(tmp_path)).stdout.startswith("found 5 MB")
+    assert len(list(tmp_path.glob("*.safetensors"))) == 1
+    assert "Available: fast, balanced, precise, accurate" in run("build", "--fidelity", "quick").stderr
 
 
 def test_info_lists_punches_meshes_and_cache(tmp_path):

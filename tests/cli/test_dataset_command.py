@@ -8,7 +8,7 @@ from mjtactile.dataset.files import read_dataset
 SPEC = """
 presses = 6
 seed = 3
-preset = "fast"
+fidelity = "fast"
 law = "uniform"
 poses = 1
 forces = 2

@@ -156,7 +156,7 @@ def test_odd_command_lines_are_refused_in_one_line_or_done(files, start, stop, m
         ("bench envs --page binary.md", "cannot put a table"),
         ("envs --readme plain.md", "has no lines"),
         ("evaluate --readme plain.md", "has no lines '<!-- bench evaluate -->'"),
-        ("evaluate --preset fast --preset best", "'best' does not exist"),
+        ("evaluate --fidelity fast --fidelity best", "'best' does not exist"),
         ("evaluate --law sticky", "'sticky' does not exist"),
         ("evaluate --weights folder.npz", "no recognisers"),
         ("evaluate --presses 99999999999999999999", "Invalid value for .--presses"),

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mjtactile.cli.benchmarks.cases import Body, calculix_cases, moved_bodies, press_case
-from mjtactile.cli.benchmarks.direct import direct_readings
+from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.cli.benchmarks.figure import trade_figure
 from mjtactile.cli.benchmarks.front import error, front, update_time
 from mjtactile.cli.benchmarks.sweep import Choice, preset_of, sweep
@@ -125,7 +125,7 @@ def test_a_direct_solve_reads_what_the_tables_read(draft):
     load = contact_load(draft, footprint, (0.1, -0.2, -1.0), law="uniform")
     # Tables are single precision.
     np.testing.assert_allclose(
-        direct_readings(Pad(), draft.density, [load])[0], draft.readings(load), rtol=1e-5, atol=1e-5 * 1e4
+        solve(Pad(), draft.density, [load]).readings[0], draft.readings(load), rtol=1e-5, atol=1e-5 * 1e4
     )
 
 

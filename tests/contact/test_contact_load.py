@@ -17,12 +17,13 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import ContactError, ContactWarning, FootprintError, MjTactileError
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.fidelity import Fidelity
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.geometry.planar import polygons_of, triangulate
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.surface_load import SurfaceLoad
 
-INFLUENCE = influence_matrices(mesh="draft", progress=False)
+INFLUENCE = influence_matrices(fidelity=Fidelity(mesh="draft"), progress=False)
 SIDE = 6e-3
 SQUARE = Footprint.from_outline(box(-SIDE / 2, -SIDE / 2, SIDE / 2, SIDE / 2), INFLUENCE.surface)
 #: The resultant is the wrench to this fraction of it.

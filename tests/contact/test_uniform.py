@@ -11,9 +11,10 @@ from shapely import box
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import ContactError, ContactWarning
+from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import influence_matrices
 
-INFLUENCE = influence_matrices(mesh="draft", progress=False)
+INFLUENCE = influence_matrices(fidelity=Fidelity(mesh="draft"), progress=False)
 SQUARE = Footprint.from_outline(box(-3e-3, -3e-3, 3e-3, 3e-3), INFLUENCE.surface)
 
 

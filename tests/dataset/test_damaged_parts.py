@@ -23,7 +23,7 @@ from mjtactile.errors import DatasetError, OutputError
 
 PUNCHES = {"shapes": ["star", "triangle"], "shift": 1.5}
 SPEC = parse_spec(
-    {"presses": 20, "seed": 4, "preset": "fast", "law": "uniform", "poses": 2, "forces": 2, "contact": [PUNCHES]}
+    {"presses": 20, "seed": 4, "fidelity": "fast", "law": "uniform", "poses": 2, "forces": 2, "contact": [PUNCHES]}
 )
 FIRST, SECOND, LAST = (f"presses-{first:09d}.parquet" for first in (0, 8, 16))
 

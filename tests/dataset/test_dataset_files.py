@@ -15,7 +15,7 @@ from mjtactile.dataset.spec import parse_spec
 from mjtactile.errors import DatasetError
 
 PUNCHES = {"shapes": ["star", "triangle", "cross"], "size": [0.7, 1.0], "shift": 1.5}
-SPEC = parse_spec({"presses": 20, "seed": 4, "preset": "fast", "poses": 2, "forces": 2, "contact": [PUNCHES]})
+SPEC = parse_spec({"presses": 20, "seed": 4, "fidelity": "fast", "poses": 2, "forces": 2, "contact": [PUNCHES]})
 
 
 @pytest.fixture(autouse=True)
@@ -25,7 +25,7 @@ def _small_parts(monkeypatch):
 
 @pytest.fixture(scope="module")
 def fast():
-    return influence_matrices(preset="fast", progress=False)
+    return influence_matrices(fidelity="fast", progress=False)
 
 
 def same(one, other):
@@ -116,7 +116,7 @@ def test_a_folder_without_presses_says_how_to_make_some(tmp_path):
 def test_mujoco_and_the_contact_laws_agree_within_the_creep_of_a_press(tmp_path, free):
     kinds = [{"shapes": ["triangle"], "shift": 1.0}, {"shapes": ["sphere"], "shift": 1.0, "weight": 1}]
     spec = parse_spec(
-        {"presses": 8, "preset": "fast", "poses": 2, "forces": 1, "free": float(free), "seed": 6, "contact": kinds}
+        {"presses": 8, "fidelity": "fast", "poses": 2, "forces": 1, "free": float(free), "seed": 6, "contact": kinds}
     )
     make_dataset(spec, tmp_path / "physics", progress=False)
     make_dataset(replace(spec, backend="mujoco"), tmp_path / "mujoco", progress=False)

@@ -28,7 +28,7 @@ def test_values_are_read_in_millimetres_gram_force_and_degrees():
         ({"contact": [{**CONTACT, "size": [2, 1]}]}, "size"),
         ({"contact": [{**CONTACT, "tilt": [0, 95]}]}, "tilt"),
         ({"contact": [{**CONTACT, "shapes": []}]}, "shapes"),
-        ({"contact": [CONTACT], "preset": "best"}, "best.*Available: fast"),
+        ({"contact": [CONTACT], "fidelity": "best"}, "best.*Available: fast"),
         ({"contact": [CONTACT], "presses": 0}, "presses"),
         ({"contact": [CONTACT], "free": 1.5}, "share"),
         ({"contact": [CONTACT], "noise": -0.1}, "noise"),

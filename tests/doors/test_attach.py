@@ -54,7 +54,7 @@ def test_sensor_by_name_and_by_geom_read_alike():
     model = hand()[0].compile()
     data = pressed(model)
     by_name = mjtactile.TactileSensor(model, "ff")
-    by_geom = mjtactile.TactileSensor(model, "ff_pad", preset="fast")
+    by_geom = mjtactile.TactileSensor(model, "ff_pad", fidelity="fast")
     found, expected = by_name.read(data), by_geom.read(data)
     assert (found.ravel() == data.sensor("ff").data).all()
     assert np.linalg.norm(found - expected) <= 0.02 * np.linalg.norm(expected)
@@ -114,7 +114,7 @@ def test_a_model_with_a_pad_of_ones_own_is_opened_by_a_process_that_does_not_kno
 
 def test_a_file_of_saved_matrices_stays_a_file(tmp_path):
     path = str(tmp_path / "pad.safetensors")
-    mjtactile.influence_matrices(preset="fast").save(path)
+    mjtactile.influence_matrices(fidelity="fast").save(path)
     spec, _ = hand(pad=path)
     assert f'<config key="pad" value="{path}"/>' in (spec.compile(), spec.to_xml())[1]
 

@@ -32,7 +32,7 @@ def pressed(shape: str = "square") -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
-def test_a_preset_reaches_the_influence_matrices_and_brings_its_law(draft, monkeypatch):
+def test_a_fidelity_reaches_the_influence_matrices_and_brings_its_law(draft, monkeypatch):
     asked = []
 
     def matrices(*args, **options):
@@ -40,15 +40,15 @@ def test_a_preset_reaches_the_influence_matrices_and_brings_its_law(draft, monke
         return draft
 
     monkeypatch.setattr(mjtactile.sensor, "influence_matrices", matrices)
-    sensor = TactileSensor(press_scene("square"), preset="fast")
-    assert asked == [((sensor.pad, None), {"preset": "fast"})]
+    sensor = TactileSensor(press_scene("square"), fidelity="fast")
+    assert asked == [((sensor.pad, "fast"), {})]
     assert sensor.law == draft.fidelity.law
     assert TactileSensor(press_scene("square"), influence=draft, law="elastic").law == "elastic"
 
 
 @pytest.fixture(scope="module")
 def fast() -> InfluenceMatrices:
-    return influence_matrices(preset="fast")
+    return influence_matrices(fidelity="fast")
 
 
 def shear_of(

@@ -9,13 +9,24 @@ from typing import Any
 import pytest
 
 from mjtactile.errors import MeshError, PresetError
-from mjtactile.fidelity import CONTACT_LAWS, MESHES, PRECISIONS, PRESETS, Fidelity, fidelity, mesh_name, mesh_or_preset
+from mjtactile.fidelity import (
+    CONTACT_LAWS,
+    DEFAULT,
+    MESHES,
+    PRECISIONS,
+    PRESETS,
+    Fidelity,
+    as_fidelity,
+    fidelity_from_text,
+    fidelity_text,
+    mesh_name,
+)
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_preset_is_known_by_name_and_stands_for_itself(name):
-    assert fidelity(name) == PRESETS[name]
-    assert fidelity(PRESETS[name]) is PRESETS[name]
+    assert as_fidelity(name) == PRESETS[name]
+    assert as_fidelity(PRESETS[name]) is PRESETS[name]
     assert PRESETS[name].density == MESHES[str(PRESETS[name].mesh)]
 
 
@@ -30,9 +41,9 @@ def test_presets_go_from_fast_to_accurate():
 
 def test_unknown_preset_lists_those_that_exist():
     with pytest.raises(
-        PresetError, match=r"preset 'quick' does not exist. Available: fast, balanced, precise, accurate"
+        PresetError, match=r"fidelity 'quick' does not exist. Available: fast, balanced, precise, accurate"
     ):
-        fidelity("quick")
+        as_fidelity("quick")
 
 
 @pytest.mark.parametrize(
@@ -75,16 +86,31 @@ def test_a_fidelity_is_a_value():
 
 
 def test_a_mesh_alone_is_plain():
-    assert mesh_or_preset("draft", None) == Fidelity(
-        mesh="draft", precision="float32", reduction=0.0, law="uniform", cells=400
+    assert Fidelity(mesh="draft") == Fidelity(
+        mesh="draft", precision="float32", reduction=0.0, averaging="points", loads="nodes", law="uniform", cells=400
     )
-    assert mesh_or_preset(None, None) == Fidelity(mesh="default")
-    assert mesh_or_preset(None, "fast") == PRESETS["fast"]
 
 
-def test_mesh_and_preset_together_are_refused_saying_which_to_drop():
-    with pytest.raises(PresetError, match=r"preset 'fast' brings its own mesh, 'draft', but mesh = 'fine'.*Drop mesh="):
-        mesh_or_preset("fine", "fast")
+@pytest.mark.parametrize(
+    "chosen",
+    [*PRESETS.values(), Fidelity(mesh="draft"), Fidelity(mesh=replace(MESHES["fine"], rim_grading=0.1), reduction=0.1)],
+    ids=str,
+)
+def test_a_fidelity_is_read_back_from_its_text(chosen):
+    assert fidelity_from_text(fidelity_text(chosen)) == chosen
+
+
+def test_presets_are_named_in_texts_and_one_of_them_is_the_default():
+    assert [fidelity_text(preset) for preset in PRESETS.values()] == list(PRESETS)
+    assert fidelity_text(DEFAULT) == "balanced"
+
+
+@pytest.mark.parametrize(
+    "text", ["quick", "{", '{"mesh": 3}', '{"colour": 1}', '{"mesh": {"rim_grading": 1}}', '{"law": "x"}', "{" * 10**5]
+)
+def test_texts_that_say_no_fidelity_are_refused(text):
+    with pytest.raises((MeshError, PresetError)):
+        fidelity_from_text(text)
 
 
 def test_densities_are_known_by_name():

@@ -159,7 +159,10 @@ def test_a_tall_column_is_built():
         taxels=TaxelGrid(rows=2, columns=2, pitch=(0.5e-3, 0.5e-3)),
         depths=(1e-3, 45e-3),
     )
-    assert all(np.isfinite(table).all() for table in build_influence(pad, "draft", progress=False).tables.values())
+    assert all(
+        np.isfinite(table).all()
+        for table in build_influence(pad, Fidelity(mesh="draft"), progress=False).tables.values()
+    )
 
 
 def test_scales_too_far_apart_for_a_mesh_are_refused_before_it_is_made():

@@ -26,6 +26,7 @@ from mjtactile.pad import Pad
 
 #: The smallest mesh there is; builds in a few hundredths of a second.
 TINY = MeshDensity(in_plane_size=2.0, through_size=0.5, rim_grading=1.0, base_grading=1.0, points_per_axis=(1,))
+TINY_FIDELITY = Fidelity(mesh=TINY)
 
 
 @pytest.fixture(autouse=True)
@@ -50,7 +51,7 @@ def builds(monkeypatch) -> list[Pad]:
 
 
 def tiny(pad: Pad | None = None, *, cache: bool = True) -> InfluenceMatrices:
-    return influence_matrices(pad, TINY, progress=False, cache=cache)
+    return influence_matrices(pad, TINY_FIDELITY, progress=False, cache=cache)
 
 
 def assert_same(first: InfluenceMatrices, second: InfluenceMatrices) -> None:
@@ -68,14 +69,14 @@ def test_second_request_comes_from_the_cache(builds, cache):
     first, second = tiny(), tiny()
     assert len(builds) == 1
     assert_same(first, second)
-    assert files(cache) == [cached_path(Pad(), TINY).name]
+    assert files(cache) == [cached_path(Pad(), TINY_FIDELITY).name]
     assert isinstance(first.tables["compliance ++"].base, np.memmap)
 
 
 def test_pads_and_meshes_have_files_of_their_own(builds, cache):
     tiny()
     tiny(replace(Pad(), sampling_radius=0.5e-3))
-    influence_matrices(Pad(), replace(TINY, points_per_axis=(2,)), progress=False)
+    influence_matrices(Pad(), Fidelity(mesh=replace(TINY, points_per_axis=(2,))), progress=False)
     assert len(builds) == 3
     assert len(files(cache)) == 3
 
@@ -95,10 +96,10 @@ STORAGES = [
 def test_storages_have_files_of_their_own(cache):
     """And the plain table serves all that can be made of it."""
     chosen = [Fidelity(mesh=TINY, **choices) for choices in ({}, *STORAGES)]
-    assert len({cached_path(Pad(), preset=c) for c in chosen}) == len(chosen)
-    assert cached_path(Pad(), preset=chosen[0]) == cached_path(Pad(), TINY)
+    assert len({cached_path(Pad(), c) for c in chosen}) == len(chosen)
+    assert cached_path(Pad(), chosen[0]) == cached_path(Pad(), TINY_FIDELITY)
     for c in chosen:
-        found = influence_matrices(preset=c, progress=False)
+        found = influence_matrices(fidelity=c, progress=False)
         assert found.fidelity == c
         assert isinstance(found.tables["compliance ++"].base, np.memmap)
         again = build_influence(Pad(), c, progress=False)
@@ -108,33 +109,31 @@ def test_storages_have_files_of_their_own(cache):
 
 def test_storage_is_derived_from_the_plain_table_where_there_is_one(builds):
     tiny()
-    influence_matrices(preset=Fidelity(mesh=TINY, precision="float16"), progress=False)
-    influence_matrices(preset=Fidelity(mesh=TINY, reduction=0.1), progress=False)
+    influence_matrices(fidelity=Fidelity(mesh=TINY, precision="float16"), progress=False)
+    influence_matrices(fidelity=Fidelity(mesh=TINY, reduction=0.1), progress=False)
     assert len(builds) == 1
-    influence_matrices(preset=Fidelity(mesh=TINY, precision="float64"), progress=False)  # float32 has lost too much
+    influence_matrices(fidelity=Fidelity(mesh=TINY, precision="float64"), progress=False)  # float32 has lost too much
     assert len(builds) == 2
 
 
 def test_storage_alone_is_built_without_keeping_the_plain_table(builds, cache):
     chosen = Fidelity(mesh=TINY, precision="float16")
-    influence_matrices(preset=chosen, progress=False)
+    influence_matrices(fidelity=chosen, progress=False)
     assert len(builds) == 1
-    assert files(cache) == [cached_path(Pad(), preset=chosen).name]
+    assert files(cache) == [cached_path(Pad(), chosen).name]
 
 
 def test_contact_law_and_cells_share_a_table(builds):
     tiny()
     for chosen in (Fidelity(mesh=TINY, law="elastic", cells=7), Fidelity(mesh=TINY, law="foundation")):
-        assert influence_matrices(preset=chosen, progress=False).fidelity == chosen
-        assert influence_matrices(preset=chosen, progress=False, cache=False).fidelity == chosen
+        assert influence_matrices(fidelity=chosen, progress=False).fidelity == chosen
+        assert influence_matrices(fidelity=chosen, progress=False, cache=False).fidelity == chosen
     assert len(builds) == 3  # the first, and two that were told not to look
 
 
-def test_mesh_and_preset_together_are_refused(builds):
-    with pytest.raises(PresetError, match=r"preset 'fast' brings its own mesh, 'draft', but mesh = 'fine'"):
-        influence_matrices(mesh="fine", preset="fast")
+def test_unknown_fidelity_lists_those_that_exist(builds):
     with pytest.raises(PresetError, match="Available: fast, balanced, precise, accurate"):
-        influence_matrices(preset="quick")
+        influence_matrices(fidelity="quick")
     assert builds == []
 
 
@@ -142,7 +141,7 @@ def test_mesh_and_preset_together_are_refused(builds):
 def test_truncated_file_is_rebuilt_with_a_warning(share, builds):
     first = tiny(cache=False)
     tiny()
-    path = cached_path(Pad(), TINY)
+    path = cached_path(Pad(), TINY_FIDELITY)
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
     with pytest.warns(InfluenceWarning, match="cannot be used and is built anew"):
         repaired = tiny()
@@ -153,7 +152,7 @@ def test_truncated_file_is_rebuilt_with_a_warning(share, builds):
 
 
 def test_garbage_is_rebuilt_with_a_warning(cache):
-    path = cached_path(Pad(), TINY)
+    path = cached_path(Pad(), TINY_FIDELITY)
     cache.mkdir()
     path.write_bytes(b"garbage")
     with pytest.warns(InfluenceWarning, match="built anew"):
@@ -163,7 +162,7 @@ def test_garbage_is_rebuilt_with_a_warning(cache):
 def test_table_of_another_pad_under_this_name_is_rebuilt(cache):
     other = replace(Pad(), sampling_radius=0.5e-3)
     tiny(other)
-    cached_path(other, TINY).rename(cached_path(Pad(), TINY))
+    cached_path(other, TINY_FIDELITY).rename(cached_path(Pad(), TINY_FIDELITY))
     with pytest.warns(InfluenceWarning, match="built for a"):
         assert tiny().pad == Pad()
     assert tiny().pad == Pad()
@@ -229,6 +228,7 @@ def test_two_processes_at_once_make_one_table(cache):
 import os, sys, time
 from pathlib import Path
 import mjtactile.influence.cache as cache
+from mjtactile.fidelity import Fidelity
 from mjtactile.pad import Pad
 from mjtactile.fem.mesh import MeshDensity
 build = cache.build_influence
@@ -243,7 +243,7 @@ ready.touch()
 deadline = time.monotonic() + 60
 while len(list(ready.parent.glob("ready-*"))) < 2 and time.monotonic() < deadline:
     time.sleep(0.01)
-found = cache.influence_matrices(Pad(), density, progress=False)
+found = cache.influence_matrices(Pad(), Fidelity(mesh=density), progress=False)
 print("sum", found.tables["compliance ++"].sum().hex(), flush=True)
 """
     ready = cache.parent / "ready"
@@ -265,7 +265,7 @@ print("sum", found.tables["compliance ++"].sum().hex(), flush=True)
 def test_what_killed_builders_left_is_removed_unless_somebody_writes_it(cache):
     """The same table's and other tables', but not one whose lock is held, nor anybody else's file."""
     cache.mkdir()
-    own, other = cached_path(Pad(), TINY), cached_path(LAYERED_PAD, COARSE)
+    own, other = cached_path(Pad(), TINY_FIDELITY), cached_path(LAYERED_PAD, Fidelity(mesh=COARSE))
     busy = cache / "influence-0123456789abcdef0123.safetensors"
     dead = [cache / f".{path.stem}-k2_x1a8z.partial" for path in (own, other)]
     alive = [cache / f".{busy.stem}-abcdefgh.partial", cache / ".another-program.partial"]
@@ -284,6 +284,7 @@ def test_builder_killed_while_it_writes_leaves_nothing_for_long(cache):
 import os, signal
 import safetensors.numpy
 import mjtactile.influence.cache as cache
+from mjtactile.fidelity import Fidelity
 from mjtactile.fem.mesh import MeshDensity
 write = safetensors.numpy.save_file
 def die(*args, **kwargs):
@@ -291,20 +292,20 @@ def die(*args, **kwargs):
     os.kill(os.getpid(), signal.SIGKILL)
 safetensors.numpy.save_file = die
 density = MeshDensity(in_plane_size=2.0, through_size=0.5, rim_grading=1.0, base_grading=1.0, points_per_axis=(1,))
-cache.influence_matrices(mesh=density, progress=False)
+cache.influence_matrices(fidelity=Fidelity(mesh=density), progress=False)
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
     assert run.returncode == -9
     assert [name.endswith(".partial") for name in files(cache)] == [True]
     tiny()
-    assert files(cache) == [cached_path(Pad(), TINY).name]
+    assert files(cache) == [cached_path(Pad(), TINY_FIDELITY).name]
 
 
 def test_who_waits_for_another_builder_says_for_what(cache, capfd, monkeypatch):
     """As for a builder that was stopped; one that is quick is waited for in silence."""
     monkeypatch.setattr(mjtactile.influence.cache, "_SILENT_WAIT", 0.2)
     cache.mkdir()
-    lock = FileLock(cached_path(Pad(), TINY).with_suffix(".lock"), thread_local=False)
+    lock = FileLock(cached_path(Pad(), TINY_FIDELITY).with_suffix(".lock"), thread_local=False)
     for held, lines in ((0.05, 0), (0.6, 1)):
         lock.acquire()
         released = threading.Timer(held, lock.release)
@@ -314,17 +315,17 @@ def test_who_waits_for_another_builder_says_for_what(cache, capfd, monkeypatch):
         said = capfd.readouterr().err
         assert said.count("waiting for another process") == lines
         assert (lock.lock_file in said and CACHE_VARIABLE in said) == bool(lines)
-        cached_path(Pad(), TINY).unlink()
+        cached_path(Pad(), TINY_FIDELITY).unlink()
 
 
 def test_oblong_layered_pads_are_cached_too():
-    first = influence_matrices(LAYERED_PAD, COARSE, progress=False)
-    assert_same(first, influence_matrices(LAYERED_PAD, COARSE, progress=False, cache=False))
+    first = influence_matrices(LAYERED_PAD, Fidelity(mesh=COARSE), progress=False)
+    assert_same(first, influence_matrices(LAYERED_PAD, Fidelity(mesh=COARSE), progress=False, cache=False))
 
 
 def test_unknown_mesh_lists_those_that_exist():
     with pytest.raises(MeshError, match=r"'coarse' does not exist. Available: draft, default, fine"):
-        influence_matrices(mesh="coarse")
+        influence_matrices(fidelity=Fidelity(mesh="coarse"))
 
 
 def test_cache_is_where_the_variable_says(cache, monkeypatch):
@@ -350,9 +351,10 @@ def test_cached_table_starts_without_the_finite_element_library(cache):
     code = """
 import sys
 import mjtactile.influence.cache as cache
+from mjtactile.fidelity import Fidelity
 from mjtactile.fem.mesh import MeshDensity
 density = MeshDensity(in_plane_size=2.0, through_size=0.5, rim_grading=1.0, base_grading=1.0, points_per_axis=(1,))
-cache.influence_matrices(mesh=density)
+cache.influence_matrices(fidelity=Fidelity(mesh=density))
 print(sorted({"skfem", "torch", "mujoco", "matplotlib"} & set(sys.modules)))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -162,7 +162,7 @@ def test_surface_sinks_under_a_press_and_moves_with_a_shear(draft):
 
 
 def test_one_layer_sensor_reads_what_the_four_layer_sensor_reads_there(draft):
-    single = influence_matrices(Pad(depths=(1e-3,)), mesh="draft", progress=False)
+    single = influence_matrices(Pad(depths=(1e-3,)), fidelity=Fidelity(mesh="draft"), progress=False)
     readings = single.readings(star_load(single))
     assert readings.shape == (1, 13, 13)
     np.testing.assert_allclose(readings[0], draft.readings(star_load(draft))[0], rtol=1e-5)  # single precision

@@ -97,7 +97,7 @@ def test_half_precision_reads_the_same_for_any_modulus_and_size(top, bottom, sca
     from shapely import Point
 
     pad = pad_of(top, bottom, scale)
-    single = build_influence(pad, TINY, progress=False)
+    single = build_influence(pad, Fidelity(mesh=TINY), progress=False)
     half = in_storage(single, Fidelity(mesh=TINY, precision="float16"))
     assert {table.dtype for name, table in half.tables.items() if name.startswith("deviatoric ++ 0")} == {
         np.dtype(np.float16),

@@ -19,7 +19,7 @@ from small_pads import COARSE, LAYERED_PAD
 import mjtactile.influence.provenance
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.errors import CorruptInfluenceError, InfluenceError, PresetError, StaleInfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fem.stiffness import Parity
 from mjtactile.fidelity import MESHES, Fidelity, MeshDensity
@@ -36,7 +36,7 @@ META = {"note": "äöü", "numbers": [1, 2.5]}
 
 @pytest.fixture(scope="module")
 def small() -> InfluenceMatrices:
-    return build_influence(LAYERED_PAD, COARSE, progress=False)
+    return build_influence(LAYERED_PAD, Fidelity(mesh=COARSE), progress=False)
 
 
 @pytest.fixture
@@ -185,15 +185,14 @@ def test_every_storage_comes_back(choices, tmp_path):
     built.save(path)
     loaded = load_influence(path)
     assert loaded.fidelity == chosen
-    assert load_influence(path, preset=chosen).fidelity == chosen
-    assert load_influence(path, mesh=COARSE).fidelity == chosen
+    assert load_influence(path, fidelity=chosen).fidelity == chosen
     assert set(loaded.tables) == set(built.tables)
     footprint = Footprint.from_outline(indenter_outline("star", scale=0.4), built.surface)
     load = contact_load(built, footprint, (0.02, 0.01, -0.1))
     np.testing.assert_array_equal(loaded.readings(load), built.readings(load))
     np.testing.assert_array_equal(loaded.stress(load), built.stress(load))
     with pytest.raises(StaleInfluenceError, match="another mesh, storage, pad or version"):
-        load_influence(path, preset=Fidelity(mesh=COARSE))
+        load_influence(path, fidelity=Fidelity(mesh=COARSE))
 
 
 def test_defaults_leave_no_trace_in_the_fingerprint():
@@ -216,12 +215,7 @@ def test_table_that_names_no_averaging_or_loads_has_the_plain_ones(saved):
 
 def test_contact_law_may_change_without_the_table(saved):
     chosen = Fidelity(mesh=COARSE, law="elastic", cells=60)
-    assert load_influence(saved, preset=chosen).fidelity == chosen
-
-
-def test_mesh_and_preset_together_are_refused(saved):
-    with pytest.raises(PresetError, match="Drop mesh="):
-        load_influence(saved, mesh="draft", preset="fast")
+    assert load_influence(saved, fidelity=chosen).fidelity == chosen
 
 
 def test_file_from_before_checksums_is_refused_as_stale(saved):
@@ -253,9 +247,9 @@ def test_wrong_pad_is_refused_naming_both(saved):
 
 @pytest.mark.parametrize("mesh", ["draft", replace(COARSE, points_per_axis=(3,)), replace(COARSE, rim_grading=1.6)])
 def test_wrong_mesh_is_refused(mesh: str | MeshDensity, saved):
-    assert load_influence(saved, mesh=COARSE).density == COARSE
+    assert load_influence(saved, fidelity=Fidelity(mesh=COARSE)).density == COARSE
     with pytest.raises(StaleInfluenceError, match="Rebuild it: mjtactile build"):
-        load_influence(saved, mesh=mesh)
+        load_influence(saved, fidelity=Fidelity(mesh=mesh))
 
 
 def test_other_format_version_is_refused(saved, monkeypatch):
@@ -276,7 +270,7 @@ def test_named_table_is_loaded_fast(draft, tmp_path):
     draft.save(path)
     load_influence(path)
     start = time.perf_counter()
-    load_influence(path, Pad(), "draft")
+    load_influence(path, Pad(), Fidelity(mesh="draft"))
     assert time.perf_counter() - start <= 0.2
 
 

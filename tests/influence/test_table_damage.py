@@ -219,15 +219,15 @@ def test_matrices_made_by_hand_do_not_reach_the_core_misshapen(place, small):
 
 def test_cache_rebuilds_what_is_damaged_and_says_so(tmp_path, monkeypatch):
     monkeypatch.setenv("MJTACTILE_CACHE", str(tmp_path / "cache"))
-    whole = influence_matrices(LAYERED_PAD, preset=STORED, progress=False)
+    whole = influence_matrices(LAYERED_PAD, fidelity=STORED, progress=False)
     expected = {name: table.copy() for name, table in whole.tables.items()}
-    path, rng = cached_path(LAYERED_PAD, preset=STORED), np.random.default_rng(14)
+    path, rng = cached_path(LAYERED_PAD, STORED), np.random.default_rng(14)
     for _ in range(2):
         damaged = bytearray(path.read_bytes())
         damaged[int(rng.integers(len(damaged)))] ^= 16
         path.write_bytes(damaged)
         with pytest.warns(InfluenceWarning, match="cannot be used and is built anew.*not a whole influence table"):
-            mended = influence_matrices(LAYERED_PAD, preset=STORED, progress=False)
+            mended = influence_matrices(LAYERED_PAD, fidelity=STORED, progress=False)
         for name, table in expected.items():
             np.testing.assert_array_equal(mended.tables[name], table)
 

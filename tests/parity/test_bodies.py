@@ -153,7 +153,7 @@ def numbers(pose: Pose) -> npt.NDArray[np.float64]:
 
 @functools.cache
 def fast() -> mjtactile.InfluenceMatrices:
-    influence = mjtactile.influence_matrices(preset="fast")
+    influence = mjtactile.influence_matrices(fidelity="fast")
     give_springs(contact_pad(influence), *foundation_springs(influence))
     return influence
 

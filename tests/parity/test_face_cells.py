@@ -56,7 +56,7 @@ COUNTS = [6, 20, 60, 200, 800]
 
 @pytest.fixture(scope="module")
 def surface():
-    return mjtactile.influence_matrices(PAD, preset="fast").surface
+    return mjtactile.influence_matrices(PAD, fidelity="fast").surface
 
 
 def made(outline, count, angle=0.0):

@@ -33,7 +33,7 @@ STORAGES = [
 @pytest.fixture(scope="module", params=STORAGES, ids=str)
 def influence(request):
     return mjtactile.influence_matrices(
-        PAD, preset=mjtactile.Fidelity(mesh="draft", law="elastic", cells=60, **request.param)
+        PAD, fidelity=mjtactile.Fidelity(mesh="draft", law="elastic", cells=60, **request.param)
     )
 
 

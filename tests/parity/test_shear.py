@@ -24,7 +24,7 @@ KINDS = ("flat", "round", "rough", "ridge")
 @pytest.fixture(scope="module")
 def influence():
     return mjtactile.influence_matrices(
-        mjtactile.Pad(), preset=mjtactile.Fidelity(mesh="draft", law="elastic", cells=60)
+        mjtactile.Pad(), fidelity=mjtactile.Fidelity(mesh="draft", law="elastic", cells=60)
     )
 
 

@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from direct import relative_difference, solve
 from shapely import Polygon, affinity
 
-from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.cli.benchmarks.direct import relative_difference, solve, without_tables
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import MESHES, MeshDensity

@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from direct import Response, relative_difference, solve
 from shapely import Polygon
 
-from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.cli.benchmarks.direct import Response, relative_difference, solve, without_tables
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import MeshDensity

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import disc_stress_on_axis, disc_surface_sinking
-from direct import solve
 from shapely import Point
 
-from mjtactile.cli.benchmarks.direct import without_tables
+from mjtactile.cli.benchmarks.direct import solve, without_tables
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.fidelity import MeshDensity

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 import pytest
-from direct import relative_difference
 from shapely import Point, Polygon, affinity
 from shapely.geometry.base import BaseGeometry
 from test_calculix import CASES, GRAM_FORCE, expected_readings, outline_of
 
+from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.geometry.indenter import indenter_outline
@@ -44,12 +44,12 @@ PRESETS = ["balanced", pytest.param("accurate", marks=pytest.mark.slow)]
 
 @pytest.fixture(scope="module")
 def balanced() -> InfluenceMatrices:
-    return influence_matrices(preset="balanced", progress=False)
+    return influence_matrices(fidelity="balanced", progress=False)
 
 
 @pytest.fixture(scope="module")
 def accurate() -> InfluenceMatrices:
-    return influence_matrices(preset="accurate", progress=False)
+    return influence_matrices(fidelity="accurate", progress=False)
 
 
 def force_of(case: dict) -> np.ndarray:

@@ -45,6 +45,23 @@ def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(
     assert len([one for one in strains if "no longer small" in str(one.message)]) == int(enabled)
 
 
+def test_warnings_as_errors_leave_nothing_to_be_told_of_the_next_model(capfd):
+    """Two bodies press too hard, so there are two notes; the first is an error, and the second is told with it."""
+    second = '<body name="second" pos="0 0.0055 0.0049"><freejoint/><geom type="box" size=".002 .002 .005" mass="99"/>'
+    spec = mujoco.MjSpec.from_string(SCENE.format(mass=98).replace("</worldbody>", f"{second}</body></worldbody>"))
+    mjtactile.attach_pad(spec, body="finger", name="earlier", fidelity="fast")
+    model = spec.compile()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mujoco.mj_step(model, mujoco.MjData(model), 20)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        pressed(97.0)
+    assert not [one for one in told if "earlier" in str(one.message)]
+    printed = capfd.readouterr().err
+    assert all(f"ContactWarning: pad 'earlier_pad', body '{name}'" in printed for name in ("anvil", "second"))
+
+
 @pytest.mark.parametrize("name", ["clock", "absent"])
 def test_other_sensors_have_no_health(name):
     model, data = pressed(0.02, steps=1)

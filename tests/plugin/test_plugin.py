@@ -82,7 +82,7 @@ def test_readings_are_those_of_a_tactile_sensor(shape):
     data = mujoco.MjData(pressed)
     mjtactile.press(pressed, data, mjtactile.force_vector(0.5, 10, 40))
     mujoco.mj_forward(pressed, data)
-    expected = mjtactile.TactileSensor(pressed, preset="balanced").read(data)
+    expected = mjtactile.TactileSensor(pressed, fidelity="balanced").read(data)
     found = data.sensordata.reshape(expected.shape)
     # A body that stands still is read from a wrench basis, in half precision.
     assert np.linalg.norm(found - expected) <= 5e-4 * np.linalg.norm(expected)
@@ -104,7 +104,7 @@ def test_curved_bodies_are_read_too(geom):
     round_model = mujoco.MjModel.from_xml_string(text)
     data = stepped(round_model, 40)
     mujoco.mj_forward(round_model, data)
-    expected = mjtactile.TactileSensor(round_model, geom="pad0", preset="fast").read(data)
+    expected = mjtactile.TactileSensor(round_model, geom="pad0", fidelity="fast").read(data)
     assert expected.max() > 0.0
     found = data.sensordata.reshape(expected.shape)
     assert np.linalg.norm(found - expected) <= 0.01 * np.linalg.norm(expected)
@@ -120,7 +120,7 @@ def test_faces_over_the_sheets_edge(shift):
     mujoco.mj_step(large, data, 40)
     data.plugin_state[:] = 0.0
     mujoco.mj_forward(large, data)
-    expected = mjtactile.TactileSensor(large, geom="pad0", preset="fast").read(data)
+    expected = mjtactile.TactileSensor(large, geom="pad0", fidelity="fast").read(data)
     assert expected.max() > 0.0
     # Here the part over the sheet has its first corner where the reference has it, so that the cells are the same.
     assert np.abs(data.sensordata.reshape(expected.shape) - expected).max() <= 1e-5 * expected.max()
@@ -133,7 +133,7 @@ def test_all_outputs_of_one_sensor():
     mujoco.mj_forward(whole, data)
     wrench, stress, readings = np.split(data.sensordata, [6, 6 + 6 * 676])
     assert wrench == pytest.approx(contact_wrenches(whole, data, whole.geom("pad0").id).total, rel=1e-12, abs=1e-15)
-    influence = mjtactile.influence_matrices(preset="fast")
+    influence = mjtactile.influence_matrices(fidelity="fast")
     load = mjtactile.TactileSensor(whole, geom="pad0", influence=influence).load(data)
     assert load is not None
     expected = influence.stress(load).ravel()

@@ -17,7 +17,7 @@ Pressed = Callable[..., np.ndarray]
 @pytest.fixture(scope="session")
 def pressed() -> Pressed:
     """Readings (forces, layers, rows, columns) of a shape in a pose under forces (forces, 3)."""
-    influence = influence_matrices(preset="precise", progress=False)
+    influence = influence_matrices(fidelity="precise", progress=False)
 
     def readings(shape, forces, *, shift=(0.0, 0.0), rotation=0.0, size=1.0):
         forces = np.atleast_2d(forces)

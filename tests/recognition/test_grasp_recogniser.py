@@ -12,7 +12,7 @@ HALF = 7.5e-3
 
 @pytest.fixture(scope="module")
 def basis():
-    influence = influence_matrices(preset="fast", progress=False)
+    influence = influence_matrices(fidelity="fast", progress=False)
     return WrenchBasis(influence, Footprint.from_outline(shapely.box(-HALF, -HALF, HALF, HALF), influence.surface))
 
 

@@ -15,6 +15,7 @@ from mjtactile.contact.foundation import foundation_springs
 from mjtactile.contact.options import Wrench, contact_options
 from mjtactile.contact.press import CellForces
 from mjtactile.contact.ready import new_press
+from mjtactile.fidelity import Fidelity
 
 #: Forces agree to this fraction of the largest: dense systems of some hundred unknowns, solved in two ways.
 EXACT = 1e-9
@@ -34,7 +35,7 @@ OUTLINES = {
 
 @pytest.fixture(scope="module")
 def influence():
-    return mjtactile.influence_matrices(mesh="draft", progress=False)
+    return mjtactile.influence_matrices(fidelity=Fidelity(mesh="draft"), progress=False)
 
 
 def solved(influence, footprint: Footprint, lever=(0.0, 0.0), **options) -> tuple[CellForces, Cells, np.ndarray]:

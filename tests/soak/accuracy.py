@@ -277,7 +277,7 @@ def influence_of(kind: str, fidelity: str) -> InfluenceMatrices:
     pad, preset = scenes.PADS[kind].pad, PRESETS[fidelity]
     if pad != mjtactile.Pad():
         preset = dataclasses.replace(preset, mesh="draft")
-    return mjtactile.influence_matrices(pad, preset=preset)
+    return mjtactile.influence_matrices(pad, fidelity=preset)
 
 
 # --------------------------------------------------------------------------------------------------- references

@@ -28,7 +28,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 #: What mjtactile imports on the way from a model to readings.
 _NEEDS = (
-    "scipy>=1.14", "trimesh>=4.5", "mapbox-earcut>=1.0", "networkx>=3.2", "shapely>=2.0.4", "scikit-fem>=10.0",
+    "scipy>=1.14", "trimesh>=4.5", "mapbox-earcut>=1.0", "shapely>=2.0.4", "contourpy>=1.2", "scikit-fem>=10.0",
     "safetensors>=0.4.5", "platformdirs>=4.2", "filelock>=3.15", "threadpoolctl>=3.5", "typer>=0.15", "rich>=13.7",
     "matplotlib>=3.9",
 )  # fmt: skip

@@ -20,8 +20,11 @@ import mjtactile
 from mjtactile._types import Array
 from mjtactile.fidelity import PRESETS
 from mjtactile.plugin.attributes import OUTPUTS
+from mjtactile.sim.pad_geom import contact_attributes
 
 ROOT = Path(__file__).resolve().parents[2]
+#: Contact of a pad as attach_pad makes it.
+_CONTACT = " ".join(f'{name}="{value}"' for name, value in contact_attributes("stiff").items())
 #: What every sensor puts out, and how many numbers that is; those that this version does not know are left out.
 WIDTHS = {"wrench": 6, "carried": 6, "range": 1}
 ASKED = ("von_mises", *(name for name in WIDTHS if name in OUTPUTS))
@@ -177,7 +180,7 @@ def _attributes(name: str, fidelity: str) -> dict[str, str]:
         return {"pad": known, "fidelity": fidelity}
     path = _folder[0] / f"{known}-{kind.pad.fingerprint[:12]}.safetensors"
     chosen = dataclasses.replace(PRESETS[fidelity], mesh="draft")
-    influence = mjtactile.influence_matrices(kind.pad, preset=chosen)
+    influence = mjtactile.influence_matrices(kind.pad, fidelity=chosen)
     if not path.is_file():
         influence.save(path)
     return {"pad": str(path)}
@@ -194,8 +197,8 @@ def mjcf(scene: Scene) -> str:
     for number, (pad, bodies) in enumerate(zip(scene.pads, scene.bodies, strict=True)):
         half = (*(side / 2 for side in pad.pad.size), pad.pad.thickness / 2)
         geom = (
-            f'<geom name="pad{number}" type="box" size="{_text(half)}" pos="0 0 {-half[2]:.17g}" priority="10" '
-            'condim="4" friction="1 .0005 .0001" solref=".005 1" solimp=".98 .99 .001 .5 2" density="965"/>'
+            f'<geom name="pad{number}" type="box" size="{_text(half)}" pos="0 0 {-half[2]:.17g}" '
+            f'{_CONTACT} density="965"/>'
         )
         joint = f'<joint name="finger{number}" type="slide" axis="0 0 1" damping="2"/>' if pad.moves else ""
         inertia = '<inertial pos="0 0 0" mass=".05" diaginertia="1e-5 1e-5 1e-5"/>' if pad.moves else ""

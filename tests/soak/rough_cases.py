@@ -16,11 +16,12 @@ import mujoco
 import numpy as np
 
 import mjtactile
+from mjtactile.sim.pad_geom import contact_attributes
 
 #: Thrust of a gram [N].
 GF = 9.80665e-3
 #: Contact of a pad as attach_pad makes it.
-CONTACT = 'priority="10" condim="4" friction="1 .0005 .0001" solref=".005 1" solimp=".98 .99 .001 .5 2"'
+CONTACT = " ".join(f'{name}="{value}"' for name, value in contact_attributes("stiff").items())
 _SETTLING_STEPS = 1500
 _READ_EVERYTHING = "von_mises wrench"
 

@@ -32,7 +32,7 @@ TOLERANCE = {torch.float32: 1e-5, torch.float64: 1e-11}
 @pytest.fixture(scope="module", params=["fast", "balanced"])
 def preset(request: pytest.FixtureRequest) -> InfluenceMatrices:
     """Tables in bytes and factors, and with loads on corners and layers of different averaging."""
-    return influence_matrices(preset=request.param, progress=False)
+    return influence_matrices(fidelity=request.param, progress=False)
 
 
 @pytest.fixture(scope="module")
@@ -183,7 +183,7 @@ def test_a_pad_may_be_named_saved_or_given_with_a_fidelity(layered, tmp_path):
         PadModel("layered for torch", fidelity=rough),
     ):
         torch.testing.assert_close(model(forces), expected, rtol=0, atol=1e-5 * expected.max().item())
-    assert PadModel().fidelity == influence_matrices(preset="balanced").fidelity
+    assert PadModel().fidelity == influence_matrices(fidelity="balanced").fidelity
 
 
 def test_a_state_dictionary_holds_the_fingerprint_and_is_refused_by_another_pad(layered):

@@ -23,7 +23,7 @@ SPEC = parse_spec(
     {
         "presses": 240,
         "seed": 2,
-        "preset": "fast",
+        "fidelity": "fast",
         "law": "uniform",
         "poses": 2,
         "forces": 2,

@@ -20,6 +20,7 @@ import scipy.sparse.linalg
 import shapely
 
 from mjtactile._types import Array
+from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
@@ -109,7 +110,7 @@ def size_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
         def scaled(factor: float = case["scale"]) -> tuple[str, float]:
             readings = _pressed(build(_scaled(factor), density), factor)
-            return _peak(readings), difference(readings, expected)
+            return _peak(readings), relative_difference(readings, expected)
 
         yield attempt(case["name"], "the same pad, 5 mm thick", scaled)
     for case in cases["thickness"]:
@@ -123,7 +124,7 @@ def size_rows(cases: dict[str, Any]) -> Iterator[Row]:
             )
             own = replace(density, most_elements=cases["elements"])
             coarse, finer = (_pressed(build(pad, d)) for d in (own, _finer(own)))
-            return _peak(coarse), difference(coarse, finer)
+            return _peak(coarse), relative_difference(coarse, finer)
 
         yield attempt(case["name"], "elements two thirds the size", thick)
     one = replace(Pad(), taxels=TaxelGrid(rows=1, columns=1), depths=(2e-3,))
@@ -138,7 +139,12 @@ def size_rows(cases: dict[str, Any]) -> Iterator[Row]:
     )
     for precision in ("float32", "float16"):
         stored = build(Pad(), density, precision)
-        yield Row(f"tables in {precision}", _peak(_pressed(stored)), difference(_pressed(stored), expected), "float64")
+        yield Row(
+            f"tables in {precision}",
+            _peak(_pressed(stored)),
+            relative_difference(_pressed(stored), expected),
+            "float64",
+        )
 
 
 def build(pad: Pad, density: MeshDensity, precision: str = "float64") -> InfluenceMatrices:
@@ -181,12 +187,7 @@ def solution_error(pad: Pad, density: MeshDensity) -> float:
         )
     expected = (root @ solution)[-surface:]
     actual = EliminatedSheet(stiffness, parity).surface_compliance @ loads[-surface:]
-    return max(difference(a, b) for a, b in zip(actual.T, expected.T, strict=True))
-
-
-def difference(actual: Array, expected: Array) -> float:
-    """Euclidean norm of the difference over that of what was expected."""
-    return float(np.linalg.norm(actual - expected) / np.linalg.norm(expected))
+    return max(relative_difference(a, b) for a, b in zip(actual.T, expected.T, strict=True))
 
 
 def _solved_row(asked: str, pad: Callable[[], Pad], density: MeshDensity) -> Row:
@@ -246,7 +247,7 @@ WAYS: dict[str, dict[str, Any]] = {
 
 def load_rows(cases: dict[str, Any]) -> Iterator[Row]:
     """Faces, forces and moments at the extremes, under every law."""
-    influence = influence_matrices(mesh=cases["mesh"], progress=False)
+    influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     for case in cases["face"]:
         x, y, width, height = (length * _MILLIMETRE for length in case["box"])
         face = Footprint.from_outline(shapely.box(x - width, y - height, x + width, y + height), influence.surface)
@@ -259,14 +260,19 @@ def load_rows(cases: dict[str, Any]) -> Iterator[Row]:
         for force in cases["forces"]:
             load = _quietly(influence, disc, _OBLIQUE * force, options)[0]
             readings = influence.readings(load)
-            yield Row(f"{0.2 * force:g} N: {way}", _peak(readings), difference(readings / force, unit), "0.2 N, scaled")
+            yield Row(
+                f"{0.2 * force:g} N: {way}",
+                _peak(readings),
+                relative_difference(readings / force, unit),
+                "0.2 N, scaled",
+            )
         for name, (wrench, moment) in _odd_wrenches().items():
             yield _carried_row(f"{name}: {way}", influence, disc, wrench, options, moment)
 
 
 def steady_rows(cases: dict[str, Any]) -> Iterator[Row]:
     """The same contact again and again, one after another and in threads."""
-    influence = influence_matrices(mesh=cases["mesh"], progress=False)
+    influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     disc = _disc(influence)
     for way in ("uniform", "foundation", "elastic"):
         basis = WrenchBasis(influence, disc, **WAYS[way])
@@ -287,13 +293,13 @@ def steady_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
         with ThreadPoolExecutor(_THREADS) as threads:
             results = list(threads.map(once, range(4 * _THREADS)))
-        spread = max(difference(one, results[0]) for one in results)
+        spread = max(relative_difference(one, results[0]) for one in results)
         yield Row(f"{_THREADS} threads: {way}", "one answer" if spread == 0.0 else "several", spread, "each other")
 
 
 def wrong_input_rows(cases: dict[str, Any]) -> Iterator[Row]:
     """What is no number, or makes no sense: which error says so."""
-    influence = influence_matrices(mesh=cases["mesh"], progress=False)
+    influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     disc = _disc(influence)
     for asked, run in wrong_inputs(influence, disc).items():
         yield attempt(asked, "accepted", lambda run=run: (f"{run()}"[:40], None))

@@ -78,12 +78,12 @@ def measure(choice: Choice, bench: Bench) -> dict[str, Any]:
         The choice's values, "preset", "table_bytes", "load_s", by name of case "errors", "calculix", "moved_s" and
         "unchanged_s" and "cache_error", what a basis kept for other wrenches costs.
     """
-    built = influence_matrices(preset=choice.fidelity)
+    built = influence_matrices(fidelity=choice.fidelity)
     with one_core():
         loads = bench.loads(built, choice)
-        path = cached_path(Pad(), preset=choice.fidelity)
+        path = cached_path(Pad(), choice.fidelity)
         start = time.perf_counter()
-        influence = load_influence(path, Pad(), preset=choice.fidelity)
+        influence = load_influence(path, Pad(), choice.fidelity)
         influence.readings(loads[0])
         load_time = time.perf_counter() - start
         readings = influence.readings(loads)

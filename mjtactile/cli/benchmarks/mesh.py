@@ -20,6 +20,7 @@ from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import Fidelity
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.cache import CACHE_VARIABLE, cached_path
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
@@ -76,8 +77,8 @@ def _build_in_fresh_process(mesh: str, pad: Pad, folder: Path) -> tuple[Path, fl
     """Path of the built table, wall time of the build [s] and peak memory of its process [bytes]."""
     code = (
         "import json, resource, sys, time\n"
-        "from mjtactile import influence_matrices\n"
-        "start = time.perf_counter(); influence_matrices(mesh=sys.argv[1], progress=False)\n"
+        "from mjtactile import Fidelity, influence_matrices\n"
+        "start = time.perf_counter(); influence_matrices(fidelity=Fidelity(mesh=sys.argv[1]), progress=False)\n"
         "unit = 1 if sys.platform == 'darwin' else 1024\n"
         "print(json.dumps([time.perf_counter() - start, unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss]))\n"
     )
@@ -86,7 +87,7 @@ def _build_in_fresh_process(mesh: str, pad: Pad, folder: Path) -> tuple[Path, fl
     if run.returncode != 0:
         raise MjTactileError(f"building mesh {mesh!r} failed: {run.stderr.strip()[-500:]}")
     build_time, peak_memory = json.loads(run.stdout)
-    return folder / cached_path(pad, mesh).name, build_time, peak_memory
+    return folder / cached_path(pad, Fidelity(mesh=mesh)).name, build_time, peak_memory
 
 
 def _load(influence: InfluenceMatrices, case: dict[str, Any]) -> SurfaceLoad:

@@ -19,7 +19,7 @@ from trimesh.creation import icosphere
 
 from mjtactile._native import instruction_set
 from mjtactile.errors import MjTactileError
-from mjtactile.fidelity import Fidelity, fidelity
+from mjtactile.fidelity import Fidelity, as_fidelity
 from mjtactile.geometry.indenter import convex_pieces, indenter_outline
 from mjtactile.influence.cache import influence_matrices
 
@@ -187,9 +187,9 @@ def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
 
 def _save_table(path: str) -> None:
     """Tables of preset "balanced" whose law has as many cells as the bound is for."""
-    chosen = fidelity("balanced")
+    chosen = as_fidelity("balanced")
     law = Fidelity(**{**_fields(chosen), "law": "elastic", "cells": _CELLS})
-    influence_matrices(preset=law).save(path)
+    influence_matrices(fidelity=law).save(path)
 
 
 def _fields(chosen: Fidelity) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import mujoco
 
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.errors import MjTactileError
+from mjtactile.sim.pad_geom import contact_attributes
 
 _STEPS = 2000
 _SETTLING_STEPS = 200
@@ -17,7 +18,7 @@ _MUJOCO_TACTILE = """
   <asset><mesh name="plate" builtin="plate" params="26 26" scale="0.0075 0.0075 0.0001"/></asset>
   <worldbody>
     <geom name="pad" type="box" size="0.000001 0.0075 0.0075" quat="0.70710678 0 -0.70710678 0" priority="1"
-          solref="0.003 1" solimp="0.98 0.99 0.001 0.5 2"/>
+          {contact}/>
     <body pos="0 0 0.0025" gravcomp="1">
       <joint name="press" type="slide" axis="0 0 1"/>
       <geom type="box" size="0.005 0.005 0.0025" mass="0.015"/>
@@ -36,7 +37,8 @@ def mujoco_tactile_time() -> float:
 
 
 def _step_time(sensor: str) -> float:
-    model = mujoco.MjModel.from_xml_string(_MUJOCO_TACTILE.format(sensor=sensor))
+    contact = " ".join(f'{key}="{value}"' for key, value in contact_attributes("press", "solref", "solimp").items())
+    model = mujoco.MjModel.from_xml_string(_MUJOCO_TACTILE.format(sensor=sensor, contact=contact))
     data = mujoco.MjData(model)
     data.ctrl[:] = -1.0
     mujoco.mj_step(model, data, _SETTLING_STEPS)

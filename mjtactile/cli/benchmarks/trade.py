@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 
 from mjtactile.cli.benchmarks.cases import calculix_cases, press_case
-from mjtactile.cli.benchmarks.direct import direct_readings
+from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.cli.benchmarks.measure import Bench, measure, one_core
 from mjtactile.cli.benchmarks.sweep import Choice, sweep
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
@@ -61,7 +61,7 @@ def _quick(design: dict[str, Any]) -> dict[str, Any]:
 
 def _measure_truth(reference: Choice, bench: Bench) -> None:
     """Readings of the reference, which all others are held against."""
-    influence = influence_matrices(preset=reference.fidelity)
+    influence = influence_matrices(fidelity=reference.fidelity)
     with one_core():
         readings = influence.readings([case.load(influence) for case in bench.cases])
     bench.truth.update({case.name: values for case, values in zip(bench.cases, readings, strict=True)})
@@ -69,11 +69,11 @@ def _measure_truth(reference: Choice, bench: Bench) -> None:
 
 def _direct_time(mesh: str, bench: Bench) -> float:
     """Time of one solution of the finite elements for one load, contact found already [s]."""
-    influence = influence_matrices(mesh=mesh)
+    influence = influence_matrices(fidelity=Fidelity(mesh=mesh))
     with one_core():
         load = bench.cases[0].load(influence)
         start = time.perf_counter()
-        direct_readings(Pad(), mesh_density(mesh), [load])
+        solve(Pad(), mesh_density(mesh), [load], threads=1)
         return time.perf_counter() - start
 
 

@@ -17,6 +17,7 @@ from mjtactile.errors import SceneError
 from mjtactile.experiments.hands.fingertip import CONTACT
 from mjtactile.experiments.hands.gripper import REACH, gripper_document
 from mjtactile.experiments.hands.hand import HAND_REACH, hand_document
+from mjtactile.fidelity import Fidelity
 from mjtactile.pad import Pad
 from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.mjcf import OPTION, numbers, text_of
@@ -82,7 +83,7 @@ def grasp_mjcf(
     grasp_height: float | None = None,
     pad: Pad | None = None,
     pad_name: str = "default",
-    fidelity: str = "fast",
+    fidelity: str | Fidelity = "fast",
 ) -> str:
     """A world in which a hand stands around an object on a table, ready to close; see `open_gripper`.
 
@@ -98,7 +99,7 @@ def grasp_mjcf(
         grasp_height: of the pads' middles above the table [m]; by default half the object's height.
         pad: of the fingertips; the default pad if None.
         pad_name: by which the plugin knows it.
-        fidelity: preset of the readings.
+        fidelity: of the readings: a preset by name, or a Fidelity.
 
     Raises:
         SceneError: for an unknown hand or axis.

@@ -9,16 +9,14 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
+from mjtactile.fidelity import Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN
 from mjtactile.sim.mjcf import document, numbers
+from mjtactile.sim.pad_geom import contact_attributes
 
-#: Contact of pads and of what they hold. It gives way by some 0.1 mm under 5 N, fingers and rubber together: where a
-#: contact slides, MuJoCo's convex friction pushes the bodies apart by friction x speed x time constant, and a stiffer
-#: contact would open and hop.
-CONTACT = {"condim": "4", "solref": "0.01 1", "solimp": "0.9 0.9 0.001 0.5 2"}
-#: `friction` counts only against objects of lower priority; those of the grasp experiments bring their own.
-_PAD_CONTACT = {**CONTACT, "friction": "1 0.0005 0.0001", "priority": "10"}
+#: Contact of links and of what hands hold: as the pads', but for friction and priority, which objects bring themselves.
+CONTACT = contact_attributes("hand", "condim", "solref", "solimp")
 _PAD_DENSITY = "965"  # PDMS [kg/m^3]
 #: Colours of links and palms.
 GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
@@ -47,10 +45,10 @@ def document_with_palm(
     return root, body
 
 
-def pad_sensor(name: str, pad_name: str, fidelity: str) -> ET.Element:
+def pad_sensor(name: str, pad_name: str, fidelity: str | Fidelity) -> ET.Element:
     """A sensor of the plugin on geom `<name>_pad`."""
     sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
-    for key, value in (("pad", pad_name), ("fidelity", fidelity), ("output", "von_mises")):
+    for key, value in (("pad", pad_name), ("fidelity", fidelity_text(fidelity)), ("output", "von_mises")):
         ET.SubElement(sensor, "config", key=key, value=value)
     return sensor
 
@@ -70,7 +68,7 @@ def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, 
     ET.SubElement(
         body,
         "geom",
-        _PAD_CONTACT,
+        contact_attributes("hand"),  # friction counts against objects of lower priority only
         name=f"{name}_pad",
         type="box",
         size=numbers((pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2)),

@@ -12,6 +12,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from mjtactile.experiments.hands.fingertip import GREY, add_pad, document_with_palm, pad_sensor
+from mjtactile.fidelity import Fidelity
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import numbers, text_of
 
@@ -43,13 +44,13 @@ _DRIVE_TIME = "0.005"
 _OPENING = 10.0
 
 
-def gripper_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast") -> str:
+def gripper_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast") -> str:
     """The gripper alone, for `MjSpec.attach` and `<attach>`; arguments as in `gripper_document`."""
     return text_of(gripper_document("gripper", pad, pad_name=pad_name, fidelity=fidelity))
 
 
 def gripper_document(
-    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast"
+    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast"
 ) -> ET.Element:
     """A model that holds the gripper, to be written or built upon.
 
@@ -60,7 +61,7 @@ def gripper_document(
         model: its name.
         pad: its size and thickness are used; the default pad if None.
         pad_name: by which the plugin knows that pad: `pad_text(pad)`, or a name of `register_pad`.
-        fidelity: preset of the readings by name.
+        fidelity: of the readings: a preset by name, or a Fidelity.
     """
     pad = pad or Pad()
     root, palm = document_with_palm(

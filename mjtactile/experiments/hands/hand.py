@@ -13,6 +13,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from mjtactile.experiments.hands.fingertip import CONTACT, GREY, add_pad, document_with_palm, pad_sensor
+from mjtactile.fidelity import Fidelity
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import numbers, text_of
 
@@ -34,13 +35,13 @@ _PALM_HEIGHT, _WIDTH = 0.03, 0.008
 HAND_REACH = _PALM_HEIGHT + UPPER_LINK + LOWER_LINK
 
 
-def hand_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast") -> str:
+def hand_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast") -> str:
     """The hand alone, for `MjSpec.attach` and `<attach>`; arguments as in `hand_document`."""
     return text_of(hand_document("hand", pad, pad_name=pad_name, fidelity=fidelity))
 
 
 def hand_document(
-    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str = "fast"
+    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast"
 ) -> ET.Element:
     """A model that holds the hand, to be written or built upon.
 
@@ -51,7 +52,7 @@ def hand_document(
         model: its name.
         pad: its size and thickness are used; the default pad if None.
         pad_name: by which the plugin knows that pad: `pad_text(pad)`, or a name of `register_pad`.
-        fidelity: preset of the readings by name.
+        fidelity: of the readings: a preset by name, or a Fidelity.
     """
     pad = pad or Pad()
     root, palm = document_with_palm(

@@ -36,7 +36,7 @@ class LoopSettings:
     sort: bool = True  #: whether the punches are sorted
     rate: int = 200  #: of readings and recognition [Hz], in simulated time
     noise: float = 0.01  #: standard deviation over a reading's largest taxel [-]
-    preset: str = "precise"  #: fidelity of the readings
+    fidelity: str = "precise"  #: of the readings, which recognisers are taught on
     layers: str = "all"  #: recognisers that see "all" sensing layers or the "top" one
 
 
@@ -81,7 +81,7 @@ def run_loop(
         MjTactileError: for a rate that does not divide 1000 Hz.
     """
     scene = loop_scene(settings.seed)
-    sensor = TactileSensor(scene.model, preset=settings.preset)
+    sensor = TactileSensor(scene.model, fidelity=settings.fidelity)
     loop = Loop(
         scene,
         sensor,

@@ -100,7 +100,7 @@ class Unit:
         torch.set_num_threads(1)
         study = force_study if self.study == "force" else shape_study
         return study(
-            influence_matrices(preset=self.preset, progress=False),
+            influence_matrices(fidelity=self.preset, progress=False),
             law=self.law,
             layers=self.layers,
             seeds=range(self.seeds),

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import queue
-import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict
 from typing import Any
 
+from mjtactile._progress import progress_bar
 from mjtactile.experiments.study.plan import Settings, Unit, keep, kept, kept_path, units
 from mjtactile.experiments.study.presses import law_difference
 from mjtactile.influence.cache import influence_matrices
@@ -37,11 +36,17 @@ def reproduce(settings: Settings, *, workers: int = 2, fresh: bool = False, prog
         training of all units together, "elapsed_seconds": of this run}.
     """
     start = time.perf_counter()
-    influence = influence_matrices(preset=settings.preset)
+    influence = influence_matrices(fidelity=settings.preset)
     planned = list(units(settings))
     paths = [kept_path(unit, influence) for unit in planned]
     missing = [k for k, path in enumerate(paths) if fresh or kept(path) is None]
-    with _progress_bar(progress and bool(missing), [planned[k].cost for k in missing]) as told:
+    costs, shares = [planned[k].cost for k in missing], [0.0] * len(missing)
+    with progress_bar("networks", sum(costs), wanted=progress and bool(missing), counted=False) as advance:
+
+        def told(k: int, share: float) -> None:
+            advance((share - shares[k]) * costs[k])
+            shares[k] = share
+
         _run([planned[k] for k in missing], [paths[k] for k in missing], workers, told)
     results = [kept(path) for path in paths]
     return {
@@ -102,40 +107,3 @@ def _timed(unit: Unit, progress: Callable[[float], None]) -> dict[str, Any]:
     start = time.perf_counter()
     result = unit.run(progress)
     return {"result": result, "seconds": time.perf_counter() - start}
-
-
-def _progress_bar(wanted: bool, costs: Sequence[float]) -> AbstractContextManager[Callable[[int, float], None]]:
-    """A bar over all units, told the share of each that is done."""
-    if not (wanted and sys.stderr.isatty()):
-        return nullcontext(lambda k, share: None)
-    return _Bar(costs)
-
-
-class _Bar:
-    def __init__(self, costs: Sequence[float]) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-        self._costs, self._shares = costs, [0.0] * len(costs)
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.percentage:.0f}%"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-        )
-        self._task = self._progress.add_task("networks", total=sum(costs))
-
-    def __enter__(self) -> Callable[[int, float], None]:
-        self._progress.start()
-        return self._told
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
-
-    def _told(self, k: int, share: float) -> None:
-        self._shares[k] = share
-        done = sum(cost * part for cost, part in zip(self._costs, self._shares, strict=True))
-        finished = sum(part >= 1.0 for part in self._shares)
-        self._progress.update(self._task, completed=done, description=f"networks {finished}/{len(self._costs)}")

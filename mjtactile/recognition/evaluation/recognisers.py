@@ -22,7 +22,7 @@ from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
 from mjtactile.dataset.sampling import OutlinePresses, Pose
 from mjtactile.dataset.spec import parse_spec
-from mjtactile.fidelity import fidelity
+from mjtactile.fidelity import as_fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import force_vector
@@ -50,7 +50,7 @@ def evaluate(
     seed: int,
     *,
     presses: int = 2000,
-    preset: str = "precise",
+    fidelity: str = "precise",
     law: str | None = None,
     workers: int = 2,
     folder: Path | None = None,
@@ -61,8 +61,8 @@ def evaluate(
     Args:
         seed: of presses and noise.
         presses: how many in MuJoCo.
-        preset: fidelity of the sensor.
-        law: its contact law; by default the preset's own.
+        fidelity: of the sensor, a preset by name; recognisers are taught on "precise" among others.
+        law: its contact law; by default the fidelity's own.
         workers: processes that make presses.
         folder: weights of one's own, one folder each for "all" and "top" in it; by default those shipped.
         progress: show a progress bar on a terminal.
@@ -73,17 +73,18 @@ def evaluate(
     """
     from mjtactile.influence.cache import influence_matrices
 
-    known = fidelity(preset)
-    influence = influence_matrices(preset=replace(known, law=known.law if law is None else law), progress=progress)
+    known = as_fidelity(fidelity)
+    chosen = replace(known, law=known.law if law is None else law)
+    influence = influence_matrices(fidelity=chosen, progress=progress)
     pairs = recognisers(folder)
     with tempfile.TemporaryDirectory() as scratch:
-        spec = parse_spec(press_spec(seed, presses, preset, influence.fidelity.law))
+        spec = parse_spec(press_spec(seed, presses, fidelity, influence.fidelity.law))
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
         data = read_dataset(Path(scratch))
     return {
         "seed": seed,
         "presses": len(data.readings),
-        "preset": preset,
+        "preset": fidelity,
         "law": influence.fidelity.law,
         "protocol": {layers: protocol(influence, *pair) for layers, pair in pairs.items()},
         "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in pairs.items()},
@@ -118,13 +119,13 @@ def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, 
     }
 
 
-def press_spec(seed: int, presses: int, preset: str, law: str) -> dict[str, Any]:
+def press_spec(seed: int, presses: int, fidelity: str, law: str) -> dict[str, Any]:
     """The presses of an evaluation as a dataset's TOML values: ranges of the issue, no more than two forces a pose."""
     return {
         "seed": seed,
         "presses": presses,
         "backend": "mujoco",
-        "preset": preset,
+        "fidelity": fidelity,
         "law": law,
         "free": 0.25,
         "poses": 2,

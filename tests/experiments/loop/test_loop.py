@@ -194,7 +194,7 @@ def run_command(*arguments, cwd, **environment):
     ("arguments", "says"),
     [
         (["--video", "loop.mp4"], ".gif or .webp"),
-        (["--preset", "quick"], "fast, balanced, precise, accurate"),
+        (["--fidelity", "quick"], "fast, balanced, precise, accurate"),
         (["--figure", "/nonexistent/loop.png"], "cannot write"),
         (["--no-record", "--weights", "/nonexistent"], "nonexistent"),
         (["--view"], "needs a display"),

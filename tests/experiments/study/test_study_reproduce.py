@@ -28,7 +28,7 @@ PAGE = Path(__file__).resolve().parents[3] / "docs" / "study.md"
 def tables_elsewhere(tmp_path_factory):
     """The influence matrices of the cache, with room of its own for what the study keeps."""
     folder = tmp_path_factory.mktemp("cache")
-    plan.influence_matrices(preset="fast", progress=False)
+    plan.influence_matrices(fidelity="fast", progress=False)
     for table in cache_directory().glob("influence-*.safetensors"):
         (folder / table.name).symlink_to(table)
     return folder
@@ -83,7 +83,7 @@ def test_two_workers_find_what_one_finds(found):
 
 
 def test_every_unit_is_kept_under_a_name_of_its_own(cache):
-    influence = plan.influence_matrices(preset="fast", progress=False)
+    influence = plan.influence_matrices(fidelity="fast", progress=False)
     units = list(plan.units(plan.Settings()))
     assert len({plan.kept_path(unit, influence) for unit in units}) == len(units)
     # Each law, number of layers and variant; the maxima of one layer have one scale.
@@ -151,7 +151,7 @@ def test_the_command_prints_tables_and_writes_json_and_page(cache, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--preset", "quick"], "fast, balanced, precise, accurate"),
+        (["--fidelity", "quick"], "fast, balanced, precise, accurate"),
         (["--seeds", "0"], "seeds"),
         (["--json", "/nonexistent/s.json"], "cannot write"),
         (["--page", "/nonexistent/study.md"], "Name a Markdown file that is there"),

@@ -1,0 +1,60 @@
+"""One contact, read through every door: the same law, the same fidelity, the same numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjtactile
+from mjtactile.envs.press_identify import PressIdentify
+from mjtactile.envs.simulation import SingleSimulation
+from mjtactile.envs.single import TactileEnv
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
+from mjtactile.torch.model import PadModel
+
+#: None asks for nothing, which is "balanced" at every door but environments, which have to be told.
+ASKED = [None, "fast", Fidelity(mesh="draft", precision="float16", law="elastic", cells=40)]
+
+
+def pressed(fidelity: str | Fidelity) -> tuple[TactileEnv, np.ndarray]:
+    """A finger that presses a square obliquely in an environment, and the readings the agent is given [Pa]."""
+    env = TactileEnv(PressIdentify, observation="pascals", noise=0.0, fidelity=fidelity)
+    env.reset(seed=3, options={"shape": "square"})
+    action = np.zeros(env.action_space.shape or (), dtype=np.float32)
+    action[:5] = 0.05, -0.02, 0.0, 0.5, -1.0
+    observed: dict[str, Any] = {}
+    for _ in range(20):
+        observed, *_ = env.step(action)
+    return env, np.array(observed["tactile"])[0]
+
+
+@pytest.mark.parametrize("asked", ASKED, ids=["default", "a preset's name", "a fidelity"])
+def test_the_same_contact_is_read_the_same_through_every_door(asked):
+    chosen = as_fidelity(DEFAULT if asked is None else asked)
+    said: dict[str, Any] = {} if asked is None else {"fidelity": asked}
+    env, told = pressed(chosen)
+    simulation = env.task.simulation
+    assert isinstance(simulation, SingleSimulation)
+    model, data = simulation.model, simulation.data
+
+    by_plugin = mjtactile.TactileSensor(model, "finger")  # reads what the engine put into `sensordata`
+    sensor = mjtactile.TactileSensor(model, geom="finger_pad", **said)
+    influence = mjtactile.influence_matrices(**said)
+    module = PadModel(**said)
+    for one in (by_plugin.influence, sensor.influence, influence, module):
+        assert one.fidelity == chosen
+    assert by_plugin.law == sensor.law == chosen.law
+
+    face = mjtactile.Footprint.from_outline(sensor.outline(data), influence.surface)
+    wrench = sensor.wrench(data)
+    load = mjtactile.contact_load(influence, face, wrench[:3], moment=wrench[3:])
+    expected = sensor.read(data)
+    peak = expected.max()
+    assert peak > 1e3
+    # The core solves it everywhere; only the module and what an agent is given are in single precision.
+    np.testing.assert_allclose(by_plugin.read(data), expected, atol=1e-9 * peak)
+    np.testing.assert_allclose(influence.readings(load), expected, atol=1e-9 * peak)
+    np.testing.assert_allclose(told, expected, atol=1e-6 * peak)
+    np.testing.assert_allclose(module(module.nodal_forces(load)).numpy(), expected, atol=2e-6 * peak)
