@@ -11,6 +11,8 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kLooks = 4;
 // Cells reach up to where the body stands this many times as high as the level of the spots, at first and at most.
 constexpr double kGenerous = 2.5, kMostGenerous = 64.0, kLeastGenerous = 0.25;
+// Where pressure is bounded, the level is that of the area the force needs, and cells reach up to this many times as high.
+constexpr double kBeyond = 1.6;
 // At first on one spot about as long as wide that fills its rectangle: there the level is close to where contacts end,
 // which balls do at 1.2 times the level.
 constexpr double kCompact = 1.5, kAsLongAsWide = 2.0;
@@ -87,7 +89,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       spots_ = search_.find(map, view.plane, load);
     }
     // Springs are pressed farther out than an elastic surface.
-    if (look == 0 && options.law == Law::elastic && compact()) view.generosity = kCompact;
+    if (look == 0 && options.law == Law::elastic && compact(options)) view.generosity = kCompact;
     if (!add_cells(map, sheet, options, view)) return found;
     contact_.place(cells_.face(), kHere, compliance, options, workspace);
     heights_ = cells_.heights();
@@ -101,8 +103,11 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   return true;
 }
 
-bool PatchPress::compact() const {
+bool PatchPress::compact(const LawOptions& options) const {
   if (spots_.size() != 1) return false;
+  // Few cells, as narrow as they may be, do not tell where in the outermost ones the contact ends.
+  const double cell = spots_.front().area * std::sqrt(kGenerous) / static_cast<double>(options.cells);
+  if (cell < options.narrowest * options.narrowest) return false;
   const Region region = spots_.front().region.lengthwise();
   return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
 }
@@ -143,7 +148,7 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
   const double highest = options.law == Law::uniform ? std::max(search_.level(), options.facing_gap)
-                                                     : std::max(search_.loaded() * view.generosity, search_.level());
+                                                     : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; law "uniform" has nothing to solve.
   const double cells = (options.law == Law::uniform ? kCheap : 1.0) * static_cast<double>(options.cells);
@@ -192,9 +197,8 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   double roots = 0.0;
   for (const Spot& one : spots_) roots += std::sqrt(one.area);
   const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
-  // What breaks presses all of a spot, and nothing beyond.
   const bool breaks = search_.loaded() * kGenerous < search_.level();
-  double cell = coarser * spot.area * (breaks ? 1.0 : std::sqrt(std::max(view.generosity, kGenerous))) / share;
+  double cell = coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.generosity, kGenerous))) / share;
   // So many cells of one size lie along a line that runs askew to them.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
@@ -230,7 +234,7 @@ bool PatchPress::next_view(View& view) const {
     least = std::min(least, lift);
     most = std::max(most, lift);
   }
-  const double level = std::max(search_.level(), contact_.indentation());
+  const double level = std::max(search_.loaded(), contact_.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
   const bool tilted = lifted > kSmallTilt * level;
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());

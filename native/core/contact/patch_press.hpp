@@ -36,8 +36,8 @@ class PatchPress {
     Plane plane;
     double generosity;   // cells reach up to so many times the level of the spots
   };
-  // Whether the contact is one spot that is neither long nor open.
-  bool compact() const;
+  // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
+  bool compact(const LawOptions& options) const;
   Plane first_plane(const SearchLoad& load);
   bool add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view);
   void reach_out();

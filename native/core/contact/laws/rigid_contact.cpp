@@ -17,9 +17,9 @@ constexpr double kBalanced = 1e-9;
 // Exchanges of cells, and those that may leave as many wrong ones before single cells are exchanged.
 constexpr std::size_t kExchanges = 24, kPatience = 3;
 // Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
-constexpr std::size_t kDescents = 20, kBounded = 100;
+constexpr std::size_t kDescents = 20, kBounded = 60;
 // Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
-constexpr double kMostWork = 5e6, kMostFactors = 12.0;
+constexpr double kMostWork = 5e6, kMostFactors = 8.0;
 // Springs that start the search, over the stiffness of single cells.
 constexpr double kSprings = 0.2;
 // Least compliance of a spring over the largest: layers can leave a cell none of its own.
