@@ -24,7 +24,7 @@ struct Option;  // mjvOption
 struct Scene;   // mjvScene
 
 // Offsets in bytes; sizes are read as int, of which a wider one on a little-endian machine begins with the same bytes.
-// Python fills them in this order (mjtactile/mujoco_layout.py).
+// Python fills them in this order (mjtactile/plugin/mujoco_layout.py).
 struct Layout {
   std::int64_t model_nsensor, model_nbody, model_npair, model_geom_type, model_geom_bodyid, model_geom_contype,
       model_geom_conaffinity, model_geom_dataid, model_geom_size, model_geom_pos, model_geom_quat, model_body_geomnum,

@@ -34,7 +34,7 @@ constexpr int kCommonPowers = 20;
 constexpr double kNarrowest = 0.01;
 // A hash kept as a double must be a whole number that a double holds.
 constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
-// Deviatoric coordinates and the mean stress under x -> -x and y -> -y (mjtactile/influence.py).
+// Deviatoric coordinates and the mean stress under x -> -x and y -> -y (mjtactile/influence/matrices.py).
 constexpr bool kOdd[kDeviatoric][2] = {{false, false}, {false, false}, {true, true}, {false, true}, {true, false}};
 constexpr bool kEven[1][2] = {{false, false}};
 

@@ -6,7 +6,7 @@
 namespace mjtactile {
 namespace {
 
-// Directions whose sine with a face is below this count as parallel to it (mjtactile/gap.py).
+// Directions whose sine with a face is below this count as parallel to it (mjtactile/geometry/primitives.py).
 constexpr double kParallel = 1e-12;
 // How far above its lowest point a mesh is looked at, over the ceiling.
 constexpr double kReach = 0.3;

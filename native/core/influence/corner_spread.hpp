@@ -1,5 +1,5 @@
 // Nodal forces spread onto the elements' corners, for tables that hold columns of corners only
-// (mjtactile/corners.py): a quarter of the columns, the same resultants and moments up to the third.
+// (mjtactile/fem/vertex_loads.py): a quarter of the columns, the same resultants and moments up to the third.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // From nodal forces on the surface to stress at sample points, and to von Mises readings.
 //
-// Everything is kept by the sheet's four symmetry classes (mjtactile/folding.py): a load is folded into forces on a
+// Everything is kept by the sheet's four symmetry classes (mjtactile/fem/symmetry.py): a load is folded into forces on a
 // quarter of the surface, one set per class, and each class has its own matrix to the stress at points of a quarter.
 // The response is linear in the load and adds up over loads; the readings, means of norms, come from it at the end.
 #pragma once
