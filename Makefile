@@ -10,6 +10,10 @@ PLUGIN_TESTS := tests/doors/test_attach*.py tests/plugin/test_plugin*.py
 MUJOCO_TESTS := tests/geometry/test_primitives.py tests/sim tests/plugin tests/doors tests/experiments/loop
 NATIVE := $(shell find native -type f)
 
+# Without the hooks of site: an editable install takes the folder above the checkout for a place of the package, too.
+LINT_IMPORTS = PYTHONPATH=$(CURDIR):$(shell echo $(CURDIR)/$(VENV)/lib/python3*/site-packages) \
+	$(BIN)/python -S $(BIN)/lint-imports --no-cache
+
 .PHONY: demo test check install install-dev models soak tables weights policies clean
 
 demo: $(VENV)/installed
@@ -19,7 +23,7 @@ demo: $(VENV)/installed
 test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/lint-imports --no-cache
+	$(LINT_IMPORTS)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest
 	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest $(MUJOCO_TESTS) -m "not slow"
@@ -30,7 +34,7 @@ test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 # What a developer runs between edits.
 check: $(VENV)/installed-dev
 	$(BIN)/ruff check .
-	$(BIN)/lint-imports --no-cache
+	$(LINT_IMPORTS)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest -m "not slow"
 
