@@ -24,6 +24,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from warning_texts import without_numbers
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 #: What mjtactile imports on the way from a model to readings.
@@ -329,7 +331,7 @@ def act(name: str, steps: int, seed: int, pads: bool, limit: float) -> dict[str,
             read += bool(numbers.any())
             not_finite += not np.isfinite(numbers).all()
     ours = [one for one in heard if "mjtactile" in f"{one.category.__module__} {one.filename}"]
-    texts = Counter(re.sub(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?", "#", str(one.message)) for one in ours)
+    texts = Counter(without_numbers(str(one.message)) for one in ours)
     return {
         "steps": len(spent),
         "steps_per_s": len(spent) / sum(spent),

@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 import random_scenes as scenes
 from random_scenes import Scene
+from warning_texts import without_numbers
 
 from mjtactile._types import Array
 from mjtactile.sim.wrench import contact_wrenches, geom_frame
@@ -31,7 +32,6 @@ _PUSH_EVERY = 20
 DISABLE_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 #: What MuJoCo itself says of simulations that fly apart, or that need more room.
 _MUJOCO_SAYS = re.compile(r"^(WARNING: .*|Warning: .*|\s*)$")
-_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
 
 
 @dataclass
@@ -100,7 +100,7 @@ def drive(scene: Scene, steps: int) -> dict[str, Any]:
             data = mujoco.MjData(model)
             _watched(scene, model, data, steps, base, findings, answer)
             del data
-    said = Counter((one.category.__name__, _without_numbers(str(one.message))) for one in heard)
+    said = Counter((one.category.__name__, without_numbers(str(one.message))) for one in heard)
     answer["warnings"] = {f"{category}: {text}": count for (category, text), count in said.items()}
     for (category, text), count in said.items():
         if count > 1:
@@ -277,12 +277,6 @@ def _kind(scene: Scene, name: str) -> str:
         return "plane" if name == "floor" else "pad"
     number, index, k = (int(part) for part in name.removeprefix("body").split("-"))
     return scene.bodies[number][index].geoms[k].kind
-
-
-def _without_numbers(text: str) -> str:
-    """A warning without its numbers; names, in quotes, stay."""
-    parts = text.split("'")
-    return "'".join(part if k % 2 else _NUMBER.sub("#", part) for k, part in enumerate(parts))
 
 
 def pressing_force(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> float:
