@@ -272,10 +272,8 @@ double distance_to(const std::vector<Point>& hull, const Point& at) {
   if (holds(hull, at)) return 0.0;
   double least = kNowhere;
   for (std::size_t i = 0; i < hull.size(); ++i) {
-    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
-    const double x = b.x - a.x, y = b.y - a.y, square = x * x + y * y;
-    const double part = square > 0.0 ? std::min(std::max(((at.x - a.x) * x + (at.y - a.y) * y) / square, 0.0), 1.0) : 0.0;
-    least = std::min(least, std::hypot(at.x - a.x - part * x, at.y - a.y - part * y));
+    const Point near = nearest_on(hull[i], hull[(i + 1) % hull.size()], at);
+    least = std::min(least, std::hypot(at.x - near.x, at.y - near.y));
   }
   return least;
 }

@@ -77,14 +77,8 @@ void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& 
   // No more edges than are worth a look at all of their corners.
   convex_ = starts.size() <= kFewEdges;
   for (std::size_t i = 0; i < starts.size() && convex_; ++i) {
-    for (const Point& corner : starts) convex_ = convex_ && side(i, corner.x, corner.y) >= 0.0;
+    for (const Point& corner : starts) convex_ = convex_ && left_of(starts[i], ends[i], corner) >= 0.0;
   }
-}
-
-// Twice the area of the triangle that an edge and a point to its left span.
-double FlatMap::side(std::size_t edge, double x, double y) const {
-  const Point &a = starts_[edge], &b = ends_[edge];
-  return (b.x - a.x) * (y - a.y) - (x - a.x) * (b.y - a.y);
 }
 
 void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
@@ -95,7 +89,7 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
   to.assign(points.size(), 0.0);
   for (std::size_t edge = 0; edge < starts_.size(); ++edge) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      to[i] = side(edge, points[i].x, points[i].y) >= 0.0 ? to[i] : kNowhere;
+      to[i] = left_of(starts_[edge], ends_[edge], points[i]) >= 0.0 ? to[i] : kNowhere;
     }
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -108,14 +102,14 @@ double FlatMap::height(double x, double y) const {
   if (!sheet_.holds(x, y)) return kNowhere;
   if (convex_) {
     for (std::size_t edge = 0; edge < starts_.size(); ++edge) {
-      if (!(side(edge, x, y) >= 0.0)) return kNowhere;
+      if (!(left_of(starts_[edge], ends_[edge], {x, y}) >= 0.0)) return kNowhere;
     }
     return 0.0;
   }
   int winding = 0;
   for (std::size_t i = 0; i < starts_.size(); ++i) {
     const Point &a = starts_[i], &b = ends_[i];
-    const double left = side(i, x, y);
+    const double left = left_of(a, b, {x, y});
     if (left == 0.0 && x >= std::min(a.x, b.x) && x <= std::max(a.x, b.x) && y >= std::min(a.y, b.y) &&
         y <= std::max(a.y, b.y)) {
       return 0.0;

@@ -41,8 +41,6 @@ class FlatMap : public HeightMap {
   const std::vector<Point>& candidates() const override { return candidates_; }
 
  private:
-  double side(std::size_t edge, double x, double y) const;
-
   Rectangle sheet_ = {}, bounds_ = {};
   bool convex_ = false;   // then inside is what lies left of all edges
   std::vector<Point> starts_, ends_, candidates_;

@@ -6,11 +6,6 @@
 namespace mjtactile {
 namespace {
 
-// How far a point lies to the left of the line through two others, times their distance.
-double left_of(const Point& a, const Point& b, const Point& point) {
-  return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
-}
-
 // The part of a polygon that lies more than a margin to the left of a line (Sutherland and Hodgman).
 void clip_side(const std::vector<Point>& polygon, const Point& a, const Point& b, double margin,
                std::vector<Point>& result) {
@@ -28,6 +23,13 @@ void clip_side(const std::vector<Point>& polygon, const Point& a, const Point& b
 }
 
 }  // namespace
+
+Point nearest_on(const Point& a, const Point& b, const Point& point) {
+  const double x = b.x - a.x, y = b.y - a.y, square = x * x + y * y;
+  const double along = square > 0.0 ? ((point.x - a.x) * x + (point.y - a.y) * y) / square : 0.0;
+  const double part = std::min(std::max(along, 0.0), 1.0);
+  return {a.x + part * x, a.y + part * y};
+}
 
 // Andrew's monotone chain.
 std::vector<Point> convex_hull(std::vector<Point> points) {
@@ -63,11 +65,7 @@ bool nearest_inside(const std::vector<Point>& polygon, const Point& point, doubl
   }
   double least = INFINITY;
   for (std::size_t k = 0; k < inner.size(); ++k) {
-    const Point &a = inner[k], &b = inner[(k + 1) % inner.size()];
-    const double x = b.x - a.x, y = b.y - a.y, square = x * x + y * y;
-    const double along = square > 0.0 ? ((point.x - a.x) * x + (point.y - a.y) * y) / square : 0.0;
-    const double part = std::min(std::max(along, 0.0), 1.0);
-    const Point at = {a.x + part * x, a.y + part * y};
+    const Point at = nearest_on(inner[k], inner[(k + 1) % inner.size()], point);
     const double distance = std::hypot(point.x - at.x, point.y - at.y);
     if (distance < least) least = distance, nearest = at;
   }

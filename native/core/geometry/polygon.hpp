@@ -9,6 +9,14 @@ struct Point {
   double x, y;
 };
 
+// How far a point lies to the left of the line through two others, times their distance.
+inline double left_of(const Point& a, const Point& b, const Point& point) {
+  return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
+}
+
+// The point of the segment from a to b that is nearest to another.
+Point nearest_on(const Point& a, const Point& b, const Point& point);
+
 // The convex hull of points, counter-clockwise, collinear ones left out.
 std::vector<Point> convex_hull(std::vector<Point> points);
 

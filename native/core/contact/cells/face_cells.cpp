@@ -51,20 +51,13 @@ constexpr double kConvex = 1.0 + 1e-6;
 // Second moments that differ by less than this fraction give a cell no axes.
 constexpr double kRound = 1e-9;
 
-double cross(const Point& a, const Point& b, const Point& c) {
-  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-}
-
 double distance(const Point& a, const Point& b) {
   const double x = b.x - a.x, y = b.y - a.y;
   return std::sqrt(x * x + y * y);
 }
 
 double distance_to_segment(const Point& point, const Point& a, const Point& b) {
-  const double x = b.x - a.x, y = b.y - a.y, square = x * x + y * y;
-  double part = square > 0.0 ? ((point.x - a.x) * x + (point.y - a.y) * y) / square : 0.0;
-  part = std::min(std::max(part, 0.0), 1.0);
-  return distance(point, {a.x + part * x, a.y + part * y});
+  return distance(point, nearest_on(a, b, point));
 }
 
 Point between(const Point& a, const Point& b, double part) {
@@ -82,7 +75,7 @@ bool apart(const Point& a, const Point& b, const Point& c, const Point& d) {
 
 bool crossing(const Point& a, const Point& b, const Point& c, const Point& d) {
   if (apart(a, b, c, d)) return false;
-  return cross(a, b, c) * cross(a, b, d) < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0;
+  return left_of(a, b, c) * left_of(a, b, d) < 0.0 && left_of(c, d, a) * left_of(c, d, b) < 0.0;
 }
 
 std::size_t pieces_of(double length, double size) {
@@ -116,7 +109,7 @@ bool FaceCells::make(const Outline& outline, std::size_t count, Face& face, doub
   face.hull = convex_hull(face.centroids);
   double hull_area = 0.0;
   for (std::size_t i = 0; i < face.corners.size(); ++i) {
-    hull_area += cross(face.corners[0], face.corners[i], face.corners[(i + 1) % face.corners.size()]) / 2;
+    hull_area += left_of(face.corners[0], face.corners[i], face.corners[(i + 1) % face.corners.size()]) / 2;
   }
   face.convex = hull_area <= kConvex * face.length * face.length;
   place_quadrature(face);
@@ -176,7 +169,7 @@ bool FaceCells::tidy(const Outline& outline, double cosine, double sine) {
     const std::size_t first = points_.size();
     const auto says_nothing = [&](const Point& before, const Point& at, const Point& after) {
       return distance(before, at) <= kSamePoint * extent ||
-             std::abs(cross(before, at, after)) <= kStraight * extent * distance(before, after);
+             std::abs(left_of(before, at, after)) <= kStraight * extent * distance(before, after);
     };
     for (const Point& corner : ring) {
       const Point at = turned(corner, cosine, -sine), point = {at.x - middle_.x, at.y - middle_.y};
@@ -204,7 +197,7 @@ bool FaceCells::tidy(const Outline& outline, double cosine, double sine) {
     const std::size_t last = points_.size();
     for (std::size_t i = first; i < last; ++i) {
       const Point &a = points_[i], &b = points_[i + 1 < last ? i + 1 : first];
-      area += cross(points_[first], a, b) / 2;
+      area += left_of(points_[first], a, b) / 2;
       length += distance(a, b);
     }
     if (last < first + 3 || !(std::abs(area) > kNoArea * extent * extent)) {
@@ -516,9 +509,9 @@ void FaceCells::bound_shares() {
           if (i == k || next == k) continue;
           const Point &a = kept_[i].at, &b = kept_[next].at;
           if (apart(own.at, far, a, b)) continue;
-          const double from = cross(own.at, far, a), to = cross(own.at, far, b);
+          const double from = left_of(own.at, far, a), to = left_of(own.at, far, b);
           if (from * to > 0.0 || from == to) continue;
-          const double here = cross(a, b, own.at), there = cross(a, b, far);
+          const double here = left_of(a, b, own.at), there = left_of(a, b, far);
           if (here * there >= 0.0) continue;
           share = std::min(share, here / (here - there));
         }
@@ -980,7 +973,7 @@ void FaceCells::finish() {
     if (used > 0) {
       RawEdge& last = edges_[used - 1];
       if (last.left == left && last.right == right && last.end.x == edge.start.x && last.end.y == edge.start.y &&
-          std::abs(cross(last.start, last.end, edge.end)) <= kStraight * extent * distance(last.start, edge.end)) {
+          std::abs(left_of(last.start, last.end, edge.end)) <= kStraight * extent * distance(last.start, edge.end)) {
         last.end = edge.end;
         continue;
       }

@@ -16,7 +16,7 @@ constexpr double kNothing = 1e-9, kClose = 1e-3;
 constexpr double kSafe = 1.01;
 
 // Moments of the cells full that lie farthest along a direction, until they bear the force.
-Point farthest(const std::vector<double>& most, const double* modes, double force, const Point& along,
+Point farthest(const double* most, const double* modes, double force, const Point& along,
                std::vector<std::size_t>& order) {
   const auto at = [&](std::size_t i) { return Point{modes[3 * i + 1], modes[3 * i + 2]}; };
   const auto far = [&](std::size_t i) { return along.x * at(i).x + along.y * at(i).y; };
@@ -37,33 +37,22 @@ Point farthest(const std::vector<double>& most, const double* modes, double forc
 Point minus(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y}; }
 double product(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y; }
 
-// The point of a segment nearest to another.
-Point nearest_on(const Point& a, const Point& b, const Point& to) {
-  const Point side = minus(b, a);
-  const double square = product(side, side);
-  const double share = square > 0.0 ? std::min(std::max(product(minus(to, a), side) / square, 0.0), 1.0) : 0.0;
-  return {a.x + share * side.x, a.y + share * side.y};
-}
-
 bool in_triangle(const Point& a, const Point& b, const Point& c, const Point& at) {
-  const auto turn = [&](const Point& from, const Point& to) {
-    return (to.x - from.x) * (at.y - from.y) - (to.y - from.y) * (at.x - from.x);
-  };
-  const double first = turn(a, b), second = turn(b, c), third = turn(c, a);
+  const double first = left_of(a, b, at), second = left_of(b, c, at), third = left_of(c, a, at);
   return (first >= 0.0 && second >= 0.0 && third >= 0.0) || (first <= 0.0 && second <= 0.0 && third <= 0.0);
 }
 
 }  // namespace
 
-bool bring_within_bearing(const std::vector<double>& most, const double* modes, std::size_t motions,
+bool bring_within_bearing(std::size_t cells, const double* most, const double* modes, std::size_t motions,
                           const double* resultants, std::vector<std::size_t>& order, double* nearer) {
   std::copy(resultants, resultants + motions, nearer);
   if (motions < 3) return false;
-  order.resize(most.size());
+  order.resize(cells);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const double force = resultants[0], all = std::accumulate(most.begin(), most.end(), 0.0);
+  const double force = resultants[0], all = std::accumulate(most, most + cells, 0.0);
   Point even = {0.0, 0.0};
-  for (std::size_t i = 0; i < most.size(); ++i) {
+  for (std::size_t i = 0; i < cells; ++i) {
     const double share = force * most[i] / all;
     even.x += share * modes[3 * i + 1], even.y += share * modes[3 * i + 2];
   }

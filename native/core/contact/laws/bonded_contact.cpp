@@ -58,11 +58,8 @@ bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std
     if (!on(compliance, cells, places, limit)) return false;
     const std::size_t violated = violations(compliance, cells, places);
     if (violated == 0) return balances();
-    std::uint64_t hash = 1469598103934665603u;  // FNV-1a
-    for (const std::uint8_t one : pressed_) hash = (hash ^ one) * 1099511628211u;
-    const bool again = std::find(seen_.begin(), seen_.end(), hash) != seen_.end();
+    const bool again = seen_.again({&pressed_});
     if (again && worst_ <= kVerge) return balances();
-    seen_.push_back(hash);
     if (violated < fewest) {
       fewest = violated;
       patience = kPatience;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/laws/partial_slip.hpp"
+#include "contact/laws/seen_cells.hpp"
 #include "geometry/polygon.hpp"
 #include "linalg/dense.hpp"
 
@@ -37,7 +38,7 @@ class BondedContact {
   std::vector<double> heights_, forces_, plain_, separation_;
   std::vector<std::uint8_t> pressed_, violated_;
   std::vector<std::size_t> held_;
-  std::vector<std::uint64_t> seen_;
+  SeenCells seen_;
   Matrix factor_, right_, modes_;
 };
 

@@ -28,12 +28,6 @@ constexpr double kStiffest = 1e-3;
 // limit it is, and loaded by what is more than the third of the resultants.
 constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
 
-std::uint64_t fingerprint(const std::vector<std::uint8_t>& cells) {
-  std::uint64_t hash = 1469598103934665603u;  // FNV-1a
-  for (const std::uint8_t cell : cells) hash = (hash ^ cell) * 1099511628211u;
-  return hash;
-}
-
 double along(const double* map, const double* resultants, std::size_t motions) {
   double value = map[motions];
   for (std::size_t m = 0; m < motions; ++m) value += map[m] * resultants[m];
@@ -142,9 +136,8 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   carries_ = true;
   pressed_ = start;
   full_.assign(cells, 0);
-  most_.assign(most, most + cells);
   double nearer[kMostMotions];
-  const bool borne = !bring_within_bearing(most_, problem.modes, problem.motions, problem.resultants, order_, nearer);
+  const bool borne = !bring_within_bearing(cells, most, problem.modes, problem.motions, problem.resultants, order_, nearer);
   if (borne && exchange_bounded(problem, most)) return true;
   // Springs that yield tell which cells are full.
   set_springs(problem);
@@ -199,11 +192,8 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
       }
       return std::abs(sum) <= kBalanced * problem.resultants[0];
     }
-    std::uint64_t known = fingerprint(pressed_);
-    for (const std::uint8_t one : full_) known = (known ^ one) * 1099511628211u;
     // What comes round again ends with one cell at a time, the last one (Murty, Linear Complementarity, 1988, ch. 4).
-    single = single || std::find(seen_.begin(), seen_.end(), known) != seen_.end();
-    seen_.push_back(known);
+    single = seen_.again({&pressed_, &full_}) || single;
   }
   return false;
 }

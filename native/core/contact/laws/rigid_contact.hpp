@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/laws/seen_cells.hpp"
 #include "contact/laws/springs.hpp"
 #include "linalg/dense.hpp"
 
@@ -79,14 +80,14 @@ class RigidContact {
   std::size_t motions_ = 0;
   bool flexible_ = true, factored_ = false, definite_ = true, carries_ = true;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
-  std::vector<double> most_, forces_, separation_, reached_, pushed_, stiffnesses_, column_;
+  std::vector<double> forces_, separation_, reached_, pushed_, stiffnesses_, column_;
   double work_ = 0.0;
   double motion_[kMostMotions] = {};
   double pressed_heights_[kMostMotions] = {};             // B^T A^-1 g of the pressed cells
   double stiffness_[kMostMotions][kMostMotions] = {};     // B^T A^-1 B of the pressed cells
   double flexibility_[kMostMotions][kMostMotions] = {};   // its inverse
   SpringBed springs_;
-  std::vector<std::uint64_t> seen_;
+  SeenCells seen_;
   std::vector<std::size_t> order_, places_, factored_places_;
   // Of the pressed cells: the factor U of their compliance, and U^-T B and U^-T g by row.
   Matrix factor_, modes_, heights_;
