@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -41,7 +41,7 @@ class PadTables:
 
     pad: Pad
     fidelity: Fidelity
-    tables: Tables
+    tables: Tables = field(repr=False)
 
     @property
     def density(self) -> MeshDensity:

@@ -325,7 +325,8 @@ int mjt_surface_shear(size_t cells, const double* centroids, const double* press
     kept.matrix.resize(3 * cells, 3 * cells);
     copy(compliance, kept.matrix);
   }
-  const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0};
+  const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0,
+                                nullptr};
   const ShearOutcome outcome =
       kept.surface_shear.solve(pressed, compliance == nullptr ? nullptr : &kept.matrix, wrench,
                                static_cast<Tangential>(tangential), friction, forces);

@@ -187,6 +187,16 @@ BODIES = {
 
 @quietly
 @settings(max_examples=25, deadline=None, phases=NO_SHRINKING)
+# Shear that presses some cells with more than the pad bears.
+@example(
+    body="tilted plane",
+    slope=-0.098,
+    place=(3e-6, -5.13e-3),
+    way="elastic, coulomb",
+    tilt="free",
+    decade=2.0,
+    direction=(0.0, 0.0),
+)
 @given(
     body=st.sampled_from(list(BODIES)),
     slope=st.floats(-0.1, 0.1),

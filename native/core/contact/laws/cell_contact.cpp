@@ -349,7 +349,10 @@ PressedCells CellContact::pressed_cells(const Face& face, const double* heights,
   for (std::size_t i = 0; i < face.cells(); ++i) {
     workspace.points[i] = {workspace.placed[2 * i], workspace.placed[2 * i + 1]};
   }
-  return {face.cells(), workspace.points.data(), normal_.data(), heights, centre_, face.length, tilting_};
+  workspace.most.resize(face.cells());
+  for (std::size_t i = 0; i < face.cells(); ++i) workspace.most[i] = strength_ * face.areas[i];
+  return {face.cells(), workspace.points.data(), normal_.data(), heights, centre_, face.length, tilting_,
+          strength_ > 0.0 ? workspace.most.data() : nullptr};
 }
 
 void CellContact::sum(const Workspace& workspace, std::size_t cells, const double* forces, double* carried) {

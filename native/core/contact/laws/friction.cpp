@@ -96,13 +96,29 @@ ShearOutcome SurfaceShear::stick(const PressedCells& cells, const Matrix& compli
                                  double friction, double* forces) {
   ShearOutcome outcome;
   outcome.simplified = !bonded(cells, compliance, wrench, forces);
-  if (outcome.simplified && !bonded_as_pressed(cells, compliance, wrench, forces)) {
-    outcome = proportional(cells, wrench, friction, forces);
-    outcome.simplified = true;
-    return outcome;
+  double share = outcome.simplified ? 0.0 : 1.0;
+  for (std::size_t i = 0; i < cells.count && share > 0.0; ++i) {
+    share = std::min(share, share_borne(cells, i, -forces[3 * i + 2]));
+  }
+  if (share < 1.0) {
+    coupled_.assign(forces, forces + 3 * cells.count);
+    if (!bonded_as_pressed(cells, compliance, wrench, forces)) {
+      outcome = proportional(cells, wrench, friction, forces);
+      outcome.simplified = true;
+      return outcome;
+    }
+    if (share > 0.0) {
+      for (std::size_t k = 0; k < 3 * cells.count; ++k) forces[k] += share * (coupled_[k] - forces[k]);
+    }
   }
   if (friction < 0.0 || holds(cells, wrench, friction, forces)) return outcome;
   return proportional(cells, wrench, friction, forces);
+}
+
+// How far a cell's force may go from that without friction to the one that shear couples it to, 1 for all the way.
+double SurfaceShear::share_borne(const PressedCells& cells, std::size_t cell, double coupled) const {
+  if (cells.most == nullptr || coupled <= cells.most[cell]) return 1.0;
+  return std::max(cells.most[cell] - cells.pressing[cell], 0.0) / (coupled - cells.pressing[cell]);
 }
 
 // Whether friction holds a wrench's shear and torsion under the pressure of these forces.
@@ -266,8 +282,13 @@ ShearOutcome SurfaceShear::coulomb(const PressedCells& cells, const Matrix& comp
           !contact_.solve({&pressed_, modes_.data(), motions, heights_.data(), resultants}, start_.data())) {
         break;
       }
+      double borne = 1.0;
       for (std::size_t i = 0; i < reached; ++i) {
-        const double force = contact_.forces()[i];
+        borne = std::min(borne, share_borne(cells, reached_[i], contact_.forces()[i]));
+      }
+      for (std::size_t i = 0; i < reached; ++i) {
+        const double without = cells.pressing[reached_[i]];
+        const double force = borne < 1.0 ? without + borne * (contact_.forces()[i] - without) : contact_.forces()[i];
         changed = std::max(changed, std::abs(force - normal_[reached_[i]]));
         normal_[reached_[i]] = force;
       }

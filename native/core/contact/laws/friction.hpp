@@ -29,6 +29,7 @@ struct PressedCells {
   Point middle;            // tilts are about it [m]
   double length;           // by which tilts and torsion compare with forces [m]
   bool tilting;            // whether the body may tilt
+  const double* most = nullptr;  // force that each cell bears [N], no less than the pressing; null: no bound
 };
 
 // What was found, all false where everything was as asked for.
@@ -55,6 +56,7 @@ class SurfaceShear {
                        double* forces);
   bool bonded(const PressedCells& cells, const Matrix& compliance, const double* wrench, double* forces);
   bool bonded_as_pressed(const PressedCells& cells, const Matrix& compliance, const double* wrench, double* forces);
+  double share_borne(const PressedCells& cells, std::size_t cell, double coupled) const;
   bool holds(const PressedCells& cells, const double* wrench, double friction, const double* forces);
   bool slipping(const PressedCells& cells, const Matrix& compliance, const double* wrench, double friction, bool known,
                 double tolerance, bool& slides);
@@ -75,6 +77,7 @@ class SurfaceShear {
   std::vector<Point> levers_;
   std::vector<double> heights_, gaps_, modes_, lifted_;  // of the cells reached
   std::vector<double> normal_, found_, spread_, last_;  // of all cells: pressing, and shear in two blocks
+  std::vector<double> coupled_;                         // forces of a bonded contact that no cell is bounded in
   std::vector<double> shear_, slipped_;                // of the cells held
 };
 
