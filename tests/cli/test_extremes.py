@@ -21,7 +21,10 @@ from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad
 
-quietly = pytest.mark.filterwarnings("ignore::mjtactile.errors.ContactWarning")
+#: What is wrong with an example is told, not how long its tables print.
+quietly = pytest.mark.filterwarnings(
+    "ignore::mjtactile.errors.ContactWarning", "ignore::hypothesis.errors.HypothesisWarning"
+)
 #: A failing load is told as it is: solving hundreds of smaller ones takes minutes.
 NO_SHRINKING = (Phase.explicit, Phase.reuse, Phase.generate)
 #: What is carried is the given wrench to this fraction of it.
@@ -144,6 +147,17 @@ def faced(name: str, shift: tuple[float, float], rotate_deg: float, scale: float
     lever=(0.0, 0.0),
     torsion=7.8e-4,
 )
+# A second look at the contact finds nothing under the body's new tilt.
+@example(
+    shape=faced("doughnut", (0.0, 0.0), 104.00568053444088, 3.0),
+    way="elastic, coulomb",
+    tilt="free",
+    cells=60,
+    decade=-5.5569694575570185,
+    direction=(-0.2014287606988463, -0.8084706988701642),
+    lever=(-0.00023597024310976223, -0.09719259248310903),
+    torsion=-0.0008124062339466067,
+)
 @given(
     shape=shapes,
     way=ways,
@@ -161,7 +175,8 @@ def test_any_flat_face_under_any_wrench(draft, shape, way, tilt, cells, decade, 
     face = Footprint.from_outline(outline, draft.surface)
     force, moment = given_wrench(face, decade, direction, lever, torsion)
     load = check_load(draft, face, force, moment, way, tilt, cells)
-    held = "friction" not in WAYS[way]
+    # A torsion with a longer lever shears a face with more than the pad bears.
+    held = "friction" not in WAYS[way] and abs(torsion) <= np.sqrt(face.area)
     if held and cells >= 20 and tilt == "free" and np.hypot(*lever) == 0.0:
         assert left_over(load, force, moment, 1e-2) <= CARRIED
 

@@ -80,8 +80,19 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
   View view = {{{0.0, 0.0}, load.through}, kGenerous};
   if (options.tilting) view.plane = first_plane(load);
-  bool found = false;
+  const auto press = [&]() {
+    if (!add_cells(map, sheet, options, view)) return false;
+    contact_.place(cells_.face(), kHere, compliance, options, workspace);
+    heights_ = cells_.heights();
+    start_.clear();
+    for (const double height : heights_) start_.push_back(height <= kLikely * search_.level() ? 1 : 0);
+    const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
+    contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
+    return true;
+  };
   for (int look = 0; look < kLooks; ++look) {
+    const View last = view;
+    if (look > 0 && !next_view(view)) break;
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
       // The body leans: it tilts until the force passes through what it rests on.
@@ -90,15 +101,14 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     }
     // Springs are pressed farther out than an elastic surface.
     if (look == 0 && options.law == Law::elastic && compact(options)) view.generosity = kCompact;
-    if (!add_cells(map, sheet, options, view)) return found;
-    contact_.place(cells_.face(), kHere, compliance, options, workspace);
-    heights_ = cells_.heights();
-    start_.clear();
-    for (const double height : heights_) start_.push_back(height <= kLikely * search_.level() ? 1 : 0);
-    const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
-    contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
-    found = true;
-    if (!contact_.exact() || !next_view(view)) break;
+    if (!press()) {
+      if (look == 0) return false;
+      // Nothing is there: the contact that was found is as good as any.
+      view = last;
+      spots_ = search_.find(map, view.plane, load);
+      return press();
+    }
+    if (!contact_.exact()) break;
   }
   return true;
 }
