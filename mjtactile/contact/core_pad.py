@@ -7,7 +7,7 @@ import ctypes
 from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
 from mjtactile.contact.compliance import surface_compliance
-from mjtactile.contact.linear_range import linear_range
+from mjtactile.contact.linear_range import linear_range, saturation
 from mjtactile.influence.core_pad import CorePad, core_pad
 from mjtactile.influence.matrices import InfluenceMatrices
 
@@ -31,7 +31,8 @@ def _give_surface(pad: CorePad, influence: InfluenceMatrices, *, compliant: bool
 
     def hand_over() -> None:
         limits = contiguous([*linear_range(influence.pad), influence.pad.thickness])
-        library().mjt_pad_set_range(pad.handle, pointer(limits))
+        most = contiguous(saturation(influence.pad))
+        library().mjt_pad_set_range(pad.handle, pointer(limits), pointer(most))
         if compliant:
             compliance = surface_compliance(influence)
             pieces = [contiguous(line) for line in compliance.lines]

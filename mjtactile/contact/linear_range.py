@@ -1,18 +1,36 @@
-"""Where strains count as small, as the linear model takes them to be."""
+"""Where strains count as small, as the linear model takes them to be, and where readings end."""
 
 from __future__ import annotations
 
+import numpy as np
+
+from mjtactile._types import Array
 from mjtactile.pad import Pad
 
 #: Mean pressure over the top layer's modulus above which strains are no longer small.
 LINEAR_RANGE = 0.1
 #: Indentation over the sheet's thickness above which they are not either.
 LINEAR_INDENTATION = 0.1
+#: Reading at which a taxel saturates, over the modulus of its material.
+SATURATION = 1.2
 
 
 def linear_range(pad: Pad) -> tuple[float, float]:
     """Mean pressure [Pa] and indentation [m] up to which strains count as small."""
     return LINEAR_RANGE * pad.layers[0].young, LINEAR_INDENTATION * pad.thickness
+
+
+def saturation(pad: Pad) -> Array:
+    """Readings [Pa] at which the taxels of each sensing layer saturate under a contact, (layers,).
+
+    No cell of a contact presses with more than the top layer's modulus, so that much stress may be anywhere. A
+    stiffer layer may bear as much as its own modulus, where a taxel's ball meets it.
+    """
+    tops = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in pad.layers])])
+    moduli = np.array([layer.young for layer in pad.layers])
+    depths = np.array(pad.depths)[:, None]
+    met = (tops[:-1] < depths + pad.sampling_radius) & (tops[1:] > depths - pad.sampling_radius)
+    return SATURATION * np.maximum(np.where(met, moduli, 0.0).max(axis=1), moduli[0])
 
 
 def beyond_linear_range(pad: Pad, pressure: float, approach: float) -> str | None:

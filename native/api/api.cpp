@@ -55,7 +55,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 7; }
+int mjt_version(void) { return 8; }
 
 const char* mjt_kernels(void) { return kernels().name; }
 
@@ -70,7 +70,9 @@ mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* e
   return made;
 }
 
-void mjt_pad_set_range(mjt_pad* pad, const double* range) { pad->pad->set_range({range[0], range[1], range[2]}); }
+void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturation) {
+  pad->pad->set_range({range[0], range[1], range[2]}, {saturation, saturation + pad->pad->layers()});
+}
 
 void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,
                             const double* ends_y, const double* remainder) {

@@ -22,8 +22,9 @@ MJT_API int mjt_use_kernels(const char* name);
 /* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
                              const double* ends_y, const double* quadrant_signs);
-/* Mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]. */
-MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range);
+/* Mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]; the reading [Pa]
+   at which taxels saturate, by sensing layer. */
+MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturation);
 /* How far the surface gives: factor of the half space [1/Pa], ends of the splines' pieces [m], and what the sheet gives
    more than the half space, (splines, splines) [m/N], see SurfaceCompliance. */
 MJT_API void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,

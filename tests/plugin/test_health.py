@@ -62,6 +62,28 @@ def test_warnings_as_errors_leave_nothing_to_be_told_of_the_next_model(capfd):
     assert all(f"ContactWarning: pad 'earlier_pad', body '{name}'" in printed for name in ("anvil", "second"))
 
 
+@pytest.mark.filterwarnings("ignore::mjtactile.errors.ContactWarning")
+def test_taxels_saturate_where_bodies_press_on_one_place():
+    """Three anvils stand in each other, and each presses with as much as the pad bears."""
+    anvil = '<body pos="0 0 0.0049"><freejoint/><geom type="box" size=".004 .003 .005" mass="99" contype="2"/></body>'
+    scene = (
+        SCENE.format(mass=98)
+        .replace("</worldbody>", f"{anvil}{anvil}</worldbody>")
+        .replace("mass", 'conaffinity="0" mass')
+    )
+    spec = mujoco.MjSpec.from_string(scene)
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    spec.geom("ff_pad").conaffinity = 3
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 20)
+    assert len(set(data.contact.geom1)) == 1
+    assert len(set(data.contact.geom2)) == 3
+    readings = data.sensor("ff").data
+    assert readings.max() == 1.2 * 3e6
+    assert mjtactile.plugin_health(model, data, "ff").beyond_range > 0
+
+
 @pytest.mark.parametrize("name", ["clock", "absent"])
 def test_other_sensors_have_no_health(name):
     model, data = pressed(0.02, steps=1)

@@ -39,8 +39,12 @@ class Pad {
   // `corners`: where loads are spread onto the elements' corners; null where they act on all nodes.
   Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners);
 
-  // What contacts need: when strains are small, and how far the surface gives under cells.
-  void set_range(const LinearRange& range) { range_ = range; }
+  // What contacts need: when strains are small, at which reading [Pa] the taxels of each sensing layer saturate, and how
+  // far the surface gives under cells.
+  void set_range(const LinearRange& range, std::vector<double> saturation) {
+    range_ = range;
+    saturation_ = std::move(saturation);
+  }
   void set_compliance(SurfaceCompliance compliance) { compliance_ = std::move(compliance); }
 
   // In this order: the quadrants' signs (quadrants, classes) and every layer; then every class.
@@ -55,6 +59,7 @@ class Pad {
   const SurfaceCompliance& compliance() const { return compliance_; }
   SurfaceCompliance& compliance() { return compliance_; }
   const LinearRange& range() const { return range_; }
+  const std::vector<double>& saturation() const { return saturation_; }
   double depth() const { return range_.depth; }
   std::size_t layers() const { return points_.size(); }
   std::size_t taxels() const { return twofold() ? double_maps_.deviatoric.taxels : float_maps_.deviatoric.taxels; }
@@ -98,6 +103,7 @@ class Pad {
   SurfaceCompliance compliance_;
   Precision precision_;
   LinearRange range_ = {};
+  std::vector<double> saturation_;
   bool has_mean_ = false;
   std::vector<std::size_t> points_;  // of each layer
   Maps<float> float_maps_;

@@ -385,6 +385,12 @@ void PadSensor<Value>::readings(double* readings) {
   }
   pad_->template deviatoric<Value>().readings(response_.data(), map_workspace_, readings);
   for (std::size_t i = 0; power_ != 0 && i < pad_->taxels(); ++i) readings[i] = std::ldexp(readings[i], power_);
+  if (!(options_.strength > 0.0)) return;
+  // Several bodies on one place, and corners of the sheet, add up to more than the cells of each were allowed.
+  const std::size_t each = pad_->taxels() / pad_->layers();
+  for (const double most : pad_->saturation()) {
+    for (std::size_t i = 0; i < each; ++i, ++readings) *readings = *readings > most ? most : *readings;
+  }
 }
 
 template <typename Value>
