@@ -189,6 +189,20 @@ def _rods(count: int) -> Case:
     return Case(f"{count} lying rods of one body, 3 mm apart", _body(rods, 1.1e-3), 0.8, mirrors="xy")
 
 
+def _notched() -> Case:
+    """A bar on a side that is all but flat: two planes that meet in its middle, .1 degrees steep."""
+    outline = 1e-3 * np.array([[-2, -2], [0, -1.997], [2, -2], [2, 2], [-2, 2]])
+    vertices, faces = meshes.prism(outline, 4e-3)
+    lying = np.column_stack([vertices[:, 2] - 2e-3, vertices[:, 0], vertices[:, 1]])
+    return Case(
+        "a bar of 4 mm on a side with a notch of 3 um along its middle",
+        _body('<geom type="mesh" mesh="bar"/>', 2.1e-3),
+        0.5,
+        assets=meshes.mjcf("bar", (lying, faces)),
+        mirrors="xy",
+    )
+
+
 def _ring(
     middle: float,
     tube: float,
@@ -400,6 +414,7 @@ CASES: dict[str, Case] = {
     "torus mesh, 2 um aside": _ring(3.5e-3, 1.2e-3, 0.6, aside=2e-6, mirrors="y"),
     # MuJoCo touches it at four of its corners, which are not opposite each other.
     "O-ring": _ring(5e-3, 0.5e-3, 0.5, sections=(48, 16)),
+    "notched bar": _notched(),
     "two rods": _rods(2),
     "four rods": _rods(4),
     "two balls": Case(

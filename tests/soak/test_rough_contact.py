@@ -73,7 +73,7 @@ def test_an_object_asleep_keeps_its_reading():
 
 LAID = pytest.mark.xfail(strict=False, reason="cells along the rods are laid by what rounding decides: .5 %")
 CENTRED = [
-    "torus mesh", "two rods", pytest.param("four rods", marks=LAID),
+    "torus mesh", "notched bar", "two rods", pytest.param("four rods", marks=LAID),
     "two balls", "two bodies", "frame", "ball", "15 x 15 x 5 mm",
     "edge, 1.5 gf", "edge, 3 gf",
     "2 feet", "3 feet", "4 feet", "5 feet", "6 feet", "edge, 6 gf",
@@ -110,7 +110,7 @@ def test_an_edge_at_45_degrees_is_read_below_the_pads_modulus():
 
 
 DENSE = [
-    "ball", "torus mesh", "O-ring", "two rods", "four rods", "two balls", "two bodies", "3 feet", "4 feet", "6 feet",
+    "ball", "torus mesh", "notched bar", "O-ring", "two rods", "four rods", "two balls", "two bodies", "3 feet", "4 feet", "6 feet",
     "frame", "plane on a narrow pad", "edge, 1.5 gf", "edge, 3 gf", "capsule", "15 x 15 x 5 mm",
     "edge, 6 gf",
 ]  # fmt: skip

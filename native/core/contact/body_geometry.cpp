@@ -146,7 +146,8 @@ void below(const TriangleMesh& mesh, const double* up, double height, Visit&& vi
   }
 }
 
-// Area of a mesh's triangles, seen along a direction, that lies within a gap above a plane of it but not in the plane.
+// Area of a mesh's triangles, seen along a direction, that lies within a gap above a plane of it or beyond it, but not in
+// the plane.
 double area_beside(const Shape& shape, const double* up, double height, double gap) {
   Vector own = {0.0, 0.0, 0.0};
   for (int i = 0; i < 3; ++i) {
@@ -165,7 +166,7 @@ double area_beside(const Shape& shape, const double* up, double height, double g
         least = std::min(least, rise[k]);
         most = std::max(most, rise[k]);
       }
-      if (most <= kFlatness || least >= gap) continue;
+      if ((most <= kFlatness && least >= -kFlatness) || least >= gap) continue;
       double a[3], b[3];
       for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
       const double normal[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
