@@ -13,14 +13,24 @@ constexpr double kThird = 1.0 / 3.0;
 const double kRoot = std::sqrt(0.6);
 const double kNodes[3] = {0.5 - 0.5 * kRoot, 0.5, 0.5 + 0.5 * kRoot};
 constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-// Monomial coefficients of the three quadratic shape functions on [-1, 1].
-constexpr double kShapes[3][kPowers] = {{0.0, -0.5, 0.5}, {1.0, 0.0, -1.0}, {0.0, 0.5, 0.5}};
 // Integrals of xi^a over [-1, 1].
 constexpr double kWhole[kPowers] = {2.0, 0.0, 2.0 / 3.0};
 // Powers 1 to 3 of xi at an element's left end.
 constexpr double kLeftEnd[kPowers] = {-1.0, 1.0, -1.0};
 
-constexpr std::size_t kOwn = kForces * kPowers * kPowers, kPassing = kForces * kPowers;
+// Forces stand in lanes of four, so that arithmetic is on all of them at once.
+constexpr int kLanes = 4;
+constexpr std::size_t kOwn = kLanes * kPowers * kPowers, kPassing = kLanes * kPowers;
+
+// Of moments (kPowers) apart by `step`, the sums with the three quadratic shape functions on [-1, 1], lane by lane.
+void on_shapes(const double* moments, std::size_t step, double sums[3][kLanes]) {
+  for (int m = 0; m < kLanes; ++m) {
+    const double first = moments[step + m], second = moments[2 * step + m];
+    sums[0][m] = 0.5 * (second - first);
+    sums[1][m] = moments[m] - second;
+    sums[2][m] = 0.5 * (second + first);
+  }
+}
 
 // The element that holds a coordinate; the first or the last for what lies outside.
 std::size_t element(const std::vector<double>& ends, double at) {
@@ -55,12 +65,24 @@ void SurfaceGrid::set_reference(double x, Workspace& workspace) const {
   std::copy_n(powers, kPowers, workspace.reference);
 }
 
-// Only rows that something runs through are cleared, and gathered from.
-void SurfaceGrid::begin_row(std::size_t row, Workspace& workspace) const {
-  const std::size_t columns = x_.size() - 1;
-  std::fill_n(workspace.own.begin() + static_cast<std::ptrdiff_t>(row * columns * kOwn), columns * kOwn, 0.0);
-  std::fill_n(workspace.passing.begin() + static_cast<std::ptrdiff_t>(row * columns * kPassing), columns * kPassing,
-              0.0);
+// Something runs in an element: only those from the first to the last such of a row are cleared, and gathered from.
+void SurfaceGrid::reach(std::size_t row, std::size_t column, Workspace& workspace) const {
+  std::size_t &first = workspace.first[row], &last = workspace.last[row];
+  const auto clear = [&](std::size_t begin, std::size_t end) {
+    const std::size_t place = row * (x_.size() - 1) + begin;
+    std::fill_n(workspace.own.data() + place * kOwn, (end - begin) * kOwn, 0.0);
+    std::fill_n(workspace.passing.data() + place * kPassing, (end - begin) * kPassing, 0.0);
+  };
+  if (first > last) {
+    clear(column, column + 1);
+    first = last = column;
+  } else if (column < first) {
+    clear(column, first);
+    first = column;
+  } else if (column > last) {
+    clear(last + 1, column + 1);
+    last = column;
+  }
 }
 
 void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const {
@@ -96,9 +118,7 @@ void SurfaceGrid::add_piece(const double* start, const double* end, const double
   const double height = (start[1] + end[1]) / 2;
   if (!(height > low_y() && height < high_y()) || start[1] == end[1]) return;
   const std::size_t column = element(x_, (start[0] + end[0]) / 2), row = element(y_, height);
-  if (workspace.first[row] > workspace.last[row]) begin_row(row, workspace);
-  workspace.first[row] = std::min(workspace.first[row], column);
-  workspace.last[row] = std::max(workspace.last[row], column);
+  reach(row, column, workspace);
   const double half_x = (x_[column + 1] - x_[column]) / 2;
   const double per_x = 1.0 / half_x, per_y = 2.0 / (y_[row + 1] - y_[row]);
   const double* from = column == workspace.middle ? workspace.reference : kLeftEnd;
@@ -119,11 +139,11 @@ void SurfaceGrid::add_piece(const double* start, const double* end, const double
   const std::size_t place = row * (x_.size() - 1) + column;
   double* to_own = workspace.own.data() + place * kOwn;
   double* to_passing = workspace.passing.data() + place * kPassing;
-  for (int m = 0; m < kForces; ++m) {
-    if (traction[m] == 0.0) continue;
-    for (int b = 0; b < kPowers; ++b) {
-      to_passing[m * kPowers + b] += traction[m] * passing[b];
-      for (int a = 0; a < kPowers; ++a) to_own[(m * kPowers + b) * kPowers + a] += traction[m] * own[b][a];
+  const double lanes[kLanes] = {traction[0], traction[1], traction[2], 0.0};
+  for (int b = 0; b < kPowers; ++b) {
+    for (int m = 0; m < kLanes; ++m) to_passing[kLanes * b + m] += lanes[m] * passing[b];
+    for (int a = 0; a < kPowers; ++a, to_own += kLanes) {
+      for (int m = 0; m < kLanes; ++m) to_own[m] += lanes[m] * own[b][a];
     }
   }
 }
@@ -143,29 +163,25 @@ void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
       if (column == workspace.middle) {
         for (int a = 0; a < kPowers; ++a) part[a] = (workspace.reference[a] - kLeftEnd[a]) / (a + 1);
       }
-      for (int m = 0; m < kForces; ++m) {
-        double moments[kPowers][kPowers];
-        bool any = false;
-        for (int b = 0; b < kPowers; ++b) {
-          for (int a = 0; a < kPowers; ++a) {
-            moments[b][a] = own[(m * kPowers + b) * kPowers + a] +
-                            half * (right[m * kPowers + b] * kWhole[a] + passing[m * kPowers + b] * part[a]);
-            any = any || moments[b][a] != 0.0;
+      double moments[kPowers * kPowers * kLanes];
+      for (int b = 0; b < kPowers; ++b) {
+        for (int a = 0; a < kPowers; ++a) {
+          const int at = kLanes * (kPowers * b + a);
+          for (int m = 0; m < kLanes; ++m) {
+            moments[at + m] =
+                own[at + m] + half * (right[kLanes * b + m] * kWhole[a] + passing[kLanes * b + m] * part[a]);
           }
         }
-        for (int b = 0; b < kPowers; ++b) right[m * kPowers + b] += passing[m * kPowers + b];
-        if (!any) continue;
-        for (int k = 0; k < 3; ++k) {
-          double along[kPowers];
-          for (int a = 0; a < kPowers; ++a) {
-            along[a] = kShapes[k][0] * moments[0][a] + kShapes[k][1] * moments[1][a] + kShapes[k][2] * moments[2][a];
-          }
-          for (int l = 0; l < 3; ++l) {
-            const double force = kShapes[l][0] * along[0] + kShapes[l][1] * along[1] + kShapes[l][2] * along[2];
-            forces[((2 * row + static_cast<std::size_t>(k)) * width + 2 * column + static_cast<std::size_t>(l)) *
-                       kForces +
-                   static_cast<std::size_t>(m)] += force;
-          }
+      }
+      for (std::size_t i = 0; i < kPassing; ++i) right[i] += passing[i];
+      double across[kPowers][3][kLanes];  // by power along x: sums with the shape functions along y
+      for (int a = 0; a < kPowers; ++a) on_shapes(moments + kLanes * a, kLanes * kPowers, across[a]);
+      for (std::size_t k = 0; k < 3; ++k) {
+        double sums[3][kLanes];
+        on_shapes(across[0][k], 3 * kLanes, sums);
+        double* to = forces + ((2 * row + k) * width + 2 * column) * kForces;
+        for (std::size_t l = 0; l < 3; ++l, to += kForces) {
+          for (std::size_t m = 0; m < kForces; ++m) to[m] += sums[l][m];
         }
       }
     }

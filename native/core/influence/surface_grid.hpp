@@ -47,7 +47,7 @@ class SurfaceGrid {
   void gather(Workspace& workspace, double* forces) const;
 
   void set_reference(double x, Workspace& workspace) const;
-  void begin_row(std::size_t row, Workspace& workspace) const;
+  void reach(std::size_t row, std::size_t column, Workspace& workspace) const;
 
   std::vector<double> x_, y_;
 };

@@ -49,13 +49,15 @@ void SurfaceCompliance::weigh(const double* points, std::size_t per_cell, std::s
   constexpr std::size_t kOver = QuadraticSplines::kOver;
   workspace.windows.clear();
   workspace.values.clear();
-  double along[kOver], across[kOver];
+  workspace.places.resize(per_cell);
+  const double share = 1.0 / static_cast<double>(per_cell);
   for (std::size_t i = 0; i < cells; ++i) {
     const double* own = points + 2 * per_cell * i;
     std::size_t low[2] = {x_.count(), y_.count()}, high[2] = {0, 0};
-    for (std::size_t k = 0; k < per_cell; ++k) {
-      const std::size_t found[2] = {x_.at(own[2 * k], along), y_.at(own[2 * k + 1], across)};
+    for (Place& place : workspace.places) {
+      const std::size_t found[2] = {x_.at(*own++, place.along), y_.at(*own++, place.across)};
       for (int axis = 0; axis < 2; ++axis) {
+        place.first[axis] = found[axis];
         low[axis] = std::min(low[axis], found[axis]);
         high[axis] = std::max(high[axis], found[axis]);
       }
@@ -63,11 +65,12 @@ void SurfaceCompliance::weigh(const double* points, std::size_t per_cell, std::s
     const Window window = {low[0], low[1], high[0] - low[0] + kOver, high[1] - low[1] + kOver, workspace.values.size()};
     workspace.windows.push_back(window);
     workspace.values.resize(window.first + window.columns * window.rows, 0.0);
-    for (std::size_t k = 0; k < per_cell; ++k) {
-      const std::size_t column = x_.at(own[2 * k], along) - low[0], row = y_.at(own[2 * k + 1], across) - low[1];
-      for (std::size_t r = 0; r < kOver; ++r) {
-        double* to = workspace.values.data() + window.first + (row + r) * window.columns + column;
-        for (std::size_t c = 0; c < kOver; ++c) to[c] += across[r] * along[c] / static_cast<double>(per_cell);
+    for (const Place& place : workspace.places) {
+      double* to = workspace.values.data() + window.first + (place.first[1] - low[1]) * window.columns +
+                   (place.first[0] - low[0]);
+      for (std::size_t r = 0; r < kOver; ++r, to += window.columns) {
+        const double value = share * place.across[r];
+        for (std::size_t c = 0; c < kOver; ++c) to[c] += value * place.along[c];
       }
     }
   }

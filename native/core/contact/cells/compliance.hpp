@@ -52,8 +52,14 @@ class SurfaceCompliance {
   struct Window {
     std::size_t column, row, columns, rows, first;
   };
+  // The splines that are not zero at a point: the first along each axis, and their values.
+  struct Place {
+    std::size_t first[2];
+    double along[QuadraticSplines::kOver], across[QuadraticSplines::kOver];
+  };
   struct Workspace {
     std::vector<Window> windows;
+    std::vector<Place> places;
     std::vector<double> values, coefficients, smooth;
     std::vector<const double*> lines;
     Matrix through, transposed;
