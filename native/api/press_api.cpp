@@ -146,13 +146,13 @@ void describe(const mjt_press& press, const SolvedCells& solved, const double* p
   if (press.options.law != Law::uniform && to.area > 0.0) set_motion(press, solved, point, to);
 }
 
-void press_once(mjt_press& press, std::size_t first, std::size_t count, const double* points, double* nodal_forces,
+// Press all touches, and put out the bodies from `first` to before `last`.
+void press_once(mjt_press& press, std::size_t first, std::size_t last, const double* points, double* nodal_forces,
                 mjt_pressed* pressed) {
-  press.sensor.press(press.touches.data() + first, count, {});
+  press.sensor.press(press.touches.data(), press.touches.size(), {});
   const std::size_t nodes = 3 * press.pad->surface().nodes_x() * press.pad->surface().nodes_y();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t body = first + i;
-    const SolvedCells solved = press.sensor.solved_cells(i);
+  for (std::size_t body = first; body < last; ++body) {
+    const SolvedCells solved = press.sensor.solved_cells(body);
     double* nodal = nodal_forces + body * nodes;
     mjt_pressed& to = pressed[body];
     to = {};
@@ -166,7 +166,7 @@ void press_once(mjt_press& press, std::size_t first, std::size_t count, const do
     if (solved.contact != nullptr) {
       describe(press, solved, points + 2 * body, to);
       solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
-    } else if (count == 1) {   // law "uniform" without cells, or nothing
+    } else if (last - first == 1) {   // law "uniform" without cells, or nothing
       std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
       to.area = press.sensor.pressed().area;
       to.peak = press.sensor.pressed().peak;
@@ -223,13 +223,18 @@ void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const
     touch.placement = footprints[i]->placement;
     touch.map = footprints[i]->map.get();
     touch.friction = press->options.friction;
-    std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, touch.wrench);
+    if (press->options.law == Law::elastic) std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, touch.wrench);
   }
   if (press->options.law == Law::elastic) {
     press_once(*press, 0, count, points, nodal_forces, pressed);
-  } else {
-    // The sensor sums forces up: those of one body are told apart by pressing it alone.
-    for (size_t i = 0; i < count; ++i) press_once(*press, i, 1, points, nodal_forces, pressed);
+    return;
+  }
+  // The sensor sums forces up: those of one body are told apart where it presses alone, in its own place among all.
+  for (size_t i = 0; i < count; ++i) {
+    double* wrench = press->touches[i].wrench;
+    std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, wrench);
+    press_once(*press, i, i + 1, points, nodal_forces, pressed);
+    std::fill(wrench, wrench + 6, 0.0);
   }
 }
 
