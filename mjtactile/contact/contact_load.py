@@ -111,7 +111,7 @@ def solved_loads(
                 "force passes as it needs.",
                 stacklevel=5,
             )
-        elif one.simplified and options.tangential == "coulomb":
+        elif one.simplified and options.choice.slips:
             _warn(
                 "pressure and slip do not agree, as on few cells or with much friction: the pressure is that without "
                 "friction.",

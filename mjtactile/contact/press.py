@@ -14,10 +14,10 @@ import shapely
 
 from mjtactile._native import library, pointer
 from mjtactile._types import Array
-from mjtactile.contact.core_pad import give_shear, give_springs, press_pad
+from mjtactile.contact.core_pad import core_names, give_shear, give_springs, press_pad
 from mjtactile.contact.face_cells import placed_cells
 from mjtactile.contact.footprint import Footprint
-from mjtactile.contact.options import TANGENTIALS, ContactOptions, Wrench
+from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.errors import ContactError
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -162,15 +162,14 @@ class Press:
         pad = press_pad(influence, compliant=law.shapes)
         if springs is not None:
             give_springs(pad, *springs)
-        if options.tangential != "proportional":
+        if options.choice.couples:
             give_shear(pad, influence)
         self._surface, self._options = influence.surface, options
         core = library()
         self._handle = ctypes.c_void_p(
             core.mjt_press_new(
                 pad.handle,
-                ctypes.c_int(law.number),
-                ctypes.c_int(TANGENTIALS.index(options.tangential)),
+                *core_names(options),
                 ctypes.c_int(options.tilting),
                 ctypes.c_double(-1.0 if options.friction is None else options.friction),
                 ctypes.c_size_t(options.cells),
@@ -216,7 +215,7 @@ class Press:
         ends = np.empty((told.edges, 2, 2))
         library().mjt_press_rim(self._handle, ctypes.c_size_t(body), pointer(ends))
         covered = _Rim(ends)
-        slips = self._options.tangential == "coulomb"
+        slips = self._options.choice.slips
         state = ContactState(
             approach=told.approach,
             # The body moves down by approach + slope . (x, y), so it turns by (-slope y, slope x).

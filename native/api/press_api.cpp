@@ -85,7 +85,7 @@ double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell
     }
     return sum;
   }
-  return solved.contact->depth(*solved.face, press.options.law, solved.workspace->matrix, cell);
+  return solved.contact->depth(*solved.face, *press.options.law, solved.workspace->matrix, cell);
 }
 
 // Of the body above a cell before it moved [m].
@@ -143,7 +143,7 @@ void describe(const mjt_press& press, const SolvedCells& solved, const double* p
   to.bounded = solved.contact->exact() ? 0 : 1;
   to.cells = static_cast<std::int32_t>(face.cells());
   rim(solved, [&](const CellEdge&, bool) { ++to.edges; });
-  if (press.options.law != Law::uniform && to.area > 0.0) set_motion(press, solved, point, to);
+  if (press.options.law->shapes() && to.area > 0.0) set_motion(press, solved, point, to);
 }
 
 // Press all touches, and put out the bodies from `first` to before `last`.
@@ -196,8 +196,8 @@ mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds) 
 
 void mjt_footprint_free(mjt_footprint* footprint) { delete footprint; }
 
-mjt_press* mjt_press_new(const mjt_pad* pad, int law, int tangential, int tilting, double friction, size_t cells,
-                         double strength, double narrowest) {
+mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangential, int tilting, double friction,
+                         size_t cells, double strength, double narrowest) {
   LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
   // There is no geometry whose faces a gap could tell, and no pose that stays.
@@ -223,9 +223,9 @@ void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const
     touch.placement = footprints[i]->placement;
     touch.map = footprints[i]->map.get();
     touch.friction = press->options.friction;
-    if (press->options.law == Law::elastic) std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, touch.wrench);
+    if (press->options.law->couples()) std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, touch.wrench);
   }
-  if (press->options.law == Law::elastic) {
+  if (press->options.law->couples()) {
     press_once(*press, 0, count, points, nodal_forces, pressed);
     return;
   }
@@ -279,14 +279,14 @@ void mjt_press_rim(const mjt_press* press, size_t body, double* ends) {
 size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
   const SolvedCells& solved = press->solved[body];
   const LawOptions& options = press->options;
-  const bool plain = options.tangential == Tangential::proportional && options.friction < 0.0;
+  const bool plain = !options.tangential->couples() && options.friction < 0.0;
   // Cells of other contacts than of a whole flat face belong to their very load.
   if (solved.contact == nullptr || !plain || solved.view != nullptr || !solved.contact->linear()) return 0;
   const size_t parts = solved.contact->parts(), nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
   if (nodal_forces == nullptr) return parts;
   press->basis = *solved.contact;
   press->workspace = *solved.workspace;
-  if (!press->basis.make_parts(*solved.face, options.law, press->workspace)) return 0;
+  if (!press->basis.make_parts(*solved.face, *options.law, press->workspace)) return 0;
   press->basis_face = press->touches[body].face;
   press->forces.resize(3 * solved.face->cells());
   for (size_t p = 0; p < parts; ++p) {
