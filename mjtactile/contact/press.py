@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import functools
 import weakref
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -25,9 +24,6 @@ from mjtactile.influence.surface_load import Area, ContactState, SurfaceLoad
 
 #: Grid on which edges about what is under pressure are joined, over the size of the contact.
 _GRID = 1e-7
-
-#: Flat footprints kept where they stand.
-_KEPT_FACES = 64
 
 _HeightsFunction = ctypes.CFUNCTYPE(
     None, ctypes.c_size_t, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_double)
@@ -97,13 +93,10 @@ class _CoreFootprint:
     def __init__(self, handle: int) -> None:
         self.handle = handle
         self.error: BaseException | None = None
-        weakref.finalize(self, library().mjt_footprint_free, ctypes.c_void_p(handle))
+        self._free = library().mjt_footprint_free
 
-
-@functools.lru_cache(maxsize=_KEPT_FACES)
-def _flat_footprint(outline: bytes, cells: int) -> _CoreFootprint:
-    made, place = placed_cells(areal(shapely.from_wkb(outline)), cells)
-    return _CoreFootprint(library().mjt_footprint_flat(made.handle, pointer(place)))
+    def __del__(self) -> None:
+        self._free(ctypes.c_void_p(self.handle))
 
 
 class _CurvedFootprint(_CoreFootprint):
@@ -133,7 +126,8 @@ class _CurvedFootprint(_CoreFootprint):
 
 def _core_footprint(footprint: Footprint, cells: int) -> _CoreFootprint:
     if footprint.gap is None:
-        return _flat_footprint(shapely.to_wkb(footprint.outline), cells)
+        made, place = placed_cells(footprint.outline, cells)
+        return _CoreFootprint(library().mjt_footprint_flat(made.handle, pointer(place)))
     return _CurvedFootprint(footprint)
 
 

@@ -8,6 +8,7 @@
 #include "api/handles.hpp"
 #include "contact/cells/edge_integrals.hpp"
 #include "contact/cells/face_cells.hpp"
+#include "contact/cells/placed_cells.hpp"
 #include "contact/cells/tangential.hpp"
 #include "contact/laws/by_name.hpp"
 #include "linalg/kernels.hpp"
@@ -239,6 +240,13 @@ mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corn
   if (!maker.make(outline_of(rings, begins, corners), count, *face, angle)) return nullptr;
   face->quadrature = maker.quadrature();
   return new mjt_cells{std::move(face)};
+}
+
+mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double* place) {
+  PlacedCells found = placed_cells(outline_of(rings, begins, corners), count);
+  if (found.face == nullptr) return nullptr;
+  place[0] = found.at.x, place[1] = found.at.y, place[2] = found.angle;
+  return new mjt_cells{std::move(found.face)};
 }
 
 void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes) {

@@ -105,6 +105,10 @@ MJT_API void mjt_mesh_facets(const mjt_mesh* mesh, double gap, size_t* counts, d
 struct mjt_cells;
 MJT_API mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
                                   double angle);
+/* The same along the outline's own direction, shared by outlines that differ by a shift and a turn only; `place`: where
+   the cells stand, x, y [m] and an angle [rad]. */
+MJT_API mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
+                                    double* place);
 /* quadrature: (cells, 4, 2), points whose mean integrates quadratic functions over each cell.
    sizes: cells, edges, corners of the hulls of outline and centroids, whether it is convex. */
 MJT_API void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes);

@@ -21,7 +21,7 @@ struct mjt_body {
 };
 
 struct mjt_cells {
-  std::shared_ptr<mjtactile::Face> face;
+  std::shared_ptr<const mjtactile::Face> face;
 };
 
 namespace mjtactile {
