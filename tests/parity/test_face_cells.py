@@ -310,8 +310,8 @@ def test_outlines_that_differ_by_a_turn_and_a_shift_share_their_cells(name):
 
 
 def test_rings_of_any_direction_and_order_are_the_same_outline():
-    ring = shapely.Point(0, 0).buffer(3e-3).difference(shapely.Point(0, 0).buffer(1e-3))
+    outer, hole = (shapely.Point(0, 0).buffer(radius).exterior for radius in (3e-3, 1e-3))
+    ring = Polygon(outer, [hole])
     two = MultiPolygon([ring, shapely.box(4e-3, 4e-3, 5e-3, 5e-3)])
-    expected = placed_cells(two, 60)[0].read().areas
-    assert expected.sum() == pytest.approx(two.area, rel=1e-9)
-    np.testing.assert_allclose(placed_cells(two.reverse(), 60)[0].read().areas.sum(), expected.sum(), rtol=1e-9)
+    for outline in (two, shapely.reverse(two)):
+        assert placed_cells(outline, 60)[0].read().areas.sum() == pytest.approx(two.area, rel=1e-9)
