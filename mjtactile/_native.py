@@ -18,11 +18,14 @@ from mjtactile._types import Array
 from mjtactile.errors import NativeError
 
 #: Version of the functions in native/api/api.h that this module calls.
-API_VERSION = 8
+API_VERSION = 9
 #: Functions that give back a handle, and those that give back a number of something.
 _MADE = tuple(
     f"mjt_{name}"
-    for name in ("pad_new", "body_new", "reader_new", "face_cells", "footprint_flat", "footprint_heights", "press_new")
+    for name in (
+        *("pad_new", "body_new", "reader_new", "press_new"),
+        *("face_cells", "placed_cells", "footprint_flat", "footprint_heights"),
+    )
 )
 _COUNTS = ("mjt_pad_bytes", "mjt_basis_bytes", "mjt_press_parts", "mjt_press_edges")
 _NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platform, "libmjtactile.so")

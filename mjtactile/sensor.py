@@ -89,10 +89,13 @@ class TactileSensor:
         self.influence = influence_matrices(self.pad, fidelity) if influence is None else influence
         self.law = self.influence.fidelity.law if law is None else law
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
-        # Friction of "coulomb" may only be known at the contact; the rest is refused here.
-        known_friction = 1.0 if friction is None and tangential == "coulomb" else friction
         options = contact_options(
-            self.influence, law=law, tangential=tangential, friction=known_friction, tilt=self.tilt
+            self.influence,
+            law=law,
+            tangential=tangential,
+            friction=friction,
+            tilt=self.tilt,
+            contacts_know_friction=True,
         )
         self.facing_gap = facing_gap
         how = Reading(influence=self.influence, options=options, friction=friction, facing_gap=facing_gap)

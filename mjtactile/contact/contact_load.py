@@ -96,10 +96,10 @@ def solved_loads(
     influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
 ) -> list[SurfaceLoad]:
     """Loads of bodies that press on one pad at once; see `solved_load`."""
-    loads = [_nothing(influence, wrench) for wrench in wrenches]
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
+    loads = {k: _nothing(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
     if not pressing:
-        return loads
+        return list(loads.values())
     bodies = [footprints[k] if options.contact_law.shapes else footprints[k].facing for k in pressing]
     with press_of(influence, options) as press:
         solved = press.loads(bodies, [wrenches[k] for k in pressing])
@@ -111,13 +111,13 @@ def solved_loads(
                 "force passes as it needs.",
                 stacklevel=5,
             )
-        elif one.simplified and options.tangential == "coulomb":
+        elif one.simplified and options.choice.slips:
             _warn(
                 "pressure and slip do not agree, as on few cells or with much friction: the pressure is that without "
                 "friction.",
                 stacklevel=5,
             )
-    return loads
+    return [loads[k] for k in range(len(wrenches))]
 
 
 def _nothing(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:

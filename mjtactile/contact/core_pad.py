@@ -8,6 +8,8 @@ from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
 from mjtactile.contact.compliance import surface_compliance
 from mjtactile.contact.linear_range import linear_range, saturation
+from mjtactile.contact.options import ContactOptions
+from mjtactile.errors import NativeError
 from mjtactile.influence.core_pad import CorePad, core_pad
 from mjtactile.influence.matrices import InfluenceMatrices
 
@@ -45,6 +47,21 @@ def _give_surface(pad: CorePad, influence: InfluenceMatrices, *, compliant: bool
             )
 
     pad.give("surface", hand_over)
+
+
+def core_names(options: ContactOptions) -> tuple[bytes, bytes]:
+    """Names of law and tangential choice, as the core takes them.
+
+    Raises:
+        NativeError: when the core has none of these names.
+    """
+    names = options.law.encode(), options.tangential.encode()
+    if not library().mjt_knows(*names):
+        raise NativeError(
+            f"the compiled core has no law {options.law!r} with shear {options.tangential!r}. What contact/laws.py and "
+            "tangentials.py name stands in native/core/contact/laws/by_name.cpp as well; build the core again."
+        )
+    return names
 
 
 def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:

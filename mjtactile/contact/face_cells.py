@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import functools
-import math
-import weakref
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,21 +13,8 @@ from shapely import Polygon
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.errors import ContactError
-from mjtactile.geometry.planar import areal
+from mjtactile.geometry.planar import areal, polygons_of
 from mjtactile.influence.surface_load import Area
-
-#: Outlines that agree to this fraction of their size after a rotation and a shift share one set of cells.
-_SAME_SHAPE = 2e-12
-#: Sets of cells kept with their half-space integrals, which take longer to make than everything else.
-_KEPT_SHAPES = 64
-#: Outlines of more corners count as round.
-_ROUND = 60
-#: Sides this near to a direction run along it [rad]; directions whose sides' lengths agree to this share are alike.
-_PARALLEL, _ALIKE = 1e-3, 1e-6
-#: Directions this near to the pad's axes are these [rad].
-_LEVEL = 1e-9
-#: Difference over sum of the principal moments of inertia above which an area is long.
-_LONG = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +64,15 @@ def face_cells(outline: Area, count: int, angle: float = 0.0) -> FaceCells | Non
         count: number of cells wanted.
         angle: direction of the squares inside, counter-clockwise from the x axis [rad].
     """
-    made = CoreCells.made(*_rings(outline), count, angle)
-    return None if made is None else made.read()
+    begins, corners = _rings(outline)
+    handle = library().mjt_face_cells(
+        ctypes.c_size_t(len(begins) - 1),
+        pointer(begins),
+        pointer(corners),
+        ctypes.c_size_t(count),
+        ctypes.c_double(angle),
+    )
+    return None if handle is None else CoreCells(handle).read()
 
 
 class CoreCells:
@@ -93,20 +84,10 @@ class CoreCells:
 
     def __init__(self, handle: int) -> None:
         self.handle = ctypes.c_void_p(handle)
-        weakref.finalize(self, library().mjt_face_cells_free, self.handle)
+        self._free = library().mjt_face_cells_free
 
-    @classmethod
-    def made(cls, begins: npt.NDArray[np.uintp], corners: Array, count: int, angle: float) -> CoreCells | None:
-        """From rings: where they begin, (rings + 1,), and their corners; None where they enclose nothing."""
-        core = library()
-        handle = core.mjt_face_cells(
-            ctypes.c_size_t(len(begins) - 1),
-            pointer(begins),
-            pointer(corners),
-            ctypes.c_size_t(count),
-            ctypes.c_double(angle),
-        )
-        return None if handle is None else cls(handle)
+    def __del__(self) -> None:
+        self._free(self.handle)
 
     def read(self) -> FaceCells:
         """The cells as arrays."""
@@ -134,67 +115,13 @@ def placed_cells(outline: Area, count: int) -> tuple[CoreCells, Array]:
     Raises:
         ContactError: where the outline is too narrow to have any.
     """
-    begins, corners = _rings(outline)
-    angle = own_direction(begins, corners)
-    origin = corners[0]
-    cosine, sine = math.cos(angle), math.sin(angle)
-    # On a grid, and without negative zeros: rounding while a punch moves must not make another shape of it.
-    resolution = 2.0 ** math.floor(math.log2(_SAME_SHAPE * float(np.ptp(corners, axis=0).max())))
-    turn = np.array([[cosine, -sine], [sine, cosine]]) / resolution
-    local = np.round((corners - origin) @ turn).astype(np.int64)
-    cells = _shape_cells(begins.tobytes(), local.tobytes(), resolution, count)
-    if cells is None:
+    (begins, corners), place = _rings(outline), np.empty(3)
+    handle = library().mjt_placed_cells(
+        ctypes.c_size_t(len(begins) - 1), pointer(begins), pointer(corners), ctypes.c_size_t(count), pointer(place)
+    )
+    if handle is None:
         raise ContactError("the outline is too narrow for contact cells. shapely.make_valid mends what crosses itself.")
-    return cells, np.array([origin[0], origin[1], angle])
-
-
-@functools.lru_cache(maxsize=_KEPT_SHAPES)
-def _shape_cells(begins: bytes, corners: bytes, resolution: float, count: int) -> CoreCells | None:
-    local = np.frombuffer(corners, dtype=np.int64).reshape(-1, 2) * resolution
-    return CoreCells.made(np.frombuffer(begins, dtype=np.uintp), contiguous(local), count, 0.0)
-
-
-def own_direction(begins: npt.NDArray[np.uintp], corners: Array) -> float:
-    """Angle of an outline's own axes from the pad's, within a quarter turn [rad].
-
-    The direction along and across which the most of its sides and of its hull's run; of round outlines that of their
-    length. Where several are alike, that nearest to the pad's axes.
-
-    Args:
-        begins: where its rings begin, (rings + 1,).
-        corners: of the rings, (corners, 2) [m].
-    """
-    following = np.arange(1, len(corners) + 1)
-    following[begins[1:].astype(np.int64) - 1] = begins[:-1]
-    if len(corners) > _ROUND:
-        return _direction_of_length(corners, corners[following])
-    hull = shapely.get_coordinates(shapely.convex_hull(shapely.multipoints(corners)))
-    sides = np.concatenate([corners[following] - corners, np.diff(hull, axis=0)])
-    length = np.hypot(sides[:, 0], sides[:, 1])
-    angles = _within_quarter(np.arctan2(sides[:, 1], sides[:, 0]))
-    shared = (np.abs(_within_quarter(angles[:, None] - angles)) < _PARALLEL) @ length
-    best = angles[shared >= (1.0 - _ALIKE) * shared.max()]
-    angle = float(best[np.abs(best).argmin()])
-    return 0.0 if abs(angle) < _LEVEL else angle
-
-
-def _direction_of_length(start: Array, end: Array) -> float:
-    """Principal axis of the area within edges (edges, 2), as an angle within a quarter turn; 0 where there is none."""
-    middle = start.mean(axis=0)
-    (x0, y0), (x1, y1) = (start - middle).T, (end - middle).T
-    cross = x0 * y1 - x1 * y0
-    area, x, y = cross.sum() / 2, ((x0 + x1) * cross).sum() / 6, ((y0 + y1) * cross).sum() / 6
-    xx = ((x0**2 + x0 * x1 + x1**2) * cross).sum() / 12 - x * x / area
-    yy = ((y0**2 + y0 * y1 + y1**2) * cross).sum() / 12 - y * y / area
-    xy = ((2 * x0 * y0 + x0 * y1 + x1 * y0 + 2 * x1 * y1) * cross).sum() / 24 - x * y / area
-    if math.hypot(xx - yy, 2 * xy) < _LONG * (xx + yy):
-        return 0.0
-    angle = float(_within_quarter(np.array(0.5 * math.atan2(2 * xy, xx - yy))))
-    return 0.0 if abs(angle) < _LEVEL else angle
-
-
-def _within_quarter(angles: Array) -> Array:
-    return (angles + np.pi / 4) % (np.pi / 2) - np.pi / 4
+    return CoreCells(handle), place
 
 
 def clip_outline(outline: Area, place: tuple[float, float, float], sheet: tuple[float, float, float, float]) -> Area:
@@ -220,11 +147,16 @@ def clip_outline(outline: Area, place: tuple[float, float, float], sheet: tuple[
 
 def _rings(outline: Area) -> tuple[npt.NDArray[np.uintp], Array]:
     """Where the rings begin, (rings + 1,), and their corners, outer rings counter-clockwise, holes clockwise."""
-    parts = shapely.get_parts(outline)
-    rings, owner = shapely.get_rings(parts, return_index=True)
-    outer = np.diff(owner, prepend=-1) > 0
-    coordinates = [shapely.get_coordinates(ring)[:-1] for ring in rings]
-    turned = shapely.is_ccw(rings) != outer
-    ordered = [ring[::-1] if turn else ring for ring, turn in zip(coordinates, turned, strict=True)]
-    begins = np.cumsum([0, *(len(ring) for ring in ordered)]).astype(np.uintp)
-    return begins, contiguous(np.concatenate(ordered) if ordered else np.zeros((0, 2)))
+    parts = polygons_of(outline)
+    rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
+    outer = [k == 0 for part in parts for k in range(1 + len(part.interiors))]
+    coordinates, ring_of = shapely.get_coordinates(rings, return_index=True)
+    ends = np.searchsorted(ring_of, np.arange(1, len(rings) + 1))
+    begins = np.zeros(len(rings) + 1, dtype=np.uintp)
+    begins[1:] = ends - np.arange(1, len(rings) + 1)  # the last corner of each ring is its first
+    for k in np.flatnonzero(shapely.is_ccw(rings) != outer):
+        begin = ends[k - 1] if k else 0
+        coordinates[begin : ends[k] - 1] = coordinates[begin : ends[k] - 1][::-1]
+    if len(rings) == 1:
+        return begins, coordinates[:-1]
+    return begins, np.delete(coordinates, ends - 1, axis=0)

@@ -1,22 +1,20 @@
-"""Contact laws: what each is called, and what it knows of body and pad. The core's `Law` solves them.
+"""Contact laws: what each is called, and what it knows of body and pad. The core's class of that name solves it.
 
-A law is one class here and one case in native/core/contact/laws/cell_contact.cpp; nothing else tells them apart.
+A law is one class here and one in native/core/contact/laws; nothing else tells them apart.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-#: Names of the ways shear spreads over a contact.
-TANGENTIALS = ("proportional", "stick", "coulomb")
+from mjtactile.contact.tangentials import TANGENTIALS
 
 
 class ContactLaw:
     """How a body's pressure spreads over what it touches.
 
     Attributes:
-        name: users know it by.
-        number: the core knows it by, in `Law` of native/core/contact/laws/cell_contact.hpp.
+        name: users and the core know it by.
         tangentials: ways shear may spread under it.
         springs: whether it needs the springs that stand for the pad.
         shapes: whether it knows how the pad gives, looks at a curved body's shape and finds its approach and tilt;
@@ -24,7 +22,6 @@ class ContactLaw:
     """
 
     name: ClassVar[str]
-    number: ClassVar[int]
     tangentials: ClassVar[tuple[str, ...]] = ("proportional",)
     springs: ClassVar[bool] = False
     shapes: ClassVar[bool] = True
@@ -34,7 +31,6 @@ class Uniform(ContactLaw):
     """A pressure that is constant but for the gradient that carries the moment, and zero where it would pull."""
 
     name = "uniform"
-    number = 2
     shapes = False
 
 
@@ -42,7 +38,6 @@ class Foundation(ContactLaw):
     """Springs under the body's true shape, as stiff as the pad is under a face of the same area."""
 
     name = "foundation"
-    number = 1
     springs = True
 
 
@@ -50,7 +45,6 @@ class Elastic(ContactLaw):
     """The pad's own compliance against the rigid body: pressure where they touch, a gap where they do not."""
 
     name = "elastic"
-    number = 0
     tangentials = TANGENTIALS
 
 

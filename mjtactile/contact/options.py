@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
-from mjtactile.contact.laws import BY_NAME, TANGENTIALS, ContactLaw
+from mjtactile.contact.laws import BY_NAME, ContactLaw
+from mjtactile.contact.tangentials import TANGENTIAL_CHOICES, TANGENTIALS, TangentialChoice
 from mjtactile.errors import ContactError
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
@@ -36,6 +37,11 @@ class ContactOptions:
     def contact_law(self) -> ContactLaw:
         """The law itself."""
         return BY_NAME[self.law]
+
+    @property
+    def choice(self) -> TangentialChoice:
+        """How shear spreads."""
+        return TANGENTIAL_CHOICES[self.tangential]
 
     @property
     def gives_moment(self) -> bool:
@@ -76,8 +82,11 @@ def contact_options(
     friction: float | None = None,
     tilt: str = "free",
     cells: int | None = None,
+    contacts_know_friction: bool = False,
 ) -> ContactOptions:
     """Options as `contact_load` takes them; what is None comes from the (influence matrices') fidelity.
+
+    With `contacts_know_friction` the coefficient of shear that slips may be that of MuJoCo's contacts.
 
     Raises:
         ContactError: for names and numbers that make no sense, alone or together.
@@ -97,8 +106,8 @@ def contact_options(
         raise ContactError(f"tangential={tangential!r} needs law={able}; law {law!r} knows 'proportional' only.")
     if friction is not None and not (_is_number(friction) and math.isfinite(friction) and friction >= 0.0):
         raise ContactError(f"friction = {friction!r}; expected a coefficient that is not negative, for example 0.8.")
-    if tangential == "coulomb" and friction is None:
-        raise ContactError("tangential='coulomb' needs a coefficient: pass friction=..., for example 0.8.")
+    if TANGENTIAL_CHOICES[tangential].slips and friction is None and not contacts_know_friction:
+        raise ContactError(f"tangential={tangential!r} needs a coefficient: pass friction=..., for example 0.8.")
     if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or cells < 1:
         raise ContactError(f"cells = {cells!r}; expected a whole number of contact cells from 1 on.")
     return ContactOptions(law=law, tangential=tangential, friction=friction, tilting=tilt == "free", cells=int(cells))

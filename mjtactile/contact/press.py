@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import functools
 import weakref
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -14,10 +13,10 @@ import shapely
 
 from mjtactile._native import library, pointer
 from mjtactile._types import Array
-from mjtactile.contact.core_pad import give_shear, give_springs, press_pad
+from mjtactile.contact.core_pad import core_names, give_shear, give_springs, press_pad
 from mjtactile.contact.face_cells import placed_cells
 from mjtactile.contact.footprint import Footprint
-from mjtactile.contact.options import TANGENTIALS, ContactOptions, Wrench
+from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.errors import ContactError
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -25,9 +24,6 @@ from mjtactile.influence.surface_load import Area, ContactState, SurfaceLoad
 
 #: Grid on which edges about what is under pressure are joined, over the size of the contact.
 _GRID = 1e-7
-
-#: Flat footprints kept where they stand.
-_KEPT_FACES = 64
 
 _HeightsFunction = ctypes.CFUNCTYPE(
     None, ctypes.c_size_t, ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_double)
@@ -97,13 +93,10 @@ class _CoreFootprint:
     def __init__(self, handle: int) -> None:
         self.handle = handle
         self.error: BaseException | None = None
-        weakref.finalize(self, library().mjt_footprint_free, ctypes.c_void_p(handle))
+        self._free = library().mjt_footprint_free
 
-
-@functools.lru_cache(maxsize=_KEPT_FACES)
-def _flat_footprint(outline: bytes, cells: int) -> _CoreFootprint:
-    made, place = placed_cells(areal(shapely.from_wkb(outline)), cells)
-    return _CoreFootprint(library().mjt_footprint_flat(made.handle, pointer(place)))
+    def __del__(self) -> None:
+        self._free(ctypes.c_void_p(self.handle))
 
 
 class _CurvedFootprint(_CoreFootprint):
@@ -133,7 +126,8 @@ class _CurvedFootprint(_CoreFootprint):
 
 def _core_footprint(footprint: Footprint, cells: int) -> _CoreFootprint:
     if footprint.gap is None:
-        return _flat_footprint(shapely.to_wkb(footprint.outline), cells)
+        made, place = placed_cells(footprint.outline, cells)
+        return _CoreFootprint(library().mjt_footprint_flat(made.handle, pointer(place)))
     return _CurvedFootprint(footprint)
 
 
@@ -162,15 +156,14 @@ class Press:
         pad = press_pad(influence, compliant=law.shapes)
         if springs is not None:
             give_springs(pad, *springs)
-        if options.tangential != "proportional":
+        if options.choice.couples:
             give_shear(pad, influence)
         self._surface, self._options = influence.surface, options
         core = library()
         self._handle = ctypes.c_void_p(
             core.mjt_press_new(
                 pad.handle,
-                ctypes.c_int(law.number),
-                ctypes.c_int(TANGENTIALS.index(options.tangential)),
+                *core_names(options),
                 ctypes.c_int(options.tilting),
                 ctypes.c_double(-1.0 if options.friction is None else options.friction),
                 ctypes.c_size_t(options.cells),
@@ -216,7 +209,7 @@ class Press:
         ends = np.empty((told.edges, 2, 2))
         library().mjt_press_rim(self._handle, ctypes.c_size_t(body), pointer(ends))
         covered = _Rim(ends)
-        slips = self._options.tangential == "coulomb"
+        slips = self._options.choice.slips
         state = ContactState(
             approach=told.approach,
             # The body moves down by approach + slope . (x, y), so it turns by (-slope y, slope x).

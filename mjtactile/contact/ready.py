@@ -19,7 +19,7 @@ def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: 
     pad = contact_pad(influence, stress=stress)
     if options.contact_law.springs:
         give_springs(pad, *foundation_springs(influence))
-    if options.tangential != "proportional":
+    if options.choice.couples:
         give_shear(pad, influence)
     return pad
 

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from mjtactile._files import read_text
-from mjtactile.contact.options import LAWS, TANGENTIALS
+from mjtactile.contact.options import LAWS
+from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.shapes import shape_face
 from mjtactile.errors import DatasetError, MjTactileError
 from mjtactile.fidelity import DEFAULT, PRESETS
@@ -117,7 +118,12 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
         backend=backend,
         presets=_names(values, "fidelity", DEFAULT, tuple(PRESETS)),
         laws=_names(values, "law", "elastic", LAWS),
-        tangential=_names(values, "tangential", "proportional", TANGENTIALS[:2]),
+        tangential=_names(
+            values,
+            "tangential",
+            "proportional",
+            WITHOUT_FRICTION,
+        ),
         free=_share(values, "free"),
         poses=_count(values, "poses", 6),
         forces=_count(values, "forces", 4),

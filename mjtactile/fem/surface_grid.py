@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sparse
@@ -47,7 +48,7 @@ class SurfaceGrid:
         """Nodes (along y, along x)."""
         return self.y.node_count, self.x.node_count
 
-    @property
+    @cached_property
     def sheet(self) -> Polygon:
         """The surface as a rectangle [m]."""
         return shapely.box(self.x.vertices[0], self.y.vertices[0], self.x.vertices[-1], self.y.vertices[-1])

@@ -182,10 +182,13 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
     to.outputs[: to.output_count] = [OUTPUTS.index(name) for name in attributes.outputs]
     if model is None:
         return
-    # Friction of "coulomb" may only be known at the contact: the core takes that of MuJoCo's contacts then.
-    known = 1.0 if attributes.friction is None and attributes.tangential == "coulomb" else attributes.friction
     options = contact_options(
-        influence, law=attributes.law, tangential=attributes.tangential, friction=known, tilt=attributes.tilt
+        influence,
+        law=attributes.law,
+        tangential=attributes.tangential,
+        friction=attributes.friction,
+        tilt=attributes.tilt,
+        contacts_know_friction=True,
     )
     copy = ModelCopy(model, running_layout())
     check_pad_box(copy, geom, pad)

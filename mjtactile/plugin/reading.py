@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mjtactile.contact.core_pad import core_names
 from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.linear_range import linear_range
-from mjtactile.contact.options import TANGENTIALS, ContactOptions
+from mjtactile.contact.options import ContactOptions
 from mjtactile.contact.ready import ready_pad
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.plugin.engine import Instance
@@ -52,7 +53,8 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     to.layers, to.rows, to.columns = geometry.reading_shape
     to.taxels = int(np.prod(geometry.reading_shape))
     to.pad = tables.handle.value
-    to.law, to.tangential, to.cells = options.contact_law.number, TANGENTIALS.index(options.tangential), options.cells
+    to.law, to.tangential = core_names(options)
+    to.cells = options.cells
     to.friction = -1.0 if how.friction is None else how.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
     to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre

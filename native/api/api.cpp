@@ -8,8 +8,9 @@
 #include "api/handles.hpp"
 #include "contact/cells/edge_integrals.hpp"
 #include "contact/cells/face_cells.hpp"
+#include "contact/cells/placed_cells.hpp"
 #include "contact/cells/tangential.hpp"
-#include "contact/laws/friction.hpp"
+#include "contact/laws/by_name.hpp"
 #include "linalg/kernels.hpp"
 
 using namespace mjtactile;
@@ -55,7 +56,11 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 8; }
+int mjt_version(void) { return 9; }
+
+int mjt_knows(const char* law, const char* tangential) {
+  return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
+}
 
 const char* mjt_kernels(void) { return kernels().name; }
 
@@ -179,15 +184,13 @@ int mjt_body_heights(const mjt_body* body, const double* pose, const double* she
 }
 
 int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench, double sunk,
-                   int law, int tangential, int tilting, double friction, double strength, double facing_gap,
-                   size_t cells, double* nodal_forces, double* carried) {
+                   const char* law, const char* tangential, int tilting, double friction, double strength,
+                   double facing_gap, size_t cells, double* nodal_forces, double* carried) {
   const LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
-  const bool uniform = options.law == Law::uniform;
   std::vector<const std::vector<Facet>*> facets;
   for (const auto& one : body->facets) facets.push_back(&one);
   Touch touch = {};
-  touch.geometry = std::make_shared<BodyGeometry>(
-      body->shapes, facets, SideLimits{facing_gap, !options.tilting && !uniform, !uniform, cells});
+  touch.geometry = std::make_shared<BodyGeometry>(body->shapes, facets, side_limits(options, facing_gap));
   touch.pose = pose_of(pose);
   std::copy(wrench, wrench + 6, touch.wrench);
   touch.sunk = sunk;
@@ -237,6 +240,13 @@ mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corn
   if (!maker.make(outline_of(rings, begins, corners), count, *face, angle)) return nullptr;
   face->quadrature = maker.quadrature();
   return new mjt_cells{std::move(face)};
+}
+
+mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count, double* place) {
+  PlacedCells found = placed_cells(outline_of(rings, begins, corners), count);
+  if (found.face == nullptr) return nullptr;
+  place[0] = found.at.x, place[1] = found.at.y, place[2] = found.angle;
+  return new mjt_cells{std::move(found.face)};
 }
 
 void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes) {
@@ -318,7 +328,7 @@ void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroi
 }
 
 int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
-                      const double* frame, int tilting, const double* compliance, const double* wrench, int tangential,
+                      const double* frame, int tilting, const double* compliance, const double* wrench, const char* tangential,
                       double friction, double* forces) {
   Scratch& kept = scratch();
   std::vector<Point> points;
@@ -329,8 +339,7 @@ int mjt_surface_shear(size_t cells, const double* centroids, const double* press
   }
   const PressedCells pressed = {cells, points.data(), pressing, heights, {frame[0], frame[1]}, frame[2], tilting != 0,
                                 nullptr};
-  const ShearOutcome outcome =
-      kept.surface_shear.solve(pressed, compliance == nullptr ? nullptr : &kept.matrix, wrench,
-                               static_cast<Tangential>(tangential), friction, forces);
+  const ShearProblem problem = {pressed, compliance == nullptr ? nullptr : &kept.matrix, wrench, friction};
+  const ShearOutcome outcome = kept.surface_shear.solve(*tangential_named(tangential), problem, forces);
   return (outcome.refused ? 1 : 0) | (outcome.slides ? 2 : 0) | (outcome.simplified ? 4 : 0);
 }

@@ -18,6 +18,8 @@ struct mjt_body;
 MJT_API int mjt_version(void);
 MJT_API const char* mjt_kernels(void);
 MJT_API int mjt_use_kernels(const char* name);
+/* Whether there is a contact law, and a tangential choice, of these names. */
+MJT_API int mjt_knows(const char* law, const char* tangential);
 
 /* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
@@ -64,10 +66,10 @@ MJT_API void mjt_body_free(mjt_body* body);
    north); infinite elsewhere. 0 where nothing of it is there. */
 MJT_API int mjt_body_heights(const mjt_body* body, const double* pose, const double* sheet, double floor,
                              double ceiling, size_t count, const double* points, double* heights);
-/* Nodal forces of a body pressed at a pose under a wrench (6), sunk in by so much [m]; 0 where it is refused. law: 0
-   elastic, 1 foundation, 2 uniform; tangential: 0 proportional, 1 stick, 2 coulomb; strength: 0 for none. */
+/* Nodal forces of a body pressed at a pose under a wrench (6), sunk in by so much [m]; 0 where it is refused. law and
+   tangential: names that the core knows; strength: 0 for none. */
 MJT_API int mjt_body_press(const mjt_pad* pad, const mjt_body* body, const double* pose, const double* wrench,
-                           double sunk, int law, int tangential, int tilting, double friction, double strength,
+                           double sunk, const char* law, const char* tangential, int tilting, double friction, double strength,
                            double facing_gap, size_t cells, double* nodal_forces, double* carried);
 
 /* Memory that wrench bases take in this process [bytes]. */
@@ -103,6 +105,10 @@ MJT_API void mjt_mesh_facets(const mjt_mesh* mesh, double gap, size_t* counts, d
 struct mjt_cells;
 MJT_API mjt_cells* mjt_face_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
                                   double angle);
+/* The same along the outline's own direction, shared by outlines that differ by a shift and a turn only; `place`: where
+   the cells stand, x, y [m] and an angle [rad]. */
+MJT_API mjt_cells* mjt_placed_cells(size_t rings, const size_t* begins, const double* corners, size_t count,
+                                    double* place);
 /* quadrature: (cells, 4, 2), points whose mean integrates quadratic functions over each cell.
    sizes: cells, edges, corners of the hulls of outline and centroids, whether it is convex. */
 MJT_API void mjt_face_cells_sizes(const mjt_cells* cells, size_t* sizes);
@@ -125,12 +131,12 @@ MJT_API void mjt_half_space(size_t cells, size_t edges, const double* ends, cons
 MJT_API void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
                                  const double* inverse_distance, size_t edges, const double* ends,
                                  const int32_t* sides, double angle, double* compliance);
-/* Forces on cells (cells, 3) [N], see SurfaceShear. compliance as above, null for tangential 0 (proportional), needed
+/* Forces on cells (cells, 3) [N], see SurfaceShear. compliance as above, null for "proportional", needed
    for 1 (stick) and 2 (coulomb); heights may be null; frame = (middle x, y, length). Returns bits: 1 refused, 2 slides,
    4 simplified. */
 MJT_API int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
                               const double* frame, int tilting, const double* compliance, const double* wrench,
-                              int tangential, double friction, double* forces);
+                              const char* tangential, double friction, double* forces);
 
 /* A body's footprint: what of it faces the pad, without MuJoCo. */
 struct mjt_footprint;
@@ -144,7 +150,7 @@ MJT_API void mjt_footprint_free(mjt_footprint* footprint);
 /* Presses footprints on one pad, see mjt_body_press for the numbers; narrowest: width of the narrowest cells [m], 0 for
    what the pad's taxels tell apart. Not for two threads at once. */
 struct mjt_press;
-MJT_API mjt_press* mjt_press_new(const mjt_pad* pad, int law, int tangential, int tilting, double friction,
+MJT_API mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangential, int tilting, double friction,
                                  size_t cells, double strength, double narrowest);
 MJT_API void mjt_press_free(mjt_press* press);
 /* What was found of one body. */

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/api.h"
+#include "contact/laws/by_name.hpp"
 #include "contact/pad_sensor.hpp"
 
 struct mjt_pad {
@@ -20,22 +21,27 @@ struct mjt_body {
 };
 
 struct mjt_cells {
-  std::shared_ptr<mjtactile::Face> face;
+  std::shared_ptr<const mjtactile::Face> face;
 };
 
 namespace mjtactile {
 
-// What Python's numbers ask of a contact; numbers of laws and tangential choices as in api.h.
-inline LawOptions law_options(int law, int tangential, int tilting, double friction, std::size_t cells,
+// What Python asks of a contact, by names that are known.
+inline LawOptions law_options(const char* law, const char* tangential, int tilting, double friction, std::size_t cells,
                               double strength) {
   LawOptions options;
-  options.law = static_cast<Law>(law);
-  options.tangential = static_cast<Tangential>(tangential);
+  options.law = law_named(law);
+  options.tangential = tangential_named(tangential);
   options.tilting = tilting != 0;
   options.friction = friction;
   options.cells = cells;
   options.strength = strength;
   return options;
+}
+
+inline SideLimits side_limits(const LawOptions& options, double facing_gap) {
+  const bool shapes = options.law->shapes();
+  return {facing_gap, !options.tilting && shapes, shapes, options.cells};
 }
 
 inline Pose pose_of(const double* numbers) {

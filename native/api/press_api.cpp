@@ -85,7 +85,7 @@ double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell
     }
     return sum;
   }
-  return solved.contact->depth(*solved.face, press.options.law, solved.workspace->matrix, cell);
+  return solved.contact->depth(*solved.face, *press.options.law, solved.workspace->matrix, cell);
 }
 
 // Of the body above a cell before it moved [m].
@@ -143,16 +143,16 @@ void describe(const mjt_press& press, const SolvedCells& solved, const double* p
   to.bounded = solved.contact->exact() ? 0 : 1;
   to.cells = static_cast<std::int32_t>(face.cells());
   rim(solved, [&](const CellEdge&, bool) { ++to.edges; });
-  if (press.options.law != Law::uniform && to.area > 0.0) set_motion(press, solved, point, to);
+  if (press.options.law->shapes() && to.area > 0.0) set_motion(press, solved, point, to);
 }
 
-void press_once(mjt_press& press, std::size_t first, std::size_t count, const double* points, double* nodal_forces,
+// Press all touches, and put out the bodies from `first` to before `last`.
+void press_once(mjt_press& press, std::size_t first, std::size_t last, const double* points, double* nodal_forces,
                 mjt_pressed* pressed) {
-  press.sensor.press(press.touches.data() + first, count, {});
+  press.sensor.press(press.touches.data(), press.touches.size(), {});
   const std::size_t nodes = 3 * press.pad->surface().nodes_x() * press.pad->surface().nodes_y();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t body = first + i;
-    const SolvedCells solved = press.sensor.solved_cells(i);
+  for (std::size_t body = first; body < last; ++body) {
+    const SolvedCells solved = press.sensor.solved_cells(body);
     double* nodal = nodal_forces + body * nodes;
     mjt_pressed& to = pressed[body];
     to = {};
@@ -166,7 +166,7 @@ void press_once(mjt_press& press, std::size_t first, std::size_t count, const do
     if (solved.contact != nullptr) {
       describe(press, solved, points + 2 * body, to);
       solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
-    } else if (count == 1) {   // law "uniform" without cells, or nothing
+    } else if (last - first == 1) {   // law "uniform" without cells, or nothing
       std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
       to.area = press.sensor.pressed().area;
       to.peak = press.sensor.pressed().peak;
@@ -196,8 +196,8 @@ mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds) 
 
 void mjt_footprint_free(mjt_footprint* footprint) { delete footprint; }
 
-mjt_press* mjt_press_new(const mjt_pad* pad, int law, int tangential, int tilting, double friction, size_t cells,
-                         double strength, double narrowest) {
+mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangential, int tilting, double friction,
+                         size_t cells, double strength, double narrowest) {
   LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
   // There is no geometry whose faces a gap could tell, and no pose that stays.
@@ -223,13 +223,18 @@ void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const
     touch.placement = footprints[i]->placement;
     touch.map = footprints[i]->map.get();
     touch.friction = press->options.friction;
-    std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, touch.wrench);
+    if (press->options.law->couples()) std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, touch.wrench);
   }
-  if (press->options.law == Law::elastic) {
+  if (press->options.law->couples()) {
     press_once(*press, 0, count, points, nodal_forces, pressed);
-  } else {
-    // The sensor sums forces up: those of one body are told apart by pressing it alone.
-    for (size_t i = 0; i < count; ++i) press_once(*press, i, 1, points, nodal_forces, pressed);
+    return;
+  }
+  // The sensor sums forces up: those of one body are told apart where it presses alone, in its own place among all.
+  for (size_t i = 0; i < count; ++i) {
+    double* wrench = press->touches[i].wrench;
+    std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, wrench);
+    press_once(*press, i, i + 1, points, nodal_forces, pressed);
+    std::fill(wrench, wrench + 6, 0.0);
   }
 }
 
@@ -274,14 +279,14 @@ void mjt_press_rim(const mjt_press* press, size_t body, double* ends) {
 size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
   const SolvedCells& solved = press->solved[body];
   const LawOptions& options = press->options;
-  const bool plain = options.tangential == Tangential::proportional && options.friction < 0.0;
+  const bool plain = !options.tangential->couples() && options.friction < 0.0;
   // Cells of other contacts than of a whole flat face belong to their very load.
   if (solved.contact == nullptr || !plain || solved.view != nullptr || !solved.contact->linear()) return 0;
   const size_t parts = solved.contact->parts(), nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
   if (nodal_forces == nullptr) return parts;
   press->basis = *solved.contact;
   press->workspace = *solved.workspace;
-  if (!press->basis.make_parts(*solved.face, options.law, press->workspace)) return 0;
+  if (!press->basis.make_parts(*solved.face, *options.law, press->workspace)) return 0;
   press->basis_face = press->touches[body].face;
   press->forces.resize(3 * solved.face->cells());
   for (size_t p = 0; p < parts; ++p) {

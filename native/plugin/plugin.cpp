@@ -87,19 +87,8 @@ class Context {
 };
 
 LawOptions options_of(const mjt_instance& resolved) {
-  LawOptions options;
-  options.law = static_cast<Law>(resolved.law);
-  options.tangential = static_cast<Tangential>(resolved.tangential);
-  options.tilting = resolved.tilting != 0;
-  options.friction = resolved.friction;
-  options.cells = static_cast<std::size_t>(resolved.cells);
-  options.strength = resolved.strength;
-  return options;
-}
-
-SideLimits side_limits(const mjt_instance& resolved) {
-  const bool uniform = static_cast<Law>(resolved.law) == Law::uniform;
-  return {resolved.facing_gap, resolved.tilting == 0 && !uniform, !uniform, static_cast<std::size_t>(resolved.cells)};
+  return law_options(resolved.law, resolved.tangential, resolved.tilting, resolved.friction,
+                     static_cast<std::size_t>(resolved.cells), resolved.strength);
 }
 
 // One pad of a model, read in one simulation.
@@ -108,7 +97,7 @@ class Reader {
   Reader(const mjt_instance& resolved, int geom, std::shared_ptr<Context> context)
       : geom_(geom),
         context_(std::move(context)),
-        geometry_(layout, side_limits(resolved)),
+        geometry_(layout, side_limits(options_of(resolved), resolved.facing_gap)),
         sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
   void prepare(const Model* model) { geometry_.prepare(model, geom_); }
   // Keeps what does not touch any more only because it sleeps.

@@ -16,7 +16,8 @@ typedef struct mjt_instance {
   double friction, tolerance, facing_gap, strength;
   int taxels, layers, rows, columns;
   double pitch[2], centre[2]; /* of the taxels [m] */
-  int law, tangential, cells, tilting, visual, output_count;
+  char law[16], tangential[16];
+  int cells, tilting, visual, output_count;
   int outputs[MJT_MOST_OUTPUTS];
   char error[1024];
 } mjt_instance;

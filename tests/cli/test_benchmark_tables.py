@@ -1,9 +1,10 @@
 import re
 from pathlib import Path
 
+import mujoco
 import pytest
 
-from mjtactile.cli.benchmarks.plugin import plugin_table
+from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, compiled, plugin_table
 from mjtactile.cli.benchmarks.tables import mesh_table, rewrite_table, stored_runs, today_table
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
 from mjtactile.errors import MjTactileError
@@ -70,3 +71,34 @@ def test_the_stored_run_of_the_plugin_is_the_one_on_the_page():
 def test_meshes_and_mujocos_own_sensor_are_in_the_table_of_meshes():
     for name in ("draft", "default", "fine", "<tactile>"):
         assert name in table_on("docs/benchmarks.md", "mesh")
+
+
+def test_stick_and_coulomb_stand_beside_proportional_in_the_same_scene():
+    times = {
+        "MuJoCo `<tactile>`, box": 1e-4,
+        "MuJoCo `<tactile>`, star": 2e-4,
+        "moving ball, fast": 3e-4,
+        "moving ball, stick, fast": 4.5e-4,
+    }
+    rows = [{"name": name, "added_s": added} for name, added in times.items()]
+    lines = plugin_table({"rows": rows, "batch": {"available": False}}).splitlines()
+    assert [line.split("|")[5].strip() for line in lines[2:]] == ["-", "-", "-", "1.50 x"]
+
+
+@pytest.mark.parametrize("shape", ["lying cylinder", "standing cylinder at the rim"])
+def test_cylinders_press_the_pad_they_move_on(shape):
+    assert is_felt(PluginScene(shape=shape, moving=True, sensor="ours", fidelity="fast"))
+
+
+def test_every_finger_around_the_ball_feels_it():
+    assert is_felt(FingersScene(pads=5, touched=5, sensor="ours", fidelity="fast"))
+
+
+def is_felt(scene: PluginScene) -> bool:
+    """Whether every pad of a scene reads something after a while."""
+    model = compiled(scene)
+    data = mujoco.MjData(model)
+    for step in range(60):
+        data.ctrl[:] = scene.controls(step)
+        mujoco.mj_step(model, data)
+    return all(data.sensor(f"touch{pad}").data.any() for pad in range(scene.pads))

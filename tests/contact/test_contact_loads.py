@@ -81,6 +81,18 @@ def test_other_laws_do_not_couple(coarse_square):
             np.testing.assert_array_equal(load.forces, alone.forces)
 
 
+def test_each_body_keeps_its_own_cells_under_laws_that_do_not_couple(coarse_square):
+    surface = coarse_square.surface
+    balls = [
+        Footprint.from_gap(lambda x, y, at=at, radius=radius: ((x - at) ** 2 + y**2) / (2 * radius), surface)
+        for at, radius in ((-3e-3, 8e-3), (3e-3, 2e-3))
+    ]
+    loads = contact_loads(coarse_square, balls, [[0, 0, -0.3], [0, 0, -0.1]], law="foundation", cells=CELLS)
+    for load, ball in zip(loads, balls, strict=True):
+        assert load.contact.area == pytest.approx(load.state.contact_area, rel=1e-6)
+        assert load.contact.centroid.x == pytest.approx(ball.centroid[0], abs=0.3e-3)
+
+
 def test_counts_that_do_not_match_are_refused(coarse_square):
     with pytest.raises(ContactError, match="2 footprints, 1 forces and 2 moments; expected one force"):
         contact_loads(coarse_square, pair(coarse_square, 1e-3), [[0, 0, -0.1]], law="elastic")

@@ -10,6 +10,7 @@ ROOMS = (
     "core/geometry",
     "core/influence",
     "core/contact/cells",
+    "core/contact/solvers",
     "core/contact/laws",
     "core/contact",
     "api",

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.contact.core_pad import contact_pad, give_shear
-from mjtactile.contact.laws import TANGENTIALS
 from mjtactile.influence.matrices import InfluenceMatrices
 
 _REFUSED, _SLIDES, _SIMPLIFIED = 1, 2, 4
@@ -134,7 +133,7 @@ def surface_shear(
         ctypes.c_int(tilting),
         pointer(compliance),
         pointer(wrench),
-        ctypes.c_int(TANGENTIALS.index(tangential)),
+        tangential.encode(),
         ctypes.c_double(-1.0 if friction is None else friction),
         pointer(forces),
     )

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from shapely import MultiLineString, MultiPolygon, Polygon, affinity
 
 import mjtactile
-from mjtactile.contact.face_cells import clip_outline, face_cells
+from mjtactile.contact.face_cells import clip_outline, face_cells, placed_cells
 
 PAD = mjtactile.Pad()
 #: What sums of a few hundred areas cost in rounding.
@@ -297,3 +297,21 @@ def test_a_hole_at_the_sheets_edge_opens_the_outline():
     parts = clip_outline(SHAPES["comb"], (0.0, -10e-3, 0.0), SHEET)
     assert isinstance(parts, MultiPolygon)
     assert len(parts.geoms) == 6
+
+
+@pytest.mark.parametrize("name", ["triangle", "square"])
+def test_outlines_that_differ_by_a_turn_and_a_shift_share_their_cells(name):
+    outline = mjtactile.indenter_outline(name)
+    moved = affinity.translate(affinity.rotate(outline, 3.0, origin=(0, 0)), 1e-3, -2e-3)
+    (first, _), (second, (x, y, angle)) = (placed_cells(one, 40) for one in (outline, moved))
+    np.testing.assert_array_equal(first.read().centroids, second.read().centroids)
+    placed = affinity.translate(affinity.rotate(Polygon(second.read().corners), angle, (0, 0), use_radians=True), x, y)
+    assert placed.symmetric_difference(moved.convex_hull).area <= 1e-9 * moved.area
+
+
+def test_rings_of_any_direction_and_order_are_the_same_outline():
+    outer, hole = (shapely.Point(0, 0).buffer(radius).exterior for radius in (3e-3, 1e-3))
+    ring = Polygon(outer, [hole])
+    two = MultiPolygon([ring, shapely.box(4e-3, 4e-3, 5e-3, 5e-3)])
+    for outline in (two, shapely.reverse(two)):
+        assert placed_cells(outline, 60)[0].read().areas.sum() == pytest.approx(two.area, rel=1e-9)

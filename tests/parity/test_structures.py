@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from mjtactile.contact.laws import BY_NAME, TANGENTIALS
+from mjtactile._native import library
+from mjtactile.contact.laws import BY_NAME
 from mjtactile.contact.press import Told
+from mjtactile.contact.tangentials import TANGENTIALS
 from mjtactile.plugin.engine import Instance
 from mjtactile.plugin.health import Note
 
@@ -49,12 +51,7 @@ def test_fields_are_those_of_the_header(structure, header, name):
     assert [tuple(field) for field in structure._fields_] == declared(header, name)
 
 
-def test_laws_and_ways_of_shear_have_the_cores_numbers():
-    laws = NATIVE / "core/contact/laws"
-    text = (laws / "cell_contact.hpp").read_text() + (laws / "friction.hpp").read_text()
-    laws, ways = (re.search(rf"enum class {kind} {{(.*?)}}", text) for kind in ("Law", "Tangential"))
-    assert laws is not None
-    assert ways is not None
-    by_number = sorted(BY_NAME.values(), key=lambda law: law.number)
-    assert [law.name for law in by_number] == laws[1].replace(",", " ").split()
-    assert list(TANGENTIALS) == ways[1].replace(",", " ").split()
+def test_the_core_knows_every_law_and_every_way_of_shear_by_its_name():
+    assert all(library().mjt_knows(law.encode(), way.encode()) for law in BY_NAME for way in TANGENTIALS)
+    assert not library().mjt_knows(b"rubber", b"stick")
+    assert not library().mjt_knows(b"elastic", b"glue")

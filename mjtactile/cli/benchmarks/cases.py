@@ -86,7 +86,9 @@ class PressCase:
         """Arguments of contact_load besides the force and the law."""
         return {
             "tilt": self.tilt,
-            "tangential": self.tangential if self.tangential in BY_NAME[law].tangentials else "proportional",
+            "tangential": self.tangential
+            if self.tangential in BY_NAME[law].tangentials
+            else BY_NAME[law].tangentials[0],
         }
 
     def load(self, influence: InfluenceMatrices, body: Body | None = None) -> SurfaceLoad:

@@ -7,6 +7,7 @@ short runs, and the medians compared, so that a machine that slows down for a wh
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,12 +16,18 @@ from typing import Any
 import mujoco
 import numpy as np
 import shapely
+from shapely import affinity
 from trimesh.creation import icosphere
 
 from mjtactile._native import instruction_set
+from mjtactile.cli.benchmarks.measure import one_core
+from mjtactile.cli.benchmarks.timing import median_time
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import Fidelity, as_fidelity
 from mjtactile.geometry.indenter import convex_pieces, indenter_outline
+from mjtactile.geometry.outlines import punch_outline
 from mjtactile.influence.cache import influence_matrices
 
 #: Height of punches [m], and the force pressing on them [N].
@@ -54,7 +61,8 @@ _PLATE = (
 )
 _OURS = (
     '<plugin name="touch{n}" plugin="mjtactile.pad" objtype="geom" objname="pad{n}">'
-    '<config key="pad" value="{table}"/><config key="fidelity" value="{fidelity}"/></plugin>'
+    '<config key="pad" value="{table}"/><config key="fidelity" value="{fidelity}"/>'
+    '<config key="tangential" value="{tangential}"/></plugin>'
 )
 _THEIRS = '<tactile name="touch{n}" geom="pad{n}" mesh="plate"/>'
 _PITCH = 0.03
@@ -73,7 +81,18 @@ BODIES = {
         "",
         '<geom type="box" size="0.004 0.004 0.0025" pos="0 0 0.00264" euler="0 2 0" mass="0.015"/>',
     ),
+    "lying cylinder": (
+        "",
+        '<geom type="cylinder" size="0.003 0.005" pos="0 0 0.003" euler="90 0 0" mass="0.015"/>',
+    ),
+    "standing cylinder at the rim": (
+        "",
+        '<geom type="cylinder" size="0.003 0.0025" pos="0.006 0 0.0025" mass="0.015"/>',
+    ),
 }
+#: Punches on which other ways that shear spreads are timed beside "proportional", and those ways in a row's name.
+_SHEARED = ("box", "ball")
+_WAYS = (", stick, ", ", coulomb, ")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +103,7 @@ class PluginScene:
         shape: of the punch, "box", one of the seven, or one of `BODIES`.
         sensor: "ours", "theirs" or None.
         fidelity: of our sensor; empty for a table's own.
+        tangential: of our sensor: how shear spreads.
         table: pad or file of our sensor.
         moving: whether the punch may slide.
         pads: how many pads there are.
@@ -93,6 +113,7 @@ class PluginScene:
     shape: str = "box"
     sensor: str | None = None
     fidelity: str = "balanced"
+    tangential: str = "proportional"
     table: str = "default"
     moving: bool = False
     pads: int = 1
@@ -125,8 +146,11 @@ class PluginScene:
                 for n, x in places
             ),
             actuators="".join(actuators),
-            sensors="".join(sensor.format(n=n, table=self.table, fidelity=self.fidelity) for n, _ in places),
+            sensors="".join(self._sensor(sensor, n) for n, _ in places),
         )
+
+    def _sensor(self, template: str, pad: int) -> str:
+        return template.format(n=pad, table=self.table, fidelity=self.fidelity, tangential=self.tangential)
 
     def controls(self, step: int) -> np.ndarray:
         """Controls at one step: punches that touch are pressed, and pushed to and fro."""
@@ -135,6 +159,46 @@ class PluginScene:
             return pressing
         speed = SPEED if (step // STEPS_EACH_WAY) % 2 == 0 else -SPEED
         return np.concatenate([pressing, np.full(self.pads, speed)])
+
+
+#: A ball that turns to and fro between fingers, each of which presses its pad radially; masses hang free of weight.
+_FINGER = """
+<body name="finger{n}" euler="0 0 {angle}" gravcomp="1">
+  <joint name="press{n}" type="slide" axis="1 0 0" damping="0.05"/>
+  <geom name="pad{n}" type="box" size="0.0075 0.0075 0.0025" pos="{x} 0 0" euler="0 -90 0" mass="0.015" priority="1"
+        contype="1" conaffinity="2"/>
+</body>
+"""
+_HELD_BALL = """
+<body name="ball" gravcomp="1">
+  <joint name="turn" type="hinge" axis="0 0 1"/>
+  <geom type="sphere" size="{radius}" mass="0.015" contype="2" conaffinity="1"/>
+</body>
+"""
+_BALL_RADIUS = 12e-3
+
+
+class FingersScene(PluginScene):
+    """Fingers all around a ball that turns, a pad on each; `pads` says how many."""
+
+    def xml(self) -> str:
+        """The scene."""
+        numbers = range(self.pads)
+        pads = "".join(_FINGER.format(n=n, angle=360 / self.pads * n, x=_BALL_RADIUS + 0.0025) for n in numbers)
+        turning = '<velocity joint="turn" kv="0.03"/>'
+        return _SCENE.format(
+            extension='<extension><plugin plugin="mjtactile.pad"/></extension>' if self.sensor == "ours" else "",
+            assets="",
+            pads=pads,
+            punches=_HELD_BALL.format(radius=_BALL_RADIUS),
+            actuators="".join(f'<motor joint="press{n}"/>' for n in numbers) + turning,
+            sensors="".join(self._sensor(_OURS if self.sensor == "ours" else "", n) for n in numbers),
+        )
+
+    def controls(self, step: int) -> np.ndarray:
+        """Controls at one step: fingers press, and the ball is turned to and fro."""
+        speed = SPEED if (step // STEPS_EACH_WAY) % 2 == 0 else -SPEED
+        return np.append(np.full(self.pads, -_FORCE), speed / _BALL_RADIUS)
 
 
 def _punch(shape: str) -> tuple[str, str]:
@@ -157,6 +221,8 @@ def _punch(shape: str) -> tuple[str, str]:
 _SETTLING_STEPS = 300
 #: Simulations of the batch, and steps they are timed over.
 _SIMULATIONS, _BATCH_STEPS = 64, 100
+#: What is timed in Python alone, without MuJoCo.
+_PYTHON = "outline of the star to readings in Python"
 #: Contact cells of the law that a bound is named for.
 _CELLS = 200
 
@@ -177,6 +243,7 @@ def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
         if not quick:
             _save_table(table)
         rows = [_row(name, scene, bare, runs) for name, scene, bare in _cases(presets, "" if quick else table)]
+    rows.append(_python_row(presets[-1], 10 * runs))
     return {
         "mujoco_version": mujoco.__version__,
         "instruction_set": instruction_set(),
@@ -213,6 +280,13 @@ def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginSc
         for preset in presets[:2]:
             bare = PluginScene(shape=shape, moving=True)
             yield f"moving {shape}, {preset}", replace(bare, sensor="ours", fidelity=preset), bare
+    for shape, way, preset in itertools.product(_SHEARED, _WAYS, presets[:2]):
+        bare = PluginScene(shape=shape, moving=True)
+        ours = replace(bare, sensor="ours", fidelity=preset, tangential=way.strip(", "))
+        yield f"moving {shape}{way}{preset}", ours, bare
+    for preset in presets[:2]:
+        fingers = FingersScene(pads=5, touched=5)
+        yield f"five fingers around a ball, {preset}", replace(fingers, sensor="ours", fidelity=preset), fingers
     if table:
         bare = PluginScene(moving=True)
         name = f"moving box, balanced with {_CELLS} cells"
@@ -230,6 +304,21 @@ def _row(name: str, scene: PluginScene, bare: PluginScene, runs: int) -> dict[st
         raise MjTactileError(f"the sensor of '{name}' reads nothing under the punch: its timing would be meaningless.")
     step, without = np.median(pairs, axis=0)
     return {"name": name, "added_s": float(step - without), "bare_s": float(without)}
+
+
+def _python_row(preset: str, moves: int) -> dict[str, Any]:
+    """Time from the star's outline in a new place to readings, in Python without MuJoCo."""
+    influence = influence_matrices(fidelity=preset)
+    shifts = np.random.default_rng(1).uniform(-1e-3, 1e-3, (moves + 1, 2))
+    outlines = iter([affinity.translate(punch_outline("star"), *shift) for shift in shifts])
+    force = [0.1 * _FORCE, 0.0, -_FORCE]
+
+    def press() -> None:
+        footprint = Footprint.from_outline(next(outlines), influence.surface)
+        influence.readings(contact_load(influence, footprint, force))
+
+    with one_core():
+        return {"name": f"`contact_load`, {_PYTHON}, {preset}", "added_s": median_time(press, moves), "bare_s": 0.0}
 
 
 class _Stepper:
@@ -308,18 +397,21 @@ def plugin_table(result: dict[str, Any]) -> str:
     rows = {row["name"]: row["added_s"] for row in result["rows"]}
     yardsticks = {shape: rows[f"MuJoCo `<tactile>`, {shape}"] for shape in ("box", "star")}
     lines = [
-        "| scene | added to a step | over `<tactile>`, box | over `<tactile>`, same punch |",
-        "| --- | --- | --- | --- |",
+        "| scene | added to a step | over `<tactile>`, box | over `<tactile>`, same punch | over `proportional` |",
+        "| --- | --- | --- | --- | --- |",
     ]
     for name, added in rows.items():
         same = yardsticks["star" if "star" in name else "box"]
-        beside = "-" if any(body in name for body in BODIES) else f"{added / same:.2f} x"
-        lines.append(f"| {name} | {added * 1e6:.1f} us | {added / yardsticks['box']:.2f} x | {beside} |")
+        beside = "-" if any(other in name for other in (*BODIES, _PYTHON)) else f"{added / same:.2f} x"
+        plain = next((rows[name.replace(way, ", ")] for way in _WAYS if way in name), None)
+        over_plain = "-" if plain is None else f"{added / plain:.2f} x"
+        times = f"{added * 1e6:.1f} us | {added / yardsticks['box']:.2f} x"
+        lines.append(f"| {name} | {times} | {beside} | {over_plain} |")
     batch = result["batch"]
     if batch["available"]:
         bits = "the same bits as" if batch["same_bits"] else "OTHER BITS THAN"
         lines.append(
             f"| `mujoco.batch`, {batch['simulations']} moving scenes, two threads over one | "
-            f"{batch['speed_up']:.2f} x as fast, {bits} a plain loop | - | - |"
+            f"{batch['speed_up']:.2f} x as fast, {bits} a plain loop | - | - | - |"
         )
     return "\n".join(lines)

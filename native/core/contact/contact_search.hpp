@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "contact/cells/lattice.hpp"
-#include "contact/laws/springs.hpp"
+#include "contact/solvers/springs.hpp"
 #include "geometry/height_map.hpp"
 
 namespace mjtactile {

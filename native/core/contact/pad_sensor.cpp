@@ -103,7 +103,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   if (std::abs(power) > kCommonPowers) power_ = power;
 
   const bool steady = count == 1 && before.pose == key_ && before.steps >= kSteady && !pad_->has_mean() &&
-                      !keeps_forces_ && options_.law == Law::elastic;
+                      !keeps_forces_ && options_.law->couples();
   while (presses_.size() < count) presses_.push_back(std::make_unique<BodyPress>());
   solved_.assign(count, 0);
   std::size_t solved = 0;
@@ -116,7 +116,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
     Placement placement = kHere;
     const std::shared_ptr<const Face> face = face_towards(touch, placement);
     if (face != nullptr && steady && press_steady(touch, face)) continue;
-    if (face != nullptr && options_.law == Law::uniform && press_linear(touch, *face, placement)) continue;
+    if (face != nullptr && options_.law->presses_faces() && press_linear(touch, *face, placement)) continue;
     solved_[i] = solve(touch, *presses_[i], face, placement) ? 1 : 0;
     solved += solved_[i];
     if (!solved_[i]) {
@@ -124,7 +124,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
       note_carried(touch, std::array<double, 6>{}.data());
     }
   }
-  if (solved > 1 && options_.law == Law::elastic) couple(touches, count);
+  if (solved > 1 && options_.law->couples()) couple(touches, count);
   for (std::size_t i = 0; i < count; ++i) {
     if (solved_[i]) finish(touches[i], *presses_[i]);
   }
@@ -247,13 +247,13 @@ void PadSensor<Value>::bound_stress(const Face& cells, double* forces) const {
 // does, or no better is known.
 template <typename Value>
 bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
-  const bool proportional = options_.tangential == Tangential::proportional;
-  const bool plain = proportional && options_.friction < 0.0 && !(any_torsion_ && touch.wrench[5] != 0.0);
+  const TangentialChoice& choice = *options_.tangential;
+  const bool plain = !choice.couples() && options_.friction < 0.0 && !(any_torsion_ && touch.wrench[5] != 0.0);
   if (plain || !press.contact().exact()) return false;
   const Face& cells = press.cells();
   const Placement placement = press.placement();
   const SurfaceCompliance& compliance = pad_->compliance();
-  if (!proportional) {
+  if (choice.couples()) {
     const bool whole = press.flat && &cells == press.keeps.get();
     if (!whole || press.sheared != press.keeps) {
       if (press.flat) {
@@ -267,10 +267,9 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
                     press.integrals, placement.cosine, placement.sine, press.workspace.compliance, press.full);
   }
   const PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
-  const bool slips = options_.tangential == Tangential::coulomb;
-  const double friction = options_.friction < 0.0 && slips ? touch.friction : options_.friction;
-  const ShearOutcome outcome = shear_.solve(pressed, proportional ? nullptr : &press.full, touch.wrench,
-                                            options_.tangential, friction, press.forces.data());
+  const double friction = options_.friction < 0.0 && choice.slips() ? touch.friction : options_.friction;
+  const ShearProblem problem = {pressed, choice.couples() ? &press.full : nullptr, touch.wrench, friction};
+  const ShearOutcome outcome = shear_.solve(choice, problem, press.forces.data());
   if (outcome.simplified) note(Event::bounded, touch, 0.0, 0.0);
   return !outcome.refused;
 }
@@ -290,7 +289,7 @@ bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const 
 
 template <typename Value>
 bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<const Face>& face) {
-  if (options_.tangential != Tangential::proportional || options_.friction >= 0.0 || power_ != 0) return false;
+  if (options_.tangential->couples() || options_.friction >= 0.0 || power_ != 0) return false;
   const BasisKey key = {pad_.get(), face.get(), rounded(touch.pose, tolerance_), options_};
   auto& cache = BasisCache<Value>::shared();
   std::shared_ptr<const Basis<Value>> basis = cache.find(key, *face, touch.wrench, weights_, workspace_);
@@ -301,7 +300,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     contact.place(*face, placement, pad_->compliance(), options_, workspace_);
     contact.press(*face, pad_->compliance(), options_, touch.wrench, workspace_);
     if (!contact.linear() || is_small(contact)) return false;  // its cells belong to this very load
-    if (!contact.make_parts(*face, options_.law, workspace_)) return false;
+    if (!contact.make_parts(*face, *options_.law, workspace_)) return false;
     if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
     const auto& map = pad_->template deviatoric<Value>();
     // One scale for all layers: bytes would leave the deep ones too few digits.
@@ -421,8 +420,8 @@ SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
   if (touch >= solved_.size() || !solved_[touch]) return {};
   const BodyPress& press = *presses_[touch];
   const bool whole = press.flat && &press.cells() == press.keeps.get();
-  const bool coupled = std::count(solved_.begin(), solved_.end(), 1) > 1 && options_.law == Law::elastic;
-  const bool sheared = options_.tangential != Tangential::proportional && press.contact().exact();
+  const bool coupled = std::count(solved_.begin(), solved_.end(), 1) > 1 && options_.law->couples();
+  const bool sheared = options_.tangential->couples() && press.contact().exact();
   SolvedCells solved;
   solved.contact = &press.contact();
   solved.face = &press.cells();

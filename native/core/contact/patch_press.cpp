@@ -100,7 +100,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       spots_ = search_.find(map, view.plane, load);
     }
     // Springs are pressed farther out than an elastic surface.
-    if (look == 0 && options.law == Law::elastic && compact(options)) view.generosity = kCompact;
+    if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
     if (!press()) {
       if (look == 0) return false;
       // Nothing is there: the contact that was found is as good as any.
@@ -157,11 +157,11 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 }
 
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
-  const double highest = options.law == Law::uniform ? std::max(search_.level(), options.facing_gap)
-                                                     : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
+  const double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
+                                                : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
-  // Long, bent and open spots take more cells, and several spots more than one; law "uniform" has nothing to solve.
-  const double cells = (options.law == Law::uniform ? kCheap : 1.0) * static_cast<double>(options.cells);
+  // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
+  const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
   double wanted = 0.0;
   for (const Spot& spot : spots_) {
     const double filled = spot.area / spot.region.area();

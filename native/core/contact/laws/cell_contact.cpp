@@ -13,16 +13,11 @@ constexpr double kHullMargin = 1e-3;
 // A shear that pressed cells resist this much less than another is not carried.
 constexpr double kOpen = 1e-12;
 constexpr std::size_t kMostPressures = kMostMotions + 1;
-// Rounds in which contact area and stiffness of a foundation adapt to each other.
-constexpr int kRounds = 30;
-constexpr double kSameArea = 1e-9;
 // Shear over pressure that a twist may bring at most, and over what the force along the surface takes on the average.
 constexpr double kMostTwist = 1.0, kTwistOverSliding = 1.5;
 constexpr int kBisections = 40;
 // Tilts that lift the rim of the cells by more than so many indentations are none: pressed cells in one row leave it open.
 constexpr double kOpenTilt = 1e3;
-// Shares by which cells are taken to be softer where their compliance is not positive definite, the first and the most.
-constexpr double kSofter = 1e-3, kSoftest = 1.0;
 // Share of what all cells can bear above which none of them is left to search with.
 constexpr double kNearlyAll = 0.98;
 
@@ -38,7 +33,7 @@ void CellContact::place(const Face& face, const Placement& placement, const Surf
                         const LawOptions& options, Workspace& workspace) {
   const std::size_t cells = face.cells();
   placement_ = placement;
-  tilting_ = (options.tilting || options.law == Law::uniform) && cells >= 3;
+  tilting_ = (options.tilting || !options.law->shapes()) && cells >= 3;
   workspace.placed.resize(2 * cells);
   centre_ = {0.0, 0.0};
   for (std::size_t i = 0; i < cells; ++i) {
@@ -57,7 +52,7 @@ void CellContact::place(const Face& face, const Placement& placement, const Surf
     modes[0] = 1.0;
     if (tilting_) modes[1] = points_[i].x, modes[2] = points_[i].y;
   }
-  if (options.law == Law::elastic) {
+  if (options.law->couples()) {
     const bool spread = !face.quadrature.empty();
     if (spread) {
       workspace.quadrature.clear();
@@ -66,7 +61,7 @@ void CellContact::place(const Face& face, const Placement& placement, const Surf
         workspace.quadrature.insert(workspace.quadrature.end(), {at.x, at.y});
       }
     }
-    contact_.forget();
+    found_.contact.forget();
     compliance.normal(spread ? workspace.quadrature.data() : workspace.placed.data(),
                       spread ? face.quadrature.size() / cells : 1, face.areas.data(), cells,
                       face.inverse_distance.data(), 1.0, workspace.compliance, workspace.matrix);
@@ -80,76 +75,68 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   force_ = -wrench[2];
   double wanted[kMostPressures];
   resultants(face, wrench, wanted);
-  slopes_[0] = slopes_[1] = 0.0;
+  found_.slopes[0] = found_.slopes[1] = 0.0;
   length_ = face.length;
-  normal_.assign(cells, 0.0);
-  const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
-  contact_.allow();
-  exact_ = solve_contact(face, compliance, options.law, problem, start, workspace.matrix);
-  linear_ = exact_ && options.law != Law::uniform;
+  found_.normal.assign(cells, 0.0);
+  const ContactLaw& law = *options.law;
+  const RigidProblem body = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
+  const LawProblem problem = {face, compliance, body, workspace.matrix, start};
+  found_.contact.allow();
+  exact_ = law.solve(problem, found_);
+  linear_ = exact_ && law.shapes();
   std::copy(wanted, wanted + motions(), wanted_);
   // Shear takes a part of the strength.
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
   bool spread = false;
-  if (!exact_ && strength_ > 0.0 && options.law == Law::elastic) {
-    pressed_.assign(cells, 1);
-    spread = bound_pressure(face, options.law, problem, workspace);
+  if (!exact_ && strength_ > 0.0 && law.couples()) {
+    found_.pressed.assign(cells, 1);
+    spread = bound_pressure(law, problem, workspace);
   } else if (exact_ && strength_ > 0.0) {
     bool over = false;
-    for (std::size_t i = 0; i < cells; ++i) over = over || normal_[i] > strength_ * face.areas[i];
+    for (std::size_t i = 0; i < cells; ++i) over = over || found_.normal[i] > strength_ * face.areas[i];
     if (over) {
       linear_ = false;
-      spread = bound_pressure(face, options.law, problem, workspace);
+      spread = bound_pressure(law, problem, workspace);
     }
   }
-  if (!exact_) slopes_[0] = slopes_[1] = 0.0;
+  if (!exact_) found_.slopes[0] = found_.slopes[1] = 0.0;
   if (!exact_ && !spread) fill_nearest(face, wrench, workspace);
   pressed_area_ = 0.0;
   for (std::size_t i = 0; i < cells; ++i) {
-    normal_[i] = pressed_[i] ? std::max(normal_[i], 0.0) : 0.0;
-    if (normal_[i] > 0.0) pressed_area_ += face.areas[i];
+    found_.normal[i] = found_.pressed[i] ? std::max(found_.normal[i], 0.0) : 0.0;
+    if (found_.normal[i] > 0.0) pressed_area_ += face.areas[i];
   }
-  measure(face, options.law, workspace.matrix);
-}
-
-double CellContact::depth(const Face& face, Law law, const Matrix& compliance, std::size_t cell) const {
-  if (law == Law::uniform) return 0.0;
-  if (law == Law::foundation) return normal_[cell] / (stiffness_ * face.areas[cell]);
-  return dot(compliance[cell], normal_.data(), normal_.size());
+  measure(face, law, workspace.matrix);
 }
 
 // How deep the surface lies under the pressed cells, and whether the tilt found is one.
-void CellContact::measure(const Face& face, Law law, const Matrix& compliance) {
+void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix& between) {
   indentation_ = 0.0;
-  if (law == Law::uniform) return;
-  for (std::size_t i = 0; i < normal_.size(); ++i) {
-    if (normal_[i] > 0.0) indentation_ = std::max(indentation_, depth(face, law, compliance, i));
+  for (std::size_t i = 0; i < found_.normal.size(); ++i) {
+    if (found_.normal[i] > 0.0) indentation_ = std::max(indentation_, depth(face, law, between, i));
   }
   double widest = 0.0;
   for (const Point& point : points_) widest = std::max(widest, std::hypot(point.x, point.y));
-  if (std::hypot(slopes_[0], slopes_[1]) * widest > kOpenTilt * indentation_) slopes_[0] = slopes_[1] = 0.0;
-  slopes_[0] /= length_;
-  slopes_[1] /= length_;
+  double* slopes = found_.slopes;
+  if (std::hypot(slopes[0], slopes[1]) * widest > kOpenTilt * indentation_) slopes[0] = slopes[1] = 0.0;
+  slopes[0] /= length_;
+  slopes[1] /= length_;
 }
 
-void CellContact::set_slopes(const double* motion) {
-  if (tilting_) slopes_[0] = motion[1], slopes_[1] = motion[2];
-}
-
-bool CellContact::make_parts(const Face& face, Law law, Workspace& workspace) {
-  const RigidProblem problem = {&workspace.matrix, workspace.modes.data(), motions(), nullptr, wanted_};
-  if (law == Law::foundation) {
-    set_springs(face, workspace.matrix);
-    if (!contact_.exchange(problem, pressed_.data())) return false;
+bool CellContact::make_parts(const Face& face, const ContactLaw& law, Workspace& workspace) {
+  const RigidProblem body = {&workspace.matrix, workspace.modes.data(), motions(), nullptr, wanted_};
+  if (!law.couples()) {  // found without a compliance between cells
+    if (!law.set_compliance(face, found_, workspace.matrix)) return false;
+    if (!found_.contact.exchange(body, found_.pressed.data())) return false;
   }
-  contact_.make_maps(problem);
+  found_.contact.make_maps(body);
   gram_.assign(9 * motions(), 0.0);
   for (std::size_t i = 0; i < face.cells(); ++i) {
     double modes[2][3];
     shear_modes(points_[i], modes);
     for (std::size_t n = 0; n < motions(); ++n) {
-      const double force = contact_.map_forces()[i][n];
+      const double force = found_.contact.map_forces()[i][n];
       for (int a = 0; a < 3; ++a) {
         for (int b = 0; b < 3; ++b) {
           gram_[9 * n + static_cast<std::size_t>(3 * a + b)] +=
@@ -157,88 +144,30 @@ bool CellContact::make_parts(const Face& face, Law law, Workspace& workspace) {
         }
       }
     }
-  }  return true;
-}
-
-// Normal forces by a law where no pressure is too high, and the body's tilt; false where none were found.
-bool CellContact::solve_contact(const Face& face, const SurfaceCompliance& compliance, Law law,
-                                const RigidProblem& problem, const std::uint8_t* start, Matrix& compliances) {
-  if (law == Law::elastic) {
-    double softer = kSofter;
-    while (!contact_.solve(problem, start)) {
-      if (contact_.definite() || softer > kSoftest) return false;
-      // Under layers far from a half space what tables and cells leave out can outweigh a cell's own compliance.
-      double largest = 0.0;
-      for (std::size_t i = 0; i < face.cells(); ++i) largest = std::max(largest, std::abs(compliances[i][i]));
-      for (std::size_t i = 0; i < face.cells(); ++i) compliances[i][i] += softer * largest;
-      softer *= 4.0;
-      contact_.forget();
-    }
-    pressed_ = contact_.pressed();
-    normal_ = contact_.forces();
-    set_slopes(contact_.motion());
-    return true;
   }
-  if (law == Law::uniform) {
-    // A pressure that is linear over the area, and zero where that would pull.
-    if (!bed_.solve(face.areas, problem.modes, problem.motions, nullptr, problem.resultants)) return false;
-    normal_ = bed_.forces();
-    pressed_ = bed_.pressed();
-    return true;
-  }
-  // Springs whose stiffness fits the area that comes into contact.
-  double area = 0.0;
-  for (std::size_t i = 0; i < face.cells(); ++i) area += start == nullptr || start[i] ? face.areas[i] : 0.0;
-  bool found = false;
-  for (int round = 0; round < kRounds; ++round) {
-    stiffness_ = compliance.foundation_stiffness(area);
-    springs_.resize(face.cells());
-    for (std::size_t i = 0; i < face.cells(); ++i) springs_[i] = stiffness_ * face.areas[i];
-    found = bed_.solve(springs_, problem.modes, problem.motions, problem.heights, problem.resultants);
-    if (!found) break;
-    double pressed = 0.0;
-    for (std::size_t i = 0; i < face.cells(); ++i) pressed += bed_.pressed()[i] ? face.areas[i] : 0.0;
-    if (std::abs(pressed - area) <= kSameArea * area) break;
-    area = std::abs(pressed - area) < 0.1 * area ? (area + pressed) / 2 : pressed;
-  }
-  normal_ = bed_.forces();
-  pressed_ = bed_.pressed();
-  set_slopes(bed_.motion());
-  return found;
-}
-
-// The compliance of law "foundation".
-void CellContact::set_springs(const Face& face, Matrix& compliance) {
-  contact_.forget();
-  compliance.resize(face.cells(), face.cells());
-  for (std::size_t i = 0; i < face.cells(); ++i) {
-    std::fill(compliance[i], compliance[i] + compliance.stride(), 0.0);
-    compliance[i][i] = 1.0 / (stiffness_ * face.areas[i]);
-  }
+  return true;
 }
 
 // Cells bear no more than the strength; where all of them together bear less than the load, the rest is not carried.
 // False where nothing was found that bears it; exact_ says whether it is a contact.
-bool CellContact::bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace) {
-  const std::size_t cells = face.cells();
-  const double area = std::accumulate(face.areas.begin(), face.areas.end(), 0.0), load = problem.resultants[0];
+bool CellContact::bound_pressure(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) {
+  const std::vector<double>& areas = problem.face.areas;
+  const std::size_t cells = areas.size();
+  const double area = std::accumulate(areas.begin(), areas.end(), 0.0), load = problem.body.resultants[0];
   workspace.most.resize(cells);
-  for (std::size_t i = 0; i < cells; ++i) workspace.most[i] = strength_ * face.areas[i];
-  slopes_[0] = slopes_[1] = 0.0;
+  for (std::size_t i = 0; i < cells; ++i) workspace.most[i] = strength_ * areas[i];
+  found_.slopes[0] = found_.slopes[1] = 0.0;
   if (load >= kNearlyAll * strength_ * area) {
     const double share = std::min(1.0, load / (strength_ * area));
-    for (std::size_t i = 0; i < cells; ++i) normal_[i] = share * workspace.most[i];
-    pressed_.assign(cells, 1);
+    for (std::size_t i = 0; i < cells; ++i) found_.normal[i] = share * workspace.most[i];
+    found_.pressed.assign(cells, 1);
     return true;
   }
   exact_ = false;
-  if (law == Law::uniform) return false;  // the nearest cells bear it
-  if (law == Law::foundation) set_springs(face, workspace.matrix);
-  exact_ = contact_.solve_bounded(problem, workspace.most.data(), pressed_);
-  if (!contact_.carries()) return false;
-  pressed_ = contact_.pressed();
-  normal_ = contact_.forces();
-  set_slopes(contact_.motion());
+  if (!law.set_compliance(problem.face, found_, workspace.matrix)) return false;  // the nearest cells bear it
+  exact_ = found_.contact.solve_bounded(problem.body, workspace.most.data(), found_.pressed);
+  if (!found_.contact.carries()) return false;
+  found_.take(found_.contact, motions());
   return true;
 }
 
@@ -257,13 +186,13 @@ void CellContact::fill_nearest(const Face& face, const double* wrench, Workspace
     const double first = away(i), second = away(j);
     return first != second ? first < second : i < j;
   });
-  pressed_.assign(cells, 0);
-  std::fill(normal_.begin(), normal_.end(), 0.0);
+  found_.pressed.assign(cells, 0);
+  std::fill(found_.normal.begin(), found_.normal.end(), 0.0);
   double left = -wrench[2];
   for (const std::size_t i : workspace.order) {
-    normal_[i] = std::min(left, pressure * face.areas[i]);
-    pressed_[i] = normal_[i] > 0.0 ? 1 : 0;
-    left -= normal_[i];
+    found_.normal[i] = std::min(left, pressure * face.areas[i]);
+    found_.pressed[i] = found_.normal[i] > 0.0 ? 1 : 0;
+    left -= found_.normal[i];
     if (!(left > 0.0)) break;
   }
 }
@@ -301,7 +230,7 @@ void CellContact::forces(const Face& face, const double* wrench, double* forces)
   double turning = 0.0, sum = 0.0;
   Point pressed = {0.0, 0.0};
   for (std::size_t i = 0; i < cells; ++i) {
-    const double normal = normal_[i];
+    const double normal = found_.normal[i];
     double* force = forces + 3 * i;
     force[0] = force[1] = 0.0;
     force[2] = -normal;
@@ -321,7 +250,7 @@ void CellContact::forces(const Face& face, const double* wrench, double* forces)
   const auto steepest = [&](double share) {
     double most = 0.0;
     for (std::size_t i = 0; i < cells; ++i) {
-      if (!(normal_[i] > 0.0)) continue;
+      if (!(found_.normal[i] > 0.0)) continue;
       most = std::max(most, std::hypot(slide[0] - share * turn * (points_[i].y - pressed.y),
                                        slide[1] + share * turn * (points_[i].x - pressed.x)));
     }
@@ -337,10 +266,10 @@ void CellContact::forces(const Face& face, const double* wrench, double* forces)
     turn *= low;
   }
   for (std::size_t i = 0; i < cells; ++i) {
-    if (!(normal_[i] > 0.0)) continue;
+    if (!(found_.normal[i] > 0.0)) continue;
     double* force = forces + 3 * i;
-    force[0] = normal_[i] * (slide[0] - turn * (points_[i].y - pressed.y));
-    force[1] = normal_[i] * (slide[1] + turn * (points_[i].x - pressed.x));
+    force[0] = found_.normal[i] * (slide[0] - turn * (points_[i].y - pressed.y));
+    force[1] = found_.normal[i] * (slide[1] + turn * (points_[i].x - pressed.x));
   }
 }
 
@@ -351,7 +280,7 @@ PressedCells CellContact::pressed_cells(const Face& face, const double* heights,
   }
   workspace.most.resize(face.cells());
   for (std::size_t i = 0; i < face.cells(); ++i) workspace.most[i] = strength_ * face.areas[i];
-  return {face.cells(), workspace.points.data(), normal_.data(), heights, centre_, face.length, tilting_,
+  return {face.cells(), workspace.points.data(), found_.normal.data(), heights, centre_, face.length, tilting_,
           strength_ > 0.0 ? workspace.most.data() : nullptr};
 }
 
@@ -374,7 +303,7 @@ bool CellContact::weights(const Face& face, const LawOptions& options, const dou
   double pressing[kMostPressures];
   resultants(face, wrench, pressing);
   workspace.forces.resize(face.cells());
-  if (!contact_.under(pressing, workspace.forces.data())) return false;
+  if (!found_.contact.under(pressing, workspace.forces.data())) return false;
   for (std::size_t i = 0; options.strength > 0.0 && i < face.cells(); ++i) {
     if (workspace.forces[i] > options.strength * face.areas[i]) return false;
   }
@@ -390,7 +319,7 @@ bool CellContact::weights(const Face& face, const LawOptions& options, const dou
   const double sliding = std::hypot(wrench[0], wrench[1]) / -wrench[2];
   const double limit = std::max(kMostTwist, kTwistOverSliding * sliding);
   for (std::size_t i = 0; i < face.cells(); ++i) {
-    if (!contact_.pressed()[i]) continue;
+    if (!found_.contact.pressed()[i]) continue;
     const double x = motion[0] - points_[i].y * motion[2], y = motion[1] + points_[i].x * motion[2];
     if (std::hypot(x, y) > limit) return false;
   }
@@ -408,7 +337,7 @@ void CellContact::part_forces(const Face& face, const std::vector<double>& weigh
     double* force = forces + 3 * i;
     force[0] = force[1] = force[2] = 0.0;
     for (std::size_t n = 0; n < pressures; ++n) {
-      const double pressing = contact_.map_forces()[i][n];
+      const double pressing = found_.contact.map_forces()[i][n];
       force[2] -= weights[n] * pressing;
       for (std::size_t j = 0; j < 3; ++j) {
         const double share = weights[pressures + pressures * j + n] * pressing;

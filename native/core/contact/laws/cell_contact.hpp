@@ -5,19 +5,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/cells/compliance.hpp"
-#include "contact/cells/face.hpp"
-#include "contact/laws/friction.hpp"
-#include "contact/laws/rigid_contact.hpp"
+#include "contact/laws/contact_law.hpp"
+#include "contact/laws/surface_shear.hpp"
 #include "influence/surface_grid.hpp"
 
 namespace mjtactile {
 
-enum class Law { elastic, foundation, uniform };
-
 struct LawOptions {
-  Law law = Law::elastic;
-  Tangential tangential = Tangential::proportional;
+  const ContactLaw* law = nullptr;   // never null in use
+  const TangentialChoice* tangential = nullptr;
   bool tilting = true;      // whether the body may tilt under its load
   double friction = -1.0;   // coefficient that bounds shear and torsion; negative: none
   std::size_t cells = 0;    // wanted
@@ -69,7 +65,7 @@ class CellContact {
                     double* nodal) const;
 
   // Make the parts of a linear contact on a flat face, of which weights() and part_forces() tell; false where that fails.
-  bool make_parts(const Face& face, Law law, Workspace& workspace);
+  bool make_parts(const Face& face, const ContactLaw& law, Workspace& workspace);
   // Weights of the parts under another wrench, (parts()); false where other cells press, or more than the strength.
   bool weights(const Face& face, const LawOptions& options, const double* wrench, std::vector<double>& weights,
                Workspace& workspace) const;
@@ -81,27 +77,25 @@ class CellContact {
   // The wrench that the parts carry in place of another.
   void carried(const Face& face, const double* wrench, double* carried) const;
 
-  const std::vector<std::uint8_t>& pressed() const { return pressed_; }
+  const std::vector<std::uint8_t>& pressed() const { return found_.pressed; }
   double pressed_area() const { return pressed_area_; }  // [m^2]
   double pressed_with() const { return force_; }         // pressing force [N]
-  // Of the surface under a cell, by its law [m]; `compliance`: the workspace's, as the cells were placed.
-  double depth(const Face& face, Law law, const Matrix& compliance, std::size_t cell) const;
+  // Of the surface under a cell, by its law [m]; `between`: the workspace's matrix, as the cells were placed.
+  double depth(const Face& face, const ContactLaw& law, const Matrix& between, std::size_t cell) const {
+    return law.depth(face, found_, between, cell);
+  }
   double indentation() const { return indentation_; }    // of the surface where it is deepest [m]
   // Tilt of the body under what was pressed with, along x and y; 0 where the contact leaves it open.
-  const double* slopes() const { return slopes_; }
+  const double* slopes() const { return found_.slopes; }
   // Normal forces on the cells under what was pressed with [N].
-  const std::vector<double>& normal() const { return normal_; }
+  const std::vector<double>& normal() const { return found_.normal; }
 
  private:
   void resultants(const Face& face, const double* wrench, double* resultants) const;
   Point through(const double* wrench) const;
-  bool solve_contact(const Face& face, const SurfaceCompliance& compliance, Law law, const RigidProblem& problem,
-                     const std::uint8_t* start, Matrix& compliances);
-  bool bound_pressure(const Face& face, Law law, const RigidProblem& problem, Workspace& workspace);
+  bool bound_pressure(const ContactLaw& law, const LawProblem& problem, Workspace& workspace);
   void fill_nearest(const Face& face, const double* wrench, Workspace& workspace);
-  void set_springs(const Face& face, Matrix& compliance);
-  void set_slopes(const double* motion);
-  void measure(const Face& face, Law law, const Matrix& compliance);
+  void measure(const Face& face, const ContactLaw& law, const Matrix& between);
   std::size_t motions() const { return tilting_ ? 3 : 1; }
 
   Placement placement_;
@@ -109,13 +103,8 @@ class CellContact {
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
   bool tilting_ = true, curved_ = false, linear_ = false, exact_ = false;
   double pressed_area_ = 0.0, force_ = 0.0, length_ = 1.0, strength_ = 0.0;
-  double indentation_ = 0.0, slopes_[2] = {}, wanted_[kMostMotions] = {};
-  RigidContact contact_;
-  SpringBed bed_;                 // of laws "uniform" and "foundation"
-  std::vector<double> springs_;   // of law "foundation" [N/m]
-  double stiffness_ = 0.0;        // the same per area [Pa/m]
-  std::vector<std::uint8_t> pressed_;
-  std::vector<double> normal_;
+  double indentation_ = 0.0, wanted_[kMostMotions] = {};
+  LawContact found_;
   std::vector<double> gram_;      // motions times motions of the shear under each of the pressures
 };
 

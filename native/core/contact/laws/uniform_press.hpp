@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "contact/cells/linear_traction.hpp"
-#include "contact/laws/limit_surface.hpp"
+#include "contact/solvers/limit_surface.hpp"
 
 namespace mjtactile {
 

@@ -1,4 +1,4 @@
-#include "contact/laws/bonded_contact.hpp"
+#include "contact/solvers/bonded_contact.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "contact/laws/partial_slip.hpp"
+#include "contact/solvers/partial_slip.hpp"
 
 #include <algorithm>
 #include <cmath>

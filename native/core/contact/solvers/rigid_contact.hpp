@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/laws/seen_cells.hpp"
-#include "contact/laws/springs.hpp"
+#include "contact/solvers/seen_cells.hpp"
+#include "contact/solvers/springs.hpp"
 #include "linalg/dense.hpp"
 
 namespace mjtactile {

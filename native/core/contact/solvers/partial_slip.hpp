@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/laws/limit_surface.hpp"
+#include "contact/solvers/limit_surface.hpp"
 #include "linalg/dense.hpp"
 
 namespace mjtactile {

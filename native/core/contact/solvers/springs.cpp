@@ -1,4 +1,4 @@
-#include "contact/laws/springs.hpp"
+#include "contact/solvers/springs.hpp"
 
 #include <algorithm>
 #include <cmath>

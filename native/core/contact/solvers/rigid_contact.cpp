@@ -1,10 +1,10 @@
-#include "contact/laws/rigid_contact.hpp"
+#include "contact/solvers/rigid_contact.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "contact/laws/bearing.hpp"
+#include "contact/solvers/bearing.hpp"
 #include "linalg/kernels.hpp"
 #include "linalg/small.hpp"
 

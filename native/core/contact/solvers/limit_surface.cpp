@@ -1,4 +1,4 @@
-#include "contact/laws/limit_surface.hpp"
+#include "contact/solvers/limit_surface.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "contact/laws/bearing.hpp"
+#include "contact/solvers/bearing.hpp"
 
 #include <algorithm>
 #include <cmath>

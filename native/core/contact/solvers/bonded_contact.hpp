@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/laws/partial_slip.hpp"
-#include "contact/laws/seen_cells.hpp"
+#include "contact/solvers/partial_slip.hpp"
+#include "contact/solvers/seen_cells.hpp"
 #include "geometry/polygon.hpp"
 #include "linalg/dense.hpp"
 

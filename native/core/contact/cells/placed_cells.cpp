@@ -1,0 +1,165 @@
+#include "contact/cells/placed_cells.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <list>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "contact/cells/face_cells.hpp"
+
+namespace mjtactile {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+// Outlines that agree to this fraction of their size after a turn and a shift share one set of cells.
+constexpr double kSameShape = 2e-12;
+// Sets of cells kept with their half-space integrals, which take longer to make than everything else.
+constexpr std::size_t kKeptShapes = 64;
+// Outlines of more corners count as round.
+constexpr std::size_t kRound = 60;
+// Sides this near to a direction run along it [rad]; directions whose sides' lengths agree to this share are alike.
+constexpr double kParallel = 1e-3, kAlike = 1e-6;
+// Directions this near to the pad's axes are these [rad].
+constexpr double kLevel = 1e-9;
+// Difference over sum of the principal moments of inertia above which an area is long.
+constexpr double kLong = 1e-2;
+
+struct Side {
+  double angle, length;
+};
+
+double within_quarter(double angle) {
+  const double turned = std::fmod(angle + kPi / 4, kPi / 2);
+  return (turned < 0.0 ? turned + kPi / 2 : turned) - kPi / 4;
+}
+
+double levelled(double angle) { return std::abs(angle) < kLevel ? 0.0 : angle; }
+
+template <typename Visit>
+void visit_sides(const std::vector<Point>& ring, Visit&& visit) {
+  for (std::size_t i = 0; i < ring.size(); ++i) visit(ring[i], ring[i + 1 == ring.size() ? 0 : i + 1]);
+}
+
+// Principal axis of the area, 0 where there is none.
+double direction_of_length(const Outline& outline, const Point& middle) {
+  double area = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
+  for (const std::vector<Point>& ring : outline.rings) {
+    visit_sides(ring, [&](const Point& start, const Point& end) {
+      const double x0 = start.x - middle.x, y0 = start.y - middle.y, x1 = end.x - middle.x, y1 = end.y - middle.y;
+      const double cross = x0 * y1 - x1 * y0;
+      area += cross / 2;
+      x += (x0 + x1) * cross / 6;
+      y += (y0 + y1) * cross / 6;
+      xx += (x0 * x0 + x0 * x1 + x1 * x1) * cross / 12;
+      yy += (y0 * y0 + y0 * y1 + y1 * y1) * cross / 12;
+      xy += (2 * x0 * y0 + x0 * y1 + x1 * y0 + 2 * x1 * y1) * cross / 24;
+    });
+  }
+  xx -= x * x / area;
+  yy -= y * y / area;
+  xy -= x * y / area;
+  if (std::hypot(xx - yy, 2 * xy) < kLong * (xx + yy)) return 0.0;
+  return levelled(within_quarter(0.5 * std::atan2(2 * xy, xx - yy)));
+}
+
+// Corners of a shape in its own frame, in whole units of a resolution [m], by ring.
+struct OutlineKey {
+  std::vector<std::vector<std::pair<std::int64_t, std::int64_t>>> rings;
+  double resolution;
+  std::size_t count;
+
+  bool operator==(const OutlineKey& other) const {
+    return count == other.count && resolution == other.resolution && rings == other.rings;
+  }
+};
+
+std::shared_ptr<const Face> make_face(const OutlineKey& key) {
+  static thread_local FaceCells maker;
+  Outline local;
+  for (const auto& ring : key.rings) {
+    local.rings.emplace_back();
+    for (const auto& [x, y] : ring) {
+      local.rings.back().push_back({static_cast<double>(x) * key.resolution, static_cast<double>(y) * key.resolution});
+    }
+  }
+  auto face = std::make_shared<Face>();
+  if (!maker.make(local, key.count, *face, 0.0)) return nullptr;
+  face->quadrature = maker.quadrature();
+  return face;
+}
+
+std::shared_ptr<const Face> shape_cells(OutlineKey key) {
+  static std::mutex mutex;
+  static std::list<std::pair<OutlineKey, std::shared_ptr<const Face>>> kept;   // latest used first
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto known = std::find_if(kept.begin(), kept.end(), [&](const auto& one) { return one.first == key; });
+  if (known != kept.end()) {
+    kept.splice(kept.begin(), kept, known);
+  } else {
+    auto face = make_face(key);
+    kept.emplace_front(std::move(key), std::move(face));
+    if (kept.size() > kKeptShapes) kept.pop_back();
+  }
+  return kept.front().second;
+}
+
+}  // namespace
+
+double own_direction(const Outline& outline) {
+  std::vector<Point> corners;
+  for (const std::vector<Point>& ring : outline.rings) corners.insert(corners.end(), ring.begin(), ring.end());
+  if (corners.size() > kRound) {
+    Point middle = {0.0, 0.0};
+    for (const Point& corner : corners) middle.x += corner.x, middle.y += corner.y;
+    const auto number = static_cast<double>(corners.size());
+    return direction_of_length(outline, {middle.x / number, middle.y / number});
+  }
+  std::vector<Side> sides;
+  const auto add = [&](const Point& start, const Point& end) {
+    const double x = end.x - start.x, y = end.y - start.y;
+    sides.push_back({within_quarter(std::atan2(y, x)), std::hypot(x, y)});
+  };
+  for (const std::vector<Point>& ring : outline.rings) visit_sides(ring, add);
+  visit_sides(convex_hull(std::move(corners)), add);
+  std::vector<double> shared(sides.size(), 0.0);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    for (const Side& other : sides) {
+      if (std::abs(within_quarter(sides[i].angle - other.angle)) < kParallel) shared[i] += other.length;
+    }
+  }
+  const double most = *std::max_element(shared.begin(), shared.end());
+  double best = kPi;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (shared[i] >= (1.0 - kAlike) * most && std::abs(sides[i].angle) < std::abs(best)) best = sides[i].angle;
+  }
+  return levelled(best);
+}
+
+PlacedCells placed_cells(const Outline& outline, std::size_t count) {
+  const Point origin = outline.rings.front().front();
+  const double angle = own_direction(outline), cosine = std::cos(angle), sine = std::sin(angle);
+  Point low = origin, high = origin;
+  for (const std::vector<Point>& ring : outline.rings) {
+    for (const Point& corner : ring) {
+      low = {std::min(low.x, corner.x), std::min(low.y, corner.y)};
+      high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
+    }
+  }
+  // On a grid: rounding while a punch moves must not make another shape of it.
+  const double size = std::max(high.x - low.x, high.y - low.y);
+  OutlineKey key = {{}, std::exp2(std::floor(std::log2(kSameShape * size))), count};
+  for (const std::vector<Point>& ring : outline.rings) {
+    key.rings.emplace_back();
+    for (const Point& corner : ring) {
+      const double x = corner.x - origin.x, y = corner.y - origin.y;
+      key.rings.back().emplace_back(std::llround((cosine * x + sine * y) / key.resolution),
+                                      std::llround((cosine * y - sine * x) / key.resolution));
+    }
+  }
+  return {shape_cells(std::move(key)), origin, angle};
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,106 @@
+#include <algorithm>
+
+#include "contact/laws/by_name.hpp"
+
+namespace mjtactile {
+namespace {
+
+bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
+  const PressedCells& cells = problem.cells;
+  const double* wrench = problem.wrench;
+  const std::size_t count = work.reached.size();
+  work.levers.resize(count);
+  work.heights.resize(count);
+  work.start.resize(count);
+  double wanted[6] = {};
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t place = work.reached[i];
+    const double pressing = cells.pressing[place];
+    work.levers[i] = {(cells.points[place].x - cells.middle.x) / cells.length,
+                      (cells.points[place].y - cells.middle.y) / cells.length};
+    if (cells.heights != nullptr) work.heights[i] = cells.heights[place];
+    work.start[i] = pressing > 0.0 ? 1 : 0;
+    wanted[0] += pressing;
+    wanted[1] += pressing * work.levers[i].x;
+    wanted[2] += pressing * work.levers[i].y;
+  }
+  wanted[3] = wrench[0];
+  wanted[4] = wrench[1];
+  wanted[5] = (wrench[5] - (cells.middle.x * wrench[1] - cells.middle.y * wrench[0])) / cells.length;
+  const double* heights = cells.heights == nullptr ? nullptr : work.heights.data();
+  if (!work.bonded.solve(*problem.compliance, cells.count, work.reached, work.levers.data(), heights, wanted,
+                         cells.tilting, work.start.data(), work.limit)) {
+    return false;
+  }
+  std::fill(forces, forces + 3 * cells.count, 0.0);
+  const double* found = work.bonded.forces().data();
+  for (std::size_t i = 0; i < count; ++i) {
+    double* force = forces + 3 * work.reached[i];
+    force[0] = found[i], force[1] = found[count + i], force[2] = -found[2 * count + i];
+  }
+  return true;
+}
+
+// Shear of cells that all stick, on what is pressed without it.
+bool bonded_as_pressed(const ShearProblem& problem, ShearWork& work, double* forces) {
+  const PressedCells& cells = problem.cells;
+  work.hold(cells, cells.pressing);
+  work.displace(cells, *problem.compliance, cells.pressing);
+  double wanted[3];
+  work.grip.about_centre(problem.wrench, problem.wrench[5], wanted);
+  work.allow();  // once more: it takes one factorisation
+  if (!work.slip.bonded(work.tangential, work.grip, work.slipped.data(), wanted, work.limit, work.shear.data())) {
+    return false;
+  }
+  work.write(cells, cells.pressing, forces);
+  return true;
+}
+
+// Whether friction holds a wrench's shear and torsion under the pressure of these forces.
+bool holds(const ShearProblem& problem, ShearWork& work, const double* forces) {
+  const PressedCells& cells = problem.cells;
+  work.normal.resize(cells.count);
+  for (std::size_t i = 0; i < cells.count; ++i) work.normal[i] = -forces[3 * i + 2];
+  work.hold(cells, work.normal.data());
+  double wanted[3];
+  work.grip.about_centre(problem.wrench, problem.wrench[5], wanted);
+  return !work.grip.nearest(wanted, problem.friction, work.shear.data());
+}
+
+// No cell slips; pressure and shear are solved for together.
+class Stick final : public TangentialChoice {
+ public:
+  const char* name() const override { return "stick"; }
+
+  ShearOutcome solve(const ShearProblem& problem, ShearWork& work, double* forces) const override {
+    const PressedCells& cells = problem.cells;
+    ShearOutcome outcome;
+    outcome.simplified = !bonded(problem, work, forces);
+    double share = outcome.simplified ? 0.0 : 1.0;
+    for (std::size_t i = 0; i < cells.count && share > 0.0; ++i) {
+      share = std::min(share, share_borne(cells, i, -forces[3 * i + 2]));
+    }
+    if (share < 1.0) {
+      work.coupled.assign(forces, forces + 3 * cells.count);
+      if (!bonded_as_pressed(problem, work, forces)) {
+        outcome = proportional_shear().solve(problem, work, forces);
+        outcome.simplified = true;
+        return outcome;
+      }
+      if (share > 0.0) {
+        for (std::size_t k = 0; k < 3 * cells.count; ++k) forces[k] += share * (work.coupled[k] - forces[k]);
+      }
+    }
+    if (problem.friction < 0.0 || holds(problem, work, forces)) return outcome;
+    return proportional_shear().solve(problem, work, forces);
+  }
+};
+
+}  // namespace
+
+const TangentialChoice& stick_shear() {
+  static const Stick choice;
+  return choice;
+}
+
+}  // namespace mjtactile

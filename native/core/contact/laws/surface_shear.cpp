@@ -1,0 +1,97 @@
+#include "contact/laws/surface_shear.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/laws/by_name.hpp"
+
+namespace mjtactile {
+namespace {
+
+// Multiplications that one contact may spend on factorisations, some milliseconds.
+constexpr double kWork = 2e7;
+
+bool finite(const double* numbers, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!std::isfinite(numbers[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+ShearOutcome SurfaceShear::solve(const TangentialChoice& choice, const ShearProblem& problem, double* forces) {
+  const PressedCells& cells = problem.cells;
+  work_.allow();
+  double pressing = 0.0;
+  for (std::size_t i = 0; i < cells.count; ++i) pressing += std::max(cells.pressing[i], 0.0);
+  if (!(pressing > 0.0) || !finite(problem.wrench, 6) || !finite(cells.pressing, cells.count)) {
+    std::fill(forces, forces + 3 * cells.count, 0.0);
+    ShearOutcome refused;
+    refused.refused = true;
+    return refused;
+  }
+  work_.reached.clear();
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    if (cells.heights == nullptr || std::isfinite(cells.heights[i])) work_.reached.push_back(i);
+  }
+  work_.gathered.clear();
+  ShearOutcome outcome = choice.solve(problem, work_, forces);
+  if (!finite(forces, 3 * cells.count)) {
+    outcome = proportional_shear().solve(problem, work_, forces);
+    outcome.simplified = true;
+  }
+  return outcome;
+}
+
+void ShearWork::allow() { limit.allow(patience * kWork); }
+
+void ShearWork::hold(const PressedCells& cells, const double* normal_forces) {
+  held.clear();
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    if (normal_forces[i] > 0.0) held.push_back(i);
+  }
+  grip.hold(cells.points, normal_forces, held.data(), held.size(), cells.length);
+  shear.resize(2 * held.size());
+}
+
+void ShearWork::write(const PressedCells& cells, const double* normal_forces, double* forces) const {
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    forces[3 * i] = forces[3 * i + 1] = 0.0;
+    forces[3 * i + 2] = -normal_forces[i];
+  }
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    forces[3 * held[i]] = shear[i];
+    forces[3 * held[i] + 1] = shear[held.size() + i];
+  }
+}
+
+void ShearWork::displace(const PressedCells& cells, const Matrix& compliance, const double* normal_forces) {
+  const std::size_t size = held.size(), count = cells.count;
+  slipped.resize(2 * size);
+  for (std::size_t a = 0; a < 2; ++a) {
+    for (std::size_t i = 0; i < size; ++i) {
+      const double* row = compliance[a * count + held[i]] + 2 * count;
+      double sum = 0.0;
+      for (std::size_t j = 0; j < size; ++j) sum -= row[held[j]] * normal_forces[held[j]];
+      slipped[a * size + i] = sum;
+    }
+  }
+  if (gathered == held) return;
+  gathered = held;
+  tangential.resize(2 * size, 2 * size);
+  for (std::size_t a = 0; a < 2; ++a) {
+    for (std::size_t i = 0; i < size; ++i) {
+      const double* from = compliance[a * count + held[i]];
+      double* to = tangential[a * size + i];
+      for (std::size_t j = 0; j < size; ++j) to[j] = from[held[j]], to[size + j] = from[count + held[j]];
+    }
+  }
+}
+
+double share_borne(const PressedCells& cells, std::size_t cell, double coupled) {
+  if (cells.most == nullptr || coupled <= cells.most[cell]) return 1.0;
+  return std::max(cells.most[cell] - cells.pressing[cell], 0.0) / (coupled - cells.pressing[cell]);
+}
+
+}  // namespace mjtactile

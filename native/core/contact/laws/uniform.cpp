@@ -1,0 +1,32 @@
+#include "contact/laws/by_name.hpp"
+
+namespace mjtactile {
+namespace {
+
+// A pressure that is linear over the area, and zero where that would pull.
+class Uniform final : public ContactLaw {
+ public:
+  const char* name() const override { return "uniform"; }
+  bool shapes() const override { return false; }
+  bool presses_faces() const override { return true; }
+
+  bool solve(const LawProblem& problem, LawContact& found) const override {
+    const RigidProblem& body = problem.body;
+    if (!found.bed.solve(problem.face.areas, body.modes, body.motions, nullptr, body.resultants)) return false;
+    found.take(found.bed, 1);  // its tilt is the pressure's
+    return true;
+  }
+
+  bool set_compliance(const Face&, LawContact&, Matrix&) const override { return false; }
+
+  double depth(const Face&, const LawContact&, const Matrix&, std::size_t) const override { return 0.0; }
+};
+
+}  // namespace
+
+const ContactLaw& uniform_law() {
+  static const Uniform law;
+  return law;
+}
+
+}  // namespace mjtactile
