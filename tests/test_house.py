@@ -1,8 +1,9 @@
-"""The house itself: small rooms, a ground that holds values only, and no cycle of files, however they import."""
+"""The house itself: small rooms, a ground that holds values only, no cycle of files, and one class of a name."""
 
 from __future__ import annotations
 
 import ast
+from collections import defaultdict
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -49,3 +50,12 @@ def test_no_room_holds_more_than_15_files():
 def test_every_room_says_what_it_holds():
     for room in {path.parent for path in FILES.values()}:
         assert ast.get_docstring(ast.parse((room / "__init__.py").read_text())), room
+
+
+def test_no_two_classes_have_one_name():
+    places = defaultdict(list)
+    for name, path in FILES.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                places[node.name].append(name)
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}

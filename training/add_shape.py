@@ -23,7 +23,7 @@ from lesson import write_module
 
 from mjtactile.dataset.files import make_dataset
 from mjtactile.dataset.spec import DatasetSpec, spec_from
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import read_registry, stored_module
 from mjtactile.recognition.shape import ShapeModule
 from mjtactile.recognition.training.addition import NewModule, fit_module, look_at, most_alike
@@ -64,7 +64,7 @@ def of_shape(spec: DatasetSpec, config: Config) -> DatasetSpec:
     return replace(spec, contacts=(contact,), presses=config.presses, seed=config.seed)
 
 
-def pressed(spec: DatasetSpec, view: View, config: Config) -> tuple[Examples, dict[str, Any]]:
+def pressed(spec: DatasetSpec, view: PrincipalComponents, config: Config) -> tuple[Examples, dict[str, Any]]:
     """Presses made for this run only, and the metadata of their dataset."""
     with tempfile.TemporaryDirectory() as scratch:
         make_dataset(spec, Path(scratch), workers=config.workers)
@@ -117,7 +117,7 @@ def main(config: Config) -> None:
     """Press, fit, write and register one module, and test it on presses held out."""
     start = time.perf_counter()
     stored = read_weights(config.weights / "view.safetensors")
-    view = View.from_stored(stored)
+    view = PrincipalComponents.from_stored(stored)
     examples = read_examples(config.weights, view)
     if examples is None:
         raise RecognitionError(

@@ -15,7 +15,7 @@ from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
     from mjtactile.experiments.grasp.statistics import Report
-    from mjtactile.experiments.grasp.trials import Experiment, Settings
+    from mjtactile.experiments.grasp.trials import Experiment, TrialSettings
     from mjtactile.workers import Workers
 
 grasp_app = typer.Typer(
@@ -56,13 +56,13 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         as_json: AsJson = False,
         readme: Readme = None,
     ) -> None:
-        from mjtactile.experiments.grasp.trials import Settings
+        from mjtactile.experiments.grasp.trials import TrialSettings
         from mjtactile.fidelity import as_fidelity
         from mjtactile.workers import Workers, check_workers
 
         as_fidelity(fidelity)
         own = None if weights is None else str(weights)
-        settings = Settings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
+        settings = TrialSettings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
         who = Workers(count=workers, ray=ray, ray_address=ray_address)
         check_workers(who)
         _run(_experiment(experiment), settings, who, out=out, figure=figure, as_json=as_json, readme=readme)
@@ -82,7 +82,7 @@ def _experiment(name: str) -> Experiment:
 
 def _run(
     experiment: Experiment,
-    settings: Settings,
+    settings: TrialSettings,
     workers: Workers,
     *,
     out: Path | None,

@@ -30,13 +30,13 @@ def reproduce(
     """Train and test the source paper's networks by its protocols; print its tables beside ours."""
     from mjtactile._files import check_apart, check_writable, write_atomically
     from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
-    from mjtactile.experiments.study.plan import QUICK, Settings
+    from mjtactile.experiments.study.plan import QUICK, StudySettings
     from mjtactile.experiments.study.report import study_report
     from mjtactile.experiments.study.reproduce import reproduce as run_study
     from mjtactile.fidelity import as_fidelity
     from mjtactile.workers import Workers
 
-    settings = QUICK if quick else Settings()
+    settings = QUICK if quick else StudySettings()
     if seeds is not None:
         settings = replace(settings, seeds=seeds)
     if iterations is not None:

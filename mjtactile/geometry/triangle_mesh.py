@@ -118,7 +118,7 @@ _STEEP = 1e-9
 _SAME_PLANE = 1e-5
 
 
-class View(NamedTuple):
+class MeshView(NamedTuple):
     """The mesh seen along one direction: coordinates of its shadow and heights, in turned axes about its middle."""
 
     axes: Array  #: rows u, v across the direction, and the direction itself, shape (3, 3)
@@ -154,11 +154,11 @@ class TriangleSurface:
         normals = np.cross(edges[:, 0], edges[:, 1])
         self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         self._radius = float(np.linalg.norm(vertices - self._middle, axis=1).max())
-        self._view: View | None = None
+        self._view: MeshView | None = None
         self._grid: tuple[Array, ShadowGrid] | None = None  # with the axes of the view it was made for
         self._outline: _Outline | None = None
 
-    def view(self, pose: Pose) -> View:
+    def view(self, pose: Pose) -> MeshView:
         """The mesh seen along the pad's normal; kept while that direction stays the same in the mesh's frame."""
         direction = pose.rotation[2]
         if self._view is None or np.abs(self._view.axes[2] - direction).max() > _SAME_DIRECTION:
@@ -266,7 +266,7 @@ class TriangleSurface:
     def _centre(self, pose: Pose) -> Array:
         return pose.position + pose.rotation @ self._middle
 
-    def _seen_along(self, direction: Array, nearly_across: Array) -> View:
+    def _seen_along(self, direction: Array, nearly_across: Array) -> MeshView:
         u = nearly_across - (nearly_across @ direction) * direction
         u /= np.linalg.norm(u)
         axes = np.stack([u, np.cross(direction, u), direction])
@@ -284,9 +284,9 @@ class TriangleSurface:
         shares[:, 2] = -(shares[:, :2] * corners[:, 0, :2]).sum(axis=1)
         shares[:, 5] = -(shares[:, 3:5] * corners[:, 0, :2]).sum(axis=1)
         bottom = corners.reshape(-1, 3)[np.argmin(corners[..., 2])]
-        return View(axes, corners, shares / determinant[:, None], faces_down, bottom)
+        return MeshView(axes, corners, shares / determinant[:, None], faces_down, bottom)
 
-    def _gridded(self, view: View) -> ShadowGrid:
+    def _gridded(self, view: MeshView) -> ShadowGrid:
         """The triangles that face down, or would within the margin of tilt."""
         facing = self._normals @ view.axes[2]
         used = np.flatnonzero(facing < 2 * TILT_MARGIN) if self.closed else np.arange(len(facing))

@@ -8,7 +8,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.features import Seen, View
+from mjtactile.recognition.features import PrincipalComponents, Seen
 from mjtactile.recognition.symmetry import Mirrors
 from mjtactile.recognition.weight_files import Stored
 
@@ -67,11 +67,11 @@ class ForceRecogniser:
             the readings' size.
     """
 
-    view: View
+    view: PrincipalComponents
     estimator: Estimator
 
     @classmethod
-    def from_stored(cls, view: View, stored: Stored) -> ForceRecogniser:
+    def from_stored(cls, view: PrincipalComponents, stored: Stored) -> ForceRecogniser:
         """The recogniser in a file of weights."""
         return cls(view, Estimator.from_arrays(stored.arrays, "force"))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.weight_files import Stored
 
 #: What is recognised, besides the deviations: tangential over pressing force (2), centre of pressure (2) [m], twist
@@ -58,11 +58,11 @@ class GraspRecogniser:
             the logarithm of the pressing force over the readings' size.
     """
 
-    view: View
+    view: PrincipalComponents
     estimator: Estimator
 
     @classmethod
-    def from_stored(cls, view: View, stored: Stored) -> GraspRecogniser:
+    def from_stored(cls, view: PrincipalComponents, stored: Stored) -> GraspRecogniser:
         """The recogniser in a file of weights."""
         return cls(view, Estimator.from_arrays(stored.arrays, "grasp"))
 

@@ -1,6 +1,6 @@
 """The loop's clock: MuJoCo steps at 1 kHz, and every few steps touch is read and recognised.
 
-What the controller gets is a `Felt`; the true wrench goes only into the log, for whoever examines it.
+What the controller gets is a `Recognised`; the true wrench goes only into the log, for whoever examines it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import ContactWarning, MjTactileError
-from mjtactile.experiments.loop.known import Felt, home
+from mjtactile.experiments.loop.known import Recognised, home
 from mjtactile.experiments.loop.scene import AXES, TIMESTEP, LoopScene
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.sensor import TactileSensor
@@ -91,7 +91,7 @@ class Loop:
         self.targets = np.array([home(arm) for arm in range(len(scene.truth))])
         self.log = Log()
         self.readings = np.zeros(sensor.pad.reading_shape)
-        self.felt: Felt | None = None
+        self.felt: Recognised | None = None
         self._homes = self.targets.copy()
         self._every = every
         self._force, self._shape = force, shape
@@ -105,7 +105,7 @@ class Loop:
         """How many there were."""
         return len(self.log.time)
 
-    def tick(self, arm: int, commanded: Array | None = None) -> Felt | None:
+    def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
         """Let the arms go to their targets for one period, and feel.
 
         Args:
@@ -132,7 +132,7 @@ class Loop:
             before = perf_counter()
             force = self._force(self.readings)
             between = perf_counter()
-            self.felt = Felt(force, self._shape(self.readings, among=tuple(sorted(self.scene.truth))))
+            self.felt = Recognised(force, self._shape(self.readings, among=tuple(sorted(self.scene.truth))))
             force_time, shape_time = between - before, perf_counter() - between
         self._note(arm, commanded, (stepped - start, read - stepped, force_time, shape_time))
         self._watch(self)

@@ -13,7 +13,7 @@ from mjtactile._types import Array
 from mjtactile.experiments.loop.clock import Log, Loop
 from mjtactile.experiments.loop.known import bin_place
 from mjtactile.experiments.loop.scene import LoopScene, loop_scene
-from mjtactile.experiments.loop.tasks import Held, Sorted, commanded_forces, press_forces, sort_punches
+from mjtactile.experiments.loop.tasks import HeldForce, Sorted, commanded_forces, press_forces, sort_punches
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.pad import Pad
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
@@ -56,7 +56,7 @@ class LoopResult:
     settings: LoopSettings
     scene: LoopScene
     log: Log
-    held: list[Held]
+    held: list[HeldForce]
     sorted: list[Sorted]
     judged: dict[str, Any]
 
@@ -104,7 +104,7 @@ def loop_recognisers(
     return load("force", layers=layers, pad=pad, folder=folder), load("shape", layers=layers, pad=pad, folder=folder)
 
 
-def judge(settings: LoopSettings, loop: Loop, held: list[Held], put_away: list[Sorted]) -> dict[str, Any]:
+def judge(settings: LoopSettings, loop: Loop, held: list[HeldForce], put_away: list[Sorted]) -> dict[str, Any]:
     """Presses against MuJoCo's contact force, punches against the bin they ended in, and the clock."""
     return {
         "settings": asdict(settings),
@@ -115,7 +115,7 @@ def judge(settings: LoopSettings, loop: Loop, held: list[Held], put_away: list[S
     }
 
 
-def _press_judged(log: Log, held: Held, period: float) -> dict[str, Any]:
+def _press_judged(log: Log, held: HeldForce, period: float) -> dict[str, Any]:
     """Errors of the true force against the commanded one at the end of a press, and how long it took to get there."""
     true = np.array(log.true[held.start : held.stop])
     off = np.linalg.norm(true - held.commanded, axis=1) / np.linalg.norm(held.commanded)

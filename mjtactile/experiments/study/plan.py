@@ -49,7 +49,7 @@ SHAPE_VARIANTS: dict[str, dict[str, Any]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class StudySettings:
     """How much of the study is done."""
 
     seeds: int = INITIALISATIONS  #: initialisations of every network
@@ -61,7 +61,7 @@ class Settings:
 
 
 #: Enough to see that everything runs.
-QUICK = Settings(
+QUICK = StudySettings(
     seeds=2, preset="fast", magnitude_iterations=300, variant_iterations=100, shape_iterations=50, variants=False
 )
 
@@ -110,7 +110,7 @@ class Unit:
         )
 
 
-def units(settings: Settings) -> Iterator[Unit]:
+def units(settings: StudySettings) -> Iterator[Unit]:
     """All units of the study, longest first."""
     for law in STUDIED_LAWS:
         for layers in LAYERS:

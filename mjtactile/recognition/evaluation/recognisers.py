@@ -20,7 +20,7 @@ from mjtactile import recognition
 from mjtactile._types import Array
 from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
-from mjtactile.dataset.sampling import OutlinePresses, Pose
+from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.spec import parse_spec
 from mjtactile.fidelity import as_fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -242,7 +242,7 @@ def _reported(
 def _pressed(influence: InfluenceMatrices, shape: str, shift: tuple[float, float], forces: Array) -> Array:
     """Readings (forces, layers, rows, columns) [Pa] of a shape under forces (forces, 3) [N]."""
     magnitudes = np.linalg.norm(forces, axis=1)
-    pose = Pose(shift=shift, rotation=0.0, directions=forces / magnitudes[:, None], magnitudes=magnitudes)
+    pose = PosePresses(shift=shift, rotation=0.0, directions=forces / magnitudes[:, None], magnitudes=magnitudes)
     contact = OutlinePresses(
         first=0,
         shape=shape,
