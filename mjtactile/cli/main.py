@@ -234,7 +234,8 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
         highlight=False,
         markup=False,
     )
-    indentation = "" if math.isnan(report.load.approach) else f"indentation {report.load.approach * 1e6:.4g} um, "
+    deep = report.load.indentation
+    indentation = "" if math.isnan(deep) else f"indentation {deep * 1e6:.4g} um, "
     console.print(
         f"fidelity {fidelity_text(report.influence.fidelity)}, law {report.law}: {indentation}"
         f"peak pressure {report.load.peak_pressure * 1e-3:.4g} kPa",

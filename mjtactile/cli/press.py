@@ -91,7 +91,7 @@ class PressReport:
             "settle_time_s": self.settled.time,
             "settle_steps": self.settled.steps,
             "contact_area_m2": self.load.contact_area,
-            "approach_m": _known(self.load.approach),
+            "indentation_m": _known(self.load.indentation),
             "peak_pressure_Pa": self.load.peak_pressure,
             "depths_m": list(self.influence.pad.depths),
             "peak_reading_Pa": peaks.tolist(),

@@ -184,7 +184,7 @@ def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state
     """Warn where strains are no longer small under a contact."""
     if state.contact_area == 0.0 or wrench.normal <= 0.0:
         return
-    reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.approach)
+    reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.indentation)
     if reason is not None:
         _warn(reason, stacklevel=5)
 

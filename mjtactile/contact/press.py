@@ -38,7 +38,7 @@ class Told(ctypes.Structure):
     """`mjt_pressed` of native/api/api.h."""
 
     _fields_ = [
-        ("approach", ctypes.c_double),
+        ("indentation", ctypes.c_double),
         ("slopes", ctypes.c_double * 2),
         ("carried", ctypes.c_double * 6),
         ("area", ctypes.c_double),
@@ -218,8 +218,8 @@ class Press:
         covered = _Rim(ends)
         slips = self._options.tangential == "coulomb"
         state = ContactState(
-            approach=told.approach,
-            # The body moves down by approach + slope . (x, y), so it turns by (-slope y, slope x).
+            indentation=told.indentation,
+            # The body moves down by indentation + slope . (x, y), so it turns by (-slope y, slope x).
             tilts=(0.0 - told.slopes[1], told.slopes[0]),
             contact_area=told.area,
             peak_pressure=told.peak,

@@ -35,7 +35,7 @@ class Cells(NamedTuple):
 
     @property
     def modes(self) -> Array:
-        """Approach, and tilts about the cells' middle times their length, (cells, 3)."""
+        """Indentation, and tilts about the cells' middle times their length, (cells, 3)."""
         offset = (self.centroids - self.centroids.mean(axis=0)) / self.length
         return np.column_stack([np.ones(len(offset)), offset])
 
