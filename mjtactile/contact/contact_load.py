@@ -70,7 +70,7 @@ def contact_load(
 
     Raises:
         ContactError: for an unknown name, a wrench that is not three finite numbers each, or no contact found.
-        Exception: what the footprint's gap map raises.
+        Exception: what the footprint's gap function raises.
 
     Warns:
         ContactWarning: when the wrench cannot be carried, no contact is found as the law wants it, or the contact is
@@ -100,7 +100,7 @@ def solved_loads(
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
     if not pressing:
         return loads
-    bodies = [footprints[k] if options.contact_law.shapes else footprints[k].facing for k in pressing]
+    bodies = [footprints[k] if options.contact_law.shapes else footprints[k].lowest_part for k in pressing]
     with press_of(influence, options) as press:
         solved = press.loads(bodies, [wrenches[k] for k in pressing])
     for k, one in zip(pressing, solved, strict=True):

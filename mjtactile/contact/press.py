@@ -91,7 +91,7 @@ class _CoreFootprint:
 
     Attributes:
         handle: what the core's functions take.
-        error: what a gap map raised.
+        error: what a gap function raised.
     """
 
     def __init__(self, handle: int) -> None:
@@ -190,7 +190,7 @@ class Press:
 
         Raises:
             ContactError: when nothing of a body that presses is in the pad's reach.
-            Exception: what a gap map raises.
+            Exception: what a gap function raises.
         """
         count, nodes = len(footprints), self._surface.node_shape
         made = [_core_footprint(one, self._options.cells) for one in footprints]
@@ -211,7 +211,7 @@ class Press:
         if told.refused:
             raise ContactError(
                 "nothing of the body touches: it is out of the pad's reach everywhere, or too narrow to find where it "
-                "is lowest. Check its gap map, or pass its outline=... to from_gap."
+                "is lowest. Check its gap function, or pass its outline=... to from_gap."
             )
         ends = np.empty((told.edges, 2, 2))
         library().mjt_press_rim(self._handle, ctypes.c_size_t(body), pointer(ends))

@@ -1,8 +1,8 @@
 """Presses made by the contact laws alone, without MuJoCo: several forces on a pose for little more than one.
 
-Under a flat face the contact scales with the force, and shear in proportion to the pressure (or bonded) is linear in
-its resultants: three loads give the response to every force on a pose. On a curved body the contact grows with the
-force; there the same holds for forces that share one pressing component, so each pose gets one.
+Under a flat face the contact scales with the force, and shear that is proportional to the pressure, or sticks, is
+linear in its resultants: three loads give the response to every force on a pose. On a curved body the contact grows
+with the force; there the same holds for forces that share one pressing component, so each pose gets one.
 """
 
 from __future__ import annotations

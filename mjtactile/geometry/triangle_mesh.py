@@ -142,15 +142,15 @@ class TriangleSurface:
 
     Args:
         vertices: in its own frame [m], shape (n, 3).
-        faces: counter-clockwise from outside, shape (m, 3).
+        triangles: vertex numbers of each, counter-clockwise from outside, shape (m, 3).
         closed: whether it is watertight. Of an open mesh both sides of each triangle count.
     """
 
-    def __init__(self, vertices: Array, faces: Indices, *, closed: bool) -> None:
-        self.vertices, self.faces, self.closed = vertices, faces, closed
+    def __init__(self, vertices: Array, triangles: Indices, *, closed: bool) -> None:
+        self.vertices, self.triangles, self.closed = vertices, triangles, closed
         self._middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-        self._triangles = np.ascontiguousarray(vertices[faces] - self._middle)
-        edges = self._triangles[:, 1:] - self._triangles[:, :1]
+        self._corners = np.ascontiguousarray(vertices[triangles] - self._middle)
+        edges = self._corners[:, 1:] - self._corners[:, :1]
         normals = np.cross(edges[:, 0], edges[:, 1])
         self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         self._radius = float(np.linalg.norm(vertices - self._middle, axis=1).max())
@@ -217,9 +217,9 @@ class TriangleSurface:
             most: normals looked at, those of the largest area first.
             least_share: of the whole surface that a flat part has at least.
         """
-        edges = self._triangles[:, 1:] - self._triangles[:, :1]
+        edges = self._corners[:, 1:] - self._corners[:, :1]
         areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
-        offsets = (self._normals * self._triangles[:, 0]).sum(axis=1) / max(self._radius, np.finfo(float).tiny)
+        offsets = (self._normals * self._corners[:, 0]).sum(axis=1) / max(self._radius, np.finfo(float).tiny)
         planes = np.round(np.column_stack([self._normals, offsets]) / _SAME_PLANE)
         _, first, group = np.unique(planes, axis=0, return_index=True, return_inverse=True)
         total = np.bincount(group.ravel(), areas)
@@ -227,9 +227,9 @@ class TriangleSurface:
             if total[number] < least_share * areas.sum():
                 return
             triangle = first[number]
-            yield self._normals[triangle], self._triangles[triangle, 0] + self._middle
+            yield self._normals[triangle], self._corners[triangle, 0] + self._middle
 
-    def facing(self, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> tuple[Indices, Array]:
+    def downward_triangles(self, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> tuple[Indices, Array]:
         """Triangles that face down near a rectangle and reach between two heights.
 
         Returns: their numbers, shape (k,), and their corners in the pad frame [m], shape (k, 3, 3).
@@ -270,7 +270,7 @@ class TriangleSurface:
         u = nearly_across - (nearly_across @ direction) * direction
         u /= np.linalg.norm(u)
         axes = np.stack([u, np.cross(direction, u), direction])
-        corners = self._triangles @ axes.T
+        corners = self._corners @ axes.T
         facing = self._normals @ direction
         faces_down = facing < -_STEEP if self.closed else np.abs(facing) > _STEEP
         edges = corners[:, 1:, :2] - corners[:, :1, :2]

@@ -156,7 +156,7 @@ def test_foundation_sinks_in_as_the_elastic_surface_does(default_influence):
         assert springs.peak_pressure == pytest.approx(0.05 / footprint.area, rel=1e-3)
 
 
-def test_what_a_gap_map_raises_reaches_the_user(coarse_square):
+def test_what_a_gap_function_raises_reaches_the_user(coarse_square):
     """Wherever it is: while the outline is traced, or while the core looks at heights."""
     calls = []
 

@@ -129,7 +129,7 @@ def test_round_punch_tilts_under_a_moment(direction):
     assert load.state.indentation == pytest.approx(FORCE / (2 * RADIUS * MODULUS), rel=0.003)
 
 
-def test_bonded_disc_resists_turning_and_sliding():
+def test_sticking_disc_resists_turning_and_sliding():
     """T = 16/3 G a^3 beta (Reissner, Sagoci 1944);  Q = 8 G a d / (2 - nu), exact where nu = 1/2."""
     torsion, shear = 1e-5, 0.02
     load = pressed(SOFT, disc(RADIUS), FORCE, shear=(0.0, shear), torsion=torsion, tangential="stick", cells=200)

@@ -119,7 +119,7 @@ def proportional(cells: Cells, normal: Array, wrench: Array) -> Array:
     return np.matmul(weighted, np.linalg.solve(gram, shear_resultants(cells, wrench, centre)))
 
 
-def bonded(full: Array, cells: Cells, wrench: Array) -> Array:
+def sticking(full: Array, cells: Cells, wrench: Array) -> Array:
     """Forces (cells, 3) [N] under a flat face that sticks everywhere: every cell moves with the body."""
     count, middle = len(cells.areas), cells.centroids.mean(axis=0)
     modes = np.zeros((3, count, 6))
