@@ -66,7 +66,7 @@ def test_the_command_prints_json_and_rewrites_its_tables(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- bench evaluate -->\nold\n<!-- end -->\nafter\n")
     done = CliRunner().invoke(
-        app, ["evaluate", "--presses", "20", "--workers", "1", "--fidelity", "fast", "--json", "--readme", str(page)]
+        app, ["evaluate", "--presses", "20", "--workers", "1", "--fidelity", "fast", "--json", "--page", str(page)]
     )
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["presses"] == 20
@@ -104,7 +104,7 @@ def test_a_sensors_law_is_asked_for_and_several_are_put_side_by_side(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("<!-- bench evaluate sensors -->\n<!-- end -->\n")
     asked = ["--presses", "20", "--workers", "1", "--fidelity", "fast", "--law", "uniform", "--law", "foundation"]
-    done = CliRunner().invoke(app, ["evaluate", *asked, "--json", "--readme", str(page)])
+    done = CliRunner().invoke(app, ["evaluate", *asked, "--json", "--page", str(page)])
     assert done.exit_code == 0, done.output
     uniform, foundation = json.loads(done.stdout)
     assert (uniform["law"], foundation["law"]) == ("uniform", "foundation")
