@@ -63,8 +63,9 @@ class ShadowGrid:
         owner, place = _expanded(width.prod(axis=1))
         columns = width[owner, 0]
         column, row = first[owner, 0] + place % columns, first[owner, 1] + place // columns
-        owner, column, row = _overlapping(shadow, owner, column, row, corner, cell, margin)
-        number = row * count + column
+        middles = corner + (np.column_stack([column, row]) + 0.5) * cell
+        near = _overlapping(shadow, owner, middles, cell, margin)
+        owner, number = owner[near], (row * count + column)[near]
         order = np.argsort(number, kind="stable")
         starts = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=count**2))])
         return cls(corner, cell, count, starts, numbers[owner[order]])
@@ -79,10 +80,16 @@ class ShadowGrid:
         return over[owner], self.triangles[self.starts[number][owner] + local]
 
 
-def _overlapping(
-    shadow: Array, owner: Indices, column: Indices, row: Indices, corner: Array, cell: Array, margin: float
-) -> tuple[Indices, Indices, Indices]:
-    """The pairs of triangle and cell in which no edge of the triangle keeps the whole cell off by the margin."""
+def _overlapping(shadow: Array, owner: Indices, middles: Array, cell: Array, margin: float) -> Mask:
+    """In which pairs of triangle and cell no edge of the triangle keeps the whole cell off by the margin.
+
+    Args:
+        shadow: corners of the triangles across the direction [m], (triangles, 3, 2).
+        owner: triangle of each pair, (pairs,).
+        middles: of the cell of each pair [m], (pairs, 2).
+        cell: size of a cell [m], (2,).
+        margin: [m].
+    """
     edges = np.roll(shadow, -1, axis=1) - shadow
     clockwise = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0] < 0.0
     across = np.stack([edges[..., 1], -edges[..., 0]], axis=-1)  # to the right of each edge
@@ -90,11 +97,11 @@ def _overlapping(
     along_x, along_y = across[..., 0].T, across[..., 1].T  # (3, m)
     limit = np.abs(along_x) * (cell[0] / 2) + np.abs(along_y) * (cell[1] / 2) + margin * np.hypot(along_x, along_y)
     limit += along_x * shadow[..., 0].T + along_y * shadow[..., 1].T
-    x, y = corner[0] + (column + 0.5) * cell[0], corner[1] + (row + 0.5) * cell[1]
+    x, y = middles.T
     keep = np.ones(len(owner), bool)
     for k in range(3):
         keep &= along_x[k, owner] * x + along_y[k, owner] * y <= limit[k, owner]
-    return owner[keep], column[keep], row[keep]
+    return keep
 
 
 def _expanded(counts: Indices) -> tuple[Indices, Indices]:
