@@ -16,6 +16,7 @@ from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
+from mjtactile.experiments.hands.fingertip import FingertipPads
 
 #: How far below what is held the shelf stands [m].
 DEPTHS = (5e-3, 35e-3)
@@ -86,7 +87,8 @@ def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bo
 def _world(task: LiftTask, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
     """The object on the table, and a shelf out of the way."""
     grasped = GraspObject(size=task.size, mass=task.mass, friction=task.friction)
-    spec = grasp_spec(grasped, wrist="xz", pose=task.pose, grasp_height=task.grasp_height, fidelity=fidelity)
+    pads = FingertipPads(fidelity=fidelity)
+    spec = grasp_spec(grasped, wrist="xz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
     shelf = spec.worldbody.add_body(name="shelf", mocap=True, pos=[0.0, 0.25, 0.02])
     shelf.add_geom(name="shelf", type=mujoco.mjtGeom.mjGEOM_BOX, size=list(_SHELF), rgba=[0.5, 0.6, 0.7, 1.0], condim=4)
     model = spec.compile()

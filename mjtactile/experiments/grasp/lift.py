@@ -15,6 +15,7 @@ from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import TouchSense, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
+from mjtactile.experiments.hands.fingertip import FingertipPads
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +57,8 @@ class LiftTask:
     def robot(self, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
         """The world, and who watches it."""
         grasped = GraspObject(size=self.size, mass=self.mass, friction=self.friction)
-        spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, fidelity=fidelity)
+        pads = FingertipPads(fidelity=fidelity)
+        spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, pads=pads)
         model = spec.compile()
         judge = Judge(model)
         opening = self.size[0] + 2.0 * OFFSETS[0] + 4e-3

@@ -21,6 +21,7 @@ from mjtactile.experiments.grasp.scene import OBJECT_PRIORITY, GraspObject, gras
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
+from mjtactile.experiments.hands.fingertip import FingertipPads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.geometry.indenter import indenter_outline, indenter_solid
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -151,7 +152,8 @@ def bin_place(name: str) -> tuple[float, float]:
 def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
     """The gripper over a block with punches on both sides, and bins to be seen."""
     core = GraspObject(size=(SIZE[0] - 2.0 * PROUD, *SIZE[1:]), mass=task.mass, friction=task.friction)
-    spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, fidelity=fidelity)
+    pads = FingertipPads(fidelity=fidelity)
+    spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
     body, block = spec.body("object"), spec.geom("object")
     solid = indenter_solid(task.shape, height=PROUD)
     for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
