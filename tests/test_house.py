@@ -4,12 +4,29 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
+from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "mjtactile"
 GROUND = {"_files", "_native", "_progress", "_types", "_version"}
 GROUND |= {"errors", "fidelity", "pad", "pad_names", "units", "workers"}
+#: Functions that a user calls with options by name, and commands, whose options typer reads off: see docs/design.md.
+MANY_OPTIONS = {
+    "mjtactile.attach.attach_pad",
+    "mjtactile.cli.dataset.dataset",
+    "mjtactile.cli.evaluate.evaluate",
+    "mjtactile.cli.grasp.command",
+    "mjtactile.cli.loop.loop",
+    "mjtactile.cli.main.press",
+    "mjtactile.cli.reproduce.reproduce",
+    "mjtactile.contact.contact_load.contact_load",
+    "mjtactile.contact.contact_load.contact_loads",
+    "mjtactile.contact.wrench_basis.WrenchBasis.__init__",
+    "mjtactile.envs.many.TactileVectorEnv.__init__",
+    "mjtactile.envs.many.make_vec",
+    "mjtactile.sensor.TactileSensor.__init__",
+}
 DOORS = {"__init__", "__main__", "attach", "sensor"}
 
 
@@ -59,3 +76,27 @@ def test_no_two_classes_have_one_name():
             if isinstance(node, ast.ClassDef):
                 places[node.name].append(name)
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+def functions(node: ast.AST, name: str) -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+    """Functions in a module, those in classes and functions included, by their full names; a function in a function by
+    the module's."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.ClassDef):
+            yield from functions(child, f"{name}.{child.name}")
+        elif isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield f"{name}.{child.name}", child
+            yield from functions(child, name)
+        else:
+            yield from functions(child, name)
+
+
+def test_functions_take_fewer_than_seven_things():
+    many = set()
+    for module, path in FILES.items():
+        for name, function in functions(ast.parse(path.read_text()), module):
+            taken = function.args
+            named = [one.arg for one in (*taken.posonlyargs, *taken.args, *taken.kwonlyargs)]
+            if len([one for one in named if one not in ("self", "cls")]) + bool(taken.vararg) + bool(taken.kwarg) > 6:
+                many.add(name)
+    assert many == MANY_OPTIONS

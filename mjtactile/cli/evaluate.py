@@ -40,8 +40,8 @@ def evaluate(
 
     from mjtactile.cli.benchmarks.tables import table_on_page
     from mjtactile.fidelity import as_fidelity
+    from mjtactile.recognition.evaluation.recognisers import EvaluationSettings, recognisers
     from mjtactile.recognition.evaluation.recognisers import evaluate as measure
-    from mjtactile.recognition.evaluation.recognisers import recognisers
     from mjtactile.workers import Workers
 
     Workers(count=workers)
@@ -53,7 +53,8 @@ def evaluate(
     write = table_on_page(page, part)
     recognisers(weights)
     results = [
-        measure(seed, presses=presses, fidelity=name, law=of, workers=workers, folder=weights) for name, of in sensors
+        measure(EvaluationSettings(seed=seed, presses=presses, fidelity=name, law=of), workers=workers, folder=weights)
+        for name, of in sensors
     ]
     alone = len(results) == 1
     text = tables(results[0]) if alone else side_by_side(results)

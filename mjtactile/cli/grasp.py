@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -64,7 +64,7 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         settings = TrialSettings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
         who = Workers(count=workers, ray=ray, ray_address=ray_address)
         check_workers(who)
-        _run(_experiment(experiment), settings, who, out=out, figure=figure, as_json=as_json, page=page)
+        _run(_experiment(experiment), settings, who, _Output(out=out, figure=figure, as_json=as_json, page=page))
 
     grasp_app.command(experiment, help=told)(command)
 
@@ -79,35 +79,37 @@ def _experiment(name: str) -> Experiment:
     return getattr(import_module(f"mjtactile.experiments.grasp.{name}"), name.upper())
 
 
-def _run(
-    experiment: Experiment,
-    settings: TrialSettings,
-    workers: Workers,
-    *,
-    out: Path | None,
-    figure: Path | None,
-    as_json: bool,
-    page: Path | None,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class _Output:
+    """Files that are written, and what is printed; see the options of the commands."""
+
+    out: Path | None
+    figure: Path | None
+    as_json: bool
+    page: Path | None
+
+
+def _run(experiment: Experiment, settings: TrialSettings, workers: Workers, output: _Output) -> None:
     from mjtactile._files import check_apart, check_figure, check_writable, save_figure
     from mjtactile.cli.benchmarks.tables import table_on_page
     from mjtactile.experiments.grasp.trials import run_trials
 
     table = f"grasp {experiment.name}"
+    out, figure = output.out, output.figure
     if figure is not None and experiment.figure is None:
         raise typer.BadParameter(f"{table} has no figure, only lift has one. Drop --figure.")
-    check_apart({"--out": out, "--figure": figure, "--page": page})
+    check_apart({"--out": out, "--figure": figure, "--page": output.page})
     if out is not None:
         check_writable(out)
     if figure is not None:
         check_figure(figure)
-    write = table_on_page(page, table)
+    write = table_on_page(output.page, table)
     if experiment.recognisers is not None:
         experiment.recognisers(settings.weights)
     results = run_trials(experiment, settings, workers=workers, out=out)
     report: Report = experiment.report(results)
     text = report.markdown()
-    typer.echo(json.dumps(_as_dict(settings, report, results), indent=2) if as_json else text)
+    typer.echo(json.dumps(_as_dict(settings, report, results), indent=2) if output.as_json else text)
     write(f"Seed {settings.seed}, readings {settings.fidelity}, noise {settings.noise:g}.\n\n{text}")
     if figure is not None and experiment.figure is not None:
         save_figure(figure, experiment.figure(results), dpi=110)

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from mjtactile.cli.evaluate import side_by_side, tables
 from mjtactile.cli.main import app
 from mjtactile.recognition.evaluation.arrays import TransducerArray
-from mjtactile.recognition.evaluation.recognisers import angles_between, evaluate, noisy
+from mjtactile.recognition.evaluation.recognisers import EvaluationSettings, angles_between, evaluate, noisy
 from mjtactile.transducer.imperfections import Imperfections
 
 
@@ -45,7 +45,7 @@ def test_arrays_differ_by_seed_and_calibration_takes_their_spread_out():
 @pytest.mark.slow
 def test_bounds_hold_on_fresh_presses():
     """Bounds of the issue, on presses from a seed of this test's own; twice the bound where a small sample decides."""
-    result = evaluate(7321, presses=160, workers=1, progress=False)
+    result = evaluate(EvaluationSettings(seed=7321, presses=160), workers=1, progress=False)
     protocol, fresh = result["protocol"]["all"], result["mujoco"]["all"]
     assert protocol["direction_deg"] <= 0.05
     assert protocol["magnitude_gf"] <= 0.05

@@ -54,17 +54,28 @@ class Log:
     step_time: list[float] = field(default_factory=list)  #: MuJoCo's steps [s]
 
 
+@dataclass(frozen=True, kw_only=True)
+class LoopSettings:
+    """What is run."""
+
+    seed: int = 0  #: of the order and poses of the punches, the commanded forces and the noise
+    presses: int = 4  #: commanded forces
+    sort: bool = True  #: whether the punches are sorted
+    rate: int = 200  #: of readings and recognition [Hz], in simulated time
+    noise: float = 0.01  #: standard deviation over a reading's largest taxel [-]
+    fidelity: str = "precise"  #: of the readings, which recognisers are taught on
+    layers: str = "all"  #: recognisers that see "all" sensing layers or the "top" one
+
+
 class Loop:
     """Steps a scene and recognises what its pad feels.
 
     Args:
         scene: what is stepped.
         sensor: of its pad.
-        force, shape: recognisers.
-        rate: of readings and recognition [Hz]; it divides 1000.
-        noise: standard deviation of white noise over a reading's largest taxel [-].
+        recognisers: of force and of shape.
+        settings: rate, which divides 1000 Hz, noise and its seed are used.
         transducer: what the readings go through; None: ideal.
-        seed: of the noise.
         watch: called after each tick with this loop: draws, shows.
 
     Raises:
@@ -75,16 +86,13 @@ class Loop:
         self,
         scene: LoopScene,
         sensor: TactileSensor,
-        force: ForceRecogniser,
-        shape: ShapeRecogniser,
+        recognisers: tuple[ForceRecogniser, ShapeRecogniser],
+        settings: LoopSettings,
         *,
-        rate: int = 200,
-        noise: float = 0.01,
         transducer: Transducer | None = None,
-        seed: int = 0,
         watch: Callable[[Loop], None] = lambda loop: None,
     ) -> None:
-        every = steps_between(rate)
+        every = steps_between(settings.rate)
         self.scene, self.sensor = scene, sensor
         self.data = mujoco.MjData(scene.model)
         self.period = every * TIMESTEP
@@ -94,8 +102,9 @@ class Loop:
         self.felt: Recognised | None = None
         self._homes = self.targets.copy()
         self._every = every
-        self._force, self._shape = force, shape
-        self._noise, self._drawn, self._transducer = noise, np.random.default_rng([seed, 7]), transducer
+        self._force, self._shape = recognisers
+        self._noise, self._transducer = settings.noise, transducer
+        self._drawn = np.random.default_rng([settings.seed, 7])
         self._watch = watch
         names = [f"arm_{arm}_{axis}" for arm in range(len(scene.truth)) for axis in AXES]
         self._actuators = np.array([scene.model.actuator(name).id for name in names])
