@@ -92,13 +92,10 @@ def load(
     registry = read_registry(where)
     view = stored_module(where, _entry(registry, "view", where))
     check_pad(view, pad)
-    if name == "grasp":
-        return GraspRecogniser.from_stored(
-            PrincipalComponents.from_stored(view), stored_module(where, _entry(registry, name, where))
-        )
-    if name == "force":
-        stored = stored_module(where, _entry(registry, "force", where))
-        return ForceRecogniser.from_stored(PrincipalComponents.from_stored(view), stored)
+    if name != "shape":
+        recogniser = GraspRecogniser if name == "grasp" else ForceRecogniser
+        stored = stored_module(where, _entry(registry, name, where))
+        return recogniser.from_stored(PrincipalComponents.from_stored(view), stored)
     poses = [PoseModule.from_stored(stored_module(where, _entry(registry, kind, where))) for kind in POSE_KINDS]
     chosen = [entry for entry in registry.values() if entry.kind == "shape" and not entry.optional]
     chosen += [_entry(registry, f"shape {shape}", where) for shape in also]
