@@ -62,12 +62,6 @@ class Robot:
         """Since the beginning [s]."""
         return float(self.data.time)
 
-    @property
-    def closing(self) -> float:
-        """Speed at which the pads approach each other, as the gripper's encoder says [m/s]."""
-        joints = (self.model.joint(name).dofadr[0] for name in ("left_finger", "right_finger"))
-        return -float(sum(self.data.qvel[joint] for joint in joints))
-
     def tick(self) -> PadLoads:
         """Let a period pass with the commands as they are, and feel."""
         self.data.ctrl[self._grip] = min(self.grip, GRIP_LIMIT)
