@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._types import Array
 from mjtactile.errors import PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
@@ -61,10 +62,7 @@ def attach_pad(
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
-    parent = spec.worldbody if body == "world" else spec.body(body)
-    if parent is None:
-        names = [one.name for one in spec.bodies if one.name]
-        raise SceneError(f"body '{body}' does not exist in the model. Available: {names}.")
+    parent = _body(spec, body)
     if any(sensor.name == name for sensor in spec.sensors) or spec.geom(f"{name}_pad") is not None:
         raise SceneError(f"the model has a sensor '{name}' or a geom '{name}_pad' already. Give the pad another name.")
     try:
@@ -73,16 +71,30 @@ def attach_pad(
         raise SceneError(str(error)) from error
     if unknown := [one for one in output.split() if one not in OUTPUTS]:
         raise SceneError(f"output {unknown[0]!r} does not exist. Available: {', '.join(OUTPUTS)}.")
-    position, orientation = np.asarray(pos, dtype=float), np.asarray(quat, dtype=float)
-    if position.shape != (3,) or orientation.shape != (4,) or not np.linalg.norm(orientation) > 0.0:
-        raise SceneError(f"pos = {pos}, quat = {quat}; expected three lengths [m] and a quaternion (w, x, y, z).")
+    place = _place(pos, quat)
     table, made = pad_table(pad)
-    geom = add_pad_geom(parent, name, made, position, orientation / np.linalg.norm(orientation), contact)
+    geom = add_pad_geom(parent, name, made, *place, contact)
     config = {"pad": table, "fidelity": chosen, "output": output, "visual": "on" if visual else "off"}
     config |= {} if law is None else {"law": law}
     config |= {} if friction is None else {"friction": f"{friction:.17g}"}
     add_pad_sensor(spec, name, config)
     return geom
+
+
+def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
+    found = spec.worldbody if name == "world" else spec.body(name)
+    if found is None:
+        names = [one.name for one in spec.bodies if one.name]
+        raise SceneError(f"body '{name}' does not exist in the model. Available: {names}.")
+    return found
+
+
+def _place(pos: npt.ArrayLike, quat: npt.ArrayLike) -> tuple[Array, Array]:
+    """Position [m] and unit quaternion."""
+    position, orientation = np.asarray(pos, dtype=float), np.asarray(quat, dtype=float)
+    if position.shape != (3,) or orientation.shape != (4,) or not np.linalg.norm(orientation) > 0.0:
+        raise SceneError(f"pos = {pos}, quat = {quat}; expected three lengths [m] and a quaternion (w, x, y, z).")
+    return position, orientation / np.linalg.norm(orientation)
 
 
 def pad_table(pad: Pad | str | None) -> tuple[str, Pad]:

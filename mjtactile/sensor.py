@@ -119,7 +119,7 @@ class TactileSensor:
         if not found.wrench.any():
             return None
         left = found.wrench - found.carried
-        state = ContactState(approach=found.indentation, contact_area=found.area, peak_pressure=found.peak)
+        state = ContactState(indentation=found.indentation, contact_area=found.area, peak_pressure=found.peak)
         return SurfaceLoad(found.forces, self.influence.surface, lambda: self.outline(data), left[:3], left[3:], state)
 
     def carried(self, data: mujoco.MjData) -> Array:

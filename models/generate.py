@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_mjcf
-from mjtactile.experiments.hands.gripper import gripper_mjcf
-from mjtactile.experiments.hands.hand import hand_mjcf
+from mjtactile.experiments.hands.gripper import GRIPPER
+from mjtactile.experiments.hands.hand import HAND
 from mjtactile.geometry.indenter import INDENTER_NAMES, box, cylinder, punch, sphere
 from mjtactile.sim.mjcf import indenter_mjcf, pad_mjcf, press_mjcf
 
@@ -22,8 +22,8 @@ def files() -> dict[str, str]:
     return {
         "models/xml/pad.xml": pad_mjcf(),
         **{f"models/xml/{indenter.name}.xml": indenter_mjcf(indenter) for indenter in indenters},
-        "models/xml/gripper.xml": gripper_mjcf(),
-        "models/xml/hand.xml": hand_mjcf(),
+        "models/xml/gripper.xml": GRIPPER.mjcf(),
+        "models/xml/hand.xml": HAND.mjcf(),
         "scenes/grasp.xml": grasp_mjcf(GraspObject(), wrist="xyz"),
         "scenes/hand.xml": grasp_mjcf(GraspObject(shape="cylinder", size=(0.04, 0.04, 0.09)), hand="hand"),
         "scenes/press.xml": press_mjcf(punch("star")),

@@ -1,14 +1,32 @@
-"""The house itself: small rooms, a ground that holds values only, and no cycle of files, however they import."""
+"""The house itself: small rooms, a ground that holds values only, no cycle of files, and one class of a name."""
 
 from __future__ import annotations
 
 import ast
+from collections import defaultdict
+from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "mjtactile"
 GROUND = {"_files", "_native", "_progress", "_types", "_version"}
 GROUND |= {"errors", "fidelity", "pad", "pad_names", "units", "workers"}
+#: Functions that a user calls with options by name, and commands, whose options typer reads off: see docs/design.md.
+MANY_OPTIONS = {
+    "mjtactile.attach.attach_pad",
+    "mjtactile.cli.dataset.dataset",
+    "mjtactile.cli.evaluate.evaluate",
+    "mjtactile.cli.grasp.command",
+    "mjtactile.cli.loop.loop",
+    "mjtactile.cli.main.press",
+    "mjtactile.cli.reproduce.reproduce",
+    "mjtactile.contact.contact_load.contact_load",
+    "mjtactile.contact.contact_load.contact_loads",
+    "mjtactile.contact.wrench_basis.WrenchBasis.__init__",
+    "mjtactile.envs.many.TactileVectorEnv.__init__",
+    "mjtactile.envs.many.make_vec",
+    "mjtactile.sensor.TactileSensor.__init__",
+}
 DOORS = {"__init__", "__main__", "attach", "sensor"}
 
 
@@ -49,3 +67,36 @@ def test_no_room_holds_more_than_15_files():
 def test_every_room_says_what_it_holds():
     for room in {path.parent for path in FILES.values()}:
         assert ast.get_docstring(ast.parse((room / "__init__.py").read_text())), room
+
+
+def test_no_two_classes_have_one_name():
+    places = defaultdict(list)
+    for name, path in FILES.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                places[node.name].append(name)
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+def functions(node: ast.AST, name: str) -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
+    """Functions in a module, those in classes and functions included, by their full names; a function in a function by
+    the module's."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.ClassDef):
+            yield from functions(child, f"{name}.{child.name}")
+        elif isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield f"{name}.{child.name}", child
+            yield from functions(child, name)
+        else:
+            yield from functions(child, name)
+
+
+def test_functions_take_fewer_than_seven_things():
+    many = set()
+    for module, path in FILES.items():
+        for name, function in functions(ast.parse(path.read_text()), module):
+            taken = function.args
+            named = [one.arg for one in (*taken.posonlyargs, *taken.args, *taken.kwonlyargs)]
+            if len([one for one in named if one not in ("self", "cls")]) + bool(taken.vararg) + bool(taken.kwarg) > 6:
+                many.add(name)
+    assert many == MANY_OPTIONS

@@ -47,10 +47,9 @@ def commands_that_write_tables() -> list[tuple[str, str]]:
     found = []
     for line in recipe[1].splitlines():
         words = shlex.split(line.strip().replace("$(BIN)/", ""))
-        options = [words.index(word) for word in ("--page", "--readme") if word in words]
-        assert len(options) == 1, f"{line.strip()} names no page"
+        assert words.count("--page") == 1, f"{line.strip()} names no page"
         first = next(k for k, word in enumerate(words) if word.startswith("--"))
-        found.append((" ".join(words[:first]), words[options[0] + 1]))
+        found.append((" ".join(words[:first]), words[words.index("--page") + 1]))
     return found
 
 

@@ -23,10 +23,10 @@ from lesson import write_module
 
 from mjtactile.dataset.files import make_dataset
 from mjtactile.dataset.spec import DatasetSpec, spec_from
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import read_registry, stored_module
 from mjtactile.recognition.shape import ShapeModule
-from mjtactile.recognition.training.addition import NewModule, fit_module, look_at, most_alike
+from mjtactile.recognition.training.addition import KnownModules, NewModule, fit_module, look_at, most_alike
 from mjtactile.recognition.training.examples import Examples, read_examples
 from mjtactile.recognition.training.fitting import Schedule, rate
 from mjtactile.recognition.training.looker import Looker
@@ -64,7 +64,7 @@ def of_shape(spec: DatasetSpec, config: Config) -> DatasetSpec:
     return replace(spec, contacts=(contact,), presses=config.presses, seed=config.seed)
 
 
-def pressed(spec: DatasetSpec, view: View, config: Config) -> tuple[Examples, dict[str, Any]]:
+def pressed(spec: DatasetSpec, view: PrincipalComponents, config: Config) -> tuple[Examples, dict[str, Any]]:
     """Presses made for this run only, and the metadata of their dataset."""
     with tempfile.TemporaryDirectory() as scratch:
         make_dataset(spec, Path(scratch), workers=config.workers)
@@ -72,9 +72,7 @@ def pressed(spec: DatasetSpec, view: View, config: Config) -> tuple[Examples, di
     return Examples.of(presses, np.arange(len(presses.source))), presses.dataset.metadata
 
 
-def fitted(
-    config: Config, examples: Examples, looker: Looker, poses: PoseNetworks, known: list[ShapeModule]
-) -> NewModule:
+def fitted(config: Config, examples: Examples, looker: Looker, known: KnownModules) -> NewModule:
     """The new shape's module, fitted to examples that are not held out."""
     generator = looker.generator
     train = torch.tensor(np.flatnonzero(~examples.held_out)).repeat(config.draws)
@@ -82,8 +80,8 @@ def fitted(
     drawn = torch.rand((2, len(index)), generator=generator)
     noise = torch.where(drawn[0] < config.quiet, 0.0, drawn[1] ** 2 * config.noise)
     own = torch.tensor(examples.shapes == config.name)
-    looks = look_at(looker, index, own, noise, poses, known, imperfect=Schedule.imperfect)
-    network = NewModule(most_alike(looks, known, config.like))
+    looks = look_at(looker, index, own, noise, known, imperfect=Schedule.imperfect)
+    network = NewModule(most_alike(looks, known.shapes, config.like))
     schedule = Schedule(steps=config.steps, batch=config.batch, rate=config.rate, decay=1e-2)
     fit_module(network, looks, schedule, generator, config.name)
     return network
@@ -93,15 +91,14 @@ def report(
     config: Config,
     examples: Examples,
     looker: Looker,
-    poses: PoseNetworks,
-    known: list[ShapeModule],
+    known: KnownModules,
     network: NewModule,
 ) -> None:
     """How many presses held out are named right with 1 % noise, of the new shape and of the others."""
     index = torch.tensor(np.flatnonzero(examples.held_out))
     own = torch.tensor(examples.shapes == config.name)
-    looks = look_at(looker, index, own, torch.full((len(index),), 0.01), poses, known)
-    names = np.array([*(module.shape for module in known), config.name])
+    looks = look_at(looker, index, own, torch.full((len(index),), 0.01), known)
+    names = np.array([*(module.shape for module in known.shapes), config.name])
     with torch.no_grad():
         scores = torch.cat([looks.scores, network(looks.inputs)[:, None]], 1)
     truth = np.where(examples.shapes == "disc", "circle", examples.shapes)[examples.held_out]
@@ -117,28 +114,28 @@ def main(config: Config) -> None:
     """Press, fit, write and register one module, and test it on presses held out."""
     start = time.perf_counter()
     stored = read_weights(config.weights / "view.safetensors")
-    view = View.from_stored(stored)
+    view = PrincipalComponents.from_stored(stored)
     examples = read_examples(config.weights, view)
     if examples is None:
         raise RecognitionError(
             f"{config.weights} holds no examples of the shapes known. Make them first: training/train_shapes.py"
         )
-    known = [
+    shapes = [
         ShapeModule.from_stored(stored_module(config.weights, entry))
         for entry in read_registry(config.weights).values()
         if entry.kind == "shape" and entry.name != f"shape {config.name}"
     ]
-    poses = PoseNetworks.from_folder(config.weights)
+    known = KnownModules(PoseNetworks.from_folder(config.weights), shapes)
     made, metadata = pressed(of_shape(spec_from(stored.metadata["dataset"]["spec"]), config), view, config)
     pressing = time.perf_counter() - start
     examples = examples.joined(replace(made, shapes=np.full(len(made.shapes), config.name)))
     looker = Looker(examples, view, torch.Generator().manual_seed(config.seed))
-    network = fitted(config, examples, looker, poses, known)
+    network = fitted(config, examples, looker, known)
     seconds = time.perf_counter() - start - pressing
-    about = {"shape": config.name, "against": [module.shape for module in known]}
+    about = {"shape": config.name, "against": [module.shape for module in shapes]}
     file = f"shape-{config.name}.safetensors"
     write_module(config, file, "shape", view.layers, network.arrays(), metadata, seconds, optional=True, **about)
-    report(config, examples, looker, poses, known, network)
+    report(config, examples, looker, known, network)
     print(f"{time.perf_counter() - start:.0f} s in all, {pressing:.0f} s of it for presses")
 
 

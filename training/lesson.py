@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from mjtactile.dataset.spec import pad_from
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import register
 from mjtactile.recognition.training.fitting import Schedule, provenance
 from mjtactile.recognition.training.looker import Looker
@@ -45,7 +45,7 @@ class Lesson:
     """
 
     config: LessonConfig
-    view: View
+    view: PrincipalComponents
     presses: Presses
     looker: Looker
 
@@ -92,9 +92,9 @@ class Lesson:
         write_module(self.config, file, kind, self.view.layers, arrays, self.presses.dataset.metadata, seconds, **about)
 
 
-def stored_view(weights: Path) -> View:
+def stored_view(weights: Path) -> PrincipalComponents:
     """The view in a folder of weights."""
-    return View.from_stored(read_weights(weights / "view.safetensors"))
+    return PrincipalComponents.from_stored(read_weights(weights / "view.safetensors"))
 
 
 def write_module(

@@ -19,7 +19,7 @@ from arguments import parsed
 from mjtactile._progress import progress_bar
 from mjtactile.pad import Pad
 from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.grasp import GRASP_OUTPUTS, GraspRecogniser, grasp_targets
 from mjtactile.recognition.registry import register
 from mjtactile.recognition.symmetry import into_octant
@@ -80,15 +80,15 @@ def main(config: Config) -> None:
     report(GraspRecogniser(view, Estimator.from_arrays(arrays, "grasp")), readings, wrenches, held_out)
 
 
-def fitted_view(readings: np.ndarray, parts: int) -> View:
+def fitted_view(readings: np.ndarray, parts: int) -> PrincipalComponents:
     """Principal parts of readings over their length, in the octant, as precise as they are kept."""
     shape = Pad().reading_shape
-    view = View.fitted(into_octant(readings)[0], parts, tuple(range(shape[0])), shape)
+    view = PrincipalComponents.fitted(into_octant(readings)[0], parts, tuple(range(shape[0])), shape)
     return replace(view, parts=view.parts.astype(np.float16).astype(np.float32))
 
 
 def looked_at(
-    view: View, readings: np.ndarray, wrenches: np.ndarray, noise: float, drawn: np.random.Generator
+    view: PrincipalComponents, readings: np.ndarray, wrenches: np.ndarray, noise: float, drawn: np.random.Generator
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """Features (n, parts + 1) of readings with noise, and what is to be said of them (n, outputs)."""
     level = noise * drawn.random(len(readings)) * (drawn.random(len(readings)) > 0.2)
@@ -105,7 +105,7 @@ def looked_at(
     return torch.tensor(seen.features), torch.tensor(wanted.astype(np.float32))
 
 
-def target_mean(view: View, readings: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
+def target_mean(view: PrincipalComponents, readings: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
     """Mean of what is to be said, (outputs,); of vectors zero."""
     size = np.linalg.norm(readings.reshape(len(readings), -1) @ view.parts, axis=1)
     mean = np.zeros(GRASP_OUTPUTS, dtype=np.float32)
@@ -113,7 +113,7 @@ def target_mean(view: View, readings: np.ndarray, wrenches: np.ndarray) -> np.nd
     return mean
 
 
-def write(config: Config, view: View, arrays: dict[str, np.ndarray], seconds: float) -> None:
+def write(config: Config, view: PrincipalComponents, arrays: dict[str, np.ndarray], seconds: float) -> None:
     """The view and the recogniser, entered in their folder's registry."""
     about = {
         "layers": view.layers,

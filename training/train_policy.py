@@ -26,7 +26,7 @@ from policy_environment import StackedLifts
 from policy_report import draw_curves, success_table
 
 from mjtactile._files import write_atomically
-from mjtactile.cli.benchmarks.tables import rewrite_table
+from mjtactile.cli.benchmarks.tables import table_on_page
 
 #: What is compared: with touch, and without.
 ARMS = {"touch": "readings", "no touch": "none"}
@@ -109,6 +109,7 @@ def test(policy: Any, trained_in: StackedLifts, config: Config, arm: str) -> dic
 
 def main(config: Config) -> None:
     """All runs that are missing, then figure and table."""
+    write = table_on_page(config.page, "policy")
     config.out.mkdir(parents=True, exist_ok=True)
     missing = [(arm, seed) for seed in range(config.seeds) for arm in ARMS if not _path(config, arm, seed).exists()]
     start = time.perf_counter()
@@ -125,8 +126,7 @@ def main(config: Config) -> None:
     _write(config.out / "table.md", table + "\n")
     figure = config.out / "curves.png" if config.figure is None else config.figure
     write_atomically(figure, lambda file: draw_curves(results).savefig(file, format="png", dpi=130))
-    if config.page is not None:
-        rewrite_table(config.page, "policy", table)
+    write(table)
     print(table)
 
 

@@ -8,30 +8,24 @@ from typing import Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson
+from mjtactile.cli.options import AsJson, PageOption
 from mjtactile.errors import OutputError
 
 bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
 
-Page = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 Out = Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")]
 
 
 @bench_app.command("mesh")
-def bench_mesh(
-    as_json: AsJson = False,
-    page: Page = None,
-) -> None:
+def bench_mesh(as_json: AsJson = False, page: PageOption = None) -> None:
     """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
     from mjtactile.cli.benchmarks.mesh import mesh_benchmark
-    from mjtactile.cli.benchmarks.tables import check_page, mesh_table, rewrite_table
+    from mjtactile.cli.benchmarks.tables import mesh_table, table_on_page
 
-    if page is not None:
-        check_page(page, "mesh")
+    write = table_on_page(page, "mesh")
     result = mesh_benchmark()
     typer.echo(json.dumps(result, indent=2) if as_json else mesh_table(result))
-    if page is not None:
-        rewrite_table(page, "mesh", mesh_table(result))
+    write(mesh_table(result))
 
 
 @bench_app.command("plugin")
@@ -39,24 +33,22 @@ def bench_plugin(
     as_json: AsJson = False,
     quick: Annotated[bool, typer.Option("--quick", help="Preset fast and few runs only.")] = False,
     out: Out = None,
-    page: Page = None,
+    page: PageOption = None,
 ) -> None:
     """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's <tactile>, and many simulations at once."""
     from mjtactile._files import check_apart, check_writable
     from mjtactile.cli.benchmarks.plugin import plugin_benchmark, plugin_table
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table, rounded
+    from mjtactile.cli.benchmarks.tables import rounded, table_on_page
 
     check_apart({"--out": out, "--page": page})
     if out is not None:
         check_writable(out)
-    if page is not None:
-        check_page(page, "plugin")
+    write = table_on_page(page, "plugin")
     result = rounded(plugin_benchmark(quick=quick))
     if out is not None:
         _store(result, out)
     typer.echo(json.dumps(result, indent=2) if as_json else plugin_table(result))
-    if page is not None:
-        rewrite_table(page, "plugin", plugin_table(result))
+    write(plugin_table(result))
 
 
 @bench_app.command("trade")
@@ -65,7 +57,7 @@ def bench_trade(
     quick: Annotated[bool, typer.Option("--quick", help="Mesh draft and three cases only.")] = False,
     measured: Annotated[Path | None, typer.Option(help="Show this earlier result (JSON), measure nothing.")] = None,
     out: Out = None,
-    page: Page = None,
+    page: PageOption = None,
     figure: Annotated[Path | None, typer.Option(help="Draw error against time to this file.")] = None,
 ) -> None:
     """Error and time per update of every fidelity, which of them nothing beats, and the presets among them.
@@ -73,7 +65,7 @@ def bench_trade(
     Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
     """
     from mjtactile._files import check_apart, check_figure, check_writable
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table, rounded, trade_table
+    from mjtactile.cli.benchmarks.tables import rounded, table_on_page, trade_table
     from mjtactile.cli.benchmarks.trade import trade_benchmark
 
     check_apart({"--measured": measured, "--out": out, "--figure": figure, "--page": page})
@@ -81,15 +73,13 @@ def bench_trade(
         check_writable(out)
     if figure is not None:
         check_figure(figure)
-    if page is not None:
-        check_page(page, "trade")
+    write = table_on_page(page, "trade")
     result = rounded(trade_benchmark(quick=quick)) if measured is None else _earlier(measured)
     table = trade_table(result)
     if out is not None:
         _store(result, out)
     typer.echo(json.dumps(result, indent=2) if as_json else table)
-    if page is not None:
-        rewrite_table(page, "trade", table)
+    write(table)
     if figure is not None:
         _draw_trade(result, figure)
 
@@ -98,18 +88,16 @@ def bench_trade(
 def bench_envs(
     as_json: AsJson = False,
     quick: Annotated[bool, typer.Option("--quick", help="One environment and few runs only.")] = False,
-    page: Page = None,
+    page: PageOption = None,
 ) -> None:
     """Steps per second of one environment and of many, with and without pads, beside a plain step of MuJoCo."""
     from mjtactile.cli.benchmarks.envs import envs_benchmark, envs_table
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.cli.benchmarks.tables import table_on_page
 
-    if page is not None:
-        check_page(page, "envs")
+    write = table_on_page(page, "envs")
     result = envs_benchmark(quick=quick)
     typer.echo(json.dumps(result, indent=2) if as_json else envs_table(result))
-    if page is not None:
-        rewrite_table(page, "envs", envs_table(result))
+    write(envs_table(result))
 
 
 @bench_app.command("extremes")
@@ -122,16 +110,14 @@ def bench_extremes(as_json: AsJson = False) -> None:
 
 
 @bench_app.command("today")
-def bench_today(page: Page = None) -> None:
+def bench_today(page: PageOption = None) -> None:
     """What people use today, beside mjtactile: from the stored runs of `trade` and `plugin`, measures nothing."""
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table, stored_runs, today_table
+    from mjtactile.cli.benchmarks.tables import stored_runs, table_on_page, today_table
 
-    if page is not None:
-        check_page(page, "today")
+    write = table_on_page(page, "today")
     table = today_table(**stored_runs())
     typer.echo(table)
-    if page is not None:
-        rewrite_table(page, "today", table)
+    write(table)
 
 
 def _store(result: dict[str, Any], path: Path) -> None:

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
+from mjtactile.cli.options import PageOption
 from mjtactile.errors import MjTactileError
 
 
-def envs(
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
-) -> None:
+def envs(page: PageOption = None) -> None:
     """What goes into and comes out of each gymnasium environment, with units."""
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.cli.benchmarks.tables import table_on_page
 
-    if readme is not None:
-        check_page(readme, "environments")
+    write = table_on_page(page, "environments")
     try:
         from mjtactile.cli.envs_tables import environment_tables
     except ImportError as error:
         raise MjTactileError(f"environments need gymnasium: pip install 'mjtactile[envs]' ({error}).") from error
     text = environment_tables()
     typer.echo(text)
-    if readme is not None:
-        rewrite_table(readme, "environments", text)
+    write(text)

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from mjtactile.cli.options import AsJson, PageOption
 from mjtactile.units import MOST_SEED
 
 #: All presses are in memory together, some 20 kB each.
@@ -31,16 +32,16 @@ def evaluate(
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
-    readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
+    as_json: AsJson = False,
+    page: PageOption = None,
 ) -> None:
     """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
     from dataclasses import replace
 
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.cli.benchmarks.tables import table_on_page
     from mjtactile.fidelity import as_fidelity
+    from mjtactile.recognition.evaluation.recognisers import EvaluationSettings, recognisers
     from mjtactile.recognition.evaluation.recognisers import evaluate as measure
-    from mjtactile.recognition.evaluation.recognisers import recognisers
     from mjtactile.workers import Workers
 
     Workers(count=workers)
@@ -49,17 +50,16 @@ def evaluate(
         known = as_fidelity(name)
         replace(known, law=known.law if of is None else of)
     part = "evaluate" if len(sensors) == 1 else "evaluate sensors"
-    if readme is not None:
-        check_page(readme, part)
+    write = table_on_page(page, part)
     recognisers(weights)
     results = [
-        measure(seed, presses=presses, fidelity=name, law=of, workers=workers, folder=weights) for name, of in sensors
+        measure(EvaluationSettings(seed=seed, presses=presses, fidelity=name, law=of), workers=workers, folder=weights)
+        for name, of in sensors
     ]
     alone = len(results) == 1
     text = tables(results[0]) if alone else side_by_side(results)
     typer.echo(json.dumps(results[0] if alone else results, indent=2) if as_json else text)
-    if readme is not None:
-        rewrite_table(readme, part, text)
+    write(text)
 
 
 def tables(result: dict[str, Any]) -> str:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, RayAddressOption, RayOption, WorkersOption, finite
+from mjtactile.cli.options import AsJson, PageOption, RayAddressOption, RayOption, WorkersOption, finite
 from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
     from mjtactile.experiments.grasp.statistics import Report
-    from mjtactile.experiments.grasp.trials import Experiment, Settings
+    from mjtactile.experiments.grasp.trials import Experiment, TrialSettings
     from mjtactile.workers import Workers
 
 grasp_app = typer.Typer(
@@ -36,7 +36,6 @@ Fidelity = Annotated[str, typer.Option(help="Of the readings: fast, balanced, pr
 Weights = Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")]
 Out = Annotated[Path | None, typer.Option(help="Keep results in this file; call again to go on with it.")]
 Figure = Annotated[Path | None, typer.Option(help="Draw to this file; lift alone: grips over what they had to be.")]
-Readme = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 
 
 def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
@@ -54,18 +53,18 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         out: Out = None,
         figure: Figure = None,
         as_json: AsJson = False,
-        readme: Readme = None,
+        page: PageOption = None,
     ) -> None:
-        from mjtactile.experiments.grasp.trials import Settings
+        from mjtactile.experiments.grasp.trials import TrialSettings
         from mjtactile.fidelity import as_fidelity
         from mjtactile.workers import Workers, check_workers
 
         as_fidelity(fidelity)
         own = None if weights is None else str(weights)
-        settings = Settings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
+        settings = TrialSettings(seed=seed, trials=trials, noise=noise, fidelity=fidelity, weights=own)
         who = Workers(count=workers, ray=ray, ray_address=ray_address)
         check_workers(who)
-        _run(_experiment(experiment), settings, who, out=out, figure=figure, as_json=as_json, readme=readme)
+        _run(_experiment(experiment), settings, who, _Output(out=out, figure=figure, as_json=as_json, page=page))
 
     grasp_app.command(experiment, help=told)(command)
 
@@ -80,39 +79,38 @@ def _experiment(name: str) -> Experiment:
     return getattr(import_module(f"mjtactile.experiments.grasp.{name}"), name.upper())
 
 
-def _run(
-    experiment: Experiment,
-    settings: Settings,
-    workers: Workers,
-    *,
-    out: Path | None,
-    figure: Path | None,
-    as_json: bool,
-    readme: Path | None,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class _Output:
+    """Files that are written, and what is printed; see the options of the commands."""
+
+    out: Path | None
+    figure: Path | None
+    as_json: bool
+    page: Path | None
+
+
+def _run(experiment: Experiment, settings: TrialSettings, workers: Workers, output: _Output) -> None:
     from mjtactile._files import check_apart, check_figure, check_writable, save_figure
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+    from mjtactile.cli.benchmarks.tables import table_on_page
     from mjtactile.experiments.grasp.trials import run_trials
 
     table = f"grasp {experiment.name}"
+    out, figure = output.out, output.figure
     if figure is not None and experiment.figure is None:
         raise typer.BadParameter(f"{table} has no figure, only lift has one. Drop --figure.")
-    check_apart({"--out": out, "--figure": figure, "--readme": readme})
+    check_apart({"--out": out, "--figure": figure, "--page": output.page})
     if out is not None:
         check_writable(out)
     if figure is not None:
         check_figure(figure)
-    if readme is not None:
-        check_page(readme, table)
+    write = table_on_page(output.page, table)
     if experiment.recognisers is not None:
         experiment.recognisers(settings.weights)
     results = run_trials(experiment, settings, workers=workers, out=out)
     report: Report = experiment.report(results)
     text = report.markdown()
-    typer.echo(json.dumps(_as_dict(settings, report, results), indent=2) if as_json else text)
-    if readme is not None:
-        about = f"Seed {settings.seed}, readings {settings.fidelity}, noise {settings.noise:g}."
-        rewrite_table(readme, table, f"{about}\n\n{text}")
+    typer.echo(json.dumps(_as_dict(settings, report, results), indent=2) if output.as_json else text)
+    write(f"Seed {settings.seed}, readings {settings.fidelity}, noise {settings.noise:g}.\n\n{text}")
     if figure is not None and experiment.figure is not None:
         save_figure(figure, experiment.figure(results), dpi=110)
 

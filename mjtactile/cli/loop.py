@@ -15,8 +15,8 @@ from mjtactile.cli.options import AsJson, FidelityOption, finite
 from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
-    from mjtactile.experiments.loop.clock import Loop
-    from mjtactile.experiments.loop.run import LoopResult, LoopSettings
+    from mjtactile.experiments.loop.clock import Loop, LoopSettings
+    from mjtactile.experiments.loop.run import LoopResult
     from mjtactile.experiments.loop.video import LoopVideo
 
 #: Of the cells of --transducer [Pa]: the loop's punches read up to 33 kPa under 150 gf.
@@ -46,8 +46,8 @@ def loop(
 ) -> None:
     """Close the loop on touch: press with commanded forces and sort seven unknown punches by recognised shape."""
     from mjtactile._files import check_apart, check_figure, check_writable
-    from mjtactile.experiments.loop.clock import steps_between
-    from mjtactile.experiments.loop.run import LoopSettings, loop_recognisers, run_loop
+    from mjtactile.experiments.loop.clock import LoopSettings, steps_between
+    from mjtactile.experiments.loop.run import loop_recognisers, run_loop
     from mjtactile.fidelity import as_fidelity
 
     as_fidelity(fidelity)

@@ -66,7 +66,7 @@ def press(
 ) -> None:
     """Press an indenter into the pad in MuJoCo and read the taxels."""
     from mjtactile._files import check_apart, check_figure, check_writable
-    from mjtactile.cli.press import run_press
+    from mjtactile.cli.press import PressProblem, run_press
     from mjtactile.pad import force_vector
     from mjtactile.units import parse_force, parse_millimetres
 
@@ -78,15 +78,17 @@ def press(
     if figure is not None:
         check_figure(figure)
     report = run_press(
-        shape,
-        force_on_indenter,
-        fidelity=fidelity,
-        law=law,
-        tangential=tangential,
-        friction=friction,
-        shift=place,
-        rotate_deg=rotate,
-        tilt_free=free,
+        PressProblem(
+            shape=shape,
+            force=force_on_indenter,
+            fidelity=fidelity,
+            law=law,
+            tangential=tangential,
+            friction=friction,
+            shift=place,
+            rotate_deg=rotate,
+            tilt_free=free,
+        )
     )
     if out is not None:
         report.save(out)
@@ -234,7 +236,8 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
         highlight=False,
         markup=False,
     )
-    indentation = "" if math.isnan(report.load.approach) else f"indentation {report.load.approach * 1e6:.4g} um, "
+    deep = report.load.indentation
+    indentation = "" if math.isnan(deep) else f"indentation {deep * 1e6:.4g} um, "
     console.print(
         f"fidelity {fidelity_text(report.influence.fidelity)}, law {report.law}: {indentation}"
         f"peak pressure {report.load.peak_pressure * 1e-3:.4g} kPa",

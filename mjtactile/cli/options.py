@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -15,6 +16,7 @@ def finite(value: float | None) -> float | None:
     return value
 
 
+PageOption = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 FidelityOption = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
 WorkersOption = Annotated[int, typer.Option(min=1, help="Processes, one core each; the results do not depend on it.")]

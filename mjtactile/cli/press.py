@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +91,7 @@ class PressReport:
             "settle_time_s": self.settled.time,
             "settle_steps": self.settled.steps,
             "contact_area_m2": self.load.contact_area,
-            "approach_m": _known(self.load.approach),
+            "indentation_m": _known(self.load.indentation),
             "peak_pressure_Pa": self.load.peak_pressure,
             "depths_m": list(self.influence.pad.depths),
             "peak_reading_Pa": peaks.tolist(),
@@ -120,22 +120,11 @@ class PressReport:
         write_atomically(path, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
 
 
-def run_press(
-    shape: str,
-    force: Array,
-    *,
-    pad: Pad | None = None,
-    fidelity: str | Fidelity = DEFAULT,
-    law: str | None = None,
-    tangential: str = "proportional",
-    friction: float | None = None,
-    shift: tuple[float, float] = (0.0, 0.0),
-    rotate_deg: float = 0.0,
-    tilt_free: bool = False,
-) -> PressReport:
-    """Press an indenter into the pad until it settles, and read the pad.
+@dataclass(frozen=True, kw_only=True)
+class PressProblem:
+    """What presses on a pad, how hard, and how the pad is read.
 
-    Args:
+    Attributes:
         shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file in metres.
         force: on the indenter [N], pad frame, shape (3,).
         pad: by default the paper's.
@@ -146,6 +135,22 @@ def run_press(
         shift: of the indenter's origin in the pad frame [m].
         rotate_deg: counter-clockwise about its origin, before the shift [deg].
         tilt_free: whether the indenter may tilt.
+    """
+
+    shape: str
+    force: Array
+    pad: Pad = field(default_factory=Pad)
+    fidelity: str | Fidelity = DEFAULT
+    law: str | None = None
+    tangential: str = "proportional"
+    friction: float | None = None
+    shift: tuple[float, float] = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    tilt_free: bool = False
+
+
+def run_press(problem: PressProblem) -> PressReport:
+    """Press an indenter into the pad until it settles, and read the pad.
 
     Raises:
         IndenterError: unknown shape.
@@ -154,23 +159,24 @@ def run_press(
         SceneError: the indenter is off the pad, or the press does not settle.
     """
     # The scene comes first: what is wrong with it shows before minutes may go into a table.
-    pad, chosen = Pad() if pad is None else pad, as_fidelity(fidelity)
+    chosen = as_fidelity(problem.fidelity)
+    contact = {"law": problem.law, "tangential": problem.tangential}
     # Without a coefficient "coulomb" takes that of MuJoCo's contact.
-    contact_options(chosen, law=law, tangential=tangential, friction=1.0 if friction is None else friction)
-    model = _scene(named_indenter(shape), pad, shift, rotate_deg, tilt_free)
+    contact_options(chosen, **contact, friction=1.0 if problem.friction is None else problem.friction)
+    model = _scene(problem)
     data = mujoco.MjData(model)
-    settled = press(model, data, force)
-    influence = influence_matrices(pad, chosen)
-    sensor = TactileSensor(model, influence=influence, law=law, tangential=tangential, friction=friction)
+    settled = press(model, data, problem.force)
+    influence = influence_matrices(problem.pad, chosen)
+    sensor = TactileSensor(model, influence=influence, **contact, friction=problem.friction)
     update_time = median_time(lambda: sensor.read(data), _TIMED_UPDATES)
     load = sensor.load(data)
     if load is None:
-        raise SceneError(f"'{shape}' does not touch the pad after settling. Shift it onto the pad.")
+        raise SceneError(f"'{problem.shape}' does not touch the pad after settling. Shift it onto the pad.")
     return PressReport(
-        shape=shape,
+        shape=problem.shape,
         model=model,
         data=data,
-        commanded=force,
+        commanded=problem.force,
         settled=settled,
         readings=influence.readings(load),
         load=load,
@@ -194,11 +200,16 @@ def named_indenter(shape: str) -> Indenter:
     return punch(shape)
 
 
-def _scene(
-    indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float, tilt_free: bool
-) -> mujoco.MjModel:
+def _scene(problem: PressProblem) -> mujoco.MjModel:
+    indenter = named_indenter(problem.shape)
     try:
-        return press_scene(indenter, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free)
+        return press_scene(
+            indenter,
+            shift=problem.shift,
+            rotate_deg=problem.rotate_deg,
+            pad=problem.pad,
+            tilt_free=problem.tilt_free,
+        )
     except MjTactileError:
         raise
     except (ValueError, mujoco.FatalError) as error:  # solids that MuJoCo's compiler refuses

@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from mjtactile.cli.options import PageOption
+
 
 def reproduce(
     seeds: Annotated[
@@ -23,20 +25,18 @@ def reproduce(
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
     fresh: Annotated[bool, typer.Option("--fresh", help="Do again what an earlier run finished.")] = False,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write all figures to this JSON file.")] = None,
-    page: Annotated[
-        Path | None, typer.Option(help="Rewrite the study's section of this Markdown file, for example docs/study.md.")
-    ] = None,
+    page: PageOption = None,
 ) -> None:
     """Train and test the source paper's networks by its protocols; print its tables beside ours."""
     from mjtactile._files import check_apart, check_writable, write_atomically
-    from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
-    from mjtactile.experiments.study.plan import QUICK, Settings
+    from mjtactile.cli.benchmarks.tables import table_on_page
+    from mjtactile.experiments.study.plan import QUICK, StudySettings
     from mjtactile.experiments.study.report import study_report
     from mjtactile.experiments.study.reproduce import reproduce as run_study
     from mjtactile.fidelity import as_fidelity
     from mjtactile.workers import Workers
 
-    settings = QUICK if quick else Settings()
+    settings = QUICK if quick else StudySettings()
     if seeds is not None:
         settings = replace(settings, seeds=seeds)
     if iterations is not None:
@@ -48,12 +48,10 @@ def reproduce(
     check_apart({"--json": json_file, "--page": page})
     if json_file is not None:
         check_writable(json_file)
-    if page is not None:
-        check_page(page, "study")
+    write = table_on_page(page, "study")
     found = run_study(settings, workers=workers, fresh=fresh)
     report = study_report(found)
     typer.echo(report)
     if json_file is not None:
         write_atomically(json_file, lambda file: file.write((json.dumps(found, indent=2) + "\n").encode()))
-    if page is not None:
-        rewrite_table(page, "study", report)
+    write(report)

@@ -34,7 +34,7 @@ _LEAST_PATCHES = 6
 _THIN_LAYER = 0.5
 
 
-class HalfSpace(NamedTuple):
+class HalfSpaceIntegrals(NamedTuple):
     """Integrals over pairs of cells (cells, cells) [m^3], r and (x, y) from a point of the second to one of the first.
 
     Attributes:
@@ -54,7 +54,7 @@ class HalfSpace(NamedTuple):
     across: Array
 
 
-def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> HalfSpace:
+def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> HalfSpaceIntegrals:
     """Integrals of a half space's response over pairs of cells.
 
     Args:
@@ -63,11 +63,11 @@ def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) ->
         cells: their number.
     """
     edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
-    integrals = np.empty((len(HalfSpace._fields), cells, cells))
+    integrals = np.empty((len(HalfSpaceIntegrals._fields), cells, cells))
     library().mjt_half_space(
         ctypes.c_size_t(cells), ctypes.c_size_t(len(edges)), pointer(edges), pointer(sides), pointer(integrals)
     )
-    return HalfSpace(*integrals)
+    return HalfSpaceIntegrals(*integrals)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ def _nodal_shares(line: Line, ends: Array) -> Array:
     return shares / np.diff(ends)[:, None]
 
 
-def _half_space_compliance(factor: float, poisson: float, integrals: HalfSpace, areas: Array) -> Array:
+def _half_space_compliance(factor: float, poisson: float, integrals: HalfSpaceIntegrals, areas: Array) -> Array:
     """Mean displacement per force on a half space, (3, cells, 3, cells) [m/N], z out of the pad.
 
     Surface response to a point force: Johnson 1985, eqs. 3.18 and 3.75 to 3.77.

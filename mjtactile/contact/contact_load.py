@@ -70,7 +70,7 @@ def contact_load(
 
     Raises:
         ContactError: for an unknown name, a wrench that is not three finite numbers each, or no contact found.
-        Exception: what the footprint's gap map raises.
+        Exception: what the footprint's gap function raises.
 
     Warns:
         ContactWarning: when the wrench cannot be carried, no contact is found as the law wants it, or the contact is
@@ -100,7 +100,7 @@ def solved_loads(
     loads = {k: _nothing(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
     if not pressing:
         return list(loads.values())
-    bodies = [footprints[k] if options.contact_law.shapes else footprints[k].facing for k in pressing]
+    bodies = [footprints[k] if options.contact_law.shapes else footprints[k].lowest_part for k in pressing]
     with press_of(influence, options) as press:
         solved = press.loads(bodies, [wrenches[k] for k in pressing])
     for k, one in zip(pressing, solved, strict=True):
@@ -184,7 +184,7 @@ def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state
     """Warn where strains are no longer small under a contact."""
     if state.contact_area == 0.0 or wrench.normal <= 0.0:
         return
-    reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.approach)
+    reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.indentation)
     if reason is not None:
         _warn(reason, stacklevel=5)
 

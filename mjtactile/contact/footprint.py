@@ -20,7 +20,7 @@ from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.planar import areal
 
 #: Height of the body above the pad's surface at first touch [m] at points x, y [m]; infinite where there is no body.
-GapMap = Callable[[Array, Array], npt.ArrayLike]
+GapFunction = Callable[[Array, Array], npt.ArrayLike]
 
 #: What is further than this above the first touch cannot come into contact, over the sheet's thickness.
 REACH = 0.2
@@ -44,12 +44,12 @@ class Footprint:
         lowest: least height, where the body touches first [m].
         reach: heights further than this above the lowest are out of reach [m].
         bounded: whether the body may touch within the outline only, as whoever made it said; otherwise the outline is
-            traced from the gap map, which knows better.
+            traced from the gap function, which knows better.
     """
 
     outline: Polygon | MultiPolygon
     surface: SurfaceGrid
-    gap: GapMap | None = None
+    gap: GapFunction | None = None
     lowest: float = 0.0
     reach: float = 0.0
     bounded: bool = False
@@ -71,7 +71,7 @@ class Footprint:
     @classmethod
     def from_gap(
         cls,
-        gap: GapMap,
+        gap: GapFunction,
         surface: SurfaceGrid,
         *,
         outline: BaseGeometry | None = None,
@@ -85,12 +85,12 @@ class Footprint:
                 is lowered until it touches the sheet.
             surface: the pad's surface grid, `influence.surface`.
             outline: polygon within which the body may touch [m], where it is known; by default it is traced from the
-                gap map, which rounds corners off by a tenth of a millimetre on the paper's pad.
+                gap function, which rounds corners off by a tenth of a millimetre on the paper's pad.
             lowest: least height over the sheet [m], where it is known; by default it is looked for.
 
         Raises:
-            FootprintError: when the gap map is NaN or minus infinity somewhere, gives another number of heights than
-                points, or covers none of the sheet.
+            FootprintError: when the gap function is NaN or minus infinity somewhere, gives another number of heights
+                than points, or covers none of the sheet.
         """
         checked = _checked(gap)
         sheet = surface.sheet
@@ -100,7 +100,7 @@ class Footprint:
         if outline is None:
             area = region_below(checked, lowest + reach, bounds)
             if area.area == 0.0:
-                raise FootprintError("what the gap map covers of the pad is too narrow to find. Pass its outline=...")
+                raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
         else:
             area = _area_on_sheet(outline, sheet)
         return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
@@ -136,7 +136,7 @@ class Footprint:
         return self.surface.sheet.bounds
 
     @cached_property
-    def facing(self) -> Footprint:
+    def lowest_part(self) -> Footprint:
         """The flat footprint that stands for a curved body where its shape is not looked at: its lowest part."""
         if self.gap is None:
             return self
@@ -169,22 +169,22 @@ class Footprint:
         return areal(region_below(self.gap, self.lowest + height, self.outline.bounds).intersection(self.outline))
 
 
-def _checked(gap: GapMap) -> Callable[[Array, Array], Array]:
+def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
     """The same function, whose heights are looked at."""
 
     def heights(x: Array, y: Array) -> Array:
         values = np.asarray(gap(x, y), dtype=float)
         if values.shape != x.shape:
             raise FootprintError(
-                f"the gap map gave heights of shape {values.shape} for points of shape {x.shape}. It must take arrays "
-                "x and y and return one height per point."
+                f"the gap function gave heights of shape {values.shape} for points of shape {x.shape}. It must take "
+                "arrays x and y and return one height per point."
             )
         if not (values > -np.inf).all():  # NaN is not, either
             wrong = ~(values > -np.inf)
             first = int(np.flatnonzero(wrong)[0])
             raise FootprintError(
-                f"the gap map is {values[first]} at x = {x[first]:.6g} m, y = {y[first]:.6g} m. Heights are finite, or "
-                "numpy.inf where there is no body."
+                f"the gap function is {values[first]} at x = {x[first]:.6g} m, y = {y[first]:.6g} m. Heights "
+                "are finite, or numpy.inf where there is no body."
             )
         return values
 
@@ -212,7 +212,7 @@ def _lowest(
         low_y, high_y = max(bounds[1], y[place] - span_y), min(bounds[3], y[place] + span_y)
     if not np.isfinite(lowest):
         raise FootprintError(
-            "the gap map is infinite over the whole sheet: there is no body above it, or one too small to find. "
+            "the gap function is infinite over the whole sheet: there is no body above it, or one too small to find. "
             "Shift it onto the sheet, or pass its outline=...; lengths are metres."
         )
     return lowest

@@ -44,5 +44,5 @@ def _calibrate(influence: InfluenceMatrices) -> tuple[Array, Array]:
         disc = shapely.Point(0.0, 0.0).buffer(radius, quad_segs=_QUADRANT_SEGMENTS)
         state = press.loads([Footprint(disc, surface)], [wrench])[0].load.state
         areas.append(disc.area)
-        stiffnesses.append(1.0 / (state.approach * disc.area))
+        stiffnesses.append(1.0 / (state.indentation * disc.area))
     return np.array(areas), np.array(stiffnesses)

@@ -17,7 +17,7 @@ class ContactLaw:
         name: users and the core know it by.
         tangentials: ways shear may spread under it.
         springs: whether it needs the springs that stand for the pad.
-        shapes: whether it knows how the pad gives, looks at a curved body's shape and finds its approach and tilt;
+        shapes: whether it knows how the pad gives, looks at a curved body's shape and finds its indentation and tilt;
             otherwise the body presses with its lowest part.
     """
 

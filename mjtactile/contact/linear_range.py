@@ -33,15 +33,15 @@ def saturation(pad: Pad) -> Array:
     return SATURATION * np.maximum(np.where(met, moduli, 0.0).max(axis=1), moduli[0])
 
 
-def beyond_linear_range(pad: Pad, pressure: float, approach: float) -> str | None:
+def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | None:
     """What is wrong with a contact of this mean pressure [Pa] and indentation [m]; None within the linear range."""
-    most_pressure, most_approach = linear_range(pad)
+    most_pressure, most_indentation = linear_range(pad)
     if pressure > most_pressure:
         limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {pad.layers[0].young:.3g} Pa"
         reason = f"the mean pressure, {pressure:.3g} Pa, is over {limit}"
-    elif approach > most_approach:
+    elif indentation > most_indentation:
         limit = f"{LINEAR_INDENTATION:.0%} of the pad's thickness, {pad.thickness * 1e3:.3g} mm"
-        reason = f"the indentation, {approach * 1e3:.3g} mm, is over {limit}"
+        reason = f"the indentation, {indentation * 1e3:.3g} mm, is over {limit}"
     else:
         return None
     return f"{reason}: strains are no longer small and the readings of this linear model are too simple there."

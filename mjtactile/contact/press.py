@@ -34,7 +34,7 @@ class Told(ctypes.Structure):
     """`mjt_pressed` of native/api/api.h."""
 
     _fields_ = [
-        ("approach", ctypes.c_double),
+        ("indentation", ctypes.c_double),
         ("slopes", ctypes.c_double * 2),
         ("carried", ctypes.c_double * 6),
         ("area", ctypes.c_double),
@@ -87,7 +87,7 @@ class _CoreFootprint:
 
     Attributes:
         handle: what the core's functions take.
-        error: what a gap map raised.
+        error: what a gap function raised.
     """
 
     def __init__(self, handle: int) -> None:
@@ -183,7 +183,7 @@ class Press:
 
         Raises:
             ContactError: when nothing of a body that presses is in the pad's reach.
-            Exception: what a gap map raises.
+            Exception: what a gap function raises.
         """
         count, nodes = len(footprints), self._surface.node_shape
         made = [_core_footprint(one, self._options.cells) for one in footprints]
@@ -204,15 +204,15 @@ class Press:
         if told.refused:
             raise ContactError(
                 "nothing of the body touches: it is out of the pad's reach everywhere, or too narrow to find where it "
-                "is lowest. Check its gap map, or pass its outline=... to from_gap."
+                "is lowest. Check its gap function, or pass its outline=... to from_gap."
             )
         ends = np.empty((told.edges, 2, 2))
         library().mjt_press_rim(self._handle, ctypes.c_size_t(body), pointer(ends))
         covered = _Rim(ends)
         slips = self._options.choice.slips
         state = ContactState(
-            approach=told.approach,
-            # The body moves down by approach + slope . (x, y), so it turns by (-slope y, slope x).
+            indentation=told.indentation,
+            # The body moves down by indentation + slope . (x, y), so it turns by (-slope y, slope x).
             tilts=(0.0 - told.slopes[1], told.slopes[0]),
             contact_area=told.area,
             peak_pressure=told.peak,

@@ -1,8 +1,8 @@
 """Presses made by the contact laws alone, without MuJoCo: several forces on a pose for little more than one.
 
-Under a flat face the contact scales with the force, and shear in proportion to the pressure (or bonded) is linear in
-its resultants: three loads give the response to every force on a pose. On a curved body the contact grows with the
-force; there the same holds for forces that share one pressing component, so each pose gets one.
+Under a flat face the contact scales with the force, and shear that is proportional to the pressure, or sticks, is
+linear in its resultants: three loads give the response to every force on a pose. On a curved body the contact grows
+with the force; there the same holds for forces that share one pressing component, so each pose gets one.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.dataset.sampling import OutlinePresses, Pose
+from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
 from mjtactile.errors import ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -40,7 +40,7 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
     return np.concatenate(readings), np.concatenate(forces), np.concatenate(points)
 
 
-def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: Pose) -> Footprint:
+def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: PosePresses) -> Footprint:
     """What faces the pad in a pose."""
     if presses.shape == "sphere":
         return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence.surface, lowest=0.0)
@@ -59,7 +59,9 @@ def sphere_gap(radius: float, x: float, y: float) -> Callable[[Array, Array], Ar
     return gap
 
 
-def _pose_readings(influence: InfluenceMatrices, presses: OutlinePresses, pose: Pose) -> tuple[Array, Array, Array]:
+def _pose_readings(
+    influence: InfluenceMatrices, presses: OutlinePresses, pose: PosePresses
+) -> tuple[Array, Array, Array]:
     footprint = pose_footprint(influence, presses, pose)
     curved = footprint.gap is not None
     through = np.array(pose.shift if presses.free or curved else footprint.centroid)

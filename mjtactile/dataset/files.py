@@ -282,11 +282,6 @@ class Dataset:
     metadata: dict[str, Any]
 
     @property
-    def pad_fingerprint(self) -> str:
-        """Of the pad that was pressed."""
-        return self.metadata["pad_fingerprint"]
-
-    @property
     def forces(self) -> Array:
         """On the pad, pad frame, (presses, 3) [N]."""
         return self._vectors("force_x", "force_y", "force_z")

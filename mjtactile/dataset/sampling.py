@@ -19,7 +19,7 @@ _OUTLINE, _POSE, _PRESS, NOISE = range(4)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pose:
+class PosePresses:
     """A body in one place, and the forces that press on it there."""
 
     shift: tuple[float, float]  #: of the body's origin in the pad frame [m]
@@ -39,7 +39,7 @@ class OutlinePresses:
     law: str
     tangential: str
     free: bool  #: the body may tilt, and the force passes through its origin
-    poses: tuple[Pose, ...]
+    poses: tuple[PosePresses, ...]
 
 
 def stream(seed: int, kind: int, index: int) -> np.random.Generator:
@@ -65,13 +65,13 @@ def outline_presses(spec: DatasetSpec, index: int) -> OutlinePresses:
     )
 
 
-def _pose(spec: DatasetSpec, contact: ContactSpec, index: int) -> Pose:
+def _pose(spec: DatasetSpec, contact: ContactSpec, index: int) -> PosePresses:
     rng = stream(spec.seed, _POSE, index)
     x, y = rng.uniform(*contact.shift, 2).tolist()
     rotation = float(rng.uniform(*contact.rotation))
     presses = range(index * spec.forces, (index + 1) * spec.forces)
     drawn = [_force(contact, stream(spec.seed, _PRESS, press)) for press in presses]
-    return Pose(
+    return PosePresses(
         shift=(x, y),
         rotation=rotation,
         directions=np.array([direction for direction, _ in drawn]),

@@ -12,6 +12,7 @@ from mjtactile.attach import pad_table
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
+from mjtactile.experiments.hands.fingertip import FingertipPads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.sim.pad_geom import contact_constants
 
@@ -38,9 +39,8 @@ def gripper_spec(
     """
     table, pad = pad_table(options.pad)
     grasped = GraspObject(size=HANDLE, mass=0.02, friction=friction)
-    spec = grasp_spec(
-        grasped, wrist=wrist, grasp_height=grasp_height, pad=pad, pad_name=table, fidelity=options.fidelity
-    )
+    pads = FingertipPads(pad=pad, name=table, fidelity=options.fidelity)
+    spec = grasp_spec(grasped, wrist=wrist, grasp_height=grasp_height, pads=pads)
     spec.option.timestep = timestep
     spec.option.impratio = 10.0
     spec.body("object").pos = [0.0, 0.0, grasp_height]

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from mjtactile._types import Array, Mask
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows, Simulations, SingleSimulation
-from mjtactile.envs.touch import Touch
+from mjtactile.envs.touch import PadObserver
 
 Observation = dict[str, npt.NDArray[np.float32]]
 #: What there is to say besides, by name, each of shape (n,).
@@ -99,7 +99,7 @@ class Task(ABC):
         self.options = TouchOptions(noise=self.NOISE if noise is None else noise, **options)
         self.simulation = simulate(self.model(self.options))
         model, count = self.simulation.model, self.simulation.count
-        self.touch = Touch(model, self.PADS, self.options, count)
+        self.touch = PadObserver(model, self.PADS, self.options, count)
         self.steps = np.full(count, -1)
         self.action_space = _box(self.ACTIONS)
         self._own = _box(self.PROPRIOCEPTION)

@@ -80,7 +80,7 @@ def sensor_slice(model: mujoco.MjModel, name: str) -> slice:
     return slice(int(sensor.adr[0]), int(sensor.adr[0] + sensor.dim[0]))
 
 
-class Touch:
+class PadObserver:
     """The pads of n environments, as these observe them.
 
     Args:

@@ -34,14 +34,16 @@ class ForceServo:
 
     stiffness: float  #: of the arm, as far as it is known [N/m]
     gain: float = 0.15  #: share of the error that a call takes away [-]
-    approach: float = 0.02  #: speed at which the surface is looked for [m/s]
+    approach_speed: float = 0.02  #: speed at which the surface is looked for [m/s]
     largest_step: float = 4e-4  #: the target moves no further than this in a call [m]
 
     def __post_init__(self) -> None:
         """Refuse an integrator that runs away."""
-        if not (self.stiffness > 0.0 and 0.0 < self.gain < 1.0 and self.approach > 0.0 and self.largest_step > 0.0):
+        if not (
+            self.stiffness > 0.0 and 0.0 < self.gain < 1.0 and self.approach_speed > 0.0 and self.largest_step > 0.0
+        ):
             raise ControlError(
-                f"{self}; expected a positive stiffness, approach and largest step, and a gain between 0 and 1."
+                f"{self}; expected a positive stiffness, approach speed and largest step, and a gain between 0 and 1."
             )
 
     def step(self, recognised: npt.ArrayLike | None, commanded: npt.ArrayLike, period: float) -> Array:
@@ -62,7 +64,7 @@ class ForceServo:
         if wanted.shape != (3,) or not np.isfinite(wanted).all() or wanted[2] >= 0.0:
             raise ControlError(f"commanded force {commanded}; expected three finite numbers [N] with force[2] < 0.")
         if recognised is None:
-            return np.array([0.0, 0.0, -self.approach * period])
+            return np.array([0.0, 0.0, -self.approach_speed * period])
         move = self.gain * (wanted - np.asarray(recognised, dtype=float)) / self.stiffness
         length = float(np.linalg.norm(move))
         return move if length <= self.largest_step else move * (self.largest_step / length)

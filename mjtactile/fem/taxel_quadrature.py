@@ -116,7 +116,7 @@ def _taxel_rule(pad: Pad, centre: Array, points_per_axis: int) -> tuple[Array, A
     for bottom, top in _slabs(pad, centre[2]):
         box = (*lower, bottom - centre[2], *upper, top - centre[2])
         # Rounding lets the mirror images of one taxel, and taxels alike, share one rule.
-        pieces.append(_ball_rule(points_per_axis, *(round(bound / radius, 12) for bound in box)))
+        pieces.append(_ball_rule(points_per_axis, tuple(round(bound / radius, 12) for bound in box)))
     offsets, volumes = zip(*pieces, strict=True)
     return np.concatenate(offsets) * radius, np.concatenate(volumes) * radius**3
 
@@ -132,31 +132,30 @@ def _slabs(pad: Pad, height: float) -> list[tuple[float, float]]:
 
 
 @lru_cache(maxsize=512)
-def _ball_rule(
-    count: int, x_low: float, y_low: float, z_low: float, x_high: float, y_high: float, z_high: float
-) -> tuple[Array, Array]:
+def _ball_rule(count: int, box: tuple[float, ...]) -> tuple[Array, Array]:
     """Gauss points (points, 3) and volumes (points,) of the unit ball cut by a box, `count` points per axis.
+
+    The box is given by its least and then by its largest x, y and z.
 
     Slices are taken across the axes along which the ball is cut. Where it is cut along x and y, both orders of the two
     count half each, so that the sheet's diagonal mirror maps rules onto rules.
     """
-    low, high = np.array([x_low, y_low, z_low]), np.array([x_high, y_high, z_high])
+    low, high = np.array(box[:3]), np.array(box[3:])
     cut = (low > -1.0) | (high < 1.0)
     order = sorted((2, 1, 0), key=lambda axis: not cut[axis])
     orders = [order, [(1, 0, 2)[axis] for axis in order]] if cut[0] and cut[1] else [order]
     points, volumes = [], []
     for outer_first in orders:
         axes = outer_first[::-1]
-        ordered, shares = _ordered_ball_rule(count, *low[axes], *high[axes])
+        ordered, shares = _ordered_ball_rule(count, low[axes], high[axes])
         points.append(ordered[:, np.argsort(axes)])
         volumes.append(shares / len(orders))
     return np.concatenate(points), np.concatenate(volumes)
 
 
-def _ordered_ball_rule(
-    count: int, x_low: float, y_low: float, z_low: float, x_high: float, y_high: float, z_high: float
-) -> tuple[Array, Array]:
-    """The rule that slices across z, then y."""
+def _ordered_ball_rule(count: int, low: Array, high: Array) -> tuple[Array, Array]:
+    """The rule that slices across z, then y, of the ball cut by a box between two corners, (3,) each."""
+    (x_low, y_low, z_low), (x_high, y_high, z_high) = low, high
 
     def chord(half_length: Array) -> Array:
         return np.clip(np.minimum(half_length, x_high) - np.maximum(-half_length, x_low), 0.0, None)
@@ -176,9 +175,9 @@ def _ordered_ball_rule(
         y_nodes, y_weights = _gauss_rule(length_at, max(-r, y_low), min(r, y_high), r, count)
         for y, share in zip(y_nodes, y_weights / y_weights.sum(), strict=True):
             q = np.sqrt(r**2 - y**2)
-            low, high = max(-q, x_low), min(q, x_high)
+            start, end = max(-q, x_low), min(q, x_high)
             for x, x_share in zip(legendre, legendre_weights / 2, strict=True):
-                points.append(((low + high) / 2 + (high - low) / 2 * x, y, z))
+                points.append(((start + end) / 2 + (end - start) / 2 * x, y, z))
                 volumes.append(area * share * x_share)
     return np.array(points), np.array(volumes)
 

@@ -78,7 +78,7 @@ class BodyFaces:
         facing_gap: what is no higher than this above the first touch faces the pad [m].
 
     Attributes:
-        facing: what points up from the pad when the body lies on one of its faces, as far as geometry tells without
+        directions: what points up from the pad when the body lies on one of its faces, as far as geometry tells without
             looking at the faces closely, unit vectors in the body's frame, (faces, 3).
     """
 
@@ -86,18 +86,18 @@ class BodyFaces:
         self._shapes, self._local = dict(shapes), dict(local)
         self._facing_gap = facing_gap
         self._points = np.concatenate([_outermost(shape, local[geom]) for geom, shape in shapes.items()])
-        self.facing = self._supporting()
+        self.directions = self._supporting()
         self._made: dict[int, BodyFace | None] = {}
 
     def face(self, number: int) -> BodyFace | None:
         """One of the faces; None where it is none that could press by itself. Made when it is first asked for."""
         if number not in self._made:
-            self._made[number] = self._face(self.facing[number])
+            self._made[number] = self._face(self.directions[number])
         return self._made[number]
 
     def towards(self, pose: Pose) -> Iterator[tuple[BodyFace, Polygon | MultiPolygon]]:
         """The faces that a body at a pose turns to the pad, and their outlines in the pad frame [m]."""
-        for number in np.flatnonzero(self.facing @ pose.rotation[2] > 1.0 - _MOST_LEAN):
+        for number in np.flatnonzero(self.directions @ pose.rotation[2] > 1.0 - _MOST_LEAN):
             face = self.face(int(number))
             outline = None if face is None else face.placed(pose)
             if face is not None and outline is not None:

@@ -1,4 +1,4 @@
-"""What a body turns to a pad: first touch, gap map, and the flat face where it has one.
+"""What a body turns to a pad: first touch, gap function, and the flat face where it has one.
 
 A body is several shapes in their poses; its lower surface is the lowest of theirs. What reaches below the sensing
 surface within a sliver of the sheet's rim belongs to something beside the pad, and does not touch it from above.
@@ -142,7 +142,7 @@ def _face(shape: Shape, pose: Pose, sheet: Rectangle, floor: float, ceiling: flo
 def _triangle_face(
     surface: TriangleSurface, pose: Pose, sheet: Rectangle, floor: float, ceiling: float
 ) -> _Face | None:
-    numbers, corners = surface.facing(pose, sheet, floor, ceiling)
+    numbers, corners = surface.downward_triangles(pose, sheet, floor, ceiling)
     points, owner = _clipped(corners, sheet)
     if len(points) == 0:
         return None

@@ -31,12 +31,12 @@ def checked(solid: trimesh.Trimesh) -> trimesh.Trimesh:
     if not isinstance(solid, trimesh.Trimesh):
         raise IndenterError(f"expected a trimesh.Trimesh, got {type(solid).__name__}.")
     if len(solid.faces) == 0:
-        raise IndenterError("the mesh has no faces. Load a surface mesh, not points or curves.")
+        raise IndenterError("the mesh has no triangles. Load a surface mesh, not points or curves.")
     if not np.isfinite(solid.vertices).all():
         raise IndenterError("the mesh has vertices that are not finite. Repair the file it came from.")
     if not (solid.is_watertight and solid.is_winding_consistent):
         raise IndenterError(
-            "the mesh is not watertight (every edge must join two faces that wind alike). "
+            "the mesh is not watertight (every edge must join two triangles that wind alike). "
             "Close it, for example with trimesh's fill_holes() and fix_normals()."
         )
     if solid.volume <= 0.0:
@@ -69,7 +69,7 @@ def _prism(polygon: Polygon, height: float) -> trimesh.Trimesh:
     ring_starts = np.repeat(np.cumsum([0, *ring_sizes[:-1]]), ring_sizes)
     here = np.arange(count)
     after = ring_starts + (here - ring_starts + 1) % np.repeat(ring_sizes, ring_sizes)
-    faces = np.vstack(
+    sides = np.vstack(
         [
             triangles[:, ::-1],  # bottom, seen from below
             triangles + count,  # top
@@ -78,7 +78,7 @@ def _prism(polygon: Polygon, height: float) -> trimesh.Trimesh:
         ]
     )
     vertices = np.vstack([np.insert(corners, 2, z, axis=1) for z in (0.0, height)])
-    return trimesh.Trimesh(vertices, faces, process=False)
+    return trimesh.Trimesh(vertices, sides, process=False)
 
 
 def silhouette(solid: trimesh.Trimesh) -> Polygon:
@@ -134,15 +134,15 @@ def _section(solid: trimesh.Trimesh, offset: Array, above: Mask) -> Polygon | Mu
     return areal(shapely.union_all(list(outlines.values()))) if len(outlines) != 1 else next(iter(outlines.values()))
 
 
-def _crossings(faces: Indices, above: Mask) -> tuple[Indices, Indices]:
+def _crossings(triangles: Indices, above: Mask) -> tuple[Indices, Indices]:
     """Cut edges in which the section's segments start and end, each (low, high) vertex indices, shapes (m, 2)."""
-    marks = above[faces]
+    marks = above[triangles]
     cut = marks.any(axis=1) & ~marks.all(axis=1)
-    faces, marks = faces[cut], marks[cut]
+    triangles, marks = triangles[cut], marks[cut]
     lone_is_above = marks.sum(axis=1) == 1
     lone = np.argmax(marks == lone_is_above[:, None], axis=1)  # the corner alone on its side of the plane
-    rows = np.arange(len(faces))
-    apex, after, before = (faces[rows, (lone + k) % 3] for k in range(3))
+    rows = np.arange(len(triangles))
+    apex, after, before = (triangles[rows, (lone + k) % 3] for k in range(3))
     onward, backward = np.column_stack([apex, after]), np.column_stack([apex, before])
     starts = np.where(lone_is_above[:, None], onward, backward)
     ends = np.where(lone_is_above[:, None], backward, onward)

@@ -63,8 +63,9 @@ class ShadowGrid:
         owner, place = _expanded(width.prod(axis=1))
         columns = width[owner, 0]
         column, row = first[owner, 0] + place % columns, first[owner, 1] + place // columns
-        owner, column, row = _overlapping(shadow, owner, column, row, corner, cell, margin)
-        number = row * count + column
+        middles = corner + (np.column_stack([column, row]) + 0.5) * cell
+        near = _overlapping(shadow, owner, middles, cell, margin)
+        owner, number = owner[near], (row * count + column)[near]
         order = np.argsort(number, kind="stable")
         starts = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=count**2))])
         return cls(corner, cell, count, starts, numbers[owner[order]])
@@ -79,10 +80,16 @@ class ShadowGrid:
         return over[owner], self.triangles[self.starts[number][owner] + local]
 
 
-def _overlapping(
-    shadow: Array, owner: Indices, column: Indices, row: Indices, corner: Array, cell: Array, margin: float
-) -> tuple[Indices, Indices, Indices]:
-    """The pairs of triangle and cell in which no edge of the triangle keeps the whole cell off by the margin."""
+def _overlapping(shadow: Array, owner: Indices, middles: Array, cell: Array, margin: float) -> Mask:
+    """In which pairs of triangle and cell no edge of the triangle keeps the whole cell off by the margin.
+
+    Args:
+        shadow: corners of the triangles across the direction [m], (triangles, 3, 2).
+        owner: triangle of each pair, (pairs,).
+        middles: of the cell of each pair [m], (pairs, 2).
+        cell: size of a cell [m], (2,).
+        margin: [m].
+    """
     edges = np.roll(shadow, -1, axis=1) - shadow
     clockwise = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0] < 0.0
     across = np.stack([edges[..., 1], -edges[..., 0]], axis=-1)  # to the right of each edge
@@ -90,11 +97,11 @@ def _overlapping(
     along_x, along_y = across[..., 0].T, across[..., 1].T  # (3, m)
     limit = np.abs(along_x) * (cell[0] / 2) + np.abs(along_y) * (cell[1] / 2) + margin * np.hypot(along_x, along_y)
     limit += along_x * shadow[..., 0].T + along_y * shadow[..., 1].T
-    x, y = corner[0] + (column + 0.5) * cell[0], corner[1] + (row + 0.5) * cell[1]
+    x, y = middles.T
     keep = np.ones(len(owner), bool)
     for k in range(3):
         keep &= along_x[k, owner] * x + along_y[k, owner] * y <= limit[k, owner]
-    return owner[keep], column[keep], row[keep]
+    return keep
 
 
 def _expanded(counts: Indices) -> tuple[Indices, Indices]:
@@ -118,7 +125,7 @@ _STEEP = 1e-9
 _SAME_PLANE = 1e-5
 
 
-class View(NamedTuple):
+class MeshView(NamedTuple):
     """The mesh seen along one direction: coordinates of its shadow and heights, in turned axes about its middle."""
 
     axes: Array  #: rows u, v across the direction, and the direction itself, shape (3, 3)
@@ -142,23 +149,23 @@ class TriangleSurface:
 
     Args:
         vertices: in its own frame [m], shape (n, 3).
-        faces: counter-clockwise from outside, shape (m, 3).
+        triangles: vertex numbers of each, counter-clockwise from outside, shape (m, 3).
         closed: whether it is watertight. Of an open mesh both sides of each triangle count.
     """
 
-    def __init__(self, vertices: Array, faces: Indices, *, closed: bool) -> None:
-        self.vertices, self.faces, self.closed = vertices, faces, closed
+    def __init__(self, vertices: Array, triangles: Indices, *, closed: bool) -> None:
+        self.vertices, self.triangles, self.closed = vertices, triangles, closed
         self._middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-        self._triangles = np.ascontiguousarray(vertices[faces] - self._middle)
-        edges = self._triangles[:, 1:] - self._triangles[:, :1]
+        self._corners = np.ascontiguousarray(vertices[triangles] - self._middle)
+        edges = self._corners[:, 1:] - self._corners[:, :1]
         normals = np.cross(edges[:, 0], edges[:, 1])
         self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
         self._radius = float(np.linalg.norm(vertices - self._middle, axis=1).max())
-        self._view: View | None = None
+        self._view: MeshView | None = None
         self._grid: tuple[Array, ShadowGrid] | None = None  # with the axes of the view it was made for
         self._outline: _Outline | None = None
 
-    def view(self, pose: Pose) -> View:
+    def view(self, pose: Pose) -> MeshView:
         """The mesh seen along the pad's normal; kept while that direction stays the same in the mesh's frame."""
         direction = pose.rotation[2]
         if self._view is None or np.abs(self._view.axes[2] - direction).max() > _SAME_DIRECTION:
@@ -217,9 +224,9 @@ class TriangleSurface:
             most: normals looked at, those of the largest area first.
             least_share: of the whole surface that a flat part has at least.
         """
-        edges = self._triangles[:, 1:] - self._triangles[:, :1]
+        edges = self._corners[:, 1:] - self._corners[:, :1]
         areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
-        offsets = (self._normals * self._triangles[:, 0]).sum(axis=1) / max(self._radius, np.finfo(float).tiny)
+        offsets = (self._normals * self._corners[:, 0]).sum(axis=1) / max(self._radius, np.finfo(float).tiny)
         planes = np.round(np.column_stack([self._normals, offsets]) / _SAME_PLANE)
         _, first, group = np.unique(planes, axis=0, return_index=True, return_inverse=True)
         total = np.bincount(group.ravel(), areas)
@@ -227,9 +234,9 @@ class TriangleSurface:
             if total[number] < least_share * areas.sum():
                 return
             triangle = first[number]
-            yield self._normals[triangle], self._triangles[triangle, 0] + self._middle
+            yield self._normals[triangle], self._corners[triangle, 0] + self._middle
 
-    def facing(self, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> tuple[Indices, Array]:
+    def downward_triangles(self, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> tuple[Indices, Array]:
         """Triangles that face down near a rectangle and reach between two heights.
 
         Returns: their numbers, shape (k,), and their corners in the pad frame [m], shape (k, 3, 3).
@@ -266,11 +273,11 @@ class TriangleSurface:
     def _centre(self, pose: Pose) -> Array:
         return pose.position + pose.rotation @ self._middle
 
-    def _seen_along(self, direction: Array, nearly_across: Array) -> View:
+    def _seen_along(self, direction: Array, nearly_across: Array) -> MeshView:
         u = nearly_across - (nearly_across @ direction) * direction
         u /= np.linalg.norm(u)
         axes = np.stack([u, np.cross(direction, u), direction])
-        corners = self._triangles @ axes.T
+        corners = self._corners @ axes.T
         facing = self._normals @ direction
         faces_down = facing < -_STEEP if self.closed else np.abs(facing) > _STEEP
         edges = corners[:, 1:, :2] - corners[:, :1, :2]
@@ -284,9 +291,9 @@ class TriangleSurface:
         shares[:, 2] = -(shares[:, :2] * corners[:, 0, :2]).sum(axis=1)
         shares[:, 5] = -(shares[:, 3:5] * corners[:, 0, :2]).sum(axis=1)
         bottom = corners.reshape(-1, 3)[np.argmin(corners[..., 2])]
-        return View(axes, corners, shares / determinant[:, None], faces_down, bottom)
+        return MeshView(axes, corners, shares / determinant[:, None], faces_down, bottom)
 
-    def _gridded(self, view: View) -> ShadowGrid:
+    def _gridded(self, view: MeshView) -> ShadowGrid:
         """The triangles that face down, or would within the margin of tilt."""
         facing = self._normals @ view.axes[2]
         used = np.flatnonzero(facing < 2 * TILT_MARGIN) if self.closed else np.arange(len(facing))

@@ -22,7 +22,9 @@ Area = Polygon | MultiPolygon
 class ContactState:
     """What a contact law found out besides the tractions; NaN where the law does not say."""
 
-    approach: float = math.nan  #: how far the body moved into the pad from first touch, at the footprint's centroid [m]
+    #: How far the body moved into the pad from first touch [m], at the footprint's centroid; of a sensor, where it is
+    #: deepest.
+    indentation: float = math.nan
     tilts: tuple[float, float] = (math.nan, math.nan)  #: rotation of the body about the pad's x and y axes [rad]
     contact_area: float = 0.0  #: under pressure [m^2]
     peak_pressure: float = 0.0  #: largest mean pressure over a contact cell [Pa]
@@ -55,9 +57,9 @@ class SurfaceLoad:
         return self.covered() if callable(self.covered) else self.covered
 
     @property
-    def approach(self) -> float:
+    def indentation(self) -> float:
         """How far the body moved into the pad from first touch, at the footprint's centroid [m]; see ContactState."""
-        return self.state.approach
+        return self.state.indentation
 
     @property
     def tilts(self) -> tuple[float, float]:
@@ -83,7 +85,7 @@ class SurfaceLoad:
         return np.array([fx.sum(), fy.sum(), fz.sum()]), np.array([along_y, -along_x, torsion])
 
     def __add__(self, other: SurfaceLoad) -> SurfaceLoad:
-        """Both loads at once: tractions of several bodies on one pad add up. Approach and tilts are each body's own."""
+        """Both loads at once: tractions of several bodies on one pad add up. Indentation and tilts become NaN."""
         if self.forces.shape != other.forces.shape:
             raise ContactError(
                 f"loads on different surface grids do not add: {self.forces.shape} and {other.forces.shape} nodes. "

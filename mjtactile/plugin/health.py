@@ -34,7 +34,7 @@ class Note(ctypes.Structure):
         ("event", ctypes.c_int),
         ("body", ctypes.c_int),
         ("pressure", ctypes.c_double),
-        ("approach", ctypes.c_double),
+        ("indentation", ctypes.c_double),
     ]
 
 
@@ -74,7 +74,7 @@ class Names:
 
     pad: str
     pressure: str
-    approach: str
+    indentation: str
     bodies: tuple[str, ...]
 
     def body(self, number: int) -> str:
@@ -142,8 +142,8 @@ def message(names: Names, note: Note) -> str:
     """What a note says; the same text for the same pad, body and kind."""
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
-        f"{who}: strains are no longer small ({names.pressure}, or {names.approach}), and the readings of this linear "
-        "model are too simple there.",
+        f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), and the readings of this "
+        "linear model are too simple there.",
         f"{who}: a part of its contact force acts beside the sensing surface, or along it harder than the contact can "
         "carry. The nearest load that the surface carries is read; output 'carried' says which.",
         f"{who}: no contact was found as its law wants it: the pressure is spread over as much area as it needs at the "

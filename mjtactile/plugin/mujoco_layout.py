@@ -43,7 +43,7 @@ _SLEEP = ("mjData", "body_awake")
 FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
 
 
-class Shape(NamedTuple):
+class TypeSize(NamedTuple):
     """Size and alignment of a type [bytes]."""
 
     size: int
@@ -94,7 +94,7 @@ def mujoco_layout() -> MujocoLayout:
     return layout
 
 
-def _offsets(fields: Any, declared: Mapping[str, Any]) -> tuple[dict[str, int], Shape]:
+def _offsets(fields: Any, declared: Mapping[str, Any]) -> tuple[dict[str, int], TypeSize]:
     """Offset of each field, and the structure's own size and alignment."""
     offsets: dict[str, int] = {}
     at, alignment = 0, 1
@@ -105,22 +105,22 @@ def _offsets(fields: Any, declared: Mapping[str, Any]) -> tuple[dict[str, int], 
             offsets[field.name] = at
         at += shape.size
         alignment = max(alignment, shape.alignment)
-    return offsets, Shape(_aligned(at, alignment), alignment)
+    return offsets, TypeSize(_aligned(at, alignment), alignment)
 
 
-def _shape(kind: Any, declared: Mapping[str, Any]) -> Shape:
+def _shape(kind: Any, declared: Mapping[str, Any]) -> TypeSize:
     name = type(kind).__name__
     if name == "PointerType":
-        return Shape(_POINTER, _POINTER)
+        return TypeSize(_POINTER, _POINTER)
     if name == "ArrayType":
         inner = _shape(kind.inner_type, declared)
-        return Shape(inner.size * int(np.prod(kind.extents)), inner.alignment)
+        return TypeSize(inner.size * int(np.prod(kind.extents)), inner.alignment)
     if hasattr(kind, "fields"):
         return _offsets(kind.fields, declared)[1]
     if kind.name in declared:
         return _offsets(declared[kind.name].fields, declared)[1]
     size = 4 if kind.name.startswith("mjt") and kind.name not in _SIZES else _SIZES[kind.name]
-    return Shape(size, size)
+    return TypeSize(size, size)
 
 
 def _aligned(at: int, alignment: int) -> int:

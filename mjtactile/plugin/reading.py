@@ -59,7 +59,7 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
     to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre
     to.tilting = options.tilting
-    pressure, approach = linear_range(geometry)
+    pressure, indentation = linear_range(geometry)
     to.context = register(
-        Names(pad, f"over {pressure:.3g} Pa on the average", f"deeper than {approach * 1e3:.3g} mm", bodies)
+        Names(pad, f"over {pressure:.3g} Pa on the average", f"deeper than {indentation * 1e3:.3g} mm", bodies)
     )

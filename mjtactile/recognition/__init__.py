@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Literal, overload
 
 from mjtactile.pad import Pad
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.force import ForceRecogniser, ForceResult
 from mjtactile.recognition.grasp import GraspRecogniser, GraspResult
 from mjtactile.recognition.pose import POSE_KINDS, PoseModule
@@ -92,18 +92,19 @@ def load(
     registry = read_registry(where)
     view = stored_module(where, _entry(registry, "view", where))
     check_pad(view, pad)
-    if name == "grasp":
-        return GraspRecogniser.from_stored(View.from_stored(view), stored_module(where, _entry(registry, name, where)))
-    if name == "force":
-        stored = stored_module(where, _entry(registry, "force", where))
-        return ForceRecogniser.from_stored(View.from_stored(view), stored)
+    if name != "shape":
+        recogniser = GraspRecogniser if name == "grasp" else ForceRecogniser
+        stored = stored_module(where, _entry(registry, name, where))
+        return recogniser.from_stored(PrincipalComponents.from_stored(view), stored)
     poses = [PoseModule.from_stored(stored_module(where, _entry(registry, kind, where))) for kind in POSE_KINDS]
     chosen = [entry for entry in registry.values() if entry.kind == "shape" and not entry.optional]
     chosen += [_entry(registry, f"shape {shape}", where) for shape in also]
     unique = {entry.name: entry for entry in chosen}
     shapes = tuple(ShapeModule.from_stored(stored_module(where, entry)) for entry in unique.values())
     position, size, orientation = poses
-    return ShapeRecogniser(View.from_stored(view), (position, size, orientation), shapes, ModuleStack(shapes))
+    return ShapeRecogniser(
+        PrincipalComponents.from_stored(view), (position, size, orientation), shapes, ModuleStack(shapes)
+    )
 
 
 def modules(*, layers: str = "all", folder: Path | None = None) -> dict[str, Entry]:

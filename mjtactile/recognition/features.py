@@ -47,7 +47,7 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class PrincipalComponents:
     """Principal parts of a pad's readings.
 
     Attributes:
@@ -64,7 +64,7 @@ class View:
     reading_shape: tuple[int, int, int]
 
     @classmethod
-    def from_stored(cls, stored: Stored) -> View:
+    def from_stored(cls, stored: Stored) -> PrincipalComponents:
         """The view in a file of weights."""
         parts, mean, scale = (stored.arrays[name].astype(np.float32) for name in ("parts", "mean", "scale"))
         return cls(parts, mean, scale, stored.layers, stored.reading_shape)
@@ -72,7 +72,7 @@ class View:
     @classmethod
     def fitted(
         cls, octants: np.ndarray, parts: int, layers: tuple[int, ...], reading_shape: tuple[int, int, int]
-    ) -> View:
+    ) -> PrincipalComponents:
         """Principal parts of readings over their length.
 
         Args:

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.features import Seen, View
 from mjtactile.recognition.symmetry import Mirrors
-from mjtactile.recognition.weight_files import Stored
+from mjtactile.recognition.wrench import EstimatedWrenches, WrenchRecogniser
 
 #: A direction known to within this is half trusted [rad].
 _HALF_TRUSTED = np.radians(3.0)
@@ -57,53 +55,23 @@ class ForceResult:
         return np.arctan2(self.force[..., 1], self.force[..., 0])
 
 
-@dataclass(frozen=True, eq=False)
-class ForceRecogniser:
-    """Readings to force and position; make one with `recognition.load("force")`.
+class ForceRecogniser(WrenchRecogniser[ForceResult]):
+    """Readings to force and position; make one with `recognition.load("force")`."""
 
-    Attributes:
-        view: what is looked at.
-        estimator: of tangential over pressing force (2), position (2) [m] and the logarithm of the pressing force over
-            the readings' size.
-    """
+    name = "force"
 
-    view: View
-    estimator: Estimator
-
-    @classmethod
-    def from_stored(cls, view: View, stored: Stored) -> ForceRecogniser:
-        """The recogniser in a file of weights."""
-        return cls(view, Estimator.from_arrays(stored.arrays, "force"))
-
-    def __call__(self, readings: np.ndarray) -> ForceResult:
-        """Recognise.
-
-        Args:
-            readings: (..., layers, rows, columns) [Pa] of the pad the weights belong to.
-
-        Raises:
-            RecognitionError: for another shape, NaN, or where nothing presses.
-        """
-        flat, batch = self.view.checked(readings)
-        return self.from_seen(self.view.see(flat), batch)
-
-    def from_seen(self, seen: Seen, batch: tuple[int, ...]) -> ForceResult:
-        """Recognise what a view has seen already."""
-        values, deviations = self.estimator(seen.features)
-        pressing = np.exp(values[:, 4]) * seen.size
-        ratio = seen.mirrors.original(values[:, :2])
-        position = seen.mirrors.original(values[:, 2:4])
-        slant = np.sqrt(1.0 + (ratio**2).sum(axis=1))
-        force = np.column_stack([ratio * pressing[:, None], -pressing])
+    def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> ForceResult:
+        """See WrenchRecogniser."""
+        slant = np.sqrt(1.0 + (found.ratio**2).sum(axis=1))
         # d(direction) of d(ratio): across the tilt 1 / slant, along it 1 / slant^2; both at most that across.
-        direction_deviation = np.sqrt((deviations[:, :2] ** 2).sum(axis=1)) / slant
+        direction_deviation = found.ratio_deviation / slant
         return ForceResult(
-            force.reshape(*batch, 3),
-            position.reshape(*batch, 2),
+            found.force.reshape(*batch, 3),
+            found.position.reshape(*batch, 2),
             (1.0 / (1.0 + (direction_deviation / _HALF_TRUSTED) ** 2)).reshape(batch),
             direction_deviation.reshape(batch),
-            (deviations[:, 4] * pressing * slant).reshape(batch),
-            np.sqrt((deviations[:, 2:4] ** 2).sum(axis=1)).reshape(batch),
+            (found.pressing_deviation * found.pressing * slant).reshape(batch),
+            found.position_deviation.reshape(batch),
         )
 
     def from_projected(self, projected: np.ndarray, left: np.ndarray) -> ForceResult:

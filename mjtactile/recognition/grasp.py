@@ -10,9 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.recognition.estimator import Estimator
-from mjtactile.recognition.features import View
-from mjtactile.recognition.weight_files import Stored
+from mjtactile.recognition.wrench import EstimatedWrenches, WrenchRecogniser
 
 #: What is recognised, besides the deviations: tangential over pressing force (2), centre of pressure (2) [m], twist
 #: over pressing force [m], logarithm of pressing force over the readings' size.
@@ -48,47 +46,20 @@ class GraspResult:
         return np.hypot(self.force[..., 0], self.force[..., 1])
 
 
-@dataclass(frozen=True, eq=False)
-class GraspRecogniser:
-    """Readings to force and twist; make one with `recognition.load("grasp")`.
+class GraspRecogniser(WrenchRecogniser[GraspResult]):
+    """Readings to force and twist; make one with `recognition.load("grasp")`."""
 
-    Attributes:
-        view: what is looked at.
-        estimator: of tangential over pressing force (2), centre of pressure (2) [m], twist over pressing force [m] and
-            the logarithm of the pressing force over the readings' size.
-    """
+    name = "grasp"
 
-    view: View
-    estimator: Estimator
-
-    @classmethod
-    def from_stored(cls, view: View, stored: Stored) -> GraspRecogniser:
-        """The recogniser in a file of weights."""
-        return cls(view, Estimator.from_arrays(stored.arrays, "grasp"))
-
-    def __call__(self, readings: np.ndarray) -> GraspResult:
-        """Recognise.
-
-        Args:
-            readings: (..., layers, rows, columns) [Pa] of the pad the weights belong to.
-
-        Raises:
-            RecognitionError: for another shape, NaN, or where nothing presses.
-        """
-        flat, batch = self.view.checked(readings)
-        seen = self.view.see(flat)
-        values, deviations = self.estimator(seen.features)
-        pressing = np.exp(values[:, 5]) * seen.size
-        ratio = seen.mirrors.original(values[:, :2])
-        # A twist turns round in every mirror.
-        flips = seen.mirrors.x ^ seen.mirrors.y ^ seen.mirrors.swapped
-        twist = np.where(flips, -1.0, 1.0) * values[:, 4] * pressing
+    def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> GraspResult:
+        """See WrenchRecogniser."""
+        assert found.twist is not None
         return GraspResult(
-            np.column_stack([ratio * pressing[:, None], -pressing]).reshape(*batch, 3),
-            seen.mirrors.original(values[:, 2:4]).reshape(*batch, 2),
-            twist.reshape(batch),
-            np.sqrt((deviations[:, :2] ** 2).sum(axis=1)).reshape(batch),
-            deviations[:, 5].reshape(batch),
+            found.force.reshape(*batch, 3),
+            found.position.reshape(*batch, 2),
+            found.twist.reshape(batch),
+            found.ratio_deviation.reshape(batch),
+            found.pressing_deviation.reshape(batch),
         )
 
 

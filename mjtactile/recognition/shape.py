@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.recognition.features import Seen, View
+from mjtactile.recognition.features import PrincipalComponents, Seen
 from mjtactile.recognition.network import Network, silu
 from mjtactile.recognition.pose import PoseModule, rotation_of
 from mjtactile.recognition.weight_files import RecognitionError, Stored
@@ -109,7 +109,7 @@ class ShapeRecogniser:
         stack: the modules' networks.
     """
 
-    view: View
+    view: PrincipalComponents
     poses: tuple[PoseModule, PoseModule, PoseModule]
     modules: tuple[ShapeModule, ...]
     stack: ModuleStack

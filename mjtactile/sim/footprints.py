@@ -103,7 +103,7 @@ class SectionImprints(Imprints[trimesh.Trimesh]):
 
 
 class GapImprints(Imprints[Shape]):
-    """Footprints that are outlines where a body's face is flat, and gap maps where it is not.
+    """Footprints that are outlines where a body's face is flat, and gap functions where it is not.
 
     Args:
         model: compiled model.

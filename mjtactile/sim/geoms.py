@@ -150,10 +150,10 @@ def _unit_sphere() -> trimesh.Trimesh:
 def _mesh(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
     mesh = int(model.geom_dataid[geom])
     first_vertex, vertices = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    first_face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    first, triangles = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
     solid = trimesh.Trimesh(
         model.mesh_vert[first_vertex : first_vertex + vertices],
-        model.mesh_face[first_face : first_face + faces],
+        model.mesh_face[first : first + triangles],
         process=False,
     )
     solid.merge_vertices()
@@ -168,7 +168,7 @@ def _mesh_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
 
 
 def _height_field(model: mujoco.MjModel, field: int) -> tuple[Array, Indices]:
-    """A height field as the closed solid MuJoCo collides: vertices [m] and faces, counter-clockwise from outside."""
+    """The closed solid of a height field, as MuJoCo collides it: vertices [m] and outward triangles."""
     rows, columns, start = (int(a[field]) for a in (model.hfield_nrow, model.hfield_ncol, model.hfield_adr))
     half_x, half_y, scale, base = model.hfield_size[field]
     x, y = np.meshgrid(np.linspace(-half_x, half_x, columns), np.linspace(-half_y, half_y, rows))

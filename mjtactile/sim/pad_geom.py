@@ -6,6 +6,7 @@ name.
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import mujoco
@@ -15,8 +16,24 @@ from mjtactile._types import Array
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
 
+#: Parameters of a stiff contact, and what the others have in their place; `contact_constants` has the reasons.
+_STIFF: dict[str, Any] = {
+    "condim": 4,
+    "friction": [1.0, 0.0005, 0.0001],
+    "priority": 10,
+    "gap": 0.0,
+    "solref": [0.005, 1.0],
+    "solimp": [0.98, 0.99, 0.001, 0.5, 2.0],
+    "margin": 0.0,
+}
+_DIFFERENT: dict[str, dict[str, Any]] = {
+    "stiff": {},
+    "soft": {"solref": [0.02, 1.0], "solimp": [0.5, 0.998, 0.002, 0.7, 3.0], "margin": 0.001},
+    "press": {"solref": [0.003, 1.0], "priority": 1},
+    "hand": {"solref": [0.01, 1.0], "solimp": [0.9, 0.9, 0.001, 0.5, 2.0]},
+}
 #: Contacts of a pad by name, see `contact_constants`.
-CONTACTS = ("stiff", "soft", "press", "hand")
+CONTACTS = tuple(_DIFFERENT)
 #: What models need not say, since MuJoCo says it too.
 _PLAIN = {"gap": 0.0, "margin": 0.0}
 #: Touches whatever touches anything: every bit that MuJoCo's groups have.
@@ -76,22 +93,7 @@ def contact_constants(contact: str) -> dict[str, Any]:
     """
     if contact not in CONTACTS:
         raise SceneError(f"contact {contact!r} does not exist. Available: {', '.join(CONTACTS)}.")
-    stiff = {
-        "condim": 4,
-        "friction": [1.0, 0.0005, 0.0001],
-        "priority": 10,
-        "gap": 0.0,
-        "solref": [0.005, 1.0],
-        "solimp": [0.98, 0.99, 0.001, 0.5, 2.0],
-        "margin": 0.0,
-    }
-    of_its_own: dict[str, dict[str, Any]] = {
-        "stiff": {},
-        "soft": {"solref": [0.02, 1.0], "solimp": [0.5, 0.998, 0.002, 0.7, 3.0], "margin": 0.001},
-        "press": {"solref": [0.003, 1.0], "priority": 1},
-        "hand": {"solref": [0.01, 1.0], "solimp": [0.9, 0.9, 0.001, 0.5, 2.0]},
-    }
-    return stiff | of_its_own[contact]
+    return copy.deepcopy(_STIFF | _DIFFERENT[contact])
 
 
 def contact_attributes(contact: str, *names: str) -> dict[str, str]:

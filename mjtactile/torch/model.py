@@ -216,7 +216,7 @@ class PadModel(nn.Module):
                 f"the footprint lies on a surface of {footprint.surface.node_shape} nodes, but this model's has "
                 f"{self.surface.node_shape}. Make it with influence matrices of the same pad and fidelity."
             )
-        basis = UniformBasis.of(footprint.facing)
+        basis = UniformBasis.of(footprint.lowest_part)
         return self._tensor(np.einsum("pyxc,pw->wyxc", basis.forces, basis.shares))
 
     def get_extra_state(self) -> dict[str, Any]:

@@ -155,7 +155,7 @@ MJT_API mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char
 MJT_API void mjt_press_free(mjt_press* press);
 /* What was found of one body. */
 struct mjt_pressed {
-  double approach, slopes[2];   /* down at the point it is asked for [m], and its growth along x and y [-]; NaN: not known */
+  double indentation, slopes[2]; /* at the point it is asked for [m], its growth along x and y [-]; NaN: not known */
   double carried[6];            /* the part of the wrench that is carried [N, N m] */
   double area, peak, stick;     /* under pressure [m^2], largest pressure [Pa], where it does not slip [m^2] */
   int32_t refused;              /* nothing of it faces the pad, or its wrench does not press */
@@ -164,7 +164,7 @@ struct mjt_pressed {
   int32_t cells, edges;         /* of the contact, and edges about what is under pressure; 0 where the law needs none */
 };
 /* Press bodies at once, each under a wrench (6); under law "uniform" and "foundation" they do not feel each other.
-   points (count, 2): where the approach is asked for; nodal forces (count, nodes y, nodes x, 3). */
+   points (count, 2): where the indentation is asked for; nodal forces (count, nodes y, nodes x, 3). */
 MJT_API void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const* footprints,
                               const double* wrenches, const double* points, double* nodal_forces,
                               mjt_pressed* pressed);

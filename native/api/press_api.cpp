@@ -114,9 +114,9 @@ void set_motion(const mjt_press& press, const SolvedCells& solved, const double*
   }
   const double mean = right[0] / gram[0];
   to.slopes[0] = to.slopes[1] = 0.0;
-  to.approach = mean;
+  to.indentation = mean;
   if (!press.options.tilting || !solve_small(3, gram, right, 1, kOpen)) return;
-  to.approach = right[0];
+  to.indentation = right[0];
   to.slopes[0] = right[1] / length;
   to.slopes[1] = right[2] / length;
 }
@@ -156,7 +156,7 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
     double* nodal = nodal_forces + body * nodes;
     mjt_pressed& to = pressed[body];
     to = {};
-    to.approach = to.slopes[0] = to.slopes[1] = std::numeric_limits<double>::quiet_NaN();
+    to.indentation = to.slopes[0] = to.slopes[1] = std::numeric_limits<double>::quiet_NaN();
     for (const Pressed::Note& note : press.sensor.pressed().notes) {
       if (note.body != static_cast<int>(body)) continue;
       if (note.event == Event::refused) to.refused = 1;

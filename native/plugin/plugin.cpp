@@ -77,7 +77,7 @@ class Context {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (!warned_.insert({note.event, note.body}).second) return;
     }
-    notes().add({number_, static_cast<int>(note.event), note.body, note.pressure, note.approach});
+    notes().add({number_, static_cast<int>(note.event), note.body, note.pressure, note.indentation});
   }
 
  private:

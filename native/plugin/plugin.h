@@ -23,11 +23,11 @@ typedef struct mjt_instance {
 } mjt_instance;
 
 /* Something to warn of, once for every sensor, body and event: 0 beyond the range of small strains, 1 not carried,
-   2 bounded, 3 refused (Event). Body -1: a flex. Pressure [Pa], approach [m]. */
+   2 bounded, 3 refused (Event). Body -1: a flex. Pressure [Pa], indentation [m]. */
 typedef struct mjt_note {
   int64_t context;
   int event, body;
-  double pressure, approach;
+  double pressure, indentation;
 } mjt_note;
 
 /* Python's part; none of it is called from within a step. */

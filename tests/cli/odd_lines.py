@@ -229,7 +229,7 @@ def _line(rng: np.random.Generator, name: tuple[str, ...], options: list[Option]
 
 def _odd(rng: np.random.Generator, option: Option, files: Files) -> str:
     own = BY_NAME.get(option.name, ())
-    by_purpose = {"spec": files.specs, "readme": files.pages, "page": files.pages, "measured": files.results}
+    by_purpose = {"spec": files.specs, "page": files.pages, "measured": files.results}
     if option.name in by_purpose:
         values = by_purpose[option.name]
     elif Path in option.types:

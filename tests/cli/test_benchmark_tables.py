@@ -5,7 +5,7 @@ import mujoco
 import pytest
 
 from mjtactile.cli.benchmarks.plugin import FingersScene, PluginScene, compiled, plugin_table
-from mjtactile.cli.benchmarks.tables import mesh_table, rewrite_table, stored_runs, today_table
+from mjtactile.cli.benchmarks.tables import mesh_table, stored_runs, table_on_page, today_table
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
 from mjtactile.errors import MjTactileError
 
@@ -36,12 +36,12 @@ def test_a_table_replaces_the_old_one_between_its_markers(tmp_path):
     path.write_text(
         "before\n<!-- bench mesh -->\nold\n<!-- end -->\nbetween\n<!-- bench other -->\nkept\n<!-- end -->\n"
     )
-    rewrite_table(path, "mesh", "new")
+    table_on_page(path, "mesh")("new")
     assert path.read_text() == (
         "before\n<!-- bench mesh -->\nnew\n<!-- end -->\nbetween\n<!-- bench other -->\nkept\n<!-- end -->\n"
     )
     with pytest.raises(MjTactileError, match="nothing"):
-        rewrite_table(path, "nothing", "new")
+        table_on_page(path, "nothing")
 
 
 def test_mujocos_own_tactile_sensor_is_timed_while_it_feels_the_punch():

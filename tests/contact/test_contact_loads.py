@@ -24,17 +24,17 @@ def difference(actual, expected) -> float:
 
 @pytest.mark.parametrize("gap", [0.1e-3, 1e-3, 4e-3])
 def test_two_halves_that_sink_alike_are_one_body(gap, coarse_square):
-    """A rigid body pressed on two faces is two bodies with the same approach: independent of how bodies couple."""
+    """A rigid body pressed on two faces is two bodies with the same indentation: independent of how bodies couple."""
     left, right = pair(coarse_square, gap)
     both = Footprint.from_outline(left.outline.union(right.outline), coarse_square.surface)
     one = contact_load(coarse_square, both, [0, 0, -0.3], law="elastic", tilt="fixed", cells=2 * CELLS)
     forces = [[0, 0, -0.15], [0, 0, -0.15]]
     two = contact_loads(coarse_square, [left, right], forces, law="elastic", tilt="fixed", cells=CELLS)
     assert difference(coarse_square.readings(two[0] + two[1]), coarse_square.readings(one)) < 5e-3
-    assert two[0].approach == pytest.approx(one.approach, rel=5e-3)
-    assert two[0].approach == pytest.approx(two[1].approach, rel=1e-6)
+    assert two[0].indentation == pytest.approx(one.indentation, rel=5e-3)
+    assert two[0].indentation == pytest.approx(two[1].indentation, rel=1e-6)
     alone = contact_load(coarse_square, left, [0, 0, -0.15], law="elastic", tilt="fixed", cells=CELLS)
-    assert abs(alone.approach / one.approach - 1) > 0.01  # what coupling is there for
+    assert abs(alone.indentation / one.indentation - 1) > 0.01  # what coupling is there for
 
 
 def test_each_body_carries_its_own_wrench(coarse_square):
@@ -57,7 +57,7 @@ def test_a_ball_beside_a_punch_is_lifted_by_what_the_punch_sinks(coarse_square):
     forces = [[0, 0, -0.3], [0, 0, -0.05]]
     _, beside = contact_loads(coarse_square, [punch, ball], forces, law="elastic", cells=CELLS)
     alone = contact_load(coarse_square, ball, forces[1], law="elastic", cells=CELLS)
-    assert beside.approach > 1.02 * alone.approach
+    assert beside.indentation > 1.02 * alone.indentation
     assert beside.contact_area == pytest.approx(alone.contact_area, rel=0.1)
 
 

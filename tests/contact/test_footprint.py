@@ -1,4 +1,4 @@
-"""Footprints from gap maps: what is covered, where it touches first, and what is refused."""
+"""Footprints from gap functions: what is covered, where it touches first, and what is refused."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ def test_heights_out_of_reach_are_infinite():
 def test_flat_face_has_no_height_and_faces_itself():
     footprint = Footprint.from_outline(box(0, 0, 1e-3, 1e-3), INFLUENCE.surface)
     np.testing.assert_array_equal(footprint.heights(np.zeros((4, 2))), 0.0)
-    assert footprint.facing is footprint
+    assert footprint.lowest_part is footprint
 
 
 def test_curved_body_faces_the_pad_with_its_lowest_part():
-    facing = Footprint.from_gap(sphere, INFLUENCE.surface).facing
-    assert facing.gap is None
-    assert facing.area == pytest.approx(math.pi * 2 * RADIUS * FACING_GAP, rel=5e-3)
+    lowest = Footprint.from_gap(sphere, INFLUENCE.surface).lowest_part
+    assert lowest.gap is None
+    assert lowest.area == pytest.approx(math.pi * 2 * RADIUS * FACING_GAP, rel=5e-3)
 
 
 def test_outline_limits_the_body_and_its_lowest_point():
@@ -99,7 +99,7 @@ def where_far(bad: float):
     ],
     ids=["nan", "minus infinity", "nothing there", "a number", "a column", "too few"],
 )
-def test_bad_gap_maps_are_refused_with_the_cure(gap, message):
+def test_bad_gap_functions_are_refused_with_the_cure(gap, message):
     with pytest.raises(FootprintError, match=message):
         Footprint.from_gap(gap, INFLUENCE.surface)
 

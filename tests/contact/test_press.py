@@ -44,7 +44,7 @@ def test_sphere_sinks_in_alike_wherever_it_is(default_influence, law):
     for place in ((1.234e-3, -0.777e-3), (-3.1e-3, 2.9e-3), (0.0375e-3, 0.0)):
         there = pressed(default_influence, sphere_at(*place), law=law)
         assert_carried(there, 0.05)
-        assert there.approach == pytest.approx(middle.approach, rel=0.01 if law == "elastic" else 0.03)
+        assert there.indentation == pytest.approx(middle.indentation, rel=0.01 if law == "elastic" else 0.03)
         assert there.contact_area == pytest.approx(middle.contact_area, rel=0.08)  # whole cells
         np.testing.assert_allclose([there.contact.centroid.x, there.contact.centroid.y], place, atol=0.03e-3)
 
@@ -56,7 +56,7 @@ def test_sphere_under_any_force(default_influence, force):
     assert_carried(load, force)
     radius = hertz_radius(force)
     # The sheet is thin: the larger the contact, the less it gives.
-    assert load.approach == pytest.approx(radius**2 / RADIUS, rel=0.02 + 0.3 * radius / 1e-3)
+    assert load.indentation == pytest.approx(radius**2 / RADIUS, rel=0.02 + 0.3 * radius / 1e-3)
     assert math.sqrt(load.contact_area / math.pi) == pytest.approx(radius, rel=0.05)
 
 
@@ -65,7 +65,7 @@ def test_the_least_forces_rest_on_one_cell(default_influence, force):
     """Narrower than a hundredth of the pad's depth, taxels do not tell cells apart; a square sinks in about as far."""
     load = pressed(default_influence, sphere_at(1e-3, 2e-3), force)
     assert_carried(load, force)
-    assert load.approach == pytest.approx(hertz_radius(force) ** 2 / RADIUS, rel=0.05)
+    assert load.indentation == pytest.approx(hertz_radius(force) ** 2 / RADIUS, rel=0.05)
 
 
 def hertz_radius(force: float) -> float:
@@ -98,7 +98,7 @@ def test_ridge_sinks_in_alike_at_any_angle(default_influence, law):
         return contact_load(default_influence, footprint, (0.0, 0.0, -0.05), law=law, cells=300)
 
     loads = [at(turn) for turn in (0.0, 0.3, math.pi / 4, 1.2, math.pi / 2, -0.9)]
-    depths = [load.approach for load in loads]
+    depths = [load.indentation for load in loads]
     np.testing.assert_allclose(depths, depths[0], rtol=0.02 if law == "elastic" else 0.06)
     areas = [load.contact_area for load in loads]
     np.testing.assert_allclose(areas, areas[0], rtol=0.2)  # whole cells, few across
@@ -133,7 +133,7 @@ def test_fixed_body_keeps_its_orientation_and_answers_with_a_moment(default_infl
 
 def test_more_cells_change_little(default_influence):
     few, many = (pressed(default_influence, sphere_at(0.4e-3, 0.0), cells=cells) for cells in (100, 800))
-    assert few.approach == pytest.approx(many.approach, rel=0.01)
+    assert few.indentation == pytest.approx(many.indentation, rel=0.01)
     readings = [default_influence.readings(load) for load in (few, many)]
     assert np.linalg.norm(readings[0] - readings[1]) <= 0.01 * np.linalg.norm(readings[1])
 
@@ -152,11 +152,11 @@ def test_foundation_sinks_in_as_the_elastic_surface_does(default_influence):
             contact_load(default_influence, footprint, (0.0, 0.0, -0.05), law=law, cells=200, tilt="fixed")
             for law in ("elastic", "foundation")
         )
-        assert springs.approach == pytest.approx(elastic.approach, rel=0.03)
+        assert springs.indentation == pytest.approx(elastic.indentation, rel=0.03)
         assert springs.peak_pressure == pytest.approx(0.05 / footprint.area, rel=1e-3)
 
 
-def test_what_a_gap_map_raises_reaches_the_user(coarse_square):
+def test_what_a_gap_function_raises_reaches_the_user(coarse_square):
     """Wherever it is: while the outline is traced, or while the core looks at heights."""
     calls = []
 

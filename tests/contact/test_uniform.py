@@ -44,7 +44,7 @@ def test_load_says_what_the_law_knows():
     load = contact_load(INFLUENCE, SQUARE, (0.0, 0.0, -0.1))
     assert load.contact_area == pytest.approx(36e-6)
     assert load.peak_pressure == pytest.approx(0.1 / 36e-6)
-    assert math.isnan(load.approach)
+    assert math.isnan(load.indentation)
     assert all(math.isnan(tilt) for tilt in load.tilts)
 
 

@@ -170,4 +170,4 @@ def test_the_page_has_the_tables_of_the_spaces():
     from mjtactile.cli.envs_tables import environment_tables
 
     page = (Path(__file__).parents[2] / "docs" / "environments.md").read_text()
-    assert environment_tables() in page, "run: mjtactile envs --readme docs/environments.md"
+    assert environment_tables() in page, "run: mjtactile envs --page docs/environments.md"

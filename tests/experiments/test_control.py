@@ -44,7 +44,7 @@ def test_noise_in_what_is_recognised_is_averaged():
 
 
 def test_the_surface_is_looked_for_straight_down_at_the_approach_speed():
-    servo = ForceServo(stiffness=400.0, approach=0.03)
+    servo = ForceServo(stiffness=400.0, approach_speed=0.03)
     np.testing.assert_allclose(servo.step(None, COMMANDED, 5e-3), [0.0, 0.0, -1.5e-4])
 
 
@@ -56,7 +56,7 @@ def test_no_step_is_larger_than_allowed():
 
 
 @pytest.mark.parametrize(
-    "values", [{"stiffness": 0.0}, {"stiffness": 1.0, "gain": 1.0}, {"stiffness": 1.0, "approach": 0.0}]
+    "values", [{"stiffness": 0.0}, {"stiffness": 1.0, "gain": 1.0}, {"stiffness": 1.0, "approach_speed": 0.0}]
 )
 def test_a_servo_that_would_run_away_is_refused(values):
     with pytest.raises(ControlError, match="gain between 0 and 1"):

@@ -50,7 +50,7 @@ QUARTERS = [h for h in itertools.product([False, True], repeat=3) if sum(h) > 1]
 @pytest.mark.parametrize("count", COUNTS)
 def test_moments_of_balls_and_their_halves_are_exact(count, halved):
     low = [0.0 if half else -1.0 for half in halved]
-    rule = _ball_rule(count, *low, 1.0, 1.0, 1.0)
+    rule = _ball_rule(count, (*low, 1.0, 1.0, 1.0))
     for powers in powers_up_to(2 * count - 1):
         # Rounding, through 96-point auxiliary rules.
         assert rule_moment(rule, powers) == pytest.approx(ball_moment(powers, halved), abs=1e-12), powers
@@ -60,7 +60,7 @@ def test_moments_of_balls_and_their_halves_are_exact(count, halved):
 @pytest.mark.parametrize("count", COUNTS)
 def test_moments_of_quarter_and_eighth_balls_are_nearly_exact(count, halved):
     low = [0.0 if half else -1.0 for half in halved]
-    rule = _ball_rule(count, *low, 1.0, 1.0, 1.0)
+    rule = _ball_rule(count, (*low, 1.0, 1.0, 1.0))
     for powers in powers_up_to(2 * count - 1):
         expected = ball_moment(powers, halved)
         even = all(power % 2 == 0 for power in powers)
@@ -72,8 +72,8 @@ def test_moments_of_quarter_and_eighth_balls_are_nearly_exact(count, halved):
 @pytest.mark.parametrize("count", COUNTS)
 @pytest.mark.parametrize("box", [(-0.3, -1, -1, 1, 1, 1), (-0.3, -0.3, -1, 1, 1, 1), (0, 0, -0.5, 1, 1, 0.2)], ids=str)
 def test_diagonal_mirror_maps_rules_onto_rules(count, box):
-    points, weights = _ball_rule(count, *box)
-    swapped, swapped_weights = _ball_rule(count, *(box[i] for i in (1, 0, 2, 4, 3, 5)))
+    points, weights = _ball_rule(count, box)
+    swapped, swapped_weights = _ball_rule(count, tuple(box[i] for i in (1, 0, 2, 4, 3, 5)))
     swapped = swapped[:, [1, 0, 2]]
     order, other = np.lexsort(points.round(9).T), np.lexsort(swapped.round(9).T)
     np.testing.assert_allclose(points[order], swapped[other], atol=1e-12)
@@ -83,12 +83,12 @@ def test_diagonal_mirror_maps_rules_onto_rules(count, box):
 @pytest.mark.parametrize("count", COUNTS)
 def test_one_degree_more_is_not_exact(count):
     """So the test above would notice a rule of fewer points."""
-    rule = _ball_rule(count, *WHOLE)
+    rule = _ball_rule(count, WHOLE)
     assert rule_moment(rule, (2 * count, 0, 0)) != pytest.approx(ball_moment((2 * count, 0, 0), (False,) * 3), rel=1e-3)
 
 
 def test_two_points_per_axis_on_a_whole_ball_are_corners_of_a_cube():
-    points, weights = _ball_rule(2, *WHOLE)
+    points, weights = _ball_rule(2, WHOLE)
     corner = math.sqrt(1 / 5)  # radius sqrt(3/5)
     expected = np.array(list(itertools.product([-corner, corner], repeat=3)))
     np.testing.assert_allclose(sorted(map(tuple, points.round(12))), sorted(map(tuple, expected.round(12))), atol=1e-11)
@@ -100,10 +100,10 @@ def test_rules_of_opposite_halves_are_mirror_images(count):
     for axis in range(3):
         low, high = np.array(WHOLE[:3]), np.array(WHOLE[3:])
         low[axis] = -0.3
-        points, weights = _ball_rule(count, *low, *high)
+        points, weights = _ball_rule(count, (*low, *high))
         low, high = np.array(WHOLE[:3]), np.array(WHOLE[3:])
         high[axis] = 0.3
-        mirrored, mirrored_weights = _ball_rule(count, *low, *high)
+        mirrored, mirrored_weights = _ball_rule(count, (*low, *high))
         points = points * np.where(np.arange(3) == axis, -1, 1)
         order, other = np.lexsort(points.round(9).T), np.lexsort(mirrored.round(9).T)
         np.testing.assert_allclose(points[order], mirrored[other], atol=1e-10)
@@ -129,7 +129,7 @@ bounds = st.floats(0.1, 1.0)
 @given(low=st.tuples(bounds, bounds, bounds), high=st.tuples(bounds, bounds, bounds), count=st.sampled_from([2, 3]))
 def test_balls_cut_off_centre_have_their_volume_and_centroid(low, high, count):
     box = (*(-v for v in low), *high)
-    rule = _ball_rule(count, *box)
+    rule = _ball_rule(count, box)
     # The brute force's steps, of the ball's volume.
     assert rule[1].sum() == pytest.approx(brute_force(box, (0, 0, 0)), abs=1e-3 * 4.19)
     for powers in [(1, 0, 0), (0, 1, 0), (0, 0, 1)]:

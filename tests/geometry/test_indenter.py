@@ -231,7 +231,7 @@ def test_mesh_indenter_reads_files_scales_and_lowers(tmp_path):
         (lambda: cylinder(1e-3, 1e-3, "w"), "expected 'x', 'y' or 'z'"),  # type: ignore[arg-type]
         (lambda: mesh_indenter("nowhere.stl"), "no mesh file nowhere.stl"),
         (lambda: mesh_indenter(trimesh.creation.box((10, 10, 10))), "pass scale=1e-3"),
-        (lambda: mesh_indenter(trimesh.Trimesh()), "no faces"),
+        (lambda: mesh_indenter(trimesh.Trimesh()), "no triangles"),
         (lambda: mesh_indenter(open_box()), "not watertight"),
         (lambda: mesh_indenter(inside_out_box()), "inside out"),
         (

@@ -76,7 +76,7 @@ def test_contact_load_of_every_shape_with_every_instruction_set(influence, instr
         load = mjtactile.contact_load(influence, footprint, force, moment=moment)
         native.use_instruction_set(instruction_set)
         assert np.abs(ours.forces - load.forces).max() <= 1e-11 * np.abs(load.forces).max()
-        assert ours.approach == pytest.approx(load.approach, rel=1e-10)
+        assert ours.indentation == pytest.approx(load.indentation, rel=1e-10)
         assert ours.tilts == pytest.approx(load.tilts, rel=1e-8, abs=1e-12)
 
 

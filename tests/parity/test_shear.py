@@ -62,7 +62,7 @@ class Problem(NamedTuple):
 
 
 def random_problem(seed: int) -> Problem | None:
-    """A random outline, gap map, force and centre of pressure, on a half space; None where nothing presses."""
+    """A random outline, gap function, force and centre of pressure, on a half space; None where nothing presses."""
     random = np.random.default_rng(seed)
     angles = np.sort(np.concatenate([random.uniform(0, 2 * math.pi, random.integers(3, 11)), [0.0, 2.1, 4.2]]))
     radii = random.uniform(0.4, 1.0, len(angles)) * 10 ** random.uniform(-4, -2)

@@ -47,8 +47,8 @@ class NativeMesh:
         counts = (ctypes.c_size_t * 4)()
         core.mjt_mesh_data(self.handle, counts, None, None)
         self.closed, self.dropped = bool(counts[2]), int(counts[3])
-        self.vertices, self.faces = np.empty((counts[0], 3)), np.empty((counts[1], 3), dtype=np.int32)
-        core.mjt_mesh_data(self.handle, counts, pointer(self.vertices), pointer(self.faces))
+        self.vertices, self.triangles = np.empty((counts[0], 3)), np.empty((counts[1], 3), dtype=np.int32)
+        core.mjt_mesh_data(self.handle, counts, pointer(self.vertices), pointer(self.triangles))
 
     @classmethod
     def of(cls, vertices: Array, faces: npt.ArrayLike) -> "NativeMesh":
@@ -168,7 +168,7 @@ def soup(one: trimesh.Trimesh) -> NativeMesh:
 
 
 def surface(mesh: NativeMesh) -> TriangleSurface:
-    return TriangleSurface(mesh.vertices, mesh.faces.astype(np.int64), closed=mesh.closed)
+    return TriangleSurface(mesh.vertices, mesh.triangles.astype(np.int64), closed=mesh.closed)
 
 
 @functools.cache
@@ -236,9 +236,11 @@ def test_vertices_are_welded_as_trimesh_does(name):
     expected = trimesh.Trimesh(one.vertices[one.faces].reshape(-1, 3), np.arange(3 * len(one.faces)).reshape(-1, 3))
     mesh = soup(one)
     assert len(mesh.vertices) == len(expected.vertices)
-    assert len(mesh.faces) == len(expected.faces)
+    assert len(mesh.triangles) == len(expected.faces)
     assert mesh.closed == (expected.is_watertight and expected.is_winding_consistent) == (name not in OPEN)
-    assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).volume == pytest.approx(expected.volume, rel=1e-9)
+    assert trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).volume == pytest.approx(
+        expected.volume, rel=1e-9
+    )
 
 
 def test_vertices_within_rounding_are_one():
@@ -253,7 +255,7 @@ def test_a_mesh_inside_out_is_turned():
     one = solid("star")
     mesh = NativeMesh.of(one.vertices, one.faces[:, ::-1])
     assert mesh.closed
-    assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).volume == pytest.approx(one.volume)
+    assert trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).volume == pytest.approx(one.volume)
 
 
 def test_triangles_that_disagree_make_an_open_mesh():
@@ -269,7 +271,7 @@ def test_triangles_that_lose_a_corner_are_left_out_and_the_mesh_stays_closed():
     vertices = np.concatenate([one.vertices, one.vertices[:1] + 1e-9])
     degenerate = [[0, len(one.vertices), 3], [2, 2, 5], [1, 1, 1]]
     mesh = NativeMesh.of(vertices, np.concatenate([one.faces, degenerate]))
-    assert (len(mesh.faces), mesh.closed, mesh.dropped) == (12, True, 0)
+    assert (len(mesh.triangles), mesh.closed, mesh.dropped) == (12, True, 0)
 
 
 def test_triangles_that_do_not_exist_are_counted_and_left_out():
@@ -292,7 +294,7 @@ def test_an_empty_mesh_is_nowhere(faces):
     assert np.isinf([lowest, bottom[2]]).all()
     assert len(mesh.bottoms(random_pose(0))) == 0
     assert mesh.facets() == []
-    assert (len(mesh.faces), mesh.closed) == (0, False)
+    assert (len(mesh.triangles), mesh.closed) == (0, False)
 
 
 def test_a_part_of_no_extent_is_looked_at():
@@ -329,12 +331,12 @@ def test_a_height_field_is_the_reference_s_solid(rows, columns):
     assert mesh.closed
     assert mesh.vertices == pytest.approx(reference.vertices, abs=1e-17)
 
-    def turned(faces):
+    def turned(triangles):
         """Every triangle's smallest number first, in order."""
-        first = faces.argmin(axis=1)[:, None]
-        return np.unique(np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1), axis=0)
+        first = triangles.argmin(axis=1)[:, None]
+        return np.unique(np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1), axis=0)
 
-    assert np.array_equal(turned(mesh.faces), turned(reference.faces))
+    assert np.array_equal(turned(mesh.triangles), turned(reference.triangles))
     points = points_over(PART)
     for seed in range(10):
         pose = random_pose(seed)
@@ -361,7 +363,7 @@ def test_a_height_field_is_not_met_where_it_has_no_height():
     whole = NativeMesh.of_field(size, data)
     centre = 4 * 9 + 4
     rest = TriangleSurface(
-        whole.vertices, whole.faces[(whole.faces != centre).all(axis=1)].astype(np.int64), closed=True
+        whole.vertices, whole.triangles[(whole.triangles != centre).all(axis=1)].astype(np.int64), closed=True
     )
     data[4, 4] = np.nan
     found, lowest, bottom = NativeMesh.of_field(size, data).heights(down, points, floor=-0.1)
@@ -372,7 +374,7 @@ def test_a_height_field_is_not_met_where_it_has_no_height():
 
 
 def test_a_height_field_of_one_row_is_empty():
-    assert len(NativeMesh.of_field([1e-3, 1e-3, 1e-3, 1e-3], np.zeros((1, 5))).faces) == 0
+    assert len(NativeMesh.of_field([1e-3, 1e-3, 1e-3, 1e-3], np.zeros((1, 5))).triangles) == 0
 
 
 @pytest.mark.parametrize("name", ["box", "torus", "star", "ball", "cone", "annulus", "grid"])

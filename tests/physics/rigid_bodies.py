@@ -12,7 +12,7 @@ from shapely import Point, Polygon
 from mjtactile._types import Array
 from mjtactile.contact import compliance as compliances
 from mjtactile.contact.compliance import SurfaceCompliance
-from mjtactile.contact.footprint import Footprint, GapMap
+from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.contact.press import CellForces
 from mjtactile.contact.ready import new_press
@@ -66,7 +66,7 @@ class Pressed:
 
 def pressed(
     influence: InfluenceMatrices,
-    body: Polygon | GapMap,
+    body: Polygon | GapFunction,
     force: float,
     *,
     shear: tuple[float, float] = (0.0, 0.0),
@@ -78,7 +78,7 @@ def pressed(
     cells: int = 400,
     outline: Polygon | None = None,
 ) -> Pressed:
-    """A flat face, given as its outline, or a body given by its gap map, pressed by law "elastic"."""
+    """A flat face, given as its outline, or a body given by its gap function, pressed by law "elastic"."""
     if isinstance(body, Polygon):
         footprint = Footprint.from_outline(body, influence.surface)
     else:

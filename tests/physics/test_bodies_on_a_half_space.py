@@ -33,7 +33,7 @@ def root_mean_square(difference: np.ndarray, expected: np.ndarray, areas: np.nda
 def test_flat_round_punch_has_boussinesqs_stiffness_and_pressure(poisson):
     """P = 2 a E* d,  p = P / (2 pi a^2 sqrt(1 - r^2/a^2))  (section 3.8)."""
     load = pressed(half_space(poisson), disc(RADIUS), FORCE)
-    assert load.state.approach == pytest.approx(FORCE / (2 * RADIUS * contact_modulus(poisson)), rel=0.003)
+    assert load.state.indentation == pytest.approx(FORCE / (2 * RADIUS * contact_modulus(poisson)), rel=0.003)
     distance = np.linalg.norm(load.cells.centroids, axis=1)
     inside = distance < 0.8 * RADIUS
     expected = FORCE / (2 * math.pi * RADIUS**2 * np.sqrt(1 - (distance[inside] / RADIUS) ** 2))
@@ -44,7 +44,7 @@ def test_flat_round_punch_has_boussinesqs_stiffness_and_pressure(poisson):
 @pytest.mark.parametrize(("cells", "error"), [(100, 0.006), (200, 0.003), (400, 0.0015), (800, 0.001)])
 def test_stiffness_converges_with_the_cells(cells, error):
     """From above: fewer cells have less freedom."""
-    stiffness = FORCE / pressed(SOFT, disc(RADIUS), FORCE, cells=cells).state.approach
+    stiffness = FORCE / pressed(SOFT, disc(RADIUS), FORCE, cells=cells).state.indentation
     assert 0.0 < 1 - stiffness / (2 * RADIUS * MODULUS) <= error
 
 
@@ -63,7 +63,7 @@ def test_flat_punches_are_as_stiff_as_plates_hold_charge(shape, capacitance):
     Continuous Media (1984), section 4.
     """
     load = pressed(SOFT, shape, FORCE)
-    assert load.state.approach == pytest.approx(FORCE / (math.pi * MODULUS * capacitance), rel=0.003)
+    assert load.state.indentation == pytest.approx(FORCE / (math.pi * MODULUS * capacitance), rel=0.003)
 
 
 @pytest.mark.parametrize("centre", [(0.0, 0.0), (3.7e-3, -2.2e-3)], ids=str)
@@ -73,7 +73,7 @@ def test_sphere_is_hertzs(force, centre):
     load = pressed(SOFT, lambda x, y: sphere(x - centre[0], y - centre[1]), force, cells=800)
     radius = (3 * force * CURVATURE / (4 * MODULUS)) ** (1 / 3)
     peak = 3 * force / (2 * math.pi * radius**2)
-    assert load.state.approach == pytest.approx(radius**2 / CURVATURE, rel=0.003)
+    assert load.state.indentation == pytest.approx(radius**2 / CURVATURE, rel=0.003)
     assert contact_radius(load) == pytest.approx(radius, rel=0.015)  # whole cells
     assert load.state.peak_pressure == pytest.approx(peak, rel=0.01)
     distance = np.linalg.norm(load.cells.centroids - centre, axis=1)
@@ -89,7 +89,7 @@ def test_cone_is_sneddons(slope):
     """P = 2 E* d^2 / (pi tan b),  a = 2 d / (pi tan b)  (section 5.2); its pressure is infinite at the tip."""
     load = pressed(SOFT, lambda x, y: slope * np.hypot(x, y), FORCE)
     depth = math.sqrt(FORCE * math.pi * slope / (2 * MODULUS))
-    assert load.state.approach == pytest.approx(depth, rel=0.005)
+    assert load.state.indentation == pytest.approx(depth, rel=0.005)
     assert contact_radius(load) == pytest.approx(2 * depth / (math.pi * slope), rel=0.03)
 
 
@@ -126,10 +126,10 @@ def test_round_punch_tilts_under_a_moment(direction):
     np.testing.assert_allclose(
         load.state.tilts, moment / (4 / 3 * MODULUS * RADIUS**3), atol=0.005 * 0.2 * FORCE / (MODULUS * RADIUS**2)
     )
-    assert load.state.approach == pytest.approx(FORCE / (2 * RADIUS * MODULUS), rel=0.003)
+    assert load.state.indentation == pytest.approx(FORCE / (2 * RADIUS * MODULUS), rel=0.003)
 
 
-def test_bonded_disc_resists_turning_and_sliding():
+def test_sticking_disc_resists_turning_and_sliding():
     """T = 16/3 G a^3 beta (Reissner, Sagoci 1944);  Q = 8 G a d / (2 - nu), exact where nu = 1/2."""
     torsion, shear = 1e-5, 0.02
     load = pressed(SOFT, disc(RADIUS), FORCE, shear=(0.0, shear), torsion=torsion, tangential="stick", cells=200)
@@ -196,5 +196,5 @@ def test_wider_bodies_are_stiffer():
     """A face that another one lies within sinks in deeper under the same force."""
     inner = Polygon(RADIUS * np.array([(0.0, 1.0), (-0.8, -0.6), (0.8, -0.6)]))
     outer = disc(RADIUS)
-    depths = [pressed(SOFT, shape, FORCE, cells=200).state.approach for shape in (inner, outer)]
+    depths = [pressed(SOFT, shape, FORCE, cells=200).state.indentation for shape in (inner, outer)]
     assert depths[0] > 1.2 * depths[1]

@@ -25,9 +25,9 @@ from mjtactile.influence.surface_load import SurfaceLoad
 BOUNDS = {"balanced": {"B2": 0.036, "B3": 0.048}, "accurate": {"B2": 0.016, "B3": 0.018}}
 #: Its notches are narrower than the distance of the corners that loads are spread onto.
 STAR_BOUND = {"balanced": 0.044, "accurate": 0.016}
-#: On the approach: CalculiX's own meshes, coarser at the edge, are a little stiffer.
+#: On the indentation: CalculiX's own meshes, coarser at the edge, are a little stiffer.
 #: A star's notches have the most edge.
-APPROACH, STAR_APPROACH = 0.03, 0.035
+INDENTATION, STAR_INDENTATION = 0.03, 0.035
 FLAT = [name for name in CASES if name.startswith(("B2", "B3"))]
 SPHERE = "C_sphere_R6_50gf"
 SPHERE_BOUND = {"balanced": 0.022, "accurate": 0.015}
@@ -65,8 +65,8 @@ def test_flat_punches_agree_with_calculix(name, preset, request):
     load = contact_load(influence, footprint, force_of(case), tangential=tangential, tilt="fixed")
     bound = STAR_BOUND[preset] if "star" in name else BOUNDS[preset][group]
     assert relative_difference(influence.readings(load), expected_readings(name)) <= bound
-    approach = STAR_APPROACH if "star" in name else APPROACH
-    assert load.approach == pytest.approx(case["indentation_mm"] * 1e-3, rel=approach)
+    indentation = STAR_INDENTATION if "star" in name else INDENTATION
+    assert load.indentation == pytest.approx(case["indentation_mm"] * 1e-3, rel=indentation)
     assert load.contact_area == pytest.approx(footprint.area, rel=1e-9)
 
 
@@ -82,7 +82,7 @@ def test_sphere_agrees_with_calculix(preset, request):
     footprint = Footprint.from_gap(lambda x, y: sphere_gap(radius, x, y), influence.surface)
     load = contact_load(influence, footprint, force_of(case))
     assert relative_difference(influence.readings(load), expected_readings(SPHERE)) <= SPHERE_BOUND[preset]
-    assert load.approach == pytest.approx(case["indentation_mm"] * 1e-3, rel=0.02)
+    assert load.indentation == pytest.approx(case["indentation_mm"] * 1e-3, rel=0.02)
     assert math.sqrt(load.contact_area / math.pi) == pytest.approx(case["contact_radius_mm"] * 1e-3, rel=RADIUS[preset])
     assert load.peak_pressure == pytest.approx(case["peak_pressure_MPa"] * 1e6, rel=PEAK[preset])
 

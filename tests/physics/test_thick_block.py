@@ -61,7 +61,7 @@ def finely_pressed(influence: InfluenceMatrices, footprint: Footprint, force, **
 def test_flat_round_punch_is_as_stiff_as_on_a_half_space(block, radius):
     force = 1e3 * radius**2
     load = contact_load(block, Footprint.from_outline(disc(radius), block.surface), (0.0, 0.0, -force))
-    assert force / load.approach == pytest.approx(2 * radius * MODULUS, rel=0.01)
+    assert force / load.indentation == pytest.approx(2 * radius * MODULUS, rel=0.01)
 
 
 @pytest.mark.parametrize("force", [1e-4, 1e-3, 1e-2])
@@ -69,7 +69,7 @@ def test_sphere_is_hertzs(block, force):
     footprint = Footprint.from_gap(sphere, block.surface)
     load = finely_pressed(block, footprint, (0.0, 0.0, -force), cells=800)
     radius = (3 * force * CURVATURE / (4 * MODULUS)) ** (1 / 3)
-    assert force == pytest.approx(4 / 3 * MODULUS * math.sqrt(CURVATURE * load.approach**3), rel=0.01)
+    assert force == pytest.approx(4 / 3 * MODULUS * math.sqrt(CURVATURE * load.indentation**3), rel=0.01)
     assert load.peak_pressure == pytest.approx(3 * force / (2 * math.pi * radius**2), rel=0.01)
     assert math.sqrt(load.contact_area / math.pi) == pytest.approx(radius, rel=0.02)  # whole cells
 

@@ -9,7 +9,7 @@ import pytest
 
 from mjtactile import influence_matrices
 from mjtactile.dataset.by_law import physics_readings
-from mjtactile.dataset.sampling import OutlinePresses, Pose
+from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 
 Pressed = Callable[..., np.ndarray]
 
@@ -22,7 +22,8 @@ def pressed() -> Pressed:
     def readings(shape, forces, *, shift=(0.0, 0.0), rotation=0.0, size=1.0):
         forces = np.atleast_2d(forces)
         magnitudes = np.linalg.norm(forces, axis=1)
-        pose = Pose(shift=shift, rotation=rotation, directions=forces / magnitudes[:, None], magnitudes=magnitudes)
+        directions = forces / magnitudes[:, None]
+        pose = PosePresses(shift=shift, rotation=rotation, directions=directions, magnitudes=magnitudes)
         contact = OutlinePresses(
             first=0,
             shape=shape,

@@ -11,7 +11,7 @@ import pytest
 
 from mjtactile import recognition
 from mjtactile.pad import Pad
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import REGISTRY
 from mjtactile.recognition.training.examples import EXAMPLES, read_examples
 from mjtactile.recognition.weight_files import SHIPPED, RecognitionError, read_weights, write_weights
@@ -119,7 +119,7 @@ def test_damaged_examples_are_found(tmp_path):
     """They are entered in the registry as modules are."""
     for name in (EXAMPLES, REGISTRY, "view.safetensors"):
         shutil.copy(SHIPPED / "all" / name, tmp_path / name)
-    view = View.from_stored(read_weights(tmp_path / "view.safetensors"))
+    view = PrincipalComponents.from_stored(read_weights(tmp_path / "view.safetensors"))
     content = (tmp_path / EXAMPLES).read_bytes()
     (tmp_path / EXAMPLES).write_bytes(flipped(content, len(content) // 2, 3))
     with pytest.raises(RecognitionError, match="is not the file its registry knows"):

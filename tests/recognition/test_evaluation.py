@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from mjtactile.cli.evaluate import side_by_side, tables
 from mjtactile.cli.main import app
 from mjtactile.recognition.evaluation.arrays import TransducerArray
-from mjtactile.recognition.evaluation.recognisers import angles_between, evaluate, noisy
+from mjtactile.recognition.evaluation.recognisers import EvaluationSettings, angles_between, evaluate, noisy
 from mjtactile.transducer.imperfections import Imperfections
 
 
@@ -45,7 +45,7 @@ def test_arrays_differ_by_seed_and_calibration_takes_their_spread_out():
 @pytest.mark.slow
 def test_bounds_hold_on_fresh_presses():
     """Bounds of the issue, on presses from a seed of this test's own; twice the bound where a small sample decides."""
-    result = evaluate(7321, presses=160, workers=1, progress=False)
+    result = evaluate(EvaluationSettings(seed=7321, presses=160), workers=1, progress=False)
     protocol, fresh = result["protocol"]["all"], result["mujoco"]["all"]
     assert protocol["direction_deg"] <= 0.05
     assert protocol["magnitude_gf"] <= 0.05
@@ -66,7 +66,7 @@ def test_the_command_prints_json_and_rewrites_its_tables(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- bench evaluate -->\nold\n<!-- end -->\nafter\n")
     done = CliRunner().invoke(
-        app, ["evaluate", "--presses", "20", "--workers", "1", "--fidelity", "fast", "--json", "--readme", str(page)]
+        app, ["evaluate", "--presses", "20", "--workers", "1", "--fidelity", "fast", "--json", "--page", str(page)]
     )
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["presses"] == 20
@@ -104,7 +104,7 @@ def test_a_sensors_law_is_asked_for_and_several_are_put_side_by_side(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("<!-- bench evaluate sensors -->\n<!-- end -->\n")
     asked = ["--presses", "20", "--workers", "1", "--fidelity", "fast", "--law", "uniform", "--law", "foundation"]
-    done = CliRunner().invoke(app, ["evaluate", *asked, "--json", "--readme", str(page)])
+    done = CliRunner().invoke(app, ["evaluate", *asked, "--json", "--page", str(page)])
     assert done.exit_code == 0, done.output
     uniform, foundation = json.loads(done.stdout)
     assert (uniform["law"], foundation["law"]) == ("uniform", "foundation")

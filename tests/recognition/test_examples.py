@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.training.examples import Examples, choose, read_examples
 from mjtactile.recognition.weight_files import SHIPPED, Stored, read_weights
 
 
 @pytest.fixture(scope="module")
 def view():
-    return View.from_stored(read_weights(SHIPPED / "top" / "view.safetensors"))
+    return PrincipalComponents.from_stored(read_weights(SHIPPED / "top" / "view.safetensors"))
 
 
 @pytest.fixture

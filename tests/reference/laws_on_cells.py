@@ -35,7 +35,7 @@ class Cells(NamedTuple):
 
     @property
     def modes(self) -> Array:
-        """Approach, and tilts about the cells' middle times their length, (cells, 3)."""
+        """Indentation, and tilts about the cells' middle times their length, (cells, 3)."""
         offset = (self.centroids - self.centroids.mean(axis=0)) / self.length
         return np.column_stack([np.ones(len(offset)), offset])
 
@@ -119,7 +119,7 @@ def proportional(cells: Cells, normal: Array, wrench: Array) -> Array:
     return np.matmul(weighted, np.linalg.solve(gram, shear_resultants(cells, wrench, centre)))
 
 
-def bonded(full: Array, cells: Cells, wrench: Array) -> Array:
+def sticking(full: Array, cells: Cells, wrench: Array) -> Array:
     """Forces (cells, 3) [N] under a flat face that sticks everywhere: every cell moves with the body."""
     count, middle = len(cells.areas), cells.centroids.mean(axis=0)
     modes = np.zeros((3, count, 6))

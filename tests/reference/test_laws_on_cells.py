@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from laws_on_cells import Cells, bonded, coulomb, full_compliance, normal_compliance, placed, pressing, proportional
+from laws_on_cells import Cells, coulomb, full_compliance, normal_compliance, placed, pressing, proportional, sticking
 from shapely import box
 
 import mjtactile
@@ -105,7 +105,7 @@ def test_shear_that_sticks(influence, name):
     )
     if (found.forces[:, 2] >= 0.0).any():
         return  # not all of the face presses
-    assert_same(found.forces, bonded(full_compliance(surface_compliance(influence), cells), cells, wrench))
+    assert_same(found.forces, sticking(full_compliance(surface_compliance(influence), cells), cells, wrench))
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.5])

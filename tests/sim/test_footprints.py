@@ -1,4 +1,4 @@
-"""What bodies turn to a pad: outlines of flat faces, gap maps of all others, wherever they stand."""
+"""What bodies turn to a pad: outlines of flat faces, gap functions of all others, wherever they stand."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def test_legs_of_one_height_are_one_flat_face_and_others_are_not(coarse_square):
         ('type="ellipsoid" size=".004 .005 .003"', (0, 0, 10), 3e-3),
     ],
 )
-def test_curved_bodies_edges_and_corners_are_gap_maps_that_touch_below_their_middle(geom, turn, height, coarse_square):
+def test_curved_bodies_edges_and_corners_have_gap_functions_that_touch_below_them(geom, turn, height, coarse_square):
     place = np.array([1e-3, -5e-4])
     turn = Rotation.from_euler("xyz", turn, degrees=True)
     there = Standing(world(f"<geom {geom}/>"), coarse_square, (*place, height - 2e-5), turn)

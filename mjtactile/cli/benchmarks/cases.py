@@ -14,7 +14,7 @@ from shapely import Polygon, affinity
 
 from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
-from mjtactile.contact.footprint import Footprint, GapMap
+from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.errors import MjTactileError
 from mjtactile.fem.surface_grid import SurfaceGrid
@@ -28,7 +28,7 @@ from mjtactile.units import GRAM_FORCE, MILLIMETRE
 
 #: Readings of CalculiX in calculix.npz are MPa.
 _MEGA = 1e6
-#: Groups of its cases: frictionless punches, bonded punches, a sphere.
+#: Groups of its cases: frictionless punches, punches that stick, a sphere.
 CALCULIX_GROUPS = {"B2": "B2", "B3": "B3", "C": "sphere"}
 _RIGID = tuple(f"{group}_" for group in CALCULIX_GROUPS)
 
@@ -43,7 +43,7 @@ class Body:
     """
 
     outline: Area | None
-    gap: GapMap | None = None
+    gap: GapFunction | None = None
 
     def moved(self, x: float, y: float) -> Body:
         """The same body elsewhere [m]."""

@@ -317,7 +317,7 @@ def wrong_inputs(influence: InfluenceMatrices, face: Footprint) -> dict[str, Cal
             f"{name} friction": lambda b=bad: contact_load(influence, face, (0, 0, -1), friction=b),
             f"{name} cells": lambda b=bad: contact_load(influence, face, (0, 0, -1), law="elastic", cells=b),  # type: ignore[arg-type]
             f"{name} outline": lambda o=outline: Footprint.from_outline(o, influence.surface),
-            f"{name} gap map": lambda b=bad: Footprint.from_gap(lambda x, y: np.full_like(x, b), influence.surface),
+            f"{name} gap": lambda b=bad: Footprint.from_gap(lambda x, y: np.full_like(x, b), influence.surface),
             f"{name} thickness": lambda b=bad: Layer(thickness=b, young=3e6, poisson=0.49),
             f"{name} modulus": lambda b=bad: Layer(thickness=1e-3, young=b, poisson=0.49),
             f"{name} Poisson ratio": lambda b=bad: Layer(thickness=1e-3, young=3e6, poisson=b),

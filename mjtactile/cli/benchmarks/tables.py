@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -41,27 +42,30 @@ def mesh_table(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def check_page(path: Path, *names: str) -> None:
-    """Find out before long work whether `rewrite_table` will find its place.
+def table_on_page(path: Path | None, name: str) -> Callable[[str], None]:
+    """What puts a table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
+
+    The file is looked at now, before long work, and read again when the table is written.
+
+    Args:
+        path: of the file; None: what is returned does nothing.
+        name: of the table, as in its markers.
 
     Raises:
-        MjTactileError: the file is missing, is no text, cannot be written, or lacks the markers of a table.
+        MjTactileError: the file is missing, is no text, cannot be written, or lacks the markers; here, and again when
+            the table is written.
     """
-    text = _page(path)
-    for name in names:
-        _table_in(path, text, name)
+    if path is None:
+        return lambda table: None
+    _table_in(path, _page(path), name)
     check_writable(path)
 
+    def write(table: str) -> None:
+        text = _page(path)
+        start, end = _table_in(path, text, name).span(1)
+        write_atomically(path, lambda file: file.write(f"{text[:start]}{table}\n{text[end:]}".encode()))
 
-def rewrite_table(path: Path, name: str, table: str) -> None:
-    """Replace the table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
-
-    Raises:
-        MjTactileError: when the file has no such markers.
-    """
-    text = _page(path)
-    start, end = _table_in(path, text, name).span(1)
-    write_atomically(path, lambda file: file.write(f"{text[:start]}{table}\n{text[end:]}".encode()))
+    return write
 
 
 def _page(path: Path) -> str:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import theilslopes
 
-from mjtactile.experiments.grasp.felt import Arm, Felt
+from mjtactile.experiments.grasp.known import Arm, PadLoads
 
 #: Grip with which fingers close and rub [N].
 CLOSING_GRIP, RUBBING_GRIP = 0.6, 1.5
@@ -53,20 +53,20 @@ class GripLaw:
     rise: float = 0.5  #: share of a deficit that a tick makes good [-]
     fall: float = 0.03  #: share of an excess that a tick gives away [-]
 
-    def load(self, felt: Felt) -> float:
+    def load(self, felt: PadLoads) -> float:
         """What each finger has to hold by friction [N]."""
         return float(np.hypot(np.hypot(*felt.pull), felt.turn / self.turn_arm)) / 2.0
 
-    def wanted(self, felt: Felt) -> float:
+    def wanted(self, felt: PadLoads) -> float:
         """Grip that holds what is felt, with the margin [N]."""
         return float(np.clip(self.margin * self.load(felt) / self.friction, self.least, self.most))
 
-    def step(self, grip: float, felt: Felt) -> float:
+    def step(self, grip: float, felt: PadLoads) -> float:
         """Grip to command next [N], given the one that is commanded."""
         lacking = self.wanted(felt) - grip
         return grip + (self.rise if lacking > 0.0 else self.fall) * lacking
 
-    def secure(self, felt: Felt) -> bool:
+    def secure(self, felt: PadLoads) -> bool:
         """Whether what is felt is well inside what friction holds."""
         pressing = float(felt.pressing.mean())
         return pressing > 0.0 and self.load(felt) < 0.93 * self.friction * pressing
@@ -136,7 +136,7 @@ class Ride:
         """Whether it is there."""
         return abs(self.left) < 1e-6
 
-    def tick(self, *, halt: bool = False) -> Felt:
+    def tick(self, *, halt: bool = False) -> PadLoads:
         """One tick of the ride, or, to halt, one of slowing down."""
         change = _ACCELERATION * self._robot.period
         wanted = 0.0 if halt else min(self._most, max(np.sqrt(2.0 * _ACCELERATION * abs(self.left)), change))
@@ -237,7 +237,7 @@ class SlipReflex:
         self._before = grip
         self._suspected: list[tuple[float, float]] | None = None
 
-    def step(self, felt: Felt) -> float:
+    def step(self, felt: PadLoads) -> float:
         """Grip to command next [N], given what is felt."""
         if not felt.both:
             return self.grip

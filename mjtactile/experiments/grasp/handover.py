@@ -14,8 +14,9 @@ from mjtactile.experiments.grasp.lift import OFFSETS, LiftTask, lift_task
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
-from mjtactile.experiments.grasp.touch import Touch, TrueTouch, grasp_recogniser, make_touch
-from mjtactile.experiments.grasp.trials import Experiment, Result, Settings
+from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
+from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
+from mjtactile.experiments.hands.fingertip import FingertipPads
 
 #: How far below what is held the shelf stands [m].
 DEPTHS = (5e-3, 35e-3)
@@ -41,7 +42,7 @@ def handover_task(drawn: np.random.Generator) -> HandoverTask:
     return HandoverTask(lift=lift_task(drawn), depth=float(drawn.uniform(*DEPTHS)))
 
 
-def hand_over(task: HandoverTask, touch: Touch, *, fidelity: str, blind: bool = False) -> dict[str, Any]:
+def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bool = False) -> dict[str, Any]:
     """Lift, put down on the shelf, let go, and judge.
 
     Args:
@@ -83,10 +84,11 @@ def hand_over(task: HandoverTask, touch: Touch, *, fidelity: str, blind: bool = 
     }
 
 
-def _world(task: LiftTask, touch: Touch, fidelity: str) -> tuple[Robot, Judge]:
+def _world(task: LiftTask, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
     """The object on the table, and a shelf out of the way."""
     grasped = GraspObject(size=task.size, mass=task.mass, friction=task.friction)
-    spec = grasp_spec(grasped, wrist="xz", pose=task.pose, grasp_height=task.grasp_height, fidelity=fidelity)
+    pads = FingertipPads(fidelity=fidelity)
+    spec = grasp_spec(grasped, wrist="xz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
     shelf = spec.worldbody.add_body(name="shelf", mocap=True, pos=[0.0, 0.25, 0.02])
     shelf.add_geom(name="shelf", type=mujoco.mjtGeom.mjGEOM_BOX, size=list(_SHELF), rgba=[0.5, 0.6, 0.7, 1.0], condim=4)
     model = spec.compile()
@@ -94,7 +96,7 @@ def _world(task: LiftTask, touch: Touch, fidelity: str) -> tuple[Robot, Judge]:
     return Robot(model, touch, opening=task.size[0] + 2.0 * OFFSETS[0] + 4e-3, watch=judge), judge
 
 
-def trial(settings: Settings, condition: str, number: int) -> Result:
+def trial(settings: TrialSettings, condition: str, number: int) -> Result:
     """One trial of the experiment; blind hands lift with true forces, so that all hold the object when it begins."""
     task = handover_task(np.random.default_rng([settings.seed, number, 5]))
     seed = (settings.seed, number, 6)

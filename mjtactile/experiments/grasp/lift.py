@@ -13,8 +13,9 @@ from mjtactile.experiments.grasp.judge import CRUSHING, Judge
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
-from mjtactile.experiments.grasp.touch import Touch, grasp_recogniser, make_touch
-from mjtactile.experiments.grasp.trials import Experiment, Result, Settings
+from mjtactile.experiments.grasp.touch import TouchSense, grasp_recogniser, make_touch
+from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
+from mjtactile.experiments.hands.fingertip import FingertipPads
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,10 +54,11 @@ class LiftTask:
         """Grip of each finger without which it must fall [N]."""
         return self.mass * 9.81 / 2.0 / self.friction
 
-    def robot(self, touch: Touch, fidelity: str) -> tuple[Robot, Judge]:
+    def robot(self, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
         """The world, and who watches it."""
         grasped = GraspObject(size=self.size, mass=self.mass, friction=self.friction)
-        spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, fidelity=fidelity)
+        pads = FingertipPads(fidelity=fidelity)
+        spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, pads=pads)
         model = spec.compile()
         judge = Judge(model)
         opening = self.size[0] + 2.0 * OFFSETS[0] + 4e-3
@@ -76,7 +78,7 @@ def lift_task(drawn: np.random.Generator) -> LiftTask:
     )
 
 
-def lift(task: LiftTask, touch: Touch, *, fidelity: str, blind_grip: float | None = None) -> dict[str, Any]:
+def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float | None = None) -> dict[str, Any]:
     """Lift, and judge.
 
     Args:
@@ -130,7 +132,7 @@ def lift_blindly(robot: Robot, judge: Judge, grip: float) -> None:
         robot.tick()
 
 
-def trial(settings: Settings, condition: str, number: int) -> Result:
+def trial(settings: TrialSettings, condition: str, number: int) -> Result:
     """One trial of the experiment."""
     task = lift_task(np.random.default_rng([settings.seed, number]))
     touch = make_touch(condition, noise=settings.noise, seed=(settings.seed, number, 1), weights=settings.weights)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.grasp.touch import CONTACT_THRESHOLD, read_pads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -32,11 +32,11 @@ class PunchTouch:
         self._force, self._shape = punch_recognisers(weights)
         self._noise, self._drawn = noise, np.random.default_rng(seed)
 
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """What is recognised; the pads must have been read in this step."""
         readings = read_pads(data, self._noise, self._drawn)
         pads = len(GRIPPER_PADS)
-        felt = Felt(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
+        felt = PadLoads(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
         touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
         if touched.any():
             found = self._force(readings[touched])
@@ -44,7 +44,7 @@ class PunchTouch:
             felt.centre[touched] = found.position
         return felt
 
-    def look(self, felt: Felt) -> tuple[Array, Array]:
+    def look(self, felt: PadLoads) -> tuple[Array, Array]:
         """Probability of each of the seven shapes, both pads' mean, in the order of `INDENTER_NAMES`; and places.
 
         These are of the shape's middle on each pad, (pads, 2) [m].

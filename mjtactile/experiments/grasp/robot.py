@@ -8,9 +8,9 @@ from collections.abc import Callable
 import mujoco
 
 from mjtactile.errors import ContactWarning
-from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.grasp.scene import open_gripper
-from mjtactile.experiments.grasp.touch import Touch
+from mjtactile.experiments.grasp.touch import TouchSense
 from mjtactile.experiments.hands.gripper import GRIP_LIMIT
 
 #: Steps between ticks, unless set otherwise: control and touch at 250 Hz.
@@ -37,7 +37,7 @@ class Robot:
     def __init__(
         self,
         model: mujoco.MjModel,
-        touch: Touch,
+        touch: TouchSense,
         *,
         opening: float,
         watch: Callable[[Robot], None] = lambda robot: None,
@@ -62,13 +62,7 @@ class Robot:
         """Since the beginning [s]."""
         return float(self.data.time)
 
-    @property
-    def closing(self) -> float:
-        """Speed at which the pads approach each other, as the gripper's encoder says [m/s]."""
-        joints = (self.model.joint(name).dofadr[0] for name in ("left_finger", "right_finger"))
-        return -float(sum(self.data.qvel[joint] for joint in joints))
-
-    def tick(self) -> Felt:
+    def tick(self) -> PadLoads:
         """Let a period pass with the commands as they are, and feel."""
         self.data.ctrl[self._grip] = min(self.grip, GRIP_LIMIT)
         with warnings.catch_warnings():
@@ -86,7 +80,7 @@ class Robot:
         self.felt = self._touch(self.model, self.data)
         return self.felt
 
-    def move(self, axis: str, by: float, *, speed: float) -> Felt:
+    def move(self, axis: str, by: float, *, speed: float) -> PadLoads:
         """Drive an axis at a speed for one tick, no further than `by` [m] from where it is commanded to be."""
         step = min(abs(by), speed * self.period)
         self.place[axis] += step if by > 0.0 else -step

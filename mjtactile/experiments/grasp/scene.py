@@ -14,11 +14,9 @@ import mujoco
 import numpy as np
 
 from mjtactile.errors import SceneError
-from mjtactile.experiments.hands.fingertip import CONTACT
-from mjtactile.experiments.hands.gripper import REACH, gripper_document
-from mjtactile.experiments.hands.hand import HAND_REACH, hand_document
-from mjtactile.fidelity import Fidelity
-from mjtactile.pad import Pad
+from mjtactile.experiments.hands.fingertip import CONTACT, DEFAULT_PADS, FingertipPads
+from mjtactile.experiments.hands.gripper import GRIPPER
+from mjtactile.experiments.hands.hand import HAND
 from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.mjcf import OPTION, numbers, text_of
 
@@ -35,8 +33,8 @@ SHAPES = ("box", "cylinder", "sphere")
 _TORSION = 5e-4
 #: Simulation: as for presses, and tangential forces solved once more without creep, so that what is held stays.
 _OPTION = {**OPTION, "noslip_iterations": "4"}
-#: Hands by the name of their body: what writes them, and from the flange to the middle of the pads [m].
-_HANDS = {"gripper": (gripper_document, REACH), "hand": (hand_document, HAND_REACH)}
+#: Hands by the name of their body.
+_HANDS = {hand.name: hand for hand in (GRIPPER, HAND)}
 #: How far the wrist may be driven from where it starts [m].
 _RANGES = {"x": (-0.1, 0.1), "y": (-0.1, 0.1), "z": (-0.15, 0.3)}
 
@@ -81,13 +79,11 @@ def grasp_mjcf(
     wrist: str = "z",
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
     grasp_height: float | None = None,
-    pad: Pad | None = None,
-    pad_name: str = "default",
-    fidelity: str | Fidelity = "fast",
+    pads: FingertipPads = DEFAULT_PADS,
 ) -> str:
     """A world in which a hand stands around an object on a table, ready to close; see `open_gripper`.
 
-    Body, free joint and geom `object`; the hand as in `gripper_document` or `hand_document`; an actuator
+    Body, free joint and geom `object`; the hand as in hands/gripper.py or hands/hand.py; an actuator
     `wrist_<axis>` for each driven axis, whose control is the wrist's displacement from where it starts [m], and a
     sensor of the same name that says where it is.
 
@@ -97,19 +93,16 @@ def grasp_mjcf(
         wrist: driven axes, some of "x", "y" and "z"; the others are rigid.
         pose: where the object stands: x, y [m] and its turn about the vertical [rad].
         grasp_height: of the pads' middles above the table [m]; by default half the object's height.
-        pad: of the fingertips; the default pad if None.
-        pad_name: by which the plugin knows it.
-        fidelity: of the readings: a preset by name, or a Fidelity.
+        pads: of the fingertips.
 
     Raises:
         SceneError: for an unknown hand or axis.
     """
     if hand not in _HANDS:
         raise SceneError(f"hand = {hand!r}; expected one of {', '.join(map(repr, _HANDS))}.")
-    make, reach = _HANDS[hand]
-    root = make("grasp", pad, pad_name=pad_name, fidelity=fidelity)
+    root = _HANDS[hand].document("grasp", pads)
     height = grasped.height / 2 if grasp_height is None else grasp_height
-    return _world(root, hand, height + reach, grasped, pose, wrist)
+    return _world(root, hand, height + _HANDS[hand].reach, grasped, pose, wrist)
 
 
 def _world(

@@ -14,8 +14,8 @@ from mjtactile.experiments.grasp.judge import CRUSHING, Judge
 from mjtactile.experiments.grasp.lift import LiftTask, lift_task
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
-from mjtactile.experiments.grasp.touch import Touch, TrueTouch, grasp_recogniser, make_touch
-from mjtactile.experiments.grasp.trials import Experiment, Result, Settings
+from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
+from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
 
 #: Margin with which objects are held before [-].
 MARGIN = 1.3
@@ -46,7 +46,7 @@ def slip_task(drawn: np.random.Generator) -> SlipTask:
     return SlipTask(lift=task, slip=slip, quiet=quiet)
 
 
-class Held:
+class HeldObject:
     """An object that was lifted and is held, through one thing after another, each from the same beginning.
 
     Args:
@@ -56,7 +56,7 @@ class Held:
         reacts: whether the reflex is on; off, the grip stays as it is.
     """
 
-    def __init__(self, task: LiftTask, touch: Touch, *, fidelity: str, reacts: bool = True) -> None:
+    def __init__(self, task: LiftTask, touch: TouchSense, *, fidelity: str, reacts: bool = True) -> None:
         self._task, self._reacts = task, reacts
         self._robot, self._judge = task.robot(touch, fidelity)
         self._law: GripLaw | None = None
@@ -118,7 +118,7 @@ def _holds(robot: Robot, friction: float) -> float:
     return 2.0 * friction * float(felt.pressing.mean()) / turning
 
 
-def trial(settings: Settings, condition: str, number: int) -> Result:
+def trial(settings: TrialSettings, condition: str, number: int) -> Result:
     """One trial of the experiment: once with a slip, once without."""
     task = slip_task(np.random.default_rng([settings.seed, number, 2]))
     # A blind hand holds as hard as one that sees forces truly; it just does not react.
@@ -129,7 +129,7 @@ def trial(settings: Settings, condition: str, number: int) -> Result:
         seed=(settings.seed, number, 3),
         weights=settings.weights,
     )
-    held = Held(task.lift, touch, fidelity=settings.fidelity, reacts=not blind)
+    held = HeldObject(task.lift, touch, fidelity=settings.fidelity, reacts=not blind)
     return {**asdict(task.lift), "quiet": held.through(task.quiet), "slip": held.through(task.slip)}
 
 

@@ -19,8 +19,9 @@ from mjtactile.experiments.grasp.punch_touch import PunchTouch, punch_recogniser
 from mjtactile.experiments.grasp.robot import STEPS_PER_TICK, Robot
 from mjtactile.experiments.grasp.scene import OBJECT_PRIORITY, GraspObject, grasp_spec
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
-from mjtactile.experiments.grasp.touch import Touch, TrueTouch
-from mjtactile.experiments.grasp.trials import Experiment, Result, Settings
+from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch
+from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
+from mjtactile.experiments.hands.fingertip import FingertipPads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.geometry.indenter import indenter_outline, indenter_solid
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -68,7 +69,7 @@ def sort_task(drawn: np.random.Generator) -> SortTask:
     )
 
 
-def sort_block(task: SortTask, touch: Touch, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
+def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
     """Lift a block, find out what it bears, carry it to that bin, and judge.
 
     Args:
@@ -151,7 +152,8 @@ def bin_place(name: str) -> tuple[float, float]:
 def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
     """The gripper over a block with punches on both sides, and bins to be seen."""
     core = GraspObject(size=(SIZE[0] - 2.0 * PROUD, *SIZE[1:]), mass=task.mass, friction=task.friction)
-    spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, fidelity=fidelity)
+    pads = FingertipPads(fidelity=fidelity)
+    spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
     body, block = spec.body("object"), spec.geom("object")
     solid = indenter_solid(task.shape, height=PROUD)
     for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
@@ -180,7 +182,7 @@ def _boss(vertices: Array, side: float) -> Array:
     return np.column_stack([side * (SIZE[0] / 2 - above), -side * u, v])
 
 
-def trial(settings: Settings, condition: str, number: int) -> Result:
+def trial(settings: TrialSettings, condition: str, number: int) -> Result:
     """One trial of the experiment; those that do not recognise hold with true forces, and are told, or guess."""
     drawn = np.random.default_rng([settings.seed, number, 7])
     task = sort_task(drawn)

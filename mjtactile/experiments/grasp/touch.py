@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.pad import Pad
 from mjtactile.recognition import load
@@ -31,13 +31,13 @@ LEAST_FORCE = 0.05
 _READING_SHAPE = Pad().reading_shape
 
 
-class Touch(Protocol):
+class TouchSense(Protocol):
     """A sense of touch: what is felt in a state, at one tick."""
 
     #: Whether the pads are to be read.
     reads: bool
 
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """What is felt in a state."""
         ...
 
@@ -64,7 +64,7 @@ class RecognisedTouch:
         self._recogniser, self._noise = recogniser, noise
         self._drawn = np.random.default_rng(seed)
 
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """What is recognised; the pads must have been read in this step."""
         readings = read_pads(data, self._noise, self._drawn)
         touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
@@ -81,7 +81,7 @@ class TrueTouch:
 
     reads = False
 
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """MuJoCo's contact forces."""
         wrenches = np.array([contact_wrenches(model, data, model.geom(f"{one}_pad").id).total for one in GRIPPER_PADS])
         touched = wrenches[:, 2] < -LEAST_FORCE
@@ -99,12 +99,12 @@ class NoTouch:
 
     reads = False
 
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """Nothing."""
         return _nothing(None)
 
 
-def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> Touch:
+def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str | None = None) -> TouchSense:
     """A sense of touch by name: "recognised", "true" or, for anything else, none.
 
     Args:
@@ -131,6 +131,6 @@ def grasp_recogniser(weights: str | None) -> GraspRecogniser:
     return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
 
 
-def _nothing(readings: Array | None) -> Felt:
+def _nothing(readings: Array | None) -> PadLoads:
     pads = len(GRIPPER_PADS)
-    return Felt(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
+    return PadLoads(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)

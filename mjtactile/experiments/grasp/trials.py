@@ -26,7 +26,7 @@ class TrialsError(MjTactileError, ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class TrialSettings:
     """What every trial of a run shares."""
 
     seed: int = 0  #: of everything
@@ -56,7 +56,7 @@ class Experiment:
 
     name: str
     conditions: tuple[str, ...]
-    trial: Callable[[Settings, str, int], Result]
+    trial: Callable[[TrialSettings, str, int], Result]
     report: Callable[[dict[str, list[Result]]], Any]
     figure: Callable[[dict[str, list[Result]]], Any] | None = None
     recognisers: Callable[[str | None], Any] | None = None
@@ -64,7 +64,7 @@ class Experiment:
 
 def run_trials(
     experiment: Experiment,
-    settings: Settings,
+    settings: TrialSettings,
     *,
     workers: Workers | None = None,
     out: Path | None = None,
@@ -108,7 +108,7 @@ def run_trials(
     return {condition: [done[condition, k] for k in range(settings.trials)] for condition in experiment.conditions}
 
 
-def _tried(task: tuple[Callable[[Settings, str, int], Result], Settings, tuple[str, int]]) -> Result:
+def _tried(task: tuple[Callable[[TrialSettings, str, int], Result], TrialSettings, tuple[str, int]]) -> Result:
     """One trial, as a worker does it."""
     trial, settings, job = task
     return trial(settings, *job)

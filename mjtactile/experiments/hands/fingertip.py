@@ -1,4 +1,4 @@
-"""What our hands share: a palm to mount, pads on fingertips, how they touch what is held.
+"""What our hands share: the document with its palm, pads on fingertips, how they touch what is held.
 
 Lengths are metres, masses kilograms.
 """
@@ -6,13 +6,15 @@ Lengths are metres, masses kilograms.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from mjtactile.fidelity import Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN
-from mjtactile.sim.mjcf import document, numbers
+from mjtactile.sim.mjcf import document, numbers, text_of
 from mjtactile.sim.pad_geom import contact_attributes
 
 #: Contact of links and of what hands hold: as the pads', but for friction and priority, which objects bring themselves.
@@ -22,33 +24,63 @@ _PAD_DENSITY = "965"  # PDMS [kg/m^3]
 GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
 
 
-def document_with_palm(
-    model: str, hand: str, reach: float, *, module: str, mass: float, **palm: str
-) -> tuple[ET.Element, ET.Element]:
-    """A model that holds a hand without fingers.
+@dataclass(frozen=True, kw_only=True)
+class FingertipPads:
+    """Which pad every fingertip of a hand has, and how it is read.
 
-    Args:
-        model: its name.
-        hand: name of the hand's body; its origin is the mounting flange.
+    Attributes:
+        pad: its size and thickness are those of the pads' geoms.
+        name: by which the plugin knows the pad: `pad_text(pad)`, or a name of `register_pad`.
+        fidelity: of the readings, a preset by name or a Fidelity.
+    """
+
+    pad: Pad = field(default_factory=Pad)
+    name: str = "default"
+    fidelity: str | Fidelity = "fast"
+
+
+#: The default pad, read with preset "fast".
+DEFAULT_PADS = FingertipPads()
+
+
+@dataclass(frozen=True, kw_only=True)
+class HandModel:
+    """A hand of ours as text.
+
+    Attributes:
+        name: of the hand's body; its origin is the mounting flange.
         reach: from the flange down to site `grasp`, the middle of the pads [m].
         module: that writes it.
-        mass: of the palm [kg].
-        palm: attributes of the palm's geom.
-    Returns: the document, and the hand's body.
+        palm: attributes of the palm's geom, mass included.
+        add_fingers: what adds fingers, drives and sensors to a document and to the hand's body in it.
     """
-    root = document(model, module=module)
-    ET.SubElement(root, "compiler", angle="radian")
-    ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
-    body = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name=hand, gravcomp="1")
-    ET.SubElement(body, "geom", {"name": "palm", **palm, "mass": numbers((mass,)), "rgba": _DARK})
-    ET.SubElement(body, "site", name="grasp", pos=numbers((0.0, 0.0, -reach)), size="0.001", group="4")
-    return root, body
+
+    name: str
+    reach: float
+    module: str
+    palm: Mapping[str, str]
+    add_fingers: Callable[[ET.Element, ET.Element, FingertipPads], None]
+
+    def document(self, model: str, pads: FingertipPads) -> ET.Element:
+        """A model of this name that holds the hand, to be written or built upon."""
+        root = document(model, module=self.module)
+        ET.SubElement(root, "compiler", angle="radian")
+        ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
+        body = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name=self.name, gravcomp="1")
+        ET.SubElement(body, "geom", {"name": "palm", **self.palm, "rgba": _DARK})
+        ET.SubElement(body, "site", name="grasp", pos=numbers((0.0, 0.0, -self.reach)), size="0.001", group="4")
+        self.add_fingers(root, body, pads)
+        return root
+
+    def mjcf(self, pads: FingertipPads = DEFAULT_PADS) -> str:
+        """The hand alone, for `MjSpec.attach` and `<attach>`."""
+        return text_of(self.document(self.name, pads))
 
 
-def pad_sensor(name: str, pad_name: str, fidelity: str | Fidelity) -> ET.Element:
+def pad_sensor(name: str, pads: FingertipPads) -> ET.Element:
     """A sensor of the plugin on geom `<name>_pad`."""
     sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
-    for key, value in (("pad", pad_name), ("fidelity", fidelity_text(fidelity)), ("output", "von_mises")):
+    for key, value in (("pad", pads.name), ("fidelity", fidelity_text(pads.fidelity)), ("output", "von_mises")):
         ET.SubElement(sensor, "config", key=key, value=value)
     return sensor
 

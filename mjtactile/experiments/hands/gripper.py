@@ -11,10 +11,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from mjtactile.experiments.hands.fingertip import GREY, add_pad, document_with_palm, pad_sensor
-from mjtactile.fidelity import Fidelity
+from mjtactile.experiments.hands.fingertip import GREY, FingertipPads, HandModel, add_pad, pad_sensor
 from mjtactile.pad import Pad
-from mjtactile.sim.mjcf import numbers, text_of
+from mjtactile.sim.mjcf import numbers
 
 #: Sensors of the gripper; geoms are `<name>_pad`, pad frames are sites `<name>_surface`.
 GRIPPER_PADS = ("left", "right")
@@ -23,7 +22,7 @@ STROKE, CLOSED_GAP = 80e-3, 0.5e-3
 #: Force with which each finger may press [N].
 GRIP_LIMIT = 40.0
 #: From the flange to the middle of the pads [m].
-REACH = 0.12
+_REACH = 0.12
 #: A finger with its carriage, as in commercial grippers of that stroke [kg]; what the drive's rotor adds behind its
 #: gears [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
 _FINGER_MASS, _ROTOR, _DAMPING = 0.06, 0.05, 20.0
@@ -44,38 +43,9 @@ _DRIVE_TIME = "0.005"
 _OPENING = 10.0
 
 
-def gripper_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast") -> str:
-    """The gripper alone, for `MjSpec.attach` and `<attach>`; arguments as in `gripper_document`."""
-    return text_of(gripper_document("gripper", pad, pad_name=pad_name, fidelity=fidelity))
-
-
-def gripper_document(
-    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast"
-) -> ET.Element:
-    """A model that holds the gripper, to be written or built upon.
-
-    Actuator `grip`: force with which each finger closes [N], -10 (opens) to 40. Sensors `left` and `right`: readings of
-    the pads. Sensors `opening` [m] and `opening_rate` [m/s]: distance of the pads less `CLOSED_GAP`.
-
-    Args:
-        model: its name.
-        pad: its size and thickness are used; the default pad if None.
-        pad_name: by which the plugin knows that pad: `pad_text(pad)`, or a name of `register_pad`.
-        fidelity: of the readings: a preset by name, or a Fidelity.
-    """
-    pad = pad or Pad()
-    root, palm = document_with_palm(
-        model,
-        "gripper",
-        REACH,
-        module="experiments/hands/gripper.py",
-        type="box",
-        size="0.06 0.03 0.03",
-        pos="0 0 -0.03",
-        mass=_PALM_MASS,
-    )
+def _add_fingers(root: ET.Element, palm: ET.Element, pads: FingertipPads) -> None:
     for name, side in zip(GRIPPER_PADS, (-1.0, 1.0), strict=True):
-        palm.append(_finger(name, side, pad))
+        palm.append(_finger(name, side, pads.pad))
     contact = ET.SubElement(root, "contact")
     for left in ("left_finger", "left_tip"):
         for right in ("right_finger", "right_tip"):
@@ -83,10 +53,20 @@ def gripper_document(
     _add_drive(root)
     sensors = ET.SubElement(root, "sensor")
     for name in GRIPPER_PADS:
-        sensors.append(pad_sensor(name, pad_name, fidelity))
+        sensors.append(pad_sensor(name, pads))
     ET.SubElement(sensors, "tendonpos", name="opening", tendon="opening")
     ET.SubElement(sensors, "tendonvel", name="opening_rate", tendon="opening")
-    return root
+
+
+#: Actuator `grip`: force with which each finger closes [N], -10 (opens) to 40. Sensors `left` and `right`: readings of
+#: the pads. Sensors `opening` [m] and `opening_rate` [m/s]: distance of the pads less `CLOSED_GAP`.
+GRIPPER = HandModel(
+    name="gripper",
+    reach=_REACH,
+    module="experiments/hands/gripper.py",
+    palm={"type": "box", "size": "0.06 0.03 0.03", "pos": "0 0 -0.03", "mass": numbers((_PALM_MASS,))},
+    add_fingers=_add_fingers,
+)
 
 
 def _add_drive(root: ET.Element) -> None:
@@ -120,7 +100,7 @@ def _add_drive(root: ET.Element) -> None:
 
 def _finger(name: str, side: float, pad: Pad) -> ET.Element:
     """A finger on the left (-1) or on the right (+1); its frame's origin is the middle of its pad's surface."""
-    body = ET.Element("body", name=f"{name}_finger", pos=numbers((side * CLOSED_GAP / 2, 0.0, -REACH)), gravcomp="1")
+    body = ET.Element("body", name=f"{name}_finger", pos=numbers((side * CLOSED_GAP / 2, 0.0, -_REACH)), gravcomp="1")
     ET.SubElement(
         body,
         "joint",
@@ -139,7 +119,7 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
         ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_{axis}", axis=direction)
     add_pad(tip, name, pad, (0.0, 0.0, 0.0), rotation)
     # The finger's own bar stands behind the pad: what the pad does not touch, nothing touches.
-    low, high = -pad.size[1] / 2, REACH - 0.06
+    low, high = -pad.size[1] / 2, _REACH - 0.06
     ET.SubElement(
         body,
         "geom",

@@ -12,10 +12,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from mjtactile.experiments.hands.fingertip import CONTACT, GREY, add_pad, document_with_palm, pad_sensor
-from mjtactile.fidelity import Fidelity
+from mjtactile.experiments.hands.fingertip import CONTACT, GREY, FingertipPads, HandModel, add_pad, pad_sensor
 from mjtactile.pad import Pad
-from mjtactile.sim.mjcf import numbers, text_of
+from mjtactile.sim.mjcf import numbers
 
 #: Sensors of the hand, and where round the hand their fingers stand [deg]: the thumb faces the gap between the two.
 HAND_PADS = {"thumb": 180.0, "left": 35.0, "right": -35.0}
@@ -31,44 +30,13 @@ STIFFNESS, TORQUE = 3.0, 0.95
 _JOINT = {"type": "hinge", "damping": "0.05", "armature": "0.0004", "frictionloss": "0.005"}
 _PALM_MASS, _LINK_MASSES = 0.5, (0.06, 0.04)
 _PALM_HEIGHT, _WIDTH = 0.03, 0.008
-#: From the flange to the middle of the pads [m].
-HAND_REACH = _PALM_HEIGHT + UPPER_LINK + LOWER_LINK
 
 
-def hand_mjcf(pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast") -> str:
-    """The hand alone, for `MjSpec.attach` and `<attach>`; arguments as in `hand_document`."""
-    return text_of(hand_document("hand", pad, pad_name=pad_name, fidelity=fidelity))
-
-
-def hand_document(
-    model: str, pad: Pad | None = None, *, pad_name: str = "default", fidelity: str | Fidelity = "fast"
-) -> ET.Element:
-    """A model that holds the hand, to be written or built upon.
-
-    Actuators `<finger>_<joint>`: angle that a joint is to have [rad]. Sensors `<finger>`: readings of its pad; sensors
-    `<finger>_<joint>`: its angle [rad].
-
-    Args:
-        model: its name.
-        pad: its size and thickness are used; the default pad if None.
-        pad_name: by which the plugin knows that pad: `pad_text(pad)`, or a name of `register_pad`.
-        fidelity: of the readings: a preset by name, or a Fidelity.
-    """
-    pad = pad or Pad()
-    root, palm = document_with_palm(
-        model,
-        "hand",
-        HAND_REACH,
-        module="experiments/hands/hand.py",
-        mass=_PALM_MASS,
-        type="cylinder",
-        size=numbers((KNUCKLE_RADIUS - 0.005, _PALM_HEIGHT / 2)),
-        pos=numbers((0.0, 0.0, -_PALM_HEIGHT / 2)),
-    )
+def _add_fingers(root: ET.Element, palm: ET.Element, pads: FingertipPads) -> None:
     actuators, sensors = ET.Element("actuator"), ET.Element("sensor")
     for finger, around in HAND_PADS.items():
-        palm.append(_finger(finger, math.radians(around), pad))
-        sensors.append(pad_sensor(finger, pad_name, fidelity))
+        palm.append(_finger(finger, math.radians(around), pads.pad))
+        sensors.append(pad_sensor(finger, pads))
         for joint in HAND_JOINTS:
             name = f"{finger}_{joint}"
             ET.SubElement(
@@ -82,7 +50,22 @@ def hand_document(
             )
             ET.SubElement(sensors, "jointpos", name=name, joint=name)
     root.extend((actuators, sensors))
-    return root
+
+
+#: Actuators `<finger>_<joint>`: angle that a joint is to have [rad]. Sensors `<finger>`: readings of its pad; sensors
+#: `<finger>_<joint>`: its angle [rad].
+HAND = HandModel(
+    name="hand",
+    reach=_PALM_HEIGHT + UPPER_LINK + LOWER_LINK,
+    module="experiments/hands/hand.py",
+    palm={
+        "type": "cylinder",
+        "size": numbers((KNUCKLE_RADIUS - 0.005, _PALM_HEIGHT / 2)),
+        "pos": numbers((0.0, 0.0, -_PALM_HEIGHT / 2)),
+        "mass": numbers((_PALM_MASS,)),
+    },
+    add_fingers=_add_fingers,
+)
 
 
 def _finger(name: str, around: float, pad: Pad) -> ET.Element:

@@ -1,6 +1,6 @@
 """The loop's clock: MuJoCo steps at 1 kHz, and every few steps touch is read and recognised.
 
-What the controller gets is a `Felt`; the true wrench goes only into the log, for whoever examines it.
+What the controller gets is a `Recognised`; the true wrench goes only into the log, for whoever examines it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import ContactWarning, MjTactileError
-from mjtactile.experiments.loop.known import Felt, home
+from mjtactile.experiments.loop.known import Recognised, home
 from mjtactile.experiments.loop.scene import AXES, TIMESTEP, LoopScene
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.sensor import TactileSensor
@@ -54,17 +54,28 @@ class Log:
     step_time: list[float] = field(default_factory=list)  #: MuJoCo's steps [s]
 
 
+@dataclass(frozen=True, kw_only=True)
+class LoopSettings:
+    """What is run."""
+
+    seed: int = 0  #: of the order and poses of the punches, the commanded forces and the noise
+    presses: int = 4  #: commanded forces
+    sort: bool = True  #: whether the punches are sorted
+    rate: int = 200  #: of readings and recognition [Hz], in simulated time
+    noise: float = 0.01  #: standard deviation over a reading's largest taxel [-]
+    fidelity: str = "precise"  #: of the readings, which recognisers are taught on
+    layers: str = "all"  #: recognisers that see "all" sensing layers or the "top" one
+
+
 class Loop:
     """Steps a scene and recognises what its pad feels.
 
     Args:
         scene: what is stepped.
         sensor: of its pad.
-        force, shape: recognisers.
-        rate: of readings and recognition [Hz]; it divides 1000.
-        noise: standard deviation of white noise over a reading's largest taxel [-].
+        recognisers: of force and of shape.
+        settings: rate, which divides 1000 Hz, noise and its seed are used.
         transducer: what the readings go through; None: ideal.
-        seed: of the noise.
         watch: called after each tick with this loop: draws, shows.
 
     Raises:
@@ -75,27 +86,25 @@ class Loop:
         self,
         scene: LoopScene,
         sensor: TactileSensor,
-        force: ForceRecogniser,
-        shape: ShapeRecogniser,
+        recognisers: tuple[ForceRecogniser, ShapeRecogniser],
+        settings: LoopSettings,
         *,
-        rate: int = 200,
-        noise: float = 0.01,
         transducer: Transducer | None = None,
-        seed: int = 0,
         watch: Callable[[Loop], None] = lambda loop: None,
     ) -> None:
-        every = steps_between(rate)
+        every = steps_between(settings.rate)
         self.scene, self.sensor = scene, sensor
         self.data = mujoco.MjData(scene.model)
         self.period = every * TIMESTEP
         self.targets = np.array([home(arm) for arm in range(len(scene.truth))])
         self.log = Log()
         self.readings = np.zeros(sensor.pad.reading_shape)
-        self.felt: Felt | None = None
+        self.felt: Recognised | None = None
         self._homes = self.targets.copy()
         self._every = every
-        self._force, self._shape = force, shape
-        self._noise, self._drawn, self._transducer = noise, np.random.default_rng([seed, 7]), transducer
+        self._force, self._shape = recognisers
+        self._noise, self._transducer = settings.noise, transducer
+        self._drawn = np.random.default_rng([settings.seed, 7])
         self._watch = watch
         names = [f"arm_{arm}_{axis}" for arm in range(len(scene.truth)) for axis in AXES]
         self._actuators = np.array([scene.model.actuator(name).id for name in names])
@@ -105,7 +114,7 @@ class Loop:
         """How many there were."""
         return len(self.log.time)
 
-    def tick(self, arm: int, commanded: Array | None = None) -> Felt | None:
+    def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
         """Let the arms go to their targets for one period, and feel.
 
         Args:
@@ -132,7 +141,7 @@ class Loop:
             before = perf_counter()
             force = self._force(self.readings)
             between = perf_counter()
-            self.felt = Felt(force, self._shape(self.readings, among=tuple(sorted(self.scene.truth))))
+            self.felt = Recognised(force, self._shape(self.readings, among=tuple(sorted(self.scene.truth))))
             force_time, shape_time = between - before, perf_counter() - between
         self._note(arm, commanded, (stepped - start, read - stepped, force_time, shape_time))
         self._watch(self)

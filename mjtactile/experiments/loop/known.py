@@ -19,7 +19,7 @@ SPACING, DISTANCE, RACK_HEIGHT = 14e-3, 26e-3, 12e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class Recognised:
     """What was recognised at one tick."""
 
     force: ForceResult
@@ -42,7 +42,7 @@ class Arms(Protocol):
         """How many there were."""
         ...
 
-    def tick(self, arm: int, commanded: Array | None = None) -> Felt | None:
+    def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
         """Let the arms go to their targets for one period, and feel; None where nothing presses."""
         ...
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.experiments.loop.clock import Log, Loop
+from mjtactile.experiments.loop.clock import Log, Loop, LoopSettings
 from mjtactile.experiments.loop.known import bin_place
 from mjtactile.experiments.loop.scene import LoopScene, loop_scene
-from mjtactile.experiments.loop.tasks import Held, Sorted, commanded_forces, press_forces, sort_punches
+from mjtactile.experiments.loop.tasks import HeldForce, Sorted, commanded_forces, press_forces, sort_punches
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.pad import Pad
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
@@ -25,19 +25,6 @@ from mjtactile.units import GRAM_FORCE
 JUDGED_TIME = 0.1
 #: A commanded force is reached when it stays within this of it, over its magnitude.
 REACHED_WITHIN = 0.05
-
-
-@dataclass(frozen=True, kw_only=True)
-class LoopSettings:
-    """What is run."""
-
-    seed: int = 0  #: of the order and poses of the punches, the commanded forces and the noise
-    presses: int = 4  #: commanded forces
-    sort: bool = True  #: whether the punches are sorted
-    rate: int = 200  #: of readings and recognition [Hz], in simulated time
-    noise: float = 0.01  #: standard deviation over a reading's largest taxel [-]
-    fidelity: str = "precise"  #: of the readings, which recognisers are taught on
-    layers: str = "all"  #: recognisers that see "all" sensing layers or the "top" one
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +43,7 @@ class LoopResult:
     settings: LoopSettings
     scene: LoopScene
     log: Log
-    held: list[Held]
+    held: list[HeldForce]
     sorted: list[Sorted]
     judged: dict[str, Any]
 
@@ -85,11 +72,9 @@ def run_loop(
     loop = Loop(
         scene,
         sensor,
-        *loop_recognisers(settings.layers, folder, sensor.pad),
-        rate=settings.rate,
-        noise=settings.noise,
+        loop_recognisers(settings.layers, folder, sensor.pad),
+        settings,
         transducer=transducer,
-        seed=settings.seed,
         watch=watch,
     )
     held = press_forces(loop, 0, commanded_forces(settings.presses, settings.seed)) if settings.presses else []
@@ -104,7 +89,7 @@ def loop_recognisers(
     return load("force", layers=layers, pad=pad, folder=folder), load("shape", layers=layers, pad=pad, folder=folder)
 
 
-def judge(settings: LoopSettings, loop: Loop, held: list[Held], put_away: list[Sorted]) -> dict[str, Any]:
+def judge(settings: LoopSettings, loop: Loop, held: list[HeldForce], put_away: list[Sorted]) -> dict[str, Any]:
     """Presses against MuJoCo's contact force, punches against the bin they ended in, and the clock."""
     return {
         "settings": asdict(settings),
@@ -115,7 +100,7 @@ def judge(settings: LoopSettings, loop: Loop, held: list[Held], put_away: list[S
     }
 
 
-def _press_judged(log: Log, held: Held, period: float) -> dict[str, Any]:
+def _press_judged(log: Log, held: HeldForce, period: float) -> dict[str, Any]:
     """Errors of the true force against the commanded one at the end of a press, and how long it took to get there."""
     true = np.array(log.true[held.start : held.stop])
     off = np.linalg.norm(true - held.commanded, axis=1) / np.linalg.norm(held.commanded)

@@ -31,7 +31,7 @@ SEARCH_TIME = 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class HeldForce:
     """One commanded force, and when it was held."""
 
     commanded: Array  #: force on the pad [N], shape (3,)
@@ -59,7 +59,7 @@ def commanded_forces(count: int, seed: int) -> list[Array]:
     ]
 
 
-def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[Held]:
+def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[HeldForce]:
     """Press the pad with an arm's punch, whatever it is, by one commanded force after another."""
     servo = ForceServo(stiffness=ARM_STIFFNESS)
     rack = loop.targets[arm].copy()
@@ -68,7 +68,7 @@ def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[Held]:
     for force in forces:
         start = loop.ticks
         _hold(loop, arm, servo, force, HOLDING_TIME if held else HOLDING_TIME + SEARCH_TIME / 4)
-        held.append(Held(force, start, loop.ticks))
+        held.append(HeldForce(force, start, loop.ticks))
     _lift(loop, arm)
     _travel(loop, arm, rack)
     return held

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.experiments.study.networks import NetworkDesign, Networks, train
+from mjtactile.experiments.study.networks import NetworkDesign, Networks, Training, train
 from mjtactile.experiments.study.presses import oblique_readings, unit_vectors
 from mjtactile.experiments.study.protocol import (
     DIRECTION_HIDDEN,
@@ -31,18 +31,29 @@ SCALINGS = ("each layer", "all layers")
 _DIRECTION_SHARE = 0.1
 
 
+@dataclass(frozen=True, kw_only=True)
+class ForceChoices:
+    """What the paper leaves open of its force networks.
+
+    Attributes:
+        scaling: of the maximum readings, one of `SCALINGS`.
+        initial: initial weights, see networks.py.
+        first_step: of RPROP.
+        smallest_step: of RPROP.
+    """
+
+    scaling: str = "each layer"
+    initial: str = "fan-in"
+    first_step: float = 0.01
+    smallest_step: float = 1e-12
+
+
+#: What was chosen after a look at the training samples alone.
+AS_STUDIED = ForceChoices()
+
+
 def force_study(
-    influence: InfluenceMatrices,
-    *,
-    law: str,
-    layers: int,
-    seeds: Sequence[int],
-    iterations: int,
-    scaling: str = "each layer",
-    initial: str = "fan-in",
-    first_step: float = 0.01,
-    smallest_step: float = 1e-12,
-    progress: Callable[[float], None] = lambda share: None,
+    influence: InfluenceMatrices, *, law: str, layers: int, training: Training, choices: ForceChoices = AS_STUDIED
 ) -> dict[str, Any]:
     """Train both networks on the paper's samples and test them once on its unknown ones.
 
@@ -53,47 +64,49 @@ def force_study(
         influence: of the paper's pad.
         law: contact law that makes the readings.
         layers: sensing layers that are seen, 1 or 4.
-        seeds: of the initial weights.
-        iterations: of the magnitude network, at most.
-        scaling: of the maximum readings, one of `SCALINGS`.
-        initial: initial weights, see networks.py.
-        first_step: of RPROP.
-        smallest_step: of RPROP.
-        progress: told the share of the work done.
+        training: of the magnitude network; the direction network learns for fewer iterations.
+        choices: what the paper leaves open.
 
     Returns:
         {"direction": ..., "magnitude": ...}, angles in degrees and forces in gram-force, see below.
     """
-    training = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
+    known = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
     unknown = oblique_readings(influence, law, UNKNOWN_ANGLES)[:, :layers]
     design = NetworkDesign(
-        hidden=DIRECTION_HIDDEN[layers], initial=initial, first_step=first_step, smallest_step=smallest_step
+        hidden=DIRECTION_HIDDEN[layers],
+        initial=choices.initial,
+        first_step=choices.first_step,
+        smallest_step=choices.smallest_step,
     )
-    directions = train(
-        design,
-        over_maximum(training),
-        unit_vectors(TRAINING_ANGLES),
-        seeds=seeds,
-        iterations=min(DIRECTION_ITERATIONS, iterations),
-        progress=lambda share: progress(_DIRECTION_SHARE * share),
-    )
-    peaks = _peaks(training, TRAINING_FORCES)
-    scale = peaks.max(axis=0) if scaling == "each layer" else np.full(layers, peaks.max())
-    magnitudes = train(
-        replace(design, hidden=MAGNITUDE_HIDDEN[layers]),
-        _magnitude_inputs(unit_vectors(TRAINING_ANGLES), TRAINING_FORCES, peaks / scale),
-        np.tile(TRAINING_FORCES, len(TRAINING_ANGLES))[:, None] / FULL_FORCE,
-        seeds=seeds,
-        iterations=iterations,
-        progress=lambda share: progress(_DIRECTION_SHARE + (1.0 - _DIRECTION_SHARE) * share),
-    )
+    directions = _train_directions(design, known, training)
+    peaks = _peaks(known, TRAINING_FORCES)
+    scale = peaks.max(axis=0) if choices.scaling == "each layer" else np.full(layers, peaks.max())
+    magnitudes = _train_magnitudes(replace(design, hidden=MAGNITUDE_HIDDEN[layers]), peaks / scale, training)
     recognised = directions(over_maximum(unknown))
     return {
-        "direction": _direction_result(directions, directions(over_maximum(training)), recognised),
+        "direction": _direction_result(directions, directions(over_maximum(known)), recognised),
         "magnitude": _magnitude_result(
             magnitudes, recognised[int(directions.error.argmin())], _peaks(unknown, UNKNOWN_FORCES) / scale
         ),
     }
+
+
+def _train_directions(design: NetworkDesign, readings: Array, training: Training) -> Networks:
+    shorter = replace(
+        training,
+        iterations=min(DIRECTION_ITERATIONS, training.iterations),
+        progress=lambda share: training.progress(_DIRECTION_SHARE * share),
+    )
+    return train(design, over_maximum(readings), unit_vectors(TRAINING_ANGLES), shorter)
+
+
+def _train_magnitudes(design: NetworkDesign, peaks: Array, training: Training) -> Networks:
+    inputs = _magnitude_inputs(unit_vectors(TRAINING_ANGLES), TRAINING_FORCES, peaks)
+    targets = np.tile(TRAINING_FORCES, len(TRAINING_ANGLES))[:, None] / FULL_FORCE
+    rest = replace(
+        training, progress=lambda share: training.progress(_DIRECTION_SHARE + (1.0 - _DIRECTION_SHARE) * share)
+    )
+    return train(design, inputs, targets, rest)
 
 
 def over_maximum(readings: Array) -> Array:

@@ -69,17 +69,26 @@ class Networks:
             return _forward(self.design, self.weights, self.biases, given).double().numpy()
 
 
-def train(
-    design: NetworkDesign,
-    inputs: Array,
-    targets: Array,
-    *,
-    seeds: Sequence[int],
-    iterations: int,
-    tolerance: float = 0.0,
-    precision: torch.dtype = torch.float32,
-    progress: Callable[[float], None] = lambda share: None,
-) -> Networks:
+@dataclass(frozen=True, kw_only=True)
+class Training:
+    """How many networks are trained, and how long.
+
+    Attributes:
+        seeds: of the initial weights; a seed's network does not depend on which others learn beside it.
+        iterations: at most.
+        tolerance: root mean square error at which a network learns no more.
+        precision: of the arithmetic.
+        progress: told the share of the work done.
+    """
+
+    seeds: Sequence[int]
+    iterations: int
+    tolerance: float = 0.0
+    precision: torch.dtype = torch.float32
+    progress: Callable[[float], None] = lambda share: None
+
+
+def train(design: NetworkDesign, inputs: Array, targets: Array, training: Training) -> Networks:
     """Train one network per seed on all samples at once; each keeps the weights with its least training error.
 
     A network that is content learns no more, however long the others take.
@@ -88,14 +97,11 @@ def train(
         design: of the networks.
         inputs: (samples, inputs).
         targets: (samples, outputs).
-        seeds: of the initial weights; a seed's network does not depend on which others learn beside it.
-        iterations: at most.
-        tolerance: root mean square error at which a network is content.
-        precision: of the arithmetic.
-        progress: told the share of the work done.
+        training: how long they learn.
     """
+    precision, tolerance, iterations = training.precision, training.tolerance, training.iterations
     sizes = (inputs.shape[1], *design.hidden, targets.shape[1])
-    weights, biases = _initial(design, sizes, seeds, precision)
+    weights, biases = _initial(design, sizes, training.seeds, precision)
     given, wanted = torch.as_tensor(inputs, dtype=precision), torch.as_tensor(targets, dtype=precision)
     parameters = [*weights, *biases]
     for parameter in parameters:
@@ -104,13 +110,13 @@ def train(
         parameters, lr=design.first_step, etas=(SHRINK, GROW), step_sizes=(design.smallest_step, LARGEST_STEP)
     )
     best = [parameter.detach().clone() for parameter in parameters]
-    least = torch.full((len(seeds),), math.inf, dtype=precision)
+    least = torch.full((len(training.seeds),), math.inf, dtype=precision)
     done, error_and_gradient = 0, _error_and_gradient(design, given, wanted, weights, biases)
     for done in range(iterations + 1):
         error = error_and_gradient()
         if done % LOOK_EVERY == 0 or done == iterations:
             least = _keep_better(best, parameters, least, error, tolerance)
-            progress(done / iterations)
+            training.progress(done / iterations)
             if done == iterations or bool((least.sqrt() <= tolerance).all()):
                 break
         optimiser.step()

@@ -49,7 +49,7 @@ SHAPE_VARIANTS: dict[str, dict[str, Any]] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class StudySettings:
     """How much of the study is done."""
 
     seeds: int = INITIALISATIONS  #: initialisations of every network
@@ -61,7 +61,7 @@ class Settings:
 
 
 #: Enough to see that everything runs.
-QUICK = Settings(
+QUICK = StudySettings(
     seeds=2, preset="fast", magnitude_iterations=300, variant_iterations=100, shape_iterations=50, variants=False
 )
 
@@ -94,23 +94,21 @@ class Unit:
         """Train and test; see force.py and shape.py for what comes out."""
         import torch
 
-        from mjtactile.experiments.study.force import force_study
-        from mjtactile.experiments.study.shape import shape_study
+        from mjtactile.experiments.study.force import ForceChoices, force_study
+        from mjtactile.experiments.study.networks import Training
+        from mjtactile.experiments.study.shape import ShapeChoices, shape_study
 
         torch.set_num_threads(1)
-        study = force_study if self.study == "force" else shape_study
-        return study(
-            influence_matrices(fidelity=self.preset, progress=False),
-            law=self.law,
-            layers=self.layers,
-            seeds=range(self.seeds),
-            iterations=self.iterations,
-            progress=progress,
-            **self.options,
-        )
+        influence = influence_matrices(fidelity=self.preset, progress=False)
+        training = Training(seeds=range(self.seeds), iterations=self.iterations, progress=progress)
+        if self.study == "force":
+            forces = ForceChoices(**self.options)
+            return force_study(influence, law=self.law, layers=self.layers, training=training, choices=forces)
+        shapes = ShapeChoices(**self.options)
+        return shape_study(influence, law=self.law, layers=self.layers, training=training, choices=shapes)
 
 
-def units(settings: Settings) -> Iterator[Unit]:
+def units(settings: StudySettings) -> Iterator[Unit]:
     """All units of the study, longest first."""
     for law in STUDIED_LAWS:
         for layers in LAYERS:

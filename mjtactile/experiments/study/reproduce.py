@@ -11,7 +11,7 @@ from dataclasses import asdict
 from typing import Any
 
 from mjtactile._progress import progress_bar
-from mjtactile.experiments.study.plan import Settings, Unit, keep, kept, kept_path, units
+from mjtactile.experiments.study.plan import StudySettings, Unit, keep, kept, kept_path, units
 from mjtactile.experiments.study.presses import law_difference
 from mjtactile.influence.cache import influence_matrices
 
@@ -21,7 +21,9 @@ _LOOK = 0.2
 _SAY = 0.5
 
 
-def reproduce(settings: Settings, *, workers: int = 2, fresh: bool = False, progress: bool = True) -> dict[str, Any]:
+def reproduce(
+    settings: StudySettings, *, workers: int = 2, fresh: bool = False, progress: bool = True
+) -> dict[str, Any]:
     """Train and test all networks of the study; units that were done before are not done again.
 
     Args:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.experiments.study.networks import NetworkDesign, train
+from mjtactile.experiments.study.networks import NetworkDesign, Training, train
 from mjtactile.experiments.study.presses import punch_reading, punch_readings
 from mjtactile.experiments.study.protocol import (
     DIRECTIONS,
@@ -30,19 +31,31 @@ TOLERANCE = 1e-3
 _PRESENTATION_SEED = 2008
 
 
+@dataclass(frozen=True, kw_only=True)
+class ShapeChoices:
+    """What the paper leaves open of its shape networks.
+
+    Attributes:
+        scaling: of the readings, one of `SCALINGS`.
+        initial: initial weights, see networks.py.
+        activation: of hidden units, "sigmoid" or "tanh".
+        first_step: of RPROP.
+        tolerance: root mean square training error at which a network stops learning.
+    """
+
+    scaling: str = "maximum"
+    initial: str = "fan-in"
+    activation: str = "sigmoid"
+    first_step: float = 0.01
+    tolerance: float = TOLERANCE
+
+
+#: What was chosen after a look at the training samples alone.
+AS_STUDIED = ShapeChoices()
+
+
 def shape_study(
-    influence: InfluenceMatrices,
-    *,
-    law: str,
-    layers: int,
-    seeds: Sequence[int],
-    iterations: int,
-    scaling: str = "maximum",
-    initial: str = "fan-in",
-    activation: str = "sigmoid",
-    first_step: float = 0.01,
-    tolerance: float = TOLERANCE,
-    progress: Callable[[float], None] = lambda share: None,
+    influence: InfluenceMatrices, *, law: str, layers: int, training: Training, choices: ShapeChoices = AS_STUDIED
 ) -> dict[str, Any]:
     """Train the shape network on the seven centred punches and test it once on the shifted ones.
 
@@ -50,33 +63,24 @@ def shape_study(
         influence: of the paper's pad.
         law: contact law that makes the readings.
         layers: sensing layers that are seen, 1 or 4.
-        seeds: of the initial weights.
-        iterations: at most.
-        scaling: of the readings, one of `SCALINGS`.
-        initial: initial weights, see networks.py.
-        activation: of hidden units, "sigmoid" or "tanh".
-        first_step: of RPROP.
-        tolerance: root mean square training error at which a network stops learning.
-        progress: told the share of the work done.
+        training: of the networks; their tolerance is that of the choices.
+        choices: what the paper leaves open.
 
     Returns:
         {"right": by direction, of 7, by seed; "outputs": by direction, (7, 7) mean over seeds; "presented": see
         `_presented`; "trained": of 7, by seed; "training_rms": by seed}.
     """
     centred = punch_readings(influence, law)[:, :layers]
-    scaled = _scaler(centred, scaling)
+    scaled = _scaler(centred, choices.scaling)
     design = NetworkDesign(
-        hidden=SHAPE_HIDDEN[layers], output="sigmoid", activation=activation, initial=initial, first_step=first_step
+        hidden=SHAPE_HIDDEN[layers],
+        output="sigmoid",
+        activation=choices.activation,
+        initial=choices.initial,
+        first_step=choices.first_step,
     )
-    networks = train(
-        design,
-        scaled(centred),
-        np.eye(len(INDENTER_NAMES)),
-        seeds=seeds,
-        iterations=iterations,
-        tolerance=tolerance,
-        progress=progress,
-    )
+    tolerant = replace(training, tolerance=choices.tolerance)
+    networks = train(design, scaled(centred), np.eye(len(INDENTER_NAMES)), tolerant)
 
     def see(readings: Array) -> Array:
         return networks(scaled(readings[:, :layers]))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from mjtactile import recognition
 from mjtactile._types import Array
 from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
-from mjtactile.dataset.sampling import OutlinePresses, Pose
+from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.spec import parse_spec
 from mjtactile.fidelity import as_fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -46,23 +46,30 @@ _LAYERS = ("all", "top")
 _TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate", "shape_rate_firm")
 
 
-def evaluate(
-    seed: int,
-    *,
-    presses: int = 2000,
-    fidelity: str = "precise",
-    law: str | None = None,
-    workers: int = 2,
-    folder: Path | None = None,
-    progress: bool = True,
-) -> dict[str, Any]:
-    """Measure every figure anew.
+@dataclass(frozen=True, kw_only=True)
+class EvaluationSettings:
+    """Which presses recognisers are measured on.
 
-    Args:
+    Attributes:
         seed: of presses and noise.
         presses: how many in MuJoCo.
         fidelity: of the sensor, a preset by name; recognisers are taught on "precise" among others.
         law: its contact law; by default the fidelity's own.
+    """
+
+    seed: int
+    presses: int = 2000
+    fidelity: str = "precise"
+    law: str | None = None
+
+
+def evaluate(
+    settings: EvaluationSettings, *, workers: int = 2, folder: Path | None = None, progress: bool = True
+) -> dict[str, Any]:
+    """Measure every figure anew.
+
+    Args:
+        settings: which presses.
         workers: processes that make presses.
         folder: weights of one's own, one folder each for "all" and "top" in it; by default those shipped.
         progress: show a progress bar on a terminal.
@@ -73,18 +80,18 @@ def evaluate(
     """
     from mjtactile.influence.cache import influence_matrices
 
-    known = as_fidelity(fidelity)
-    chosen = replace(known, law=known.law if law is None else law)
+    known, seed = as_fidelity(settings.fidelity), settings.seed
+    chosen = replace(known, law=known.law if settings.law is None else settings.law)
     influence = influence_matrices(fidelity=chosen, progress=progress)
     pairs = recognisers(folder)
     with tempfile.TemporaryDirectory() as scratch:
-        spec = parse_spec(press_spec(seed, presses, fidelity, influence.fidelity.law))
+        spec = parse_spec(press_spec(seed, settings.presses, settings.fidelity, influence.fidelity.law))
         make_dataset(spec, Path(scratch), workers=workers, progress=progress)
         data = read_dataset(Path(scratch))
     return {
         "seed": seed,
         "presses": len(data.readings),
-        "preset": fidelity,
+        "preset": settings.fidelity,
         "law": influence.fidelity.law,
         "protocol": {layers: protocol(influence, *pair) for layers, pair in pairs.items()},
         "mujoco": {layers: random_presses(data, *pair, noise=0.01, seed=seed) for layers, pair in pairs.items()},
@@ -242,7 +249,7 @@ def _reported(
 def _pressed(influence: InfluenceMatrices, shape: str, shift: tuple[float, float], forces: Array) -> Array:
     """Readings (forces, layers, rows, columns) [Pa] of a shape under forces (forces, 3) [N]."""
     magnitudes = np.linalg.norm(forces, axis=1)
-    pose = Pose(shift=shift, rotation=0.0, directions=forces / magnitudes[:, None], magnitudes=magnitudes)
+    pose = PosePresses(shift=shift, rotation=0.0, directions=forces / magnitudes[:, None], magnitudes=magnitudes)
     contact = OutlinePresses(
         first=0,
         shape=shape,

@@ -40,13 +40,25 @@ class Looks:
     own: torch.Tensor
 
 
+@dataclass(frozen=True, eq=False)
+class KnownModules:
+    """Modules that are there before a shape is added.
+
+    Attributes:
+        poses: for position, size and orientation.
+        shapes: of the shapes known.
+    """
+
+    poses: PoseNetworks
+    shapes: Sequence[ShapeModule]
+
+
 def look_at(
     looker: Looker,
     index: torch.Tensor,
     own: torch.Tensor,
     noise: torch.Tensor,
-    poses: PoseNetworks,
-    known: Sequence[ShapeModule],
+    known: KnownModules,
     imperfect: float = 0.0,
 ) -> Looks:
     """Looks at presses, each under its own noise.
@@ -56,16 +68,15 @@ def look_at(
         index: which presses, (looks,).
         own: whether each press is of the new shape, (presses,) bool.
         noise: of each look, standard deviation over the largest reading, (looks,).
-        poses: modules for position, size and orientation.
-        known: modules of the shapes known.
+        known: modules that look.
         imperfect: share of the looks through imperfect transducers.
     """
-    networks = [FixedNetwork(module.network) for module in known]
+    networks = [FixedNetwork(module.network) for module in known.shapes]
     inputs, scores = [], []
     with torch.no_grad():
         for here, level in zip(index.split(_CHUNK), noise.split(_CHUNK), strict=True):
             features, _ = looker.features(here, level, int(imperfect * len(here)))
-            inputs.append(torch.cat([features, poses(features)], 1))
+            inputs.append(torch.cat([features, known.poses(features)], 1))
             scores.append(torch.cat([network(inputs[-1]) for network in networks], 1))
     return Looks(torch.cat(inputs), torch.cat(scores), own[index])
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.registry import REGISTRY, read_registry, stored_module
 from mjtactile.recognition.training.presses import Presses
 from mjtactile.recognition.weight_files import Stored, read_weights
@@ -53,7 +53,7 @@ class Examples:
         )
 
     @classmethod
-    def from_stored(cls, stored: Stored, view: View) -> Examples:
+    def from_stored(cls, stored: Stored, view: PrincipalComponents) -> Examples:
         """Those in a file by `arrays`, seen through the same view."""
         arrays = stored.arrays
         projected = arrays["projected"] * arrays["scale"]
@@ -91,7 +91,7 @@ class Examples:
         return Examples(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(Examples)))
 
 
-def read_examples(folder: Path, view: View) -> Examples | None:
+def read_examples(folder: Path, view: PrincipalComponents) -> Examples | None:
     """The examples in a folder of weights; None where there are none."""
     if not (folder / EXAMPLES).is_file():
         return None

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 import torch
 
-from mjtactile.recognition.features import NOISE_FLOOR, View
+from mjtactile.recognition.features import NOISE_FLOOR, PrincipalComponents
 
 
 class Projected(Protocol):
@@ -41,7 +41,7 @@ class Projected(Protocol):
 class Looker:
     """Batches of features of presses, with fresh noise."""
 
-    def __init__(self, presses: Projected, view: View, generator: torch.Generator) -> None:
+    def __init__(self, presses: Projected, view: PrincipalComponents, generator: torch.Generator) -> None:
         self.readings = torch.tensor(presses.readings)
         self.parts = torch.tensor(view.parts)
         self.projected = torch.tensor(presses.projected)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mjtactile.dataset.files import Dataset, read_dataset
 from mjtactile.dataset.spec import pad_from
-from mjtactile.recognition.features import View
+from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.symmetry import Mirrors, into_octant, is_symmetric, mirrored
 from mjtactile.recognition.weight_files import RecognitionError
 
@@ -58,7 +58,7 @@ class Presses:
         return self.mirrors.vectors(self.dataset.positions[self.source])
 
 
-def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[View, dict[str, Any]]:
+def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[PrincipalComponents, dict[str, Any]]:
     """Principal parts of a dataset's readings over their length, and the dataset's metadata.
 
     Raises:
@@ -72,10 +72,10 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[View, d
             "square, centred grid of taxels."
         )
     shape = tuple(dataset.metadata["reading_shape"])
-    return View.fitted(_octants(dataset, layers)[0], parts, layers, shape), dataset.metadata
+    return PrincipalComponents.fitted(_octants(dataset, layers)[0], parts, layers, shape), dataset.metadata
 
 
-def see_presses(folder: Path, view: View, *, most: int | None = None) -> Presses:
+def see_presses(folder: Path, view: PrincipalComponents, *, most: int | None = None) -> Presses:
     """A dataset as a view sees it.
 
     Args:

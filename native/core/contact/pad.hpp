@@ -31,7 +31,7 @@ struct MatrixFactors {
 
 // Beyond these strains are no longer small: mean pressure [Pa] and indentation [m]. And the sheet's thickness [m].
 struct LinearRange {
-  double pressure, approach, depth;
+  double pressure, indentation, depth;
 };
 
 class Pad {

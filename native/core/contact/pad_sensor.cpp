@@ -335,18 +335,18 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
 }
 
 template <typename Value>
-void PadSensor<Value>::note(Event event, const Touch& touch, double pressure, double approach) {
-  pressed_.notes.push_back({event, touch.body, pressure, approach});
+void PadSensor<Value>::note(Event event, const Touch& touch, double pressure, double indentation) {
+  pressed_.notes.push_back({event, touch.body, pressure, indentation});
 }
 
 template <typename Value>
-void PadSensor<Value>::note_range(const Touch& touch, double force, double area, double approach) {
+void PadSensor<Value>::note_range(const Touch& touch, double force, double area, double indentation) {
   const double pressure = force / area;
   pressed_.area += area;
-  pressed_.indentation = std::max(pressed_.indentation, approach);
-  const double share = std::max(pressure / pad_->range().pressure, approach / pad_->range().approach);
+  pressed_.indentation = std::max(pressed_.indentation, indentation);
+  const double share = std::max(pressure / pad_->range().pressure, indentation / pad_->range().indentation);
   pressed_.range = std::max(pressed_.range, share);
-  if (share > 1.0) note(Event::beyond_range, touch, pressure, approach);
+  if (share > 1.0) note(Event::beyond_range, touch, pressure, indentation);
 }
 
 // Add what is carried of a wrench; what is left over counts where it is more than rounding.

@@ -78,7 +78,7 @@ struct Pressed {
   struct Note {
     Event event;
     int body;
-    double pressure, approach;   // mean [Pa], and indentation [m]
+    double pressure, indentation;   // mean [Pa] and [m]
   };
   std::vector<Note> notes;
 };
@@ -144,8 +144,8 @@ class PadSensor {
   void finish(const Touch& touch, BodyPress& press);
   bool shear(const Touch& touch, BodyPress& press);
   void bound_stress(const Face& cells, double* forces) const;
-  void note(Event event, const Touch& touch, double pressure, double approach);
-  void note_range(const Touch& touch, double force, double area, double approach);
+  void note(Event event, const Touch& touch, double pressure, double indentation);
+  void note_range(const Touch& touch, double force, double area, double indentation);
   void note_carried(const Touch& touch, const double* carried);
   void add(const double* forces);
   std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjtactile.experiments.grasp.control import GripLaw, SlipReflex
-from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.grasp.known import PadLoads
 
 PERIOD = 2e-3
 
@@ -12,7 +12,7 @@ PERIOD = 2e-3
 def felt(pull, grip, turn=0.0, internal=0.0):
     """Both pads pressed with a grip, holding a pull down and a turn, and pushed against each other sideways."""
     tangential = np.array([[internal, -pull / 2], [internal, -pull / 2]])
-    return Felt(np.full(2, float(grip)), tangential, np.zeros((2, 2)), np.array([turn / 2, -turn / 2]))
+    return PadLoads(np.full(2, float(grip)), tangential, np.zeros((2, 2)), np.array([turn / 2, -turn / 2]))
 
 
 def test_grip_is_half_the_pull_over_friction_with_the_margin():

@@ -8,10 +8,10 @@ import pytest
 from mjtactile.experiments.grasp.handover import hand_over, handover_task
 from mjtactile.experiments.grasp.lift import LIFT, lift, lift_task, report, trial
 from mjtactile.experiments.grasp.punch_touch import PunchTouch
-from mjtactile.experiments.grasp.slip import Held, caught, slip_task
+from mjtactile.experiments.grasp.slip import HeldObject, caught, slip_task
 from mjtactile.experiments.grasp.sort import SIZE, SortTask, sort_block, sort_task
 from mjtactile.experiments.grasp.touch import TrueTouch
-from mjtactile.experiments.grasp.trials import Settings
+from mjtactile.experiments.grasp.trials import TrialSettings
 
 
 def task_of(draw, seed, number, *more):
@@ -51,12 +51,12 @@ def test_a_blind_grip_below_what_it_takes_drops():
 
 def test_slips_are_caught_only_by_those_who_react():
     task = task_of(slip_task, 50, 1, 2)
-    held = Held(task.lift, TrueTouch(), fidelity="fast")
+    held = HeldObject(task.lift, TrueTouch(), fidelity="fast")
     assert held.through(task.quiet)["alarm"] is None
     done = held.through(task.slip)
     assert caught(done)
     assert held.through(task.slip) == done
-    blind = Held(task.lift, TrueTouch(), fidelity="fast", reacts=False).through(task.slip)
+    blind = HeldObject(task.lift, TrueTouch(), fidelity="fast", reacts=False).through(task.slip)
     assert blind["slid"] > 5e-3
 
 
@@ -99,7 +99,7 @@ def test_tasks_are_drawn_from_seed_and_number_alone():
 
 @pytest.mark.slow
 def test_recognised_forces_lift_as_true_ones_do():
-    settings = Settings(seed=50, trials=3)
+    settings = TrialSettings(seed=50, trials=3)
     conditions = ("recognised", "true", "blind")
     results = {name: [trial(settings, name, k) for k in range(3)] for name in conditions}
     assert all(one["success"] for one in results["recognised"])

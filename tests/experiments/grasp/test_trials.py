@@ -6,10 +6,10 @@ import pytest
 from grasp_counting import COUNTING
 
 from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
-from mjtactile.experiments.grasp.trials import Settings, TrialsError, run_trials
+from mjtactile.experiments.grasp.trials import TrialsError, TrialSettings, run_trials
 from mjtactile.workers import Workers
 
-SETTINGS = Settings(seed=3, trials=5)
+SETTINGS = TrialSettings(seed=3, trials=5)
 
 
 def test_results_do_not_depend_on_the_number_of_workers(tmp_path):
@@ -30,7 +30,7 @@ def test_what_is_there_is_not_run_again(tmp_path):
     assert run_trials(COUNTING, SETTINGS, out=out, progress=False) == first
     assert len(grasp_counting.CALLS) == 10 - 4
     grasp_counting.CALLS.clear()
-    more = run_trials(COUNTING, Settings(seed=3, trials=6), out=out, progress=False)
+    more = run_trials(COUNTING, TrialSettings(seed=3, trials=6), out=out, progress=False)
     assert grasp_counting.CALLS == [("one", 5), ("other", 5)]
     assert more["one"][:5] == first["one"]
 
@@ -40,7 +40,7 @@ def test_a_file_of_other_trials_is_left_alone(tmp_path):
     run_trials(COUNTING, SETTINGS, out=out, progress=False)
     before = out.read_text()
     with pytest.raises(TrialsError, match="seed"):
-        run_trials(COUNTING, Settings(seed=4, trials=5), out=out, progress=False)
+        run_trials(COUNTING, TrialSettings(seed=4, trials=5), out=out, progress=False)
     assert out.read_text() == before
     (tmp_path / "notes").write_text("not trials")
     with pytest.raises(TrialsError, match="another name"):

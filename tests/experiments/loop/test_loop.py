@@ -15,10 +15,10 @@ from PIL import Image
 from mjtactile import Pad, TactileSensor, indenter_outline
 from mjtactile.errors import MjTactileError, OutputError, SceneError
 from mjtactile.experiments.loop import tasks
-from mjtactile.experiments.loop.clock import Loop
+from mjtactile.experiments.loop.clock import Loop, LoopSettings
 from mjtactile.experiments.loop.figure import loop_figure
 from mjtactile.experiments.loop.known import bin_place, home
-from mjtactile.experiments.loop.run import LoopResult, LoopSettings, judge
+from mjtactile.experiments.loop.run import LoopResult, judge
 from mjtactile.experiments.loop.scene import loop_scene
 from mjtactile.experiments.loop.video import LoopVideo
 from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -55,7 +55,7 @@ def looped(influence, seed=0, rate=200, noise=0.0, watch=lambda loop: None, **or
     scene = loop_scene(seed)
     sensor = TactileSensor(scene.model, influence=influence, law="uniform")
     told: Any = Oracle(scene, **oracle)
-    told.loop = Loop(scene, sensor, told.force, told.shape, rate=rate, noise=noise, watch=watch)
+    told.loop = Loop(scene, sensor, (told.force, told.shape), LoopSettings(rate=rate, noise=noise), watch=watch)
     return told.loop, told
 
 

@@ -9,7 +9,7 @@ import torch
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.experiments.study import force, protocol, shape
-from mjtactile.experiments.study.networks import GROW, SHRINK, NetworkDesign, _forward, train
+from mjtactile.experiments.study.networks import GROW, SHRINK, NetworkDesign, Training, _forward, train
 from mjtactile.experiments.study.presses import (
     force_along,
     law_difference,
@@ -53,7 +53,7 @@ def test_learning_is_rprop_as_published():
     design = NetworkDesign(hidden=(5,))
     # Ten iterations: rounding has not yet turned a sign, and the last weights are the best.
     by_hand = rprop_by_hand(design, INPUTS, EXCLUSIVE_OR, 3, 10)
-    learnt = train(design, INPUTS, EXCLUSIVE_OR, seeds=[3], iterations=10, precision=torch.float64)
+    learnt = train(design, INPUTS, EXCLUSIVE_OR, Training(seeds=[3], iterations=10, precision=torch.float64))
     np.testing.assert_allclose(learnt(INPUTS)[0], by_hand, rtol=1e-10, atol=1e-12)
     assert learnt.error[0] == pytest.approx(np.sqrt(np.mean((by_hand - EXCLUSIVE_OR) ** 2)), rel=1e-9)
 
@@ -81,7 +81,7 @@ def test_the_gradient_written_out_is_the_one_differentiated():
 @pytest.mark.parametrize("activation", ["tanh", "sigmoid"])
 def test_networks_learn_what_a_line_cannot(output, activation):
     design = NetworkDesign(hidden=(8,), output=output, activation=activation)
-    learnt = train(design, INPUTS, EXCLUSIVE_OR, seeds=range(4), iterations=500, tolerance=1e-3)
+    learnt = train(design, INPUTS, EXCLUSIVE_OR, Training(seeds=range(4), iterations=500, tolerance=1e-3))
     assert np.median(learnt.error) < 1e-2
     assert learnt(INPUTS).shape == (4, 4, 1)
 
@@ -89,17 +89,17 @@ def test_networks_learn_what_a_line_cannot(output, activation):
 def test_a_network_learns_beside_others_as_it_does_alone():
     design = NetworkDesign(hidden=(6, 4), initial="half")
     exact = {"iterations": 40, "precision": torch.float64}
-    together = train(design, INPUTS, EXCLUSIVE_OR, seeds=(1, 2, 3), **exact)
-    alone = train(design, INPUTS, EXCLUSIVE_OR, seeds=(2,), **exact)
+    together = train(design, INPUTS, EXCLUSIVE_OR, Training(seeds=(1, 2, 3), **exact))
+    alone = train(design, INPUTS, EXCLUSIVE_OR, Training(seeds=(2,), **exact))
     np.testing.assert_allclose(together(INPUTS)[1], alone(INPUTS)[0], rtol=1e-9, atol=1e-12)
-    again = train(design, INPUTS, EXCLUSIVE_OR, seeds=(1, 2, 3), **exact)
+    again = train(design, INPUTS, EXCLUSIVE_OR, Training(seeds=(1, 2, 3), **exact))
     np.testing.assert_array_equal(again(INPUTS), together(INPUTS))
 
 
 def test_a_network_that_is_content_learns_no_more():
     design = NetworkDesign(hidden=(8,))
-    eager = train(design, INPUTS, EXCLUSIVE_OR, seeds=range(3), iterations=1000, tolerance=0.3)
-    keen = train(design, INPUTS, EXCLUSIVE_OR, seeds=range(3), iterations=1000, tolerance=1e-4)
+    eager = train(design, INPUTS, EXCLUSIVE_OR, Training(seeds=range(3), iterations=1000, tolerance=0.3))
+    keen = train(design, INPUTS, EXCLUSIVE_OR, Training(seeds=range(3), iterations=1000, tolerance=1e-4))
     assert (eager.error <= 0.3).all()
     assert eager.iterations < keen.iterations
     # Each is the first below its bound, not the best of those that went on.
@@ -108,7 +108,7 @@ def test_a_network_that_is_content_learns_no_more():
 
 def test_unknown_initial_weights_are_refused():
     with pytest.raises(ValueError, match="fan-in, half, small"):
-        train(NetworkDesign(hidden=(2,), initial="large"), INPUTS, EXCLUSIVE_OR, seeds=[0], iterations=1)
+        train(NetworkDesign(hidden=(2,), initial="large"), INPUTS, EXCLUSIVE_OR, Training(seeds=[0], iterations=1))
 
 
 def test_samples_are_as_many_as_the_paper_counts():
@@ -161,7 +161,7 @@ def test_inputs_of_unknown_punches_are_scaled_by_what_training_showed(draft, sca
 
 def test_the_force_study_reports_each_initialisation(draft):
     with torch.random.fork_rng():
-        result = force.force_study(draft, law="uniform", layers=4, seeds=range(3), iterations=150)
+        result = force.force_study(draft, law="uniform", layers=4, training=Training(seeds=range(3), iterations=150))
     assert np.shape(result["direction"]["recognised_deg"]) == (3, 4)
     assert len(result["magnitude"]["unknown_gf"]) == 3
     # Little learning; 2 deg and 3 gf are far from a guess (15 deg, 50 gf) and far from the end of it.

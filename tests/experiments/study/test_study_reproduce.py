@@ -18,7 +18,7 @@ from mjtactile.experiments.study.reproduce import reproduce
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import cache_directory
 
-TINY = plan.Settings(
+TINY = plan.StudySettings(
     seeds=2, preset="fast", magnitude_iterations=20, variant_iterations=10, shape_iterations=10, variants=False
 )
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "study.md"
@@ -84,7 +84,7 @@ def test_two_workers_find_what_one_finds(found):
 
 def test_every_unit_is_kept_under_a_name_of_its_own(cache):
     influence = plan.influence_matrices(fidelity="fast", progress=False)
-    units = list(plan.units(plan.Settings()))
+    units = list(plan.units(plan.StudySettings()))
     assert len({plan.kept_path(unit, influence) for unit in units}) == len(units)
     # Each law, number of layers and variant; the maxima of one layer have one scale.
     shapes, forces = 4 * len(plan.SHAPE_VARIANTS), 4 + 4 * len(plan.FORCE_VARIANTS) - 2

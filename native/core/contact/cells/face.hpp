@@ -28,7 +28,7 @@ struct Face {
   std::vector<Point> corners;            // convex hull of its outline, counter-clockwise
   std::vector<Point> hull;               // convex hull of the centroids, counter-clockwise
   bool convex = false;                   // whether the hull of its outline is all of it
-  double length;                         // root of its area, by which tilts compare with the approach [m]
+  double length;                         // root of its area, by which tilts compare with the indentation [m]
   bool cut = false;                      // at the sheet's edge, for one place: its frame is the pad's
 
   std::size_t cells() const { return areas.size(); }

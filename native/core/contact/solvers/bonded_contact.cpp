@@ -19,7 +19,7 @@ constexpr int kRounds = 20, kPatience = 4;
 
 }  // namespace
 
-// Displacement of a cell per motion: approach and two tilts (downward), x, y and a turn.
+// Displacement of a cell per motion: indentation and two tilts (downward), x, y and a turn.
 double BondedContact::mode(std::size_t motion, std::size_t component, std::size_t place) const {
   switch (motion) {
     case 0: return component == 2 ? 1.0 : 0.0;

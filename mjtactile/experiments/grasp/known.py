@@ -14,7 +14,7 @@ _ALONG = np.array([[1.0, 1.0], [-1.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class PadLoads:
     """What bears on each pad, pad frames; zeros where nothing does.
 
     Attributes:
@@ -63,7 +63,7 @@ class Arm(Protocol):
 
     grip: float
     place: dict[str, float]
-    felt: Felt
+    felt: PadLoads
 
     @property
     def period(self) -> float:
@@ -75,10 +75,10 @@ class Arm(Protocol):
         """Since the beginning [s]."""
         ...
 
-    def tick(self) -> Felt:
+    def tick(self) -> PadLoads:
         """Let a period pass with the commands as they are, and feel."""
         ...
 
-    def move(self, axis: str, by: float, *, speed: float) -> Felt:
+    def move(self, axis: str, by: float, *, speed: float) -> PadLoads:
         """Drive an axis at a speed for one tick, no further than `by` [m] from where it is commanded to be."""
         ...

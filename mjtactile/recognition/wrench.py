@@ -1,0 +1,102 @@
+"""Readings to the wrenches that made them: what recognisers of force and of grasps have in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Generic, Self, TypeVar
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.recognition.estimator import Estimator
+from mjtactile.recognition.features import PrincipalComponents, Seen
+from mjtactile.recognition.weight_files import Stored
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatedWrenches:
+    """Wrenches on a pad as a network estimates them, pad frame.
+
+    Attributes:
+        pressing: force into the pad, (n,) [N].
+        ratio: tangential over pressing force, (n, 2) [-].
+        position: centre of pressure, (n, 2) [m].
+        twist: moment about the pad's normal through that, (n,) [N m]; None where the network does not estimate it.
+        deviations: standard deviations of the network's values, (n, values).
+    """
+
+    pressing: Array
+    ratio: Array
+    position: Array
+    twist: Array | None
+    deviations: Array
+
+    @property
+    def force(self) -> Array:
+        """On the pad, (n, 3) [N]; pressing is -z."""
+        return np.column_stack([self.ratio * self.pressing[:, None], -self.pressing])
+
+    @property
+    def ratio_deviation(self) -> Array:
+        """Standard deviation of the ratio, both directions together, (n,) [-]."""
+        return np.sqrt((self.deviations[:, :2] ** 2).sum(axis=1))
+
+    @property
+    def position_deviation(self) -> Array:
+        """Standard deviation of the position, both directions together, (n,) [m]."""
+        return np.sqrt((self.deviations[:, 2:4] ** 2).sum(axis=1))
+
+    @property
+    def pressing_deviation(self) -> Array:
+        """Standard deviation of the pressing force, relative, (n,) [-]."""
+        return self.deviations[:, -1]
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchRecogniser(Generic[Result]):
+    """Readings to force and position, and twist where the network estimates it.
+
+    Attributes:
+        view: what is looked at.
+        estimator: of tangential over pressing force (2), position (2) [m], twist over pressing force [m] where there is
+            one, and the logarithm of the pressing force over the readings' size.
+    """
+
+    #: By which weights know its network.
+    name: ClassVar[str]
+
+    view: PrincipalComponents
+    estimator: Estimator
+
+    @classmethod
+    def from_stored(cls, view: PrincipalComponents, stored: Stored) -> Self:
+        """The recogniser in a file of weights."""
+        return cls(view, Estimator.from_arrays(stored.arrays, cls.name))
+
+    def __call__(self, readings: np.ndarray) -> Result:
+        """Recognise.
+
+        Args:
+            readings: (..., layers, rows, columns) [Pa] of the pad the weights belong to.
+
+        Raises:
+            RecognitionError: for another shape, NaN, or where nothing presses.
+        """
+        flat, batch = self.view.checked(readings)
+        return self.from_seen(self.view.see(flat), batch)
+
+    def from_seen(self, seen: Seen, batch: tuple[int, ...]) -> Result:
+        """Recognise what a view has seen already, of readings with these batch axes."""
+        values, deviations = self.estimator(seen.features)
+        pressing = np.exp(values[:, -1]) * seen.size
+        # A twist turns round in every mirror.
+        flips = seen.mirrors.x ^ seen.mirrors.y ^ seen.mirrors.swapped
+        twist = np.where(flips, -1.0, 1.0) * values[:, 4] * pressing if values.shape[1] == 6 else None
+        ratio, position = seen.mirrors.original(values[:, :2]), seen.mirrors.original(values[:, 2:4])
+        return self.result(EstimatedWrenches(pressing, ratio, position, twist, deviations), batch)
+
+    def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> Result:
+        """What was estimated as the recogniser's result, with these batch axes."""
+        raise NotImplementedError
