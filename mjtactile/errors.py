@@ -49,6 +49,10 @@ class NativeError(MjTactileError, RuntimeError):
     """The compiled core is missing, of another version, or cannot do what was asked."""
 
 
+class MissingExtraError(MjTactileError, ImportError):
+    """A package that only some uses need is not installed; the message says the line that installs it."""
+
+
 class DistributeError(MjTactileError, RuntimeError):
     """Workers that cannot be had, or that die over a task again and again."""
 

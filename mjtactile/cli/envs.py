@@ -7,8 +7,6 @@ from typing import Annotated
 
 import typer
 
-from mjtactile.errors import MjTactileError
-
 
 def envs(
     readme: Annotated[Path | None, typer.Option(help="Rewrite the tables in this Markdown file.")] = None,
@@ -18,10 +16,8 @@ def envs(
 
     if readme is not None:
         check_page(readme, "environments")
-    try:
-        from mjtactile.cli.envs_tables import environment_tables
-    except ImportError as error:
-        raise MjTactileError(f"environments need gymnasium: pip install 'mjtactile[envs]' ({error}).") from error
+    from mjtactile.cli.envs_tables import environment_tables
+
     text = environment_tables()
     typer.echo(text)
     if readme is not None:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 #: Environment variable that moves the cache.
 CACHE_VARIABLE = "MJTACTILE_CACHE"
+#: Tables that come with the package: the default pad's at fidelity "fast", so that a first reading needs no build.
+SHIPPED = Path(__file__).resolve().parent / "tables"
 #: How long another builder is waited for without a word, and how often it is mentioned from then on [s].
 _SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
 
@@ -44,6 +46,12 @@ def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:
     return cache_directory() / f"influence-{fingerprint[:20]}.safetensors"
 
 
+def stored_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path | None:
+    """The file with the influence matrices of a pad, in the cache or shipped; None where they were not built."""
+    kept = cached_path(pad, fidelity)
+    return next((path for path in (kept, SHIPPED / kept.name) if path.exists()), None)
+
+
 def influence_matrices(
     pad: Pad | None = None,
     fidelity: str | Fidelity = DEFAULT,
@@ -51,7 +59,7 @@ def influence_matrices(
     progress: bool = True,
     cache: bool = True,
 ) -> InfluenceMatrices:
-    """Influence matrices of a pad: from the cache, or built and kept there.
+    """Influence matrices of a pad: from the cache, from the package where it ships them, or built and kept.
 
     Several processes may ask at once: one builds, the others wait for it and map its file; who waits for more than two
     seconds says so on stderr. A damaged file is rebuilt, what killed builders left is removed;
@@ -76,9 +84,10 @@ def influence_matrices(
     if not cache:
         return build_influence(pad, chosen, progress=progress)
     path = cached_path(pad, chosen)
-    found = _load_if_whole(path, pad, chosen)
-    if found is not None:
-        return found
+    for known in (path, SHIPPED / path.name):
+        found = _load_if_whole(known, pad, chosen)
+        if found is not None:
+            return found
     with _locked(path) as error:
         if error is None:
             _remove_leftovers(path.parent, path)

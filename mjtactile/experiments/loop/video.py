@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._extras import require
 from mjtactile._files import write_atomically
 from mjtactile._types import Array
 from mjtactile.errors import OutputError
@@ -71,6 +72,7 @@ class LoopVideo:
         Raises:
             OutputError: nothing was drawn, the file's ending is no kind of video known here, or it cannot be written.
         """
+        require("figures")
         from PIL import Image
 
         check_video_path(path)
@@ -85,6 +87,7 @@ class LoopVideo:
         )
 
     def _frame(self, loop: Loop) -> Picture:
+        require("figures")
         from PIL import Image, ImageDraw
 
         maps = self._maps(loop.readings)
@@ -120,6 +123,7 @@ class LoopVideo:
 
     def _maps(self, readings: Array) -> Picture:
         """The first four layers two by two, rows upwards, over the largest reading there was lately."""
+        require("figures")
         from matplotlib import colormaps
 
         colours: Any = colormaps["magma"]
