@@ -7,16 +7,18 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mjtactile._progress import progress_bar
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
-from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.influence.provenance import influence_fingerprint
+from mjtactile.influence.provenance import check_provenance, influence_fingerprint
 from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
+from mjtactile.influence.table import read_metadata
 from mjtactile.pad import Pad
 
 if TYPE_CHECKING:
@@ -104,6 +106,64 @@ def influence_matrices(
             _warn_not_kept(path, failure)
             return built
     return load_influence(path, pad, chosen)
+
+
+@dataclass(frozen=True)
+class CachedTable:
+    """A table in the cache.
+
+    Attributes:
+        path: of the file.
+        size: of the file [bytes].
+        contents: pad and fidelity in words, or why it is of no use.
+        usable: whether this version of the package can read it.
+    """
+
+    path: Path
+    size: int
+    contents: str
+    usable: bool
+
+
+def cached_tables() -> list[CachedTable]:
+    """Tables in the cache, the largest first; their arrays are not looked at."""
+    tables = []
+    for path in cache_directory().glob("influence-*.safetensors"):
+        usable = True
+        try:
+            pad, fidelity = check_provenance(path, read_metadata(path), None, None)
+            contents = f"{pad.summary}, {fidelity_text(fidelity)}"
+        except (CorruptInfluenceError, StaleInfluenceError, OSError) as error:
+            contents, usable = str(error), False
+        tables.append(CachedTable(path, path.stat().st_size, contents, usable))
+    return sorted(tables, key=lambda table: (-table.size, table.path))
+
+
+def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
+    """Remove tables from the cache, but for those that are being built; processes that have one open keep it.
+
+    Args:
+        unusable_only: keep those that this version of the package can read.
+
+    Returns:
+        What was removed.
+
+    Raises:
+        OSError: when a table cannot be removed.
+    """
+    from filelock import FileLock, Timeout
+
+    removed = []
+    for table in cached_tables():
+        if unusable_only and table.usable:
+            continue
+        try:
+            with FileLock(table.path.with_suffix(".lock"), timeout=0):
+                table.path.unlink(missing_ok=True)
+        except Timeout:
+            continue
+        removed.append(table)
+    return removed
 
 
 def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:

@@ -18,7 +18,7 @@ import numpy as np  # noqa: E402
 
 BY_ENTRY_POINT = int(mujoco.__version__.split(".")[0]) >= 4
 if not BY_ENTRY_POINT:
-    import mjtactile
+    pass
 
 XML = """<mujoco>
   <extension><plugin plugin="mjtactile.pad"/></extension>
@@ -60,7 +60,7 @@ def main() -> None:
 
     if find_spec("torch") is None:
         try:
-            import mjtactile.torch  # noqa: F401
+            import mjtactile.torch
         except ImportError as error:
             assert 'pip install "mjtactile[torch]"' in str(error), error
         else:
