@@ -18,7 +18,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 from mjtactile._types import Tables
 from mjtactile.errors import OutputError
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 from mjtactile.errors import DistributeError
 
 Task = TypeVar("Task")
@@ -203,7 +203,7 @@ def _on_version(version: str, job: Callable[[Any], Any], task: Any) -> Any:
 
 
 def _version() -> str:
-    from mjtactile._version import __version__
+    from mjtactile._installed import __version__
 
     return __version__
 

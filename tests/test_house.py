@@ -7,7 +7,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "mjtactile"
-GROUND = {"_extras", "_files", "_native", "_progress", "_types", "_version"}
+GROUND = {"_files", "_installed", "_native", "_progress", "_types"}
 GROUND |= {"errors", "fidelity", "pad", "pad_names", "units", "workers"}
 DOORS = {"__init__", "__main__", "attach", "sensor"}
 

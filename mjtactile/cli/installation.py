@@ -16,7 +16,7 @@ from mjtactile.cli.options import AsJson, FidelityOption
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT
 
-#: The newest MuJoCo that does not look for plugins by itself is below this.
+#: From this version on MuJoCo finds plugins by itself.
 _FINDS_PLUGINS = (4, 0)
 #: A model with one pad, compiled in a process of its own.
 _MODEL = (
@@ -82,7 +82,7 @@ def info(as_json: AsJson = False) -> None:
     """Show the pad, the indenters, the meshes and the fidelities, and which tables are built."""
     import mujoco
 
-    from mjtactile._version import __version__
+    from mjtactile._installed import __version__
     from mjtactile.cli.press import OTHER_INDENTERS
     from mjtactile.fidelity import MESHES, PRESETS, Fidelity
     from mjtactile.geometry.outlines import INDENTER_NAMES
@@ -151,7 +151,7 @@ def _examined(about: str, look: Callable[[], Finding]) -> Finding:
 def _look_at_the_package() -> Finding:
     import platform
 
-    from mjtactile._version import __version__
+    from mjtactile._installed import __version__
 
     place = Path(__file__).parents[1]
     return Finding("mjtactile", f"{__version__} in {place}, Python {platform.python_version()}, {platform.platform()}")
@@ -230,7 +230,7 @@ def _look_at_the_recognisers() -> Finding:
 
 
 def _look_at_the_extras() -> Finding:
-    from mjtactile._extras import EXTRAS, install_line
+    from mjtactile._installed import EXTRAS, install_line
 
     there = [name for name, extra in EXTRAS.items() if not extra.missing]
     lines = [f"{extra.purpose}: {install_line(name)}" for name, extra in EXTRAS.items() if extra.missing]

@@ -33,11 +33,13 @@ from mjtactile.fidelity import DEFAULT, fidelity_text
 _EXAMPLES = """
 Examples:
 
-    mjtactile press star --force 100gf --tilt 15     # a punch into the pad
-    mjtactile press tool.stl --force 0.5N --json     # a mesh of your own, in metres
-    mjtactile doctor                                 # is everything in place?
-    mjtactile COMMAND --help                         # all options of a command
+    mjtactile press star --force 100gf --tilt 15   # a punch into the pad
+    mjtactile press tool.stl --force 0.5N --json   # a mesh of your own
+    mjtactile doctor                               # is all in place?
+    mjtactile COMMAND --help                       # a command's options
 """
+#: Where pages named by errors lie.
+_PAGES = "docs/"
 _MEASURE, _INSTALLATION = "Experiments and measurements", "This installation"
 
 app = typer.Typer(
@@ -121,10 +123,12 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may hold what the terminal cannot show
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        app(standalone_mode=False)
+        code = app(standalone_mode=False)
         sys.stdout.flush()
+        if code:  # of a command that found something wrong and has said it
+            sys.exit(code)
     except MjTactileError as error:
-        _fail(str(error))
+        _fail(f"{error} More: {_PAGES}{error.page}" if error.page else str(error))
     except KeyboardInterrupt:
         _fail("interrupted", code=130)
     except BrokenPipeError:  # whoever read the output has seen enough

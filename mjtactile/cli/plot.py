@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely import MultiPolygon, Polygon
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 from mjtactile._types import Array
 from mjtactile.geometry.planar import polygons_of, rings_of
 from mjtactile.pad import Pad

@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mjtactile._extras import require
 from mjtactile._files import PARTIAL, check_writable, unusable
+from mjtactile._installed import require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
@@ -246,7 +246,7 @@ def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarr
     require("dataset")
     import pyarrow as pa
 
-    from mjtactile._version import __version__
+    from mjtactile._installed import __version__
 
     readings = columns["readings"]
     lists = pa.FixedSizeListArray.from_arrays(pa.array(readings.ravel()), readings.shape[1])

@@ -13,7 +13,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 
 require("envs")
 from mjtactile.envs.registration import ENTRY_POINTS, register_environments  # noqa: E402

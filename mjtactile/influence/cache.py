@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from mjtactile._progress import progress_bar
 from mjtactile._types import Tables
-from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, MeshWarning, StaleInfluenceError
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.provenance import check_provenance, influence_fingerprint
@@ -129,12 +129,16 @@ def cached_tables() -> list[CachedTable]:
     """Tables in the cache, the largest first; their arrays are not looked at."""
     tables = []
     for path in cache_directory().glob("influence-*.safetensors"):
-        usable = True
+        usable = False
         try:
-            pad, fidelity = check_provenance(path, read_metadata(path), None, None)
-            contents = f"{pad.summary}, {fidelity_text(fidelity)}"
-        except (CorruptInfluenceError, StaleInfluenceError, OSError) as error:
-            contents, usable = str(error), False
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MeshWarning)  # its builder has heard of it
+                pad, fidelity = check_provenance(path, read_metadata(path), None, None)
+            contents, usable = f"{pad.summary}, {fidelity_text(fidelity)}", True
+        except StaleInfluenceError:
+            contents = "of another version of mjtactile"
+        except (CorruptInfluenceError, OSError) as error:
+            contents = f"damaged: {error}"
         tables.append(CachedTable(path, path.stat().st_size, contents, usable))
     return sorted(tables, key=lambda table: (-table.size, table.path))
 

@@ -1,6 +1,6 @@
 """The pad in PyTorch: influence matrices as a module, batched, differentiable, on any device."""
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 
 require("torch")
 from mjtactile.torch.model import PadModel  # noqa: E402

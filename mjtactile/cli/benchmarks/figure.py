@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 from mjtactile.cli.benchmarks.front import error, front, update_time
 
 if TYPE_CHECKING:

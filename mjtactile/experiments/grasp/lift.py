@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 from mjtactile.experiments.grasp.control import CLOSING_GRIP, GripLaw, Ride, close, hold, raise_object, rub
 from mjtactile.experiments.grasp.judge import CRUSHING, Judge
 from mjtactile.experiments.grasp.robot import Robot

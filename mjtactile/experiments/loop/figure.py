@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 from mjtactile.experiments.loop.run import LoopResult
 from mjtactile.units import GRAM_FORCE
 

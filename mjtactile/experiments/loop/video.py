@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._extras import require
 from mjtactile._files import write_atomically
+from mjtactile._installed import require
 from mjtactile._types import Array
 from mjtactile.errors import OutputError
 from mjtactile.experiments.loop.clock import Loop

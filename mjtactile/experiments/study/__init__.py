@@ -4,6 +4,6 @@
 looked at once, by networks that are finished.
 """
 
-from mjtactile._extras import require
+from mjtactile._installed import require
 
 require("torch")

@@ -1,4 +1,4 @@
-"""Packages that not everybody needs: which extra of this package brings them, and the line that installs it."""
+"""What is installed: this version, as pyproject.toml has it, and the packages that only some uses need."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 
 from mjtactile.errors import MissingExtraError
+
+__version__ = "0.1.0"
 
 
 @dataclass(frozen=True)
