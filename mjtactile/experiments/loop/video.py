@@ -143,7 +143,9 @@ def check_video_path(path: Path) -> None:
 
     Raises:
         OutputError: the file's ending is no kind of video known here.
+        MissingExtraError: what draws videos is not installed.
     """
+    require("figures")
     if path.suffix.lower() not in VIDEO_KINDS:
         raise OutputError(f"cannot write a video to {path}; expected a name that ends in {' or '.join(VIDEO_KINDS)}.")
 
