@@ -108,7 +108,7 @@ models: $(VENV)/installed
 	$(BIN)/python models/generate.py
 
 # Every generated table; the README's last, from what the runs before it stored.
-tables: $(VENV)/installed
+tables: $(VENV)/installed-dev
 	$(BIN)/mjtactile bench mesh --page docs/benchmarks.md
 	$(BIN)/mjtactile bench plugin --page docs/benchmarks.md --out benchmarks/plugin.json
 	$(BIN)/mjtactile bench trade --page docs/benchmarks.md --out benchmarks/trade.json --figure docs/images/trade.png
@@ -124,7 +124,7 @@ FIT := --data $(DATA) --weights $(WEIGHTS)
 # What noise hides is learnt last: most presses quiet, at a low rate.
 SETTLE := --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5
 FINISH := --steps 9000 --rate 6e-4 --quiet 0.85 --imperfect 0.05 --seed 6 --favour disc
-weights: $(VENV)/installed
+weights: $(VENV)/installed-dev
 	mkdir -p $(WEIGHTS)/all $(WEIGHTS)/top
 	$(BIN)/mjtactile dataset --spec training/presses.toml --out $(DATA) --workers 2
 	$(MAKE) -j2 view-all view-top

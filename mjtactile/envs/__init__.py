@@ -5,7 +5,7 @@
 
     env = gymnasium.make("mjtactile/GraspLift-v0", observation="readings")
 
-Needs gymnasium: `pip install mjtactile[envs]`.
+Needs gymnasium: `pip install "mjtactile[envs]"`.
 """
 
 from __future__ import annotations
