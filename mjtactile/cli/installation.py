@@ -145,7 +145,8 @@ def _examined(about: str, look: Callable[[], Finding]) -> Finding:
     except MjTactileError as error:
         return Finding(about, "it does not work", str(error))
     except (ImportError, OSError) as error:
-        return Finding(about, f"{type(error).__name__}: {error}", "Install mjtactile again, and what it needs: pip install --force-reinstall mjtactile")
+        cure = "Install mjtactile again, and what it needs: pip install --force-reinstall mjtactile"
+        return Finding(about, f"{type(error).__name__}: {error}", cure)
 
 
 def _look_at_the_package() -> Finding:

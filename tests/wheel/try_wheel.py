@@ -29,7 +29,7 @@ PRESS = ("press", "star", "--fidelity", "fast", "--force", "100gf", "--tilt", "1
 
 def main() -> None:
     """Try the wheel with each MuJoCo and print what was measured."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Try a wheel as a user gets it.")
     parser.add_argument("wheel", type=Path)
     parser.add_argument("--mujoco", nargs="+", default=["newest"])
     arguments = parser.parse_args()
