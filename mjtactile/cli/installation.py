@@ -130,10 +130,16 @@ def cache_list(as_json: AsJson = False) -> None:
 @cache_app.command("clear")
 def cache_clear(
     unusable: Annotated[bool, typer.Option("--unusable", help="Only tables that can no longer be read.")] = False,
+    sure: Annotated[bool, typer.Option("--yes", help="Remove tables that can be read, too.")] = False,
 ) -> None:
-    """Remove tables from the cache; they are built again when they are needed."""
-    from mjtactile.influence.cache import cache_directory, clear_cache
+    """Remove tables from the cache; they are built again when they are needed, which may take minutes each."""
+    from mjtactile.influence.cache import cache_directory, cached_tables, clear_cache
 
+    if not (unusable or sure):
+        tables = cached_tables()
+        size = sum(table.size for table in tables) / 1e6
+        typer.echo(f"nothing is removed yet: {len(tables)} tables, {size:.1f} MB, in {cache_directory()}. Add --yes.")
+        return
     removed = clear_cache(unusable_only=unusable)
     typer.echo(f"removed {len(removed)} tables, {sum(t.size for t in removed) / 1e6:.1f} MB, from {cache_directory()}")
 

@@ -73,7 +73,9 @@ def test_the_cache_is_cleared_of_what_is_of_no_use_or_of_all(cache):
     assert "removed 1 tables" in run("cache", "clear", "--unusable", MJTACTILE_CACHE=cache).stdout
     assert not (cache / "influence-cut.safetensors").exists()
     (cache / "influence-of-mine.txt").touch()
-    assert "removed 1 tables, 4.5 MB" in run("cache", "clear", MJTACTILE_CACHE=cache).stdout
+    assert "nothing is removed yet: 1 tables" in run("cache", "clear", MJTACTILE_CACHE=cache).stdout
+    assert len(list(cache.glob("*.safetensors"))) == 1
+    assert "removed 1 tables, 4.5 MB" in run("cache", "clear", "--yes", MJTACTILE_CACHE=cache).stdout
     assert not list(cache.glob("*.safetensors"))
     assert (cache / "influence-of-mine.txt").exists()
 
