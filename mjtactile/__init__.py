@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from mjtactile.sensor import TactileSensor
     from mjtactile.sim.press_scene import PressResult, press, press_scene
 
-from mjtactile._version import __version__ as __version__
+from mjtactile._installed import __version__ as __version__
 from mjtactile.plugin import import_hook as _import_hook
 
 _MODULE_OF = {

@@ -18,6 +18,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._installed import require
 from mjtactile._types import Tables
 from mjtactile.errors import OutputError
 
@@ -84,8 +85,10 @@ def check_figure(path: Path) -> None:
 
     Raises:
         OutputError: the name's ending is no kind of figure, or the file cannot be written.
+        MissingExtraError: matplotlib, which draws figures, is not installed.
     """
     figure_kind(path)
+    require("figures")
     check_writable(path)
 
 

@@ -1,20 +1,31 @@
 """Every error and warning the package raises, in one place so that callers can catch them by name."""
 
+from typing import ClassVar
+
 
 class MjTactileError(Exception):
     """Base of all errors of this package: the message says what is wrong, what was expected and the cure."""
+
+    #: The page in docs/ that says more, where there is one.
+    page: ClassVar[str | None] = None
 
 
 class PadError(MjTactileError, ValueError):
     """A pad that cannot exist: a wrong size, material, taxel grid or depth."""
 
+    page = "plugin.md"
+
 
 class MeshError(MjTactileError, ValueError):
     """A finite-element mesh that cannot be made for the pad, or an unknown mesh name."""
 
+    page = "benchmarks.md"
+
 
 class PresetError(MjTactileError, ValueError):
     """An unknown preset, or one with a storage precision, reduction or contact law that does not exist."""
+
+    page = "benchmarks.md"
 
 
 class InfluenceError(MjTactileError, ValueError):
@@ -36,21 +47,33 @@ class IndenterError(MjTactileError, ValueError):
 class FootprintError(MjTactileError, ValueError):
     """A footprint that does not touch the pad or is not a valid area."""
 
+    page = "contact.md"
+
 
 class ContactError(MjTactileError, ValueError):
     """A wrench or a contact law that makes no sense: not finite, unknown name."""
 
+    page = "contact.md"
+
 
 class SceneError(MjTactileError, ValueError):
     """A MuJoCo model that lacks what the pad needs, or a press that never settles."""
+
+    page = "plugin.md"
 
 
 class NativeError(MjTactileError, RuntimeError):
     """The compiled core is missing, of another version, or cannot do what was asked."""
 
 
+class MissingExtraError(MjTactileError, ImportError):
+    """A package that only some uses need is not installed; the message says the line that installs it."""
+
+
 class DistributeError(MjTactileError, RuntimeError):
     """Workers that cannot be had, or that die over a task again and again."""
+
+    page = "datasets.md"
 
 
 class RenderError(MjTactileError, RuntimeError):
@@ -79,3 +102,5 @@ class OutputError(MjTactileError, OSError):
 
 class DatasetError(MjTactileError, ValueError):
     """A dataset that cannot be described, written, resumed or read."""
+
+    page = "datasets.md"

@@ -15,10 +15,10 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from mjtactile._installed import require
 from mjtactile.errors import DistributeError
 
 Task = TypeVar("Task")
@@ -30,7 +30,6 @@ _ATTEMPTS = 5
 _AHEAD = 2
 #: Workers of one machine are at most so many, or so many for each processor.
 _MOST_WORKERS, _MOST_PER_PROCESSOR = 16, 4
-_NO_RAY = "Ray is not installed: pip install 'mjtactile[ray]'."
 #: How long a cluster may take to answer [s].
 _PATIENCE = 10.0
 
@@ -69,12 +68,12 @@ def check_workers(workers: Workers) -> None:
     """Find out before long work whether the workers can be had.
 
     Raises:
-        DistributeError: Ray is missing, or no cluster answers at the address.
+        MissingExtraError: Ray is missing.
+        DistributeError: no cluster answers at the address.
     """
     if not workers.ray:
         return
-    if find_spec("ray") is None:
-        raise DistributeError(_NO_RAY)
+    require("ray")
     if workers.ray_address is not None:
         try:
             _reach(workers.ray_address)
@@ -97,7 +96,8 @@ def make_files(function: Callable[[Task], bytes], tasks: Mapping[Path, Task], wo
         Paths as they are written.
 
     Raises:
-        DistributeError: when Ray is missing or cannot be reached, or workers die over a task again and again.
+        MissingExtraError: when Ray is missing.
+        DistributeError: when Ray cannot be reached, or workers die over a task again and again.
         OutputError: when a file cannot be written.
     """
     from mjtactile._files import write_atomically
@@ -203,7 +203,7 @@ def _on_version(version: str, job: Callable[[Any], Any], task: Any) -> Any:
 
 
 def _version() -> str:
-    from mjtactile._version import __version__
+    from mjtactile._installed import __version__
 
     return __version__
 
@@ -214,10 +214,9 @@ def _cluster(workers: Workers) -> Iterator[Any]:
     # What Ray reports home, and a warning of what it will do with accelerators some day, are nobody's wish here.
     for name in ("RAY_USAGE_STATS_ENABLED", "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO"):
         os.environ.setdefault(name, "0")
-    try:
-        import ray
-    except ImportError as error:
-        raise DistributeError(_NO_RAY) from error
+    require("ray")
+    import ray
+
     if ray.is_initialized():
         yield ray
         return

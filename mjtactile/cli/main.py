@@ -1,4 +1,4 @@
-"""The command line: `mjtactile press`, `build`, `info` and `bench`.
+"""The command line: `mjtactile`, its groups of commands, and `press`.
 
 Every wrong input ends in one line on standard error and exit code 2.
 """
@@ -23,29 +23,35 @@ from mjtactile.cli.dataset import dataset
 from mjtactile.cli.envs import envs
 from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
+from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
 from mjtactile.cli.options import AsJson, FidelityOption, finite
 from mjtactile.cli.reproduce import reproduce
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT, fidelity_text
 
+_EXAMPLES = """
+Examples:
+
+    mjtactile press star --force 100gf --tilt 15   # a punch into the pad
+    mjtactile press tool.stl --force 0.5N --json   # a mesh of your own
+    mjtactile doctor                               # is all in place?
+    mjtactile COMMAND --help                       # a command's options
+"""
+#: Where pages named by errors lie.
+_PAGES = "docs/"
+_MEASURE, _INSTALLATION = "Experiments and measurements", "This installation"
+
 app = typer.Typer(
     help="A sense of touch for robot hands in MuJoCo.",
+    epilog=_EXAMPLES,
     no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
+    rich_markup_mode="markdown",  # brackets, around units, stay what they are
     pretty_exceptions_enable=False,
 )
-app.add_typer(bench_app, name="bench")
-app.add_typer(grasp_app, name="grasp")
-app.command()(dataset)
-app.command()(envs)
-app.command()(evaluate)
-app.command()(loop)
-app.command()(reproduce)
 
 
-@app.command()
+@app.command(rich_help_panel="Touch")
 def press(
     shape: Annotated[
         str, typer.Argument(help="A punch (circle, doughnut, ... see info), sphere, cylinder, box, or a mesh file.")
@@ -100,61 +106,17 @@ def press(
         _print_press(report, out, figure)
 
 
-@app.command()
-def build(
-    fidelity: FidelityOption = DEFAULT,
-    force: Annotated[bool, typer.Option("--force", help="Build even if the cache has it.")] = False,
-) -> None:
-    """Build the default pad's influence matrices into the cache."""
-    from time import perf_counter
-
-    from mjtactile.influence.cache import cached_path, influence_matrices
-    from mjtactile.pad import Pad
-
-    path = cached_path(Pad(), fidelity)
-    if force:
-        path.unlink(missing_ok=True)
-    present = path.exists()
-    start = perf_counter()
-    influence = influence_matrices(fidelity=fidelity)
-    action = "found" if present else "built"
-    typer.echo(f"{action} {influence.nbytes / 1e6:.0f} MB in {perf_counter() - start:.2f} s: {path}")
-
-
-@app.command()
-def info(as_json: AsJson = False) -> None:
-    """Show the pad, the indenters, the meshes, the presets and what is in the cache."""
-    from mjtactile._version import __version__
-    from mjtactile.cli.press import OTHER_INDENTERS
-    from mjtactile.fidelity import MESHES, PRESETS, Fidelity
-    from mjtactile.geometry.outlines import INDENTER_NAMES
-    from mjtactile.influence.cache import cache_directory, cached_path
-    from mjtactile.pad import Pad
-
-    pad = Pad()
-    meshes = {name: cached_path(pad, Fidelity(mesh=name)) for name in MESHES}
-    presets = {name: cached_path(pad, name) for name in PRESETS}
-    facts: dict[str, Any] = {
-        "version": __version__,
-        "mujoco": _mujoco_version(),
-        "pad": pad.summary,
-        "punches": list(INDENTER_NAMES),
-        "other indenters": list(OTHER_INDENTERS),
-        "cache": str(cache_directory()),
-        "meshes": {name: _size(path) for name, path in meshes.items()},
-        "presets": {name: _size(path) for name, path in presets.items()},
-    }
-    if as_json:
-        typer.echo(json.dumps(facts, indent=2))
-        return
-    for name, value in facts.items():
-        if isinstance(value, list):
-            value = ", ".join(value)
-        elif isinstance(value, dict):
-            value = ", ".join(
-                f"{table} ({'not built' if size is None else f'{size / 1e6:.0f} MB'})" for table, size in value.items()
-            )
-        typer.echo(f"{name + ':':17}{value}")
+app.command(rich_help_panel="Touch")(loop)
+app.command(rich_help_panel="Touch")(dataset)
+app.command(rich_help_panel="Touch")(envs)
+app.add_typer(grasp_app, name="grasp", rich_help_panel=_MEASURE)
+app.command(rich_help_panel=_MEASURE)(evaluate)
+app.command(rich_help_panel=_MEASURE)(reproduce)
+app.add_typer(bench_app, name="bench", rich_help_panel=_MEASURE)
+app.command(rich_help_panel=_INSTALLATION)(doctor)
+app.command(rich_help_panel=_INSTALLATION)(info)
+app.command(rich_help_panel=_INSTALLATION)(build)
+app.add_typer(cache_app, name="cache", rich_help_panel=_INSTALLATION)
 
 
 def main() -> None:
@@ -163,10 +125,12 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may hold what the terminal cannot show
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        app(standalone_mode=False)
+        code = app(standalone_mode=False)
         sys.stdout.flush()
+        if code:  # of a command that found something wrong and has said it
+            sys.exit(code)
     except MjTactileError as error:
-        _fail(str(error))
+        _fail(f"{error} More: {_PAGES}{error.page}" if error.page else str(error))
     except KeyboardInterrupt:
         _fail("interrupted", code=130)
     except BrokenPipeError:  # whoever read the output has seen enough
@@ -195,16 +159,6 @@ def _fail(message: str, code: int = 2) -> None:
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     print(f"mjtactile: {category.__name__}: {' '.join(str(message).split())}", file=sys.stderr)
-
-
-def _mujoco_version() -> str:
-    import mujoco
-
-    return mujoco.mj_versionString()
-
-
-def _size(path: Path) -> int | None:
-    return path.stat().st_size if path.exists() else None
 
 
 def _draw_press(report: Any, path: Path) -> None:

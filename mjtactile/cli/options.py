@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from mjtactile.fidelity import PRESETS
+
 
 def finite(value: float | None) -> float | None:
     """The same number, for `typer.Option(callback=finite)`: the parser itself takes "nan" and "inf" for numbers."""
@@ -18,7 +20,10 @@ def finite(value: float | None) -> float | None:
 
 PageOption = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
-FidelityOption = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
+FidelityOption = Annotated[
+    str,
+    typer.Option(help="Of the readings: fast, balanced, precise or accurate.", autocompletion=lambda: list(PRESETS)),
+]
 WorkersOption = Annotated[int, typer.Option(min=1, help="Processes, one core each; the results do not depend on it.")]
 RayOption = Annotated[bool, typer.Option("--ray", help="Let Ray distribute the work; a worker lost costs only time.")]
 RayAddressOption = Annotated[

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely import MultiPolygon, Polygon
 
+from mjtactile._installed import require
 from mjtactile._types import Array
 from mjtactile.geometry.planar import polygons_of, rings_of
 from mjtactile.pad import Pad
@@ -38,6 +39,7 @@ def press_figure(
         title: of the figure.
         picture: RGB (height, width, 3) of the scene; without it that panel is left out.
     """
+    require("figures")
     from matplotlib.figure import Figure
 
     layers = len(pad.depths)
@@ -113,6 +115,7 @@ def _draw_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
 
 
 def _rectangle(x: float, y: float, width: float, height: float):
+    require("figures")
     from matplotlib.patches import Rectangle
 
     return Rectangle((x, y), width, height, facecolor="0.92", edgecolor="0.3")

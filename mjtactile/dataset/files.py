@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mjtactile._files import PARTIAL, check_writable, unusable
+from mjtactile._installed import require
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.dataset.sampling import NOISE, OutlinePresses, outline_presses, stream
@@ -61,6 +62,7 @@ class PartOf:
 
 def part_file(task: PartOf) -> bytes:
     """The file of one part."""
+    require("dataset")
     import pyarrow.parquet as pq
 
     spec, (first, end) = task.spec, task.part
@@ -112,6 +114,7 @@ class Part:
 
     def table(self, *, readings: bool) -> pa.Table:
         """The columns, with the readings or without them."""
+        require("dataset")
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -131,6 +134,7 @@ def read_part(path: Path) -> Part:
         DamagedPartError: it is damaged, or lies under another part's name.
         DatasetError: it is something else.
     """
+    require("dataset")
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -156,6 +160,7 @@ def read_part(path: Path) -> Part:
 
 def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
     """Columns of a part, in order."""
+    require("dataset")
     import pyarrow as pa
 
     text, number, flag = pa.string(), pa.float64(), pa.bool_()
@@ -168,6 +173,7 @@ def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
 
 def _is_foreign(content: bytes) -> bool:
     """Whether it is a sound Parquet file of somebody else."""
+    require("dataset")
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -237,9 +243,10 @@ def _influence(pad: Pad, fidelity: str) -> InfluenceMatrices:
 
 
 def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarray]) -> pa.Table:
+    require("dataset")
     import pyarrow as pa
 
-    from mjtactile._version import __version__
+    from mjtactile._installed import __version__
 
     readings = columns["readings"]
     lists = pa.FixedSizeListArray.from_arrays(pa.array(readings.ravel()), readings.shape[1])
@@ -321,6 +328,7 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1,
     Warns:
         DatasetWarning: a part was damaged and is made again.
     """
+    require("dataset")
     import pyarrow.parquet as pq
 
     from mjtactile.influence.cache import influence_matrices
@@ -360,6 +368,7 @@ def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = 
     Raises:
         DatasetError: there is none, files are not of one dataset, one is damaged, or presses are missing.
     """
+    require("dataset")
     import pyarrow as pa
 
     remedy = f"Make what is missing: mjtactile dataset --spec FILE.toml --out {folder}"

@@ -5,7 +5,7 @@
 
     env = gymnasium.make("mjtactile/GraspLift-v0", observation="readings")
 
-Needs gymnasium: `pip install mjtactile[envs]`.
+Needs gymnasium: `pip install "mjtactile[envs]"`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mjtactile.envs.registration import ENTRY_POINTS, register_environments
+from mjtactile._installed import require
+
+require("envs")
+from mjtactile.envs.registration import ENTRY_POINTS, register_environments  # noqa: E402
 
 if TYPE_CHECKING:
     from mjtactile.envs.many import TactileVectorEnv, make_vec

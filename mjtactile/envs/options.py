@@ -20,6 +20,8 @@ TRANSDUCERS = ("capacitive", "piezoresistive")
 class EnvError(MjTactileError, ValueError):
     """An environment asked for something it does not have."""
 
+    page = "environments.md"
+
 
 @dataclass(frozen=True, kw_only=True)
 class TouchOptions:

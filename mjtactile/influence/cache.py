@@ -7,16 +7,18 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mjtactile._progress import progress_bar
 from mjtactile._types import Tables
-from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
-from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
+from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, MeshWarning, StaleInfluenceError
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.influence.provenance import influence_fingerprint
+from mjtactile.influence.provenance import check_provenance, influence_fingerprint
 from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
+from mjtactile.influence.table import read_metadata
 from mjtactile.pad import Pad
 
 if TYPE_CHECKING:
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Environment variable that moves the cache.
 CACHE_VARIABLE = "MJTACTILE_CACHE"
+#: Tables that come with the package: the default pad's at fidelity "fast", so that a first reading needs no build.
+SHIPPED = Path(__file__).resolve().parent / "tables"
 #: How long another builder is waited for without a word, and how often it is mentioned from then on [s].
 _SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
 
@@ -44,6 +48,12 @@ def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:
     return cache_directory() / f"influence-{fingerprint[:20]}.safetensors"
 
 
+def stored_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path | None:
+    """The file with the influence matrices of a pad, in the cache or shipped; None where they were not built."""
+    kept = cached_path(pad, fidelity)
+    return next((path for path in (kept, SHIPPED / kept.name) if path.exists()), None)
+
+
 def influence_matrices(
     pad: Pad | None = None,
     fidelity: str | Fidelity = DEFAULT,
@@ -51,7 +61,7 @@ def influence_matrices(
     progress: bool = True,
     cache: bool = True,
 ) -> InfluenceMatrices:
-    """Influence matrices of a pad: from the cache, or built and kept there.
+    """Influence matrices of a pad: from the cache, from the package where it ships them, or built and kept.
 
     Several processes may ask at once: one builds, the others wait for it and map its file; who waits for more than two
     seconds says so on stderr. A damaged file is rebuilt, what killed builders left is removed;
@@ -76,9 +86,10 @@ def influence_matrices(
     if not cache:
         return build_influence(pad, chosen, progress=progress)
     path = cached_path(pad, chosen)
-    found = _load_if_whole(path, pad, chosen)
-    if found is not None:
-        return found
+    for known in (path, SHIPPED / path.name):
+        found = _load_if_whole(known, pad, chosen)
+        if found is not None:
+            return found
     with _locked(path) as error:
         if error is None:
             _remove_leftovers(path.parent, path)
@@ -95,6 +106,68 @@ def influence_matrices(
             _warn_not_kept(path, failure)
             return built
     return load_influence(path, pad, chosen)
+
+
+@dataclass(frozen=True)
+class CachedTable:
+    """A table in the cache.
+
+    Attributes:
+        path: of the file.
+        size: of the file [bytes].
+        contents: pad and fidelity in words, or why it is of no use.
+        usable: whether this version of the package can read it.
+    """
+
+    path: Path
+    size: int
+    contents: str
+    usable: bool
+
+
+def cached_tables() -> list[CachedTable]:
+    """Tables in the cache, the largest first; their arrays are not looked at."""
+    tables = []
+    for path in cache_directory().glob("influence-*.safetensors"):
+        usable = False
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MeshWarning)  # its builder has heard of it
+                pad, fidelity = check_provenance(path, read_metadata(path), None, None)
+            contents, usable = f"{pad.summary}, {fidelity_text(fidelity)}", True
+        except StaleInfluenceError:
+            contents = "of another version of mjtactile"
+        except (CorruptInfluenceError, OSError) as error:
+            contents = f"damaged: {error}"
+        tables.append(CachedTable(path, path.stat().st_size, contents, usable))
+    return sorted(tables, key=lambda table: (-table.size, table.path))
+
+
+def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
+    """Remove tables from the cache, but for those that are being built; processes that have one open keep it.
+
+    Args:
+        unusable_only: keep those that this version of the package can read.
+
+    Returns:
+        What was removed.
+
+    Raises:
+        OSError: when a table cannot be removed.
+    """
+    from filelock import FileLock, Timeout
+
+    removed = []
+    for table in cached_tables():
+        if unusable_only and table.usable:
+            continue
+        try:
+            with FileLock(table.path.with_suffix(".lock"), timeout=0):
+                table.path.unlink(missing_ok=True)
+        except Timeout:
+            continue
+        removed.append(table)
+    return removed
 
 
 def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:

@@ -100,6 +100,21 @@ def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
     raise StaleInfluenceError(f"{path} is of an earlier version, which kept no checksums. Rebuild it: mjtactile build")
 
 
+def read_metadata(path: Path) -> dict[str, Any]:
+    """The metadata of a file; its arrays are neither read nor compared with their checksums.
+
+    Raises:
+        CorruptInfluenceError: when the file is truncated, damaged or not one of ours.
+    """
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(path, framework="np") as file:
+            return json.loads(file.metadata()[METADATA])
+    except (SafetensorError, KeyError, TypeError, ValueError) as error:
+        raise CorruptInfluenceError(f"{path} is not a whole influence table ({error}).") from error
+
+
 def _read_header(content: npt.NDArray[np.uint8]) -> tuple[Tables, dict[str, str]]:
     """Arrays over a mapped file, and the header's metadata."""
     start = _HEADER_LENGTH_BYTES + int.from_bytes(content[:_HEADER_LENGTH_BYTES].tobytes(), "little")

@@ -21,6 +21,8 @@ SHIPPED = Path(__file__).resolve().parent / "weights"
 class RecognitionError(MjTactileError, ValueError):
     """Readings or weights that a recogniser cannot use."""
 
+    page = "recognition.md"
+
 
 @dataclass(frozen=True, eq=False)
 class Stored:

@@ -11,8 +11,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjtactile.errors import MjTactileError
-
 #: Environments measured, and what is seen of their pads.
 _NAMES = ("mjtactile/GraspLift-v0", "mjtactile/PressIdentify-v0")
 _OBSERVATIONS = ("none", "wrench", "readings")
@@ -38,12 +36,10 @@ def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
         and `many_share`.
 
     Raises:
-        MjTactileError: gymnasium is not installed.
+        MissingExtraError: gymnasium is not installed.
     """
-    try:
-        from mjtactile.envs.many import make_vec
-    except ImportError as error:
-        raise MjTactileError(f"environments need gymnasium: pip install 'mjtactile[envs]' ({error}).") from error
+    from mjtactile.envs.many import make_vec
+
     names = _NAMES[:1] if quick else _NAMES
     count, turns = (4, 2) if quick else (_COUNT, _TURNS)
     threads = os.cpu_count() or 1

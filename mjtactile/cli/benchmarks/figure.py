@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from mjtactile._installed import require
 from mjtactile.cli.benchmarks.front import error, front, update_time
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ def trade_figure(result: dict[str, Any]) -> Figure:
     Args:
         result: of `bench_trade.trade_benchmark`.
     """
+    require("figures")
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 5.0), layout="constrained")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mjtactile._installed import require
 from mjtactile.experiments.grasp.control import CLOSING_GRIP, GripLaw, Ride, close, hold, raise_object, rub
 from mjtactile.experiments.grasp.judge import CRUSHING, Judge
 from mjtactile.experiments.grasp.robot import Robot
@@ -194,6 +195,7 @@ _OTHERS = ("tab:orange", "tab:red", "tab:purple")
 
 def lift_figure(results: dict[str, list[Result]]) -> Figure:
     """Draw results of the lift experiment: grip at the end over the least that holds; crosses fell or were crushed."""
+    require("figures")
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7, 5), layout="constrained")

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from mjtactile._files import read_text, write_atomically
+from mjtactile._installed import __version__
 from mjtactile._progress import progress_bar
-from mjtactile._version import __version__
 from mjtactile.errors import MjTactileError
 from mjtactile.workers import Workers, distributed
 

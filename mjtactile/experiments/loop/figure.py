@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mjtactile._installed import require
 from mjtactile.experiments.loop.run import LoopResult
 from mjtactile.units import GRAM_FORCE
 
@@ -18,6 +19,7 @@ _COLOURS = ("tab:blue", "tab:orange", "tab:green")
 
 def loop_figure(result: LoopResult) -> Figure:
     """Draw a result of `run_loop`."""
+    require("figures")
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 7), layout="constrained")

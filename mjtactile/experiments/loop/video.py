@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._files import write_atomically
+from mjtactile._installed import require
 from mjtactile._types import Array
 from mjtactile.errors import OutputError
 from mjtactile.experiments.loop.clock import Loop
@@ -71,6 +72,7 @@ class LoopVideo:
         Raises:
             OutputError: nothing was drawn, the file's ending is no kind of video known here, or it cannot be written.
         """
+        require("figures")
         from PIL import Image
 
         check_video_path(path)
@@ -85,6 +87,7 @@ class LoopVideo:
         )
 
     def _frame(self, loop: Loop) -> Picture:
+        require("figures")
         from PIL import Image, ImageDraw
 
         maps = self._maps(loop.readings)
@@ -120,6 +123,7 @@ class LoopVideo:
 
     def _maps(self, readings: Array) -> Picture:
         """The first four layers two by two, rows upwards, over the largest reading there was lately."""
+        require("figures")
         from matplotlib import colormaps
 
         colours: Any = colormaps["magma"]
@@ -139,7 +143,9 @@ def check_video_path(path: Path) -> None:
 
     Raises:
         OutputError: the file's ending is no kind of video known here.
+        MissingExtraError: what draws videos is not installed.
     """
+    require("figures")
     if path.suffix.lower() not in VIDEO_KINDS:
         raise OutputError(f"cannot write a video to {path}; expected a name that ends in {' or '.join(VIDEO_KINDS)}.")
 

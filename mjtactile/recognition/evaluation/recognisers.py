@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from mjtactile import recognition
+from mjtactile._installed import require
 from mjtactile._types import Array
 from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
@@ -78,6 +79,7 @@ def evaluate(
         plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" lists of rows, and
         what was asked.
     """
+    require("dataset")  # before long work
     from mjtactile.influence.cache import influence_matrices
 
     known, seed = as_fidelity(settings.fidelity), settings.seed

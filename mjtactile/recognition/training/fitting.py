@@ -126,7 +126,7 @@ def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str
 
     import mujoco
 
-    from mjtactile._version import __version__
+    from mjtactile._installed import __version__
 
     return {
         "config": {name: value for name, value in asdict(config).items() if not isinstance(value, Path)},

@@ -267,17 +267,17 @@ void TriangleShadow::place_buckets() {
   per_[0] = static_cast<double>(kFinest) / (grid_.east - grid_.west);
   per_[1] = static_cast<double>(kFinest) / (grid_.north - grid_.south);
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    for (int axis = 0; axis < 2; ++axis) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
       triangles_[t].first[axis] = finest_bucket(spans_[t][axis].low, axis);
       triangles_[t].last[axis] = finest_bucket(spans_[t][axis].high, axis);
     }
   }
 }
 
-std::uint8_t TriangleShadow::finest_bucket(double at, int axis) const {
+std::uint8_t TriangleShadow::finest_bucket(double at, std::size_t axis) const {
   const double place = (at - (axis == 0 ? grid_.west : grid_.south)) * per_[axis];
   if (!(place > 0.0)) return 0;  // a grid of no extent has one bucket
-  return static_cast<std::uint8_t>(place < static_cast<double>(kFinest) ? static_cast<int>(place) : kFinest - 1);
+  return static_cast<std::uint8_t>(place < static_cast<double>(kFinest) ? static_cast<std::size_t>(place) : kFinest - 1);
 }
 
 // Triangles by the buckets their boxes meet, one bucket after the other.

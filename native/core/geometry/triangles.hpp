@@ -64,7 +64,7 @@ class TriangleShadow {
   void take(std::uint32_t triangle);
   void place_buckets();
   void fill_buckets();
-  std::uint8_t finest_bucket(double at, int axis) const;
+  std::uint8_t finest_bucket(double at, std::size_t axis) const;
 
   const TriangleMesh* mesh_ = nullptr;
   Pose pose_ = {};

@@ -1,0 +1,261 @@
+"""The command line: what is installed and what is kept: `doctor`, `info`, `build` and `cache`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mjtactile.cli.options import AsJson, FidelityOption
+from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import DEFAULT
+
+#: From this version on MuJoCo finds plugins by itself.
+_FINDS_PLUGINS = (4, 0)
+#: A model with one pad, compiled in a process of its own.
+_MODEL = (
+    '<mujoco><extension><plugin plugin="mjtactile.pad"/></extension><worldbody>'
+    '<geom name="pad" type="box" size="0.0075 0.0075 0.0025"/></worldbody>'
+    '<sensor><plugin plugin="mjtactile.pad" objtype="geom" objname="pad">'
+    '<config key="fidelity" value="fast"/></plugin></sensor></mujoco>'
+)
+
+cache_app = typer.Typer(help="Tables kept for this user: list them, or make room.", no_args_is_help=True)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What the doctor found.
+
+    Attributes:
+        about: what was looked at.
+        says: how it is.
+        cure: how to mend it; None where nothing is wrong.
+    """
+
+    about: str
+    says: str
+    cure: str | None = None
+
+
+def doctor(as_json: AsJson = False) -> None:
+    """Say what is installed, whether it works, and how to mend what does not."""
+    findings = [_examined(about, look) for about, look in _LOOKS.items()]
+    if as_json:
+        typer.echo(json.dumps([asdict(finding) for finding in findings], indent=2))
+    else:
+        for finding in findings:
+            typer.echo(f"{'ok   ' if finding.cure is None else 'WRONG'}  {finding.about}: {finding.says}")
+            if finding.cure is not None:
+                typer.echo(f"       {' '.join(finding.cure.split())}")
+    if any(finding.cure is not None for finding in findings):
+        raise typer.Exit(1)
+
+
+def build(
+    fidelity: FidelityOption = DEFAULT,
+    force: Annotated[bool, typer.Option("--force", help="Build even if there is one.")] = False,
+) -> None:
+    """Build the default pad's influence matrices into the cache."""
+    from time import perf_counter
+
+    from mjtactile.influence.cache import build_influence, cached_path, influence_matrices, stored_path
+    from mjtactile.pad import Pad
+
+    present = stored_path(Pad(), fidelity) is not None and not force
+    start = perf_counter()
+    if force:
+        build_influence(Pad(), fidelity).save(cached_path(Pad(), fidelity))
+    influence = influence_matrices(fidelity=fidelity)
+    action = "found" if present else "built"
+    path = stored_path(Pad(), fidelity) or "not kept"
+    typer.echo(f"{action} {influence.nbytes / 1e6:.0f} MB in {perf_counter() - start:.2f} s: {path}")
+
+
+def info(as_json: AsJson = False) -> None:
+    """Show the pad, the indenters, the meshes and the fidelities, and which tables are built."""
+    import mujoco
+
+    from mjtactile._installed import __version__
+    from mjtactile.cli.press import OTHER_INDENTERS
+    from mjtactile.fidelity import MESHES, PRESETS, Fidelity
+    from mjtactile.geometry.outlines import INDENTER_NAMES
+    from mjtactile.influence.cache import cache_directory, stored_path
+    from mjtactile.pad import Pad
+
+    pad = Pad()
+    facts: dict[str, Any] = {
+        "version": __version__,
+        "mujoco": mujoco.mj_versionString(),
+        "pad": pad.summary,
+        "punches": list(INDENTER_NAMES),
+        "other indenters": list(OTHER_INDENTERS),
+        "cache": str(cache_directory()),
+        "meshes": {name: _size(stored_path(pad, Fidelity(mesh=name))) for name in MESHES},
+        "presets": {name: _size(stored_path(pad, name)) for name in PRESETS},
+    }
+    if as_json:
+        typer.echo(json.dumps(facts, indent=2))
+        return
+    for name, value in facts.items():
+        if isinstance(value, list):
+            value = ", ".join(value)
+        elif isinstance(value, dict):
+            value = ", ".join(
+                f"{table} ({'not built' if size is None else f'{size / 1e6:.0f} MB'})" for table, size in value.items()
+            )
+        typer.echo(f"{name + ':':17}{value}")
+
+
+@cache_app.command("list")
+def cache_list(as_json: AsJson = False) -> None:
+    """Show the tables in the cache, the largest first."""
+    from mjtactile.influence.cache import cache_directory, cached_tables
+
+    tables = cached_tables()
+    if as_json:
+        typer.echo(json.dumps([{**asdict(table), "path": str(table.path)} for table in tables], indent=2))
+        return
+    for table in tables:
+        typer.echo(f"{table.size / 1e6:8.1f} MB  {table.path.name}  {table.contents}")
+    typer.echo(f"{sum(table.size for table in tables) / 1e6:8.1f} MB  {len(tables)} tables in {cache_directory()}")
+
+
+@cache_app.command("clear")
+def cache_clear(
+    unusable: Annotated[bool, typer.Option("--unusable", help="Only tables that can no longer be read.")] = False,
+    sure: Annotated[bool, typer.Option("--yes", help="Remove tables that can be read, too.")] = False,
+) -> None:
+    """Remove tables from the cache; they are built again when they are needed, which may take minutes each."""
+    from mjtactile.influence.cache import cache_directory, cached_tables, clear_cache
+
+    if not (unusable or sure):
+        tables = cached_tables()
+        size = sum(table.size for table in tables) / 1e6
+        typer.echo(f"nothing is removed yet: {len(tables)} tables, {size:.1f} MB, in {cache_directory()}. Add --yes.")
+        return
+    removed = clear_cache(unusable_only=unusable)
+    typer.echo(f"removed {len(removed)} tables, {sum(t.size for t in removed) / 1e6:.1f} MB, from {cache_directory()}")
+
+
+def _examined(about: str, look: Callable[[], Finding]) -> Finding:
+    """What a look finds; an error is a finding, too."""
+    try:
+        return look()
+    except MjTactileError as error:
+        return Finding(about, "it does not work", str(error))
+    except (ImportError, OSError) as error:
+        cure = "Install mjtactile again, and what it needs: pip install --force-reinstall mjtactile"
+        return Finding(about, f"{type(error).__name__}: {error}", cure)
+
+
+def _look_at_the_package() -> Finding:
+    import platform
+
+    from mjtactile._installed import __version__
+
+    place = Path(__file__).parents[1]
+    return Finding("mjtactile", f"{__version__} in {place}, Python {platform.python_version()}, {platform.platform()}")
+
+
+def _look_at_mujoco() -> Finding:
+    import mujoco
+
+    from mjtactile.plugin.engine import running_layout
+
+    running_layout()
+    return Finding("MuJoCo", mujoco.mj_versionString())
+
+
+def _look_at_the_core() -> Finding:
+    from mjtactile._native import instruction_set, library_path
+
+    return Finding("compiled core", f"instruction set {instruction_set()}, {library_path()}")
+
+
+def _look_at_the_plugin() -> Finding:
+    """Whether a process that begins anew reads a model with a pad; MuJoCo from 4.0 on needs no import of ours."""
+    import mujoco
+
+    alone = tuple(int(number) for number in mujoco.__version__.split(".")[:2]) >= _FINDS_PLUGINS
+    imports = "import mujoco" if alone else "import mujoco, mjtactile"
+    code = f"{imports}; print(mujoco.MjModel.from_xml_string({_MODEL!r}).nsensordata)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    if done.returncode == 0:
+        return Finding("plugin", f"registers by `{imports}`")
+    last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
+    cure = "Install mjtactile again, so that its entry point is known to this Python." if alone else last[0]
+    return Finding("plugin", f"does not register by `{imports}`: {last[0]}", cure)
+
+
+def _look_at_the_tables() -> Finding:
+    from mjtactile.fidelity import PRESETS
+    from mjtactile.influence.cache import stored_path
+    from mjtactile.pad import Pad
+
+    ready = [name for name in PRESETS if stored_path(Pad(), name) is not None]
+    later = [name for name in PRESETS if name not in ready]
+    said = f"ready for the default pad: {', '.join(ready) or 'none'}"
+    return Finding("tables", said + (f"; built when they are first used: {', '.join(later)}" if later else ""))
+
+
+def _look_at_the_cache() -> Finding:
+    import tempfile
+
+    from mjtactile.influence.cache import CACHE_VARIABLE, cache_directory, cached_tables
+
+    folder, tables = cache_directory(), cached_tables()
+    said = f"{folder}, {len(tables)} tables, {sum(table.size for table in tables) / 1e6:.0f} MB"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        cure = f"Make it writable, or name another folder in the environment variable {CACHE_VARIABLE}."
+        return Finding("cache", f"{said}; it cannot be written: {error}", cure)
+    lost = [table for table in tables if not table.usable]
+    if lost:
+        room = sum(table.size for table in lost) / 1e6
+        said += f"; {len(lost)} of them, {room:.0f} MB, are of another version. Remove them: "
+        said += "mjtactile cache clear --unusable"
+    return Finding("cache", said)
+
+
+def _look_at_the_recognisers() -> Finding:
+    from mjtactile import recognition
+
+    names = ("force", "shape", "grasp")
+    for name in names:
+        recognition.load(name)
+    return Finding("recognisers", f"weights of {', '.join(names)} are whole")
+
+
+def _look_at_the_extras() -> Finding:
+    from mjtactile._installed import EXTRAS, install_line
+
+    there = [name for name, extra in EXTRAS.items() if not extra.missing]
+    lines = [f"{extra.purpose}: {install_line(name)}" for name, extra in EXTRAS.items() if extra.missing]
+    return Finding("extras", "; ".join([f"installed: {', '.join(there) or 'none'}", *lines]))
+
+
+#: What the doctor looks at, in this order.
+_LOOKS: dict[str, Callable[[], Finding]] = {
+    "mjtactile": _look_at_the_package,
+    "MuJoCo": _look_at_mujoco,
+    "compiled core": _look_at_the_core,
+    "plugin": _look_at_the_plugin,
+    "tables": _look_at_the_tables,
+    "cache": _look_at_the_cache,
+    "recognisers": _look_at_the_recognisers,
+    "extras": _look_at_the_extras,
+}
+
+
+def _size(path: Path | None) -> int | None:
+    return None if path is None else path.stat().st_size
