@@ -120,6 +120,32 @@ def build(
 
 
 @app.command()
+def preview(
+    file: Annotated[Path, typer.Argument(help="A model with pads: MJCF, URDF or MJB.")],
+    pad: Annotated[str | None, typer.Option(help="Its sensor or geom.  [default: the first pad]")] = None,
+    out: Annotated[Path, typer.Option(help="The picture to write.")] = Path("pad.png"),
+) -> None:
+    """Draw where a pad stands on its body and which way it faces, without simulating anything."""
+    import mujoco
+
+    from mjtactile.errors import SceneError
+    from mjtactile.plugin.registration import ensure_registered
+    from mjtactile.sim.preview import pad_names, preview_pad
+
+    ensure_registered()
+    try:
+        load = mujoco.MjModel.from_binary_path if file.suffix == ".mjb" else mujoco.MjModel.from_xml_path
+        model = load(str(file))
+    except ValueError as error:
+        raise SceneError(f"cannot open {file}: {error}") from error
+    names = pad_names(model)
+    if pad is None and not names:
+        raise SceneError(f"{file} has no pad. Add one with attach_pad or as a sensor of the plugin mjtactile.pad.")
+    preview_pad(model, pad or names[0], out)
+    typer.echo(f"pads: {', '.join(names)}\nwrote {out}" if names else f"wrote {out}")
+
+
+@app.command()
 def info(as_json: AsJson = False) -> None:
     """Show the pad, the indenters, the meshes, the presets and what is in the cache."""
     from mjtactile._version import __version__
