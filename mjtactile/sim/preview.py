@@ -22,6 +22,7 @@ _AXIS_COLOURS = ((0.9, 0.1, 0.1, 1.0), (0.1, 0.7, 0.1, 1.0), (0.15, 0.3, 1.0, 1.
 _DISTANCES = (3.5, 18.0)
 #: How far the camera leans from the pad's normal, so that the pad's height shows.
 _LEAN = 0.8
+_AMBIENT = 0.5  # light on what no lamp shines on [-]
 _SIDE = 480  # of each picture [pixels]
 
 
@@ -107,7 +108,9 @@ def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
 
 
 def _mark(scene: Any, pad: int, frame: PadFrame, length: float) -> None:
-    """Colour the pad in a scene and put its axes there."""
+    """Colour the pad in a scene, put its axes there, and leave nothing in the dark."""
+    if scene.nlight:
+        scene.lights[0].ambient[:] = np.maximum(scene.lights[0].ambient, _AMBIENT)
     for shown in scene.geoms[: scene.ngeom]:
         if shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid == pad:
             shown.rgba[:] = _PAD_COLOUR
