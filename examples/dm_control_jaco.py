@@ -31,7 +31,9 @@ for name in ("1", "2", "3"):
     )
     sensor.add("config", key="fidelity", value="fast")
 
-mjcf_model.worldbody.add("body", name="ball", pos=(0, 0.016, 0.175)).add("geom", type="sphere", size=(0.022,), mass=0.05)
+mjcf_model.worldbody.add("body", name="ball", pos=(0, 0.016, 0.175)).add(
+    "geom", type="sphere", size=(0.022,), mass=0.05
+)
 for actuator in mjcf_model.find_all("actuator"):
     actuator.forcerange = (-0.2, 0.2)  # newton metres; the hand could do five times as much
 
@@ -46,4 +48,4 @@ for _ in range(5000):
 for name in ("1", "2", "3"):
     sensor = mjtactile.TactileSensor(model, f"touch_{name}")
     readings = np.reshape(physics.bind(mjcf_model.find("sensor", f"touch_{name}")).sensordata, (4, 13, 13))
-    print(f"finger {name}: force {-sensor.wrench(data)[2]:.2f} N, highest reading {readings.max() / 1e3:.0f} kPa")
+    print(f"finger {name}: force {abs(sensor.wrench(data)[2]):.2f} N, highest reading {readings.max() / 1e3:.0f} kPa")

@@ -1,4 +1,4 @@
-"""One press, four sensors: which of them report the force?
+"""One press, four sensors: and which of them report the force.
 
 A box is pushed onto a pad with forces that are known. On the same pad in the same step: mjtactile, MuJoCo's `touch`,
 its plugin `touch_grid` and its `<tactile>`.
@@ -43,9 +43,10 @@ SCENE = """
 </mujoco>
 """
 
-BOX, 
-#: What the taxels of a pad stand for along one axis [m]; the outer ones lie on its rim.
-WIDTHS = np.array([0.5, *[1.0] * 11, 0.5]) * 1.25e-3
+BOX = 'type="box" size="0.004 0.003 0.003"'
+BALL = 'type="sphere" size="0.008" pos="0 0 0.005"'
+#: What taxels stand for along one axis [m]; the outer ones lie on the pad's rim.
+WIDTHS = np.array([0.5, *[1.0] * 11, 0.5]) * mjtactile.Pad().taxels.pitch[0]
 
 print("commanded: pressed / pushed aside [N] -> what each sensor says")
 for name, shape, mass, into, aside in (

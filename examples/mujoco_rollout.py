@@ -22,11 +22,12 @@ control = np.broadcast_to(forces[:, None, None], (simulations, steps, 1))
 threads = [mujoco.MjData(model) for _ in range(2)]
 _, sensordata = rollout.rollout(model, threads, start[None], control)
 
-readings = sensordata[..., :676].reshape(simulations, steps, 4, 13, 13)
+readings = sensordata[..., :676].reshape(simulations, steps, *mjtactile.Pad().reading_shape)
 wrenches = sensordata[..., 676:]
 print(f"readings: shape {readings.shape}")
 for k in (0, 21, 63):
-    print(f"pressed with {forces[k] + 0.4905:.3f} N: pad feels {-wrenches[k, -1, 2]:.3f} N, {readings[k, -1].max() / 1e3:.1f} kPa")
+    felt, highest = -wrenches[k, -1, 2], readings[k, -1].max() / 1e3
+    print(f"pressed with {forces[k] + 0.4905:.3f} N: the pad feels {felt:.3f} N, at most {highest:.1f} kPa")
 
 data = mujoco.MjData(model)  # the last one again, alone
 data.ctrl[:] = forces[-1]

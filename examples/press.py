@@ -19,7 +19,7 @@ print(f"readings: shape {readings.shape}")
 print(f"commanded force [N]: {force[0]:.4f} {force[1]:.4f} {force[2]:.4f}")
 print(f"contact force   [N]: {wrench[0]:.4f} {wrench[1]:.4f} {wrench[2]:.4f}")
 for depth, layer in zip(sensor.pad.depths, readings, strict=True):
-    print(f"{depth * 1e3:.0f} mm deep: highest reading {layer.max() / 1e3:.2f} kPa, taxels that feel: {(layer > 1e3).sum()}")
+    print(f"{depth * 1e3:.0f} mm deep: at most {layer.max() / 1e3:.2f} kPa, {(layer > 1e3).sum()} taxels over 1 kPa")
 
 figure, axes = plt.subplots(1, 4, figsize=(11, 3), layout="constrained")
 for depth, layer, panel in zip(sensor.pad.depths, readings, axes, strict=True):

@@ -32,13 +32,13 @@ env = robosuite.make(
 env.set_xml_processor(with_pads)
 seen = env.reset()
 model, data = env.sim.model._model, env.sim.data._data  # MuJoCo's own
-mjtactile.preview_pad(model, "left", "robosuite_panda_lift.png", data=data)
+mjtactile.preview_pad(model, "left", "robosuite_panda_lift.png", data=data, groups=[1])
 
 cube = seen["cube_pos"]
 OPEN, CLOSE = -1, 1
 for height, grip, steps in ((0.05, OPEN, 40), (0.0, OPEN, 30), (0.0, CLOSE, 20), (0.08, CLOSE, 40)):
     for _ in range(steps):
-        way = cube + (0, 0, height) - seen["robot0_eef_pos"]
+        way = np.add(cube, (0, 0, height)) - seen["robot0_eef_pos"]
         seen, *_ = env.step([*np.clip(10 * way, -1, 1), 0, 0, 0, grip])
 
 print(f"the cube was lifted by {(seen['cube_pos'] - cube)[2] * 1e3:.0f} mm")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,12 @@ _SIDE = 480  # of each picture [pixels]
 
 
 def preview_pad(
-    model: mujoco.MjModel, pad: str, path: str | Path | None = None, *, data: mujoco.MjData | None = None
+    model: mujoco.MjModel,
+    pad: str,
+    path: str | Path | None = None,
+    *,
+    data: mujoco.MjData | None = None,
+    groups: Sequence[int] = (0, 1, 2),
 ) -> npt.NDArray[np.uint8]:
     """Draw where a pad stands and which way it faces: close up on the left, among what is around it on the right.
 
@@ -39,6 +45,9 @@ def preview_pad(
         pad: name of the pad's sensor, or of its geom.
         path: of the picture to write, .png or another kind; None to write none.
         data: pose of the model, after `mj_forward` or `mj_step`; its first keyframe or, without one, `qpos0` if None.
+
+        groups: of geoms that are drawn besides the pad, among 0, 1 and 2. Many models collide with geoms
+            of one group and show those of another.
 
     Returns:
         RGB, shape (height, width, 3), top row first.
@@ -57,6 +66,7 @@ def preview_pad(
             mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_forward(model, data)
     frame = geom_frame(model, data, geom)
+    hidden = set(np.flatnonzero(~np.isin(model.geom_group, groups)).tolist()) - {geom}
     diagonal = float(np.linalg.norm(2 * model.geom_size[geom, :2]))
     pictures = [
         render_scene(
@@ -65,7 +75,7 @@ def preview_pad(
             _SIDE,
             _SIDE,
             camera=_camera(frame, distance * diagonal),
-            mark=partial(_mark, pad=geom, frame=frame, length=0.2 * distance * diagonal),
+            mark=partial(_mark, pad=geom, hidden=hidden, frame=frame, length=0.2 * distance * diagonal),
         )
         for distance in _DISTANCES
     ]
@@ -107,13 +117,15 @@ def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
     return view
 
 
-def _mark(scene: Any, pad: int, frame: PadFrame, length: float) -> None:
+def _mark(scene: Any, pad: int, hidden: set[int], frame: PadFrame, length: float) -> None:
     """Colour the pad in a scene, put its axes there, and leave nothing in the dark."""
     if scene.nlight:
         scene.lights[0].ambient[:] = np.maximum(scene.lights[0].ambient, _AMBIENT)
     for shown in scene.geoms[: scene.ngeom]:
         if shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid == pad:
             shown.rgba[:] = _PAD_COLOUR
+        elif shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid in hidden:
+            shown.rgba[3] = 0.0
     for axis, colour in zip(frame.rotation.T, _AXIS_COLOURS, strict=True):
         if scene.ngeom >= scene.maxgeom:
             return

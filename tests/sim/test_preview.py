@@ -67,6 +67,13 @@ def test_a_geom_names_the_pad_as_well_as_its_sensor():
     np.testing.assert_array_equal(mjtactile.preview_pad(model, "ff"), mjtactile.preview_pad(model, "ff_pad"))
 
 
+def test_geoms_of_other_groups_are_left_out_but_never_the_pad():
+    spec = finger((0.5**0.5, -(0.5**0.5), 0.0, 0.0))  # the finger hides the pad
+    model = spec.compile()
+    hidden, alone = (mjtactile.preview_pad(model, "ff", groups=groups)[:, :480] for groups in ((0, 1, 2), (1,)))
+    assert orange(alone) > 2 * orange(hidden)
+
+
 def test_nothing_is_simulated_and_a_pose_of_ones_own_is_drawn():
     spec = finger(TURNED)
     spec.body("finger").add_joint(name="turn", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
