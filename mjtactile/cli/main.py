@@ -121,7 +121,7 @@ def build(
 
 @app.command()
 def preview(
-    file: Annotated[Path, typer.Argument(help="A model with pads: MJCF, URDF or MJB.")],
+    file: Annotated[Path, typer.Argument(help="A model with pads, in MJCF.")],
     pad: Annotated[str | None, typer.Option(help="Its sensor or geom.  [default: the first pad]")] = None,
     out: Annotated[Path, typer.Option(help="The picture to write.")] = Path("pad.png"),
 ) -> None:
@@ -134,8 +134,7 @@ def preview(
 
     ensure_registered()
     try:
-        load = mujoco.MjModel.from_binary_path if file.suffix == ".mjb" else mujoco.MjModel.from_xml_path
-        model = load(str(file))
+        model = mujoco.MjModel.from_xml_path(str(file))
     except ValueError as error:
         raise SceneError(f"cannot open {file}: {error}") from error
     names = pad_names(model)
