@@ -14,7 +14,7 @@ NATIVE := $(shell find native -type f)
 LINT_IMPORTS = PYTHONPATH=$(CURDIR):$(shell echo $(CURDIR)/$(VENV)/lib/python3*/site-packages) \
 	$(BIN)/python -S $(BIN)/lint-imports --no-cache
 
-.PHONY: demo test check install install-dev wheel wheel-test models shipped-table soak tables weights policies clean
+.PHONY: demo test check install install-dev docs examples wheel wheel-test models shipped-table soak tables weights policies clean
 
 demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
@@ -26,6 +26,7 @@ test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(LINT_IMPORTS)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest
+	$(MAKE) docs
 	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest $(MUJOCO_TESTS) -m "not slow"
 	for version in $(OTHER_MUJOCO); do \
 		PYTHONPATH=.mujoco-$$version $(BIN)/python -m pytest $(PLUGIN_TESTS) -m "not slow" || exit 1; \
@@ -37,6 +38,15 @@ check: $(VENV)/installed-dev
 	$(LINT_IMPORTS)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest -m "not slow"
+
+# The docs site, any warning being an error; versions by tag are `mike deploy TAG latest`, from the same configuration.
+docs: $(VENV)/installed-dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+
+# Every example anew, with what it prints and draws on its page; those of other packages in environments of their own.
+examples: $(VENV)/installed-dev
+	PYTHONPATH=tests/soak $(BIN)/python tests/examples/run_examples.py
+	$(BIN)/python -m pytest tests/examples
 
 install: $(VENV)/installed
 install-dev: $(VENV)/installed-dev

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from mjtactile.plugin.health import Health, set_warnings
     from mjtactile.sensor import TactileSensor
     from mjtactile.sim.press_scene import PressResult, press, press_scene
+    from mjtactile.sim.preview import preview_pad
 
 from mjtactile._installed import __version__ as __version__
 from mjtactile.plugin import import_hook as _import_hook
@@ -106,6 +107,7 @@ _MODULE_OF = {
         "plugin.health": ("Health", "set_warnings"),
         "plugin.attributes": ("plugin_health",),
         "fidelity": ("MESHES", "PRESETS", "Fidelity", "MeshDensity"),
+        "sim.preview": ("preview_pad",),
         "sim.press_scene": ("PressResult", "press", "press_scene"),
         "sensor": ("TactileSensor",),
     }.items()
@@ -161,6 +163,7 @@ __all__ = [
     "plugin_health",
     "press",
     "press_scene",
+    "preview_pad",
     "punch",
     "recognition",
     "register_pad",

@@ -165,7 +165,7 @@ class Pad:
 
     size: tuple[float, float] = (15e-3, 15e-3)  #: extent along (x, y) [m]
     layers: tuple[Layer, ...] = (Layer(thickness=5e-3, young=3e6, poisson=0.49),)  #: top first
-    taxels: TaxelGrid = field(default_factory=TaxelGrid)
+    taxels: TaxelGrid = field(default_factory=TaxelGrid)  #: where its taxels are
     depths: tuple[float, ...] = (1e-3, 2e-3, 3e-3, 4e-3)  #: sensing layers below the surface [m], top first
     sampling_radius: float = 0.625e-3  #: a reading is the mean over a ball of this radius [m]
 

@@ -26,6 +26,7 @@ from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
 from mjtactile.cli.options import AsJson, FidelityOption, finite
+from mjtactile.cli.preview import preview
 from mjtactile.cli.reproduce import reproduce
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT, fidelity_text
@@ -109,6 +110,7 @@ def press(
 app.command(rich_help_panel="Touch")(loop)
 app.command(rich_help_panel="Touch")(dataset)
 app.command(rich_help_panel="Touch")(envs)
+app.command(rich_help_panel="Touch")(preview)
 app.add_typer(grasp_app, name="grasp", rich_help_panel=_MEASURE)
 app.command(rich_help_panel=_MEASURE)(evaluate)
 app.command(rich_help_panel=_MEASURE)(reproduce)

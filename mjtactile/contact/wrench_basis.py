@@ -32,7 +32,11 @@ class WrenchBasis:
     Args:
         influence: of the pad.
         footprint: made with the same influence matrices.
-        law, tangential, friction, tilt, cells: as in `contact_load`.
+        law: as in `contact_load`, and so are the rest.
+        tangential: how shear is spread.
+        friction: coefficient that bounds shear [-].
+        tilt: "free" or "fixed".
+        cells: across the footprint.
 
     Raises:
         ContactError: for options that make no sense.

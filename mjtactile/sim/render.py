@@ -6,6 +6,7 @@ import importlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -31,7 +32,13 @@ mujoco.MjrContext(mujoco.MjModel.from_xml_string("<mujoco/>"), mujoco.mjtFontSca
 
 
 def render_scene(
-    model: mujoco.MjModel, data: mujoco.MjData, width: int = 640, height: int = 480, *, camera: str | None = None
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    width: int = 640,
+    height: int = 480,
+    *,
+    camera: str | mujoco.MjvCamera | None = None,
+    mark: Callable[[Any], None] | None = None,
 ) -> npt.NDArray[np.uint8]:
     """Draw the state in `data`.
 
@@ -40,7 +47,9 @@ def render_scene(
         data: its state after `mj_forward` or `mj_step`.
         width: of the picture [pixels].
         height: of the picture [pixels].
-        camera: name of a camera of the model; a view of the whole scene if None.
+        camera: name of a camera of the model, or a view of one's own; a view of the whole scene if None.
+        mark: changes the `mujoco.MjvScene` before it is drawn.
+
     Returns: RGB, shape (height, width, 3), top row first.
 
     Raises:
@@ -53,7 +62,7 @@ def render_scene(
     context = context_class(working_backend())(width, height)
     context.make_current()
     try:
-        return _draw(model, data, view, width, height)
+        return _draw(model, data, view, (width, height), mark)
     finally:
         context.free()
 
@@ -105,7 +114,9 @@ def context_class(backend: str) -> Any:
     return importlib.import_module(f"mujoco.{backend}").GLContext
 
 
-def _view(model: mujoco.MjModel, camera: str | None) -> Any:
+def _view(model: mujoco.MjModel, camera: str | mujoco.MjvCamera | None) -> Any:
+    if isinstance(camera, mujoco.MjvCamera):
+        return camera
     view = mujoco.MjvCamera()
     if camera is None:
         mujoco.mjv_defaultFreeCamera(model, view)
@@ -118,7 +129,10 @@ def _view(model: mujoco.MjModel, camera: str | None) -> Any:
     return view
 
 
-def _draw(model: mujoco.MjModel, data: mujoco.MjData, view: Any, width: int, height: int) -> npt.NDArray[np.uint8]:
+def _draw(
+    model: mujoco.MjModel, data: mujoco.MjData, view: Any, size: tuple[int, int], mark: Callable[[Any], None] | None
+) -> npt.NDArray[np.uint8]:
+    width, height = size
     scene = mujoco.MjvScene(model, maxgeom=_MAXIMUM_GEOMS)
     buffers = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
     try:
@@ -127,6 +141,8 @@ def _draw(model: mujoco.MjModel, data: mujoco.MjData, view: Any, width: int, hei
         mujoco.mjv_updateScene(
             model, data, mujoco.MjvOption(), mujoco.MjvPerturb(), view, mujoco.mjtCatBit.mjCAT_ALL, scene
         )
+        if mark is not None:
+            mark(scene)
         area = mujoco.MjrRect(0, 0, width, height)
         picture = np.empty((height, width, 3), dtype=np.uint8)
         mujoco.mjr_render(area, scene, buffers)

@@ -16,7 +16,6 @@ import re
 import subprocess
 import sys
 import time
-import venv
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -24,22 +23,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from client_venvs import install
 from warning_texts import without_numbers
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-#: What mjtactile imports on the way from a model to readings.
-_NEEDS = (
-    "scipy>=1.14", "trimesh>=4.5", "mapbox-earcut>=1.0", "shapely>=2.0.4", "contourpy>=1.2", "scikit-fem>=10.0",
-    "safetensors>=0.4.5", "platformdirs>=4.2", "filelock>=3.15", "threadpoolctl>=3.5", "typer>=0.15", "rich>=13.7",
-    "matplotlib>=3.9",
-)  # fmt: skip
-#: Packages by environment, with the newest MuJoCo that their environments run on.
-VENVS = {
-    "gymnasium-robotics": ("gymnasium-robotics==1.4.2", "gymnasium[mujoco]", "mujoco==3.10.0"),
-    "robosuite": ("robosuite==1.5.2", "mujoco==3.8.0"),
-    "dm-control": ("dm-control==1.0.50", "mujoco==3.17.0"),
-}
 
 
 class World(Protocol):
@@ -61,7 +49,7 @@ class World(Protocol):
 class Client:
     """A task of another package."""
 
-    venv: str  #: key of VENVS
+    venv: str  #: key of `client_venvs.VENVS`
     make: Callable[[str, int], World]  #: from a task's name and a seed
     task: str
     episode: int = 100  #: steps after which it begins anew
@@ -387,29 +375,6 @@ def _counted(calls: Counter[str]) -> Iterator[None]:
 
 
 # -------------------------------------------------------------------------------------------------- from outside
-
-
-def install(name: str, folder: Path) -> Path:
-    """Python of the environment of a package, made where it is missing; mjtactile in it is the working tree's."""
-    home, wheels = folder / name, folder / "wheels"
-    python = home / "bin" / "python"
-    pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet", "install"]
-    if not (home / "installed").is_file():
-        venv.create(home, with_pip=True, clear=True)
-        subprocess.run([*pip, *VENVS[name], *_NEEDS], check=True)
-        (home / "installed").touch()
-    sources = [path for part in ("mjtactile", "native") for path in (ROOT / part).rglob("*") if path.is_file()]
-    newest = max(path.stat().st_mtime for path in sources if "__pycache__" not in path.parts)
-    built = sorted(wheels.glob("mjtactile-*.whl"))
-    if not built or built[0].stat().st_mtime < newest:
-        wheel = [sys.executable, "-m", "pip", "--quiet", "wheel", "--no-deps", "-w", str(wheels), str(ROOT)]
-        subprocess.run(wheel, check=True)
-        built = sorted(wheels.glob("mjtactile-*.whl"))
-    marker = home / "installed-mjtactile"
-    if not marker.is_file() or marker.stat().st_mtime < built[0].stat().st_mtime:
-        subprocess.run([*pip, "--no-deps", "--force-reinstall", str(built[0])], check=True)
-        marker.touch()
-    return python
 
 
 def run(name: str, steps: int, seed: int, folder: Path, limit: float) -> tuple[list[str], str]:

@@ -1,0 +1,25 @@
+"""stable-baselines3: PPO begins to learn to lift objects by touch, straight from an id of gymnasium."""
+
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.evaluation import evaluate_policy
+
+import mjtactile  # registers the environments
+
+env = make_vec_env("mjtactile/GraspLift-v0", n_envs=4, seed=0, env_kwargs={"observation": "readings"})
+policy = PPO("MultiInputPolicy", env, n_steps=64, batch_size=128, n_epochs=5, learning_rate=1e-3, seed=0, device="cpu")
+
+print(f"mean reward before learning: {evaluate_policy(policy, env, 20)[0]:.1f}")
+policy.learn(2048)
+print(f"mean reward after 2,048 steps: {evaluate_policy(policy, env, 20)[0]:.1f}")
+
+# One more episode, step by step, to look at what the policy sees.
+seen = env.reset()
+for _ in range(20):
+    action, _ = policy.predict(seen, deterministic=True)
+    seen, *_ = env.step(action)
+print(f"observation 'tactile': shape {seen['tactile'].shape}: environments, pads, layers, rows, columns")
+print(f"highest reading of each pad [10 kPa]: {seen['tactile'][0].max(axis=(1, 2, 3)).round(1)}")
+
+model, data = env.envs[0].unwrapped.task.simulation.state(0)  # MuJoCo's own, of the first environment
+print(f"grip on the left pad: {-mjtactile.TactileSensor(model, 'left').wrench(data)[2]:.2f} N")

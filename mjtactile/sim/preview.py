@@ -1,0 +1,150 @@
+"""Where a pad stands on its body, as a picture, before anything is simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._files import check_figure, save_figure
+from mjtactile._installed import require
+from mjtactile.errors import SceneError
+from mjtactile.sim.render import render_scene
+from mjtactile.sim.wrench import PadFrame, geom_frame
+
+_PAD_COLOUR = (1.0, 0.6, 0.1, 1.0)
+#: Of the arrows along the pad's x, y and z.
+_AXIS_COLOURS = ((0.9, 0.1, 0.1, 1.0), (0.1, 0.7, 0.1, 1.0), (0.15, 0.3, 1.0, 1.0))
+#: Distances of the camera, close up and with what is around it, in diagonals of the pad.
+_DISTANCES = (3.5, 18.0)
+#: How far the camera leans from the pad's normal, so that the pad's height shows.
+_LEAN = 0.8
+_AMBIENT = 0.5  # light on what no lamp shines on [-]
+_SIDE = 480  # of each picture [pixels]
+
+
+def preview_pad(
+    model: mujoco.MjModel,
+    pad: str,
+    path: str | Path | None = None,
+    *,
+    data: mujoco.MjData | None = None,
+    groups: Sequence[int] = (0, 1, 2),
+) -> npt.NDArray[np.uint8]:
+    """Draw where a pad stands and which way it faces: close up on the left, among what is around it on the right.
+
+    The pad is orange. Arrows from the middle of its sensing surface are its axes: x red, y green, z blue. z must point
+    out of the finger; what hides the orange face stands in front of it, touches first and is not felt.
+
+    Args:
+        model: compiled model.
+        pad: name of the pad's sensor, or of its geom.
+        path: of the picture to write, .png or another kind; None to write none.
+        data: pose of the model, after `mj_forward` or `mj_step`; its first keyframe or, without one, `qpos0` if None.
+
+        groups: of geoms that are drawn besides the pad, among 0, 1 and 2. Many models collide with geoms
+            of one group and show those of another.
+
+    Returns:
+        RGB, shape (height, width, 3), top row first.
+
+    Raises:
+        SceneError: the model has no such pad.
+        RenderError: there is no working OpenGL.
+        OutputError: the picture cannot be written.
+    """
+    geom = _pad_geom(model, pad)
+    if path is not None:
+        check_figure(Path(path))
+    if data is None:
+        data = mujoco.MjData(model)
+        if model.nkey:
+            mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_forward(model, data)
+    frame = geom_frame(model, data, geom)
+    hidden = set(np.flatnonzero(~np.isin(model.geom_group, groups)).tolist()) - {geom}
+    diagonal = float(np.linalg.norm(2 * model.geom_size[geom, :2]))
+    pictures = [
+        render_scene(
+            model,
+            data,
+            _SIDE,
+            _SIDE,
+            camera=_camera(frame, distance * diagonal),
+            mark=partial(_mark, pad=geom, hidden=hidden, frame=frame, length=0.2 * distance * diagonal),
+        )
+        for distance in _DISTANCES
+    ]
+    picture = np.concatenate(pictures, axis=1)
+    if path is not None:
+        save_figure(Path(path), _as_figure(picture), dpi=100)
+    return picture
+
+
+def _pad_geom(model: mujoco.MjModel, pad: str) -> int:
+    """Id of the box geom of that name, or of the sensor of that name."""
+    sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, pad)
+    on_geom = sensor >= 0 and model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_GEOM
+    geom = int(model.sensor_objid[sensor]) if on_geom else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, pad)
+    if geom < 0 or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
+        raise SceneError(f"the model has no pad '{pad}'. Available: {', '.join(pad_names(model)) or 'none'}.")
+    return geom
+
+
+def pad_names(model: mujoco.MjModel) -> list[str]:
+    """Names of the sensors of plugins that stand on box geoms, in the model's order."""
+    on_geoms = (model.sensor_type == mujoco.mjtSensor.mjSENS_PLUGIN) & (
+        model.sensor_objtype == mujoco.mjtObj.mjOBJ_GEOM
+    )
+    boxes = model.geom_type == mujoco.mjtGeom.mjGEOM_BOX
+    return [model.sensor(int(s)).name for s in np.flatnonzero(on_geoms) if boxes[model.sensor_objid[s]]]
+
+
+def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
+    """A camera that looks at the middle of the sensing surface, from in front and from beside."""
+    x, y, normal = frame.rotation.T
+    aside = normal + _LEAN * (0.6 * x - y)
+    along = -aside / np.linalg.norm(aside)
+    view = mujoco.MjvCamera()
+    view.lookat[:] = frame.position
+    view.distance = distance
+    view.azimuth = float(np.degrees(np.arctan2(along[1], along[0])))
+    view.elevation = float(np.degrees(np.arcsin(along[2])))
+    return view
+
+
+def _mark(scene: Any, pad: int, hidden: set[int], frame: PadFrame, length: float) -> None:
+    """Colour the pad in a scene, put its axes there, and leave nothing in the dark."""
+    if scene.nlight:
+        scene.lights[0].ambient[:] = np.maximum(scene.lights[0].ambient, _AMBIENT)
+    for shown in scene.geoms[: scene.ngeom]:
+        if shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid == pad:
+            shown.rgba[:] = _PAD_COLOUR
+        elif shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid in hidden:
+            shown.rgba[3] = 0.0
+    for axis, colour in zip(frame.rotation.T, _AXIS_COLOURS, strict=True):
+        if scene.ngeom >= scene.maxgeom:
+            return
+        arrow = scene.geoms[scene.ngeom]
+        nothing = np.zeros(3)
+        mujoco.mjv_initGeom(
+            arrow, mujoco.mjtGeom.mjGEOM_ARROW, nothing, nothing, np.zeros(9), np.array(colour, dtype=np.float32)
+        )
+        end = frame.position + length * axis
+        mujoco.mjv_connector(arrow, mujoco.mjtGeom.mjGEOM_ARROW, 0.05 * length, frame.position, end)
+        scene.ngeom += 1
+
+
+def _as_figure(picture: npt.NDArray[np.uint8]) -> Any:
+    require("figures")
+    from matplotlib.figure import Figure
+
+    height, width = picture.shape[:2]
+    figure = Figure(figsize=(width / 100, height / 100))
+    figure.figimage(picture)
+    return figure
