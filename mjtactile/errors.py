@@ -79,3 +79,7 @@ class OutputError(MjTactileError, OSError):
 
 class DatasetError(MjTactileError, ValueError):
     """A dataset that cannot be described, written, resumed or read."""
+
+
+class ViewError(MjTactileError, ValueError):
+    """A live view that cannot be opened, recorded or replayed."""

@@ -26,6 +26,7 @@ from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.loop import loop
 from mjtactile.cli.options import AsJson, FidelityOption, finite
 from mjtactile.cli.reproduce import reproduce
+from mjtactile.cli.view import view
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT, fidelity_text
 
@@ -43,6 +44,7 @@ app.command()(envs)
 app.command()(evaluate)
 app.command()(loop)
 app.command()(reproduce)
+app.command()(view)
 
 
 @app.command()
