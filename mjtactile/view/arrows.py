@@ -19,7 +19,7 @@ def centre_of_pressure(wrench: Array) -> Array:
 
 
 def force_arrow(wrench: Array, length: float) -> Array | None:
-    """Tail and head (2, 3) [m]; the head touches the surface.
+    """Tail, where the force acts, and head (2, 3) [m]: what presses points through the pad and out of its back.
 
     Args:
         wrench: force [N] and moment about the origin [N m], pad frame, (6,).
@@ -29,8 +29,8 @@ def force_arrow(wrench: Array, length: float) -> Array | None:
         None for a force too small to be seen.
     """
     arrow = wrench[:3] * length
-    head = centre_of_pressure(wrench)
-    return np.stack([head - arrow, head]) if np.linalg.norm(arrow) >= LEAST_LENGTH else None
+    tail = centre_of_pressure(wrench)
+    return np.stack([tail, tail + arrow]) if np.linalg.norm(arrow) >= LEAST_LENGTH else None
 
 
 def twist_arrow(wrench: Array, length: float) -> Array | None:

@@ -18,7 +18,7 @@ class Demonstration:
 
     Attributes:
         scene: file, see `sim.assets`.
-        times: of the points [s], from 0 to the end, where it begins anew.
+        times: of the points [s], from 0 to the end, where they begin anew.
         values: at these points, by actuator.
     """
 
@@ -27,17 +27,14 @@ class Demonstration:
     values: Mapping[str, tuple[float, ...]]
 
     def control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Write the actuators' values of the moment; at the end the simulation begins anew."""
-        if data.time >= self.times[-1]:
-            mujoco.mj_resetData(model, data)
+        """Write the actuators' values of the moment."""
         for name, values in self.values.items():
-            data.ctrl[model.actuator(name).id] = np.interp(data.time, self.times, values)
+            data.ctrl[model.actuator(name).id] = np.interp(data.time % self.times[-1], self.times, values)
 
 
 _TIMES = (0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 4.5, 5.0)
-#: The fingers close, and close harder; the hand rises, sways, and comes down again; they open.
+#: The fingers close; the hand rises, grips harder, and comes down again; they open.
 _RISE = (0.0, 0.0, 0.0, 0.06, 0.06, 0.0, 0.0, 0.0)
-_BENT = (0.0, 0.0, 0.35, 0.35, 0.35, 0.35, 0.0, -0.2)
 DEMONSTRATIONS = {
     "grasp": Demonstration(
         "scenes/grasp.xml",

@@ -1,8 +1,15 @@
-"""Readings as pictures: one tile per layer, side by side, the top layer first; rows run upwards, as y does."""
+"""Readings as pictures in a page: a tile per layer, side by side, the top layer first; rows run upwards, as y does.
+
+A tile has a pixel per taxel and is drawn larger by the browser, with what presses as lines on it: little to send.
+"""
 
 from __future__ import annotations
 
+import base64
+import io
+from collections.abc import Sequence
 from functools import cache
+from html import escape
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +19,7 @@ from mjtactile.pad import Pad
 
 Picture = npt.NDArray[np.uint8]
 
-#: About as many pixels make up the width of a pad's tiles together, and the gap between two of them.
-WIDTH, GAP = 384, 4
-#: What is no larger is black at any scale [Pa].
+#: What is no larger is dark at any scale [Pa].
 LEAST_SCALE = 1e3
 #: How fast the scale falls back to what is read now, per frame.
 _DECAY = 0.97
@@ -27,7 +32,7 @@ class Scale:
     def __init__(self) -> None:
         self.peak = LEAST_SCALE
 
-    def follow(self, readings: list[npt.NDArray[np.float32]]) -> float:
+    def follow(self, readings: Sequence[npt.NDArray[np.float32]]) -> float:
         """Take in the readings of a frame.
 
         Args:
@@ -41,63 +46,56 @@ class Scale:
         return self.peak
 
 
-def taxel_pixels(reading_shape: tuple[int, int, int]) -> int:
-    """Pixels along each side of a taxel."""
-    layers, _, columns = reading_shape
-    return max(1, (WIDTH - GAP * (layers - 1)) // (layers * columns))
-
-
 def heat_map(readings: npt.NDArray[np.float32], peak: float) -> Picture:
-    """RGB tiles of all layers (height, width, 3).
+    """RGB, a pixel per taxel, layers side by side and a white line between (rows, layers * (columns + 1) - 1, 3).
 
     Args:
         readings: (layers, rows, columns) [Pa].
         peak: the reading that is brightest [Pa].
     """
-    layers, rows, columns = readings.shape
-    size = taxel_pixels((layers, rows, columns))
     level = np.clip(readings / peak * (_COLOURS - 1), 0, _COLOURS - 1).astype(np.intp)
-    tiles = palette()[level[:, ::-1]].repeat(size, axis=1).repeat(size, axis=2)
-    width = columns * size
-    picture = np.full((rows * size, layers * (width + GAP) - GAP, 3), 255, dtype=np.uint8)
-    for layer, tile in enumerate(tiles):
-        left = layer * (width + GAP)
-        picture[:, left : left + width] = tile
-    return picture
+    tiles = np.pad(palette()[level[:, ::-1]], ((0, 0), (0, 0), (0, 1), (0, 0)), constant_values=255)
+    return np.concatenate(list(tiles), axis=1)[:, :-1]
 
 
-def draw_outline(picture: Picture, outline: Array, pad: Pad) -> Picture:
-    """Draw what presses onto every tile of a heat map.
+def heat_map_html(name: str, said: str, picture: Picture, outline: Array, pad: Pad) -> str:
+    """A heat map for a page, what presses drawn onto every layer.
 
     Args:
+        name: of the pad, in the attribute `data-pad`.
+        said: line above it.
         picture: of `heat_map`.
         outline: line segments in the pad frame [m], (segments, 2, 2).
         pad: whose taxels these are.
     """
-    from PIL import Image, ImageDraw
-
-    if not len(outline):
-        return picture
-    image = Image.fromarray(picture)
-    draw = ImageDraw.Draw(image)
-    places = _pixels(outline, pad)
-    layers, _, columns = pad.reading_shape
-    step = columns * taxel_pixels(pad.reading_shape) + GAP
-    for layer in range(layers):
-        for start, end in places + np.array([layer * step, 0.0]):
-            draw.line([*start, *end], fill=(255, 255, 255))
-    return np.asarray(image)
+    layers, rows, columns = pad.reading_shape
+    width, path = picture.shape[1], _path(outline, pad)
+    lines = "".join(f'<path d="{path}" transform="translate({layer * (columns + 1)})"/>' for layer in range(layers))
+    return (
+        f'<div data-pad="{escape(name, quote=True)}" style="margin: 0.3em 0.8em; font-size: 0.85em">{escape(said)}'
+        f'<svg viewBox="0 0 {width} {rows}" style="display: block; width: 100%">'
+        f'<image href="{_address(picture)}" width="{width}" height="{rows}" style="image-rendering: pixelated"/>'
+        f'<g stroke="white" stroke-width="0.15">{lines}</g></svg></div>'
+    )
 
 
-def _pixels(points: Array, pad: Pad) -> Array:
-    """Points of the pad frame [m] on the first tile, (..., 2)."""
-    _, rows, columns = pad.reading_shape
-    size, taxels = taxel_pixels(pad.reading_shape), pad.taxels
+def _address(picture: Picture) -> str:
+    """The picture itself, as an address."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, format="PNG", compress_level=1)
+    return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()
+
+
+def _path(segments: Array, pad: Pad) -> str:
+    """Line segments of the pad frame [m] on a tile, whose unit is a taxel, as a path of SVG."""
+    _, rows, _ = pad.reading_shape
+    taxels = pad.taxels
     corner = np.array([taxels.x[0] - taxels.pitch[0] / 2, taxels.y[0] - taxels.pitch[1] / 2])
-    place = (points - corner) / np.array(taxels.pitch) * size
-    place[..., 1] = rows * size - 1 - place[..., 1]
-    # Pads are wider than their taxels: what lies beyond them is drawn on the tile's edge.
-    return np.clip(place, 0.0, np.array([columns, rows]) * size - 1.0)
+    places = (segments - corner) / np.array(taxels.pitch)
+    places[..., 1] = rows - places[..., 1]
+    return "".join(f"M{a:.2f} {b:.2f}L{c:.2f} {d:.2f}" for (a, b), (c, d) in places.tolist())
 
 
 @cache

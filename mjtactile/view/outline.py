@@ -7,8 +7,9 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.influence.surface_load import SurfaceLoad
 
-#: Share of the largest pressing force of a node at which the line runs.
-_LEVEL = 0.1
+#: The line runs where vertices bear half of what they bear on the average, of those that bear more than a tenth of the
+#: largest: a vertex on a straight edge of what presses has half its surroundings under it.
+_LEVEL, _BEARS = 0.5, 0.1
 
 
 def pressed_outline(load: SurfaceLoad | None) -> Array:
@@ -29,9 +30,10 @@ def pressed_outline(load: SurfaceLoad | None) -> Array:
     pressing = _about_vertices(np.maximum(-load.forces[..., 2], 0.0))
     if not pressing.any():
         return np.empty((0, 2, 2))
+    level = _LEVEL * float(pressing[pressing > _BEARS * pressing.max()].mean())
     # A frame of zeros closes lines that reach the sheet's edge.
     wide_x, wide_y = np.concatenate([x[:1], x, x[-1:]]), np.concatenate([y[:1], y, y[-1:]])
-    lines = contour_generator(wide_x, wide_y, np.pad(pressing, 1)).lines(_LEVEL * float(pressing.max()))
+    lines = contour_generator(wide_x, wide_y, np.pad(pressing, 1)).lines(level)
     segments = [np.stack([line[:-1], line[1:]], axis=1) for line in map(np.asarray, lines)]
     return np.concatenate(segments) if segments else np.empty((0, 2, 2))
 

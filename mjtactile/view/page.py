@@ -18,7 +18,7 @@ from mjtactile.view.arrows import force_arrow, twist_arrow
 from mjtactile.view.control_panel import ControlPanel
 from mjtactile.view.controls import Controls
 from mjtactile.view.frame import Frame, PadFrame
-from mjtactile.view.heat_map import LEAST_SCALE, Scale, draw_outline, heat_map
+from mjtactile.view.heat_map import Scale, heat_map, heat_map_html
 
 #: Frames of the plot of forces.
 _HISTORY = 300
@@ -56,6 +56,10 @@ class Page:
         # Of the scene's own: it changes how large things are drawn.
         self._scene = ViserMujocoScene(server, copy.copy(model), num_envs=1)
         self._scene.camera_tracking_enabled = False
+        # Shadows and reflections cost more than all the rest where a browser draws without a graphics card.
+        server.scene.configure_default_lights(cast_shadow=False)
+        server.scene.configure_environment_map(None)
+        server.scene.add_light_ambient("/light", intensity=1.2)
         self._marks = {name: PadMarks(server, number, sensor) for number, (name, sensor) in enumerate(pads.items())}
         self._maps = self._heat_maps()
         self._history: deque[tuple[float, ...]] = deque(maxlen=_HISTORY)
@@ -77,22 +81,20 @@ class Page:
             peak = self._scale.follow([pad.readings for pad in frame.pads.values()])
             for name, pad in frame.pads.items():
                 self._marks[name].show(pad, self._controls)
-                picture = heat_map(pad.readings, peak)
-                self._maps[name].image = draw_outline(picture, pad.outline, self._pads[name].pad)
-                self._maps[name].label = _label(name, pad, peak)
+            self._maps.content = "".join(
+                heat_map_html(
+                    name, _label(name, pad, peak), heat_map(pad.readings, peak), pad.outline, self._pads[name].pad
+                )
+                for name, pad in frame.pads.items()
+            )
             self._note_forces(frame)
             self._panel.follow(frame, status)
 
-    def _heat_maps(self) -> dict[str, viser.GuiImageHandle]:
+    def _heat_maps(self) -> viser.GuiHtmlHandle:
         gui = self._server.gui
         panel = gui.add_panel()
         with panel.add_tab("Pads"):
-            maps = {
-                name: gui.add_image(
-                    heat_map(np.zeros(sensor.pad.reading_shape, np.float32), LEAST_SCALE), label=name, format="png"
-                )
-                for name, sensor in self._pads.items()
-            }
+            maps = gui.add_html("")
             depths = sorted({_depths(sensor) for sensor in self._pads.values()})
             gui.add_markdown(f"Tiles: von Mises stress at {' or '.join(depths)} depth.")
         panel.dock_left()
@@ -164,7 +166,7 @@ def _show_lines(handle: Any, points: Array) -> None:
 
 def _label(name: str, pad: PadFrame, peak: float) -> str:
     force = float(np.linalg.norm(pad.wrench[:3]))
-    return f"{name}: {force:.2f} N, up to {pad.readings.max() / 1e3:.1f} kPa (white: {peak / 1e3:.1f} kPa)"
+    return f"{name}: {force:.2f} N, up to {pad.readings.max() / 1e3:.1f} kPa (brightest: {peak / 1e3:.1f} kPa)"
 
 
 def _depths(sensor: TactileSensor) -> str:

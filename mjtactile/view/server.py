@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+from contextlib import redirect_stdout
 from ipaddress import ip_address
 from typing import TYPE_CHECKING
 
@@ -47,10 +49,16 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
         import mjviser  # noqa: F401  what the page needs, said before a port is taken
         import viser
     except ImportError as error:
-        raise ViewError(
-            f"the live view needs viser and mjviser: pip install 'mjtactile[view]' ({error})."
-        ) from error
-    return viser.ViserServer(host=host, port=port, label="mjtactile", verbose=False)
+        raise ViewError(f"the live view needs viser and mjviser: pip install 'mjtactile[view]' ({error}).") from error
+
+    class LocalServer(viser.ViserServer):
+        """Without viser's tunnel, through which anyone on the internet would reach the page."""
+
+        def request_share_url(self, verbose: bool = True) -> str | None:
+            return None
+
+    with redirect_stdout(io.StringIO()):  # viser prints a table of its own
+        return LocalServer(host=host, port=port, label="mjtactile", verbose=False)
 
 
 def _is_loopback(host: str) -> bool:

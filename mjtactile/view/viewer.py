@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import time
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from types import TracebackType
 from typing import TYPE_CHECKING
 
 import mujoco
 
+from mjtactile.errors import ViewError
 from mjtactile.sensor import TactileSensor
 from mjtactile.view.controls import Controls
 from mjtactile.view.frame import Frame, pads_of, take_frame
@@ -119,8 +122,6 @@ class Viewer:
         shown = self.recording if recording is None else recording
         first = shown.at(0.0)
         if len(first.xpos) != self.model.nbody or list(first.pads) != list(self._pads):
-            from mjtactile.errors import ViewError
-
             raise ViewError(
                 f"the recording has {len(first.xpos)} bodies and pads {list(first.pads)}, the model {self.model.nbody} "
                 f"and {list(self._pads)}. Open the model that was recorded."
@@ -131,7 +132,8 @@ class Viewer:
         """Stop serving the page; harmless when done twice."""
         self._perturbation.release(self.data)
         self._watchers = 0
-        self._server.stop()
+        with redirect_stdout(io.StringIO()):  # viser says so
+            self._server.stop()
 
     def _new_page(self) -> Page:
         from mjtactile.view.page import Page
