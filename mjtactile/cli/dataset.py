@@ -21,6 +21,8 @@ def dataset(
         int | None, typer.Option(min=1, max=MOST_PRESSES, help="How many, in place of the file's number.")
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=MOST_SEED, help="In place of the file's.")] = None,
+    form: Annotated[str, typer.Option("--format", help="parquet, or lerobot: an episode per outline.")] = "parquet",
+    flat: Annotated[bool, typer.Option("--flat", help="Of lerobot: readings as vectors.")] = False,
     workers: WorkersOption = 2,
     ray: RayOption = False,
     ray_address: RayAddressOption = None,
@@ -40,10 +42,36 @@ def dataset(
     if seed is not None:
         wanted = replace(wanted, seed=seed)
     folder = spec.with_suffix("") if out is None else out
-    _check_folder(folder)
+    presses_folder = _presses_folder(folder, form)
+    _check_folder(presses_folder)
     start = perf_counter()
-    made = make_dataset(wanted, folder, workers=who)
-    typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {folder}")
+    made = make_dataset(wanted, presses_folder, workers=who)
+    typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {presses_folder}")
+    if form == "lerobot":
+        import shutil
+
+        from mjtactile.lerobot.presses import presses_to_lerobot
+
+        written = presses_to_lerobot(presses_folder, folder, flat=flat)
+        shutil.rmtree(presses_folder)
+        typer.echo(f"wrote {written} episodes: {folder}")
+
+
+def _presses_folder(folder: Path, form: str) -> Path:
+    """Where presses are made: another dataset than Parquet's is written from them once they are all there.
+
+    Raises:
+        DatasetError: there is no such format, or the other dataset is there already.
+    """
+    from mjtactile.errors import DatasetError
+
+    if form not in ("parquet", "lerobot"):
+        raise DatasetError(f"format {form!r} does not exist. Available: parquet, lerobot.")
+    if form == "parquet":
+        return folder
+    if folder.exists():
+        raise DatasetError(f"{folder} is there already. Name another folder with --out, or delete that one.")
+    return folder.with_name(f"{folder.name}.presses")
 
 
 def _check_folder(folder: Path) -> None:

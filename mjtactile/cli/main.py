@@ -25,6 +25,7 @@ from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.loop import loop
 from mjtactile.cli.options import AsJson, FidelityOption, finite
+from mjtactile.cli.record import record
 from mjtactile.cli.reproduce import reproduce
 from mjtactile.cli.view import view
 from mjtactile.errors import MjTactileError
@@ -43,6 +44,7 @@ app.command()(dataset)
 app.command()(envs)
 app.command()(evaluate)
 app.command()(loop)
+app.command()(record)
 app.command()(reproduce)
 app.command()(view)
 
