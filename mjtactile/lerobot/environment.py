@@ -41,8 +41,8 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         inner = env.unwrapped
         if not isinstance(inner, TactileEnv) or inner.task.options.observation not in _READINGS:
             raise DatasetError(
-                "only environments of mjtactile that observe readings are recorded. Make one with observation='readings' "
-                "or 'pascals'."
+                "only environments of mjtactile that observe readings are recorded. Make one with "
+                "observation='readings' or 'pascals'."
             )
         self._inner, self._flat = inner, flat
         self._words = task or " ".join(inner.task.SUMMARY.split())

@@ -84,9 +84,7 @@ def record_lifts(
         raise DatasetError(f"condition = {condition!r}; expected 'true' or 'recognised'.")
     per_frame = TOUCH_RATE // fps
     features = {
-        "observation.state": Feature(
-            shape=(len(_STATE),), names=list(_STATE), info={"units": ["m", "m/s", "m", "m"]}
-        ),
+        "observation.state": Feature(shape=(len(_STATE),), names=list(_STATE), info={"units": ["m", "m/s", "m", "m"]}),
         "action": Feature(shape=(len(_ACTIONS),), names=list(_ACTIONS), info={"units": ["N", "m", "m"]}),
         "label.object": vector(["mass", "friction"], "kg, -"),
         "next.success": Feature(dtype="bool"),

@@ -133,7 +133,9 @@ class LeRobotWriter:
             )
         frames = {len(values) for values in columns.values()}
         if len(frames) != 1 or 0 in frames:
-            raise DatasetError(f"an episode's columns have {sorted(frames)} frames; expected as many in each, and some.")
+            raise DatasetError(
+                f"an episode's columns have {sorted(frames)} frames; expected as many in each, and some."
+            )
         checked = {}
         for name, values in columns.items():
             feature = self._features[name]

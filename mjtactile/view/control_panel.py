@@ -101,9 +101,7 @@ class ControlPanel:
     def _add_arrow_lengths(self) -> None:
         gui, controls = self._server.gui, self._controls
         force = gui.add_slider("Arrows, mm/N", min=1.0, max=100.0, step=1.0, initial_value=1e3 * controls.force_length)
-        twist = gui.add_slider(
-            "Twist, mm/(N mm)", min=1.0, max=100.0, step=1.0, initial_value=controls.twist_length
-        )
+        twist = gui.add_slider("Twist, mm/(N mm)", min=1.0, max=100.0, step=1.0, initial_value=controls.twist_length)
 
         @force.on_update
         def _(_: object) -> None:
