@@ -129,7 +129,8 @@ class LeRobotWriter:
         wanted = self._features.keys() - _OWN.keys()
         if wanted != columns.keys():
             raise DatasetError(
-                f"an episode has columns {sorted(columns)}, the dataset features {sorted(wanted)}. Give one per feature."
+                f"an episode has columns {sorted(columns)}, the dataset features {sorted(wanted)}. Give one per "
+                "feature."
             )
         frames = {len(values) for values in columns.values()}
         if len(frames) != 1 or 0 in frames:

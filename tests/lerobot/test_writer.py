@@ -102,9 +102,11 @@ def test_statistics_of_parts_are_those_of_the_whole():
 
 def test_nothing_is_left_of_a_dataset_that_failed(tmp_path: Path):
     writer = LeRobotWriter(tmp_path / "set", fps=10, features={"action": Feature()})
-    with pytest.raises(DatasetError, match="shape"), writer:
-        writer.add_episode({"action": np.zeros(3)}, "push")
+    writer.__enter__()
+    writer.add_episode({"action": np.zeros(3)}, "push")
+    with pytest.raises(DatasetError, match="shape") as caught:
         writer.add_episode({"action": np.zeros((3, 2))}, "push")
+    writer.__exit__(caught.type, caught.value, None)
     assert list(tmp_path.iterdir()) == []
 
 
