@@ -1,4 +1,4 @@
-"""A body pulled by a spring, as in MuJoCo's own viewer: towards where somebody drags it."""
+"""A body pulled by a spring, as in MuJoCo's own viewer but firmer: towards where somebody drags it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import numpy as np
 
 from mjtactile._types import Array
 
+#: As firm as this many of MuJoCo's own springs: what pads feel are millimetres and newtons.
+_FIRMNESS = 10.0
 _LEAST_INVERSE = 1e-9
 
 
@@ -31,7 +33,7 @@ class Perturbation:
         """Begin to drag a body; forces that were applied to it before are put back by `release`."""
         inverse = max(float(self._model.body_invweight0[body, 0]), _LEAST_INVERSE)
         self._before = np.array(data.xfrc_applied[body])
-        self._spring.select, self._spring.localmass, self._spring.scale = body, 1.0 / inverse, 1.0
+        self._spring.select, self._spring.localmass, self._spring.scale = body, _FIRMNESS / inverse, 1.0
         self.drag(np.array(data.xpos[body]))
         self._spring.active = int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
 
