@@ -19,18 +19,20 @@ from mjtactile.pad import Pad
 
 Picture = npt.NDArray[np.uint8]
 
-#: What is no larger is dark at any scale [Pa].
+#: No scale ends lower [Pa].
 LEAST_SCALE = 1e3
+#: Scales end at these numbers, times powers of ten: one that followed every reading would show all presses alike.
+_ENDS = np.array([1.0, 2.0, 5.0, 10.0])
 #: How fast the scale falls back to what is read now, per frame.
 _DECAY = 0.97
 _COLOURS = 256
 
 
 class Scale:
-    """The reading that is shown brightest, the same for all pads: the largest there was lately."""
+    """The reading that is shown brightest, the same for all pads: a round number above the largest there was lately."""
 
     def __init__(self) -> None:
-        self.peak = LEAST_SCALE
+        self._lately = LEAST_SCALE
 
     def follow(self, readings: Sequence[npt.NDArray[np.float32]]) -> float:
         """Take in the readings of a frame.
@@ -42,8 +44,9 @@ class Scale:
             The reading that is brightest now [Pa].
         """
         now = max((float(one.max()) for one in readings), default=0.0)
-        self.peak = max(_DECAY * self.peak, now, LEAST_SCALE)
-        return self.peak
+        self._lately = max(_DECAY * self._lately, now, LEAST_SCALE)
+        power = 10.0 ** np.floor(np.log10(self._lately))
+        return float(power * _ENDS[np.searchsorted(_ENDS * (1 + 1e-9), self._lately / power)])
 
 
 def heat_map(readings: npt.NDArray[np.float32], peak: float) -> Picture:

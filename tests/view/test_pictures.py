@@ -36,8 +36,12 @@ def test_layers_stand_side_by_side_rows_upwards():
 def test_the_scale_follows_the_largest_reading_and_falls_slowly():
     scale = Scale()
     assert scale.follow([np.zeros((1, 2, 2), np.float32)]) == LEAST_SCALE
-    assert scale.follow([np.full((1, 2, 2), 9e3, np.float32), np.zeros((1, 2, 2), np.float32)]) == 9e3
-    assert 8e3 < scale.follow([np.zeros((1, 2, 2), np.float32)]) < 9e3
+    nothing = np.zeros((1, 2, 2), np.float32)
+    assert scale.follow([np.full((1, 2, 2), 9e3, np.float32), nothing]) == 10e3
+    assert scale.follow([nothing]) == 10e3
+    assert [scale.follow([nothing]) for _ in range(200)][-1] == LEAST_SCALE
+    assert scale.follow([np.full((1, 2, 2), 20e3, np.float32)]) == 20e3
+    assert scale.follow([np.full((1, 2, 2), 20.1e3, np.float32)]) == 50e3
 
 
 def test_the_page_s_picture_is_that_of_the_readings(frame: Frame):
@@ -70,11 +74,11 @@ def test_the_force_s_arrow_is_mujoco_s_contact_force(frame: Frame):
 
 def test_the_centre_of_pressure_and_the_twist_about_it():
     place, force, twist = np.array([2e-3, -1e-3, 0.0]), np.array([0.3, 0.2, -2.0]), 4e-3
-    wrench = np.concatenate([force, np.cross(place, force) + [0.0, 0.0, twist]])
+    wrench = np.concatenate([force, np.cross(place, force) + np.array([0.0, 0.0, twist])])
     assert np.allclose(centre_of_pressure(wrench), place)
     arrow = twist_arrow(wrench, 5.0)
     assert arrow is not None
-    assert np.allclose(arrow, [place, place + [0.0, 0.0, 5.0 * twist]])
+    assert np.allclose(arrow, [place, place + np.array([0.0, 0.0, 5.0 * twist])])
     assert twist_arrow(np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0]), 5.0) is None
     assert np.array_equal(centre_of_pressure(np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])), np.zeros(3))
 
