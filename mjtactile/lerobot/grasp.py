@@ -7,6 +7,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
@@ -29,6 +30,10 @@ _ACTIONS = ("grip", "wrist_x", "wrist_z")
 TOUCH_RATE = round(1.0 / (STEPS_PER_TICK * float(OPTION["timestep"])))
 
 
+#: Readings of both pads (pads, layers, rows, columns) [Pa], state and commands.
+Tick = tuple[npt.NDArray[np.float32], Array, Array]
+
+
 class RecordedTouch:
     """A touch that keeps what it was asked for: readings of both pads, state and commands at every tick.
 
@@ -40,7 +45,7 @@ class RecordedTouch:
 
     def __init__(self, inner: Touch) -> None:
         self._inner = inner
-        self.ticks: list[tuple[Array, Array, Array]] = []
+        self.ticks: list[Tick] = []
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
         """What the other feels."""
@@ -113,7 +118,7 @@ def record_lifts(
     return results
 
 
-def _columns(ticks: list[tuple[Array, Array, Array]], per_frame: int, flat: bool) -> dict[str, Any]:
+def _columns(ticks: list[Tick], per_frame: int, flat: bool) -> dict[str, Any]:
     """Frames of an episode; ticks at its end that make up no whole frame are left out.
 
     A frame's state is that at its end, where its last reading is; its action is the command that comes next.

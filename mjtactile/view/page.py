@@ -27,8 +27,9 @@ _PANEL_WIDTH = 430
 _FORCE_COLOUR, _TWIST_COLOUR, _OUTLINE_COLOUR = (220, 50, 40), (60, 90, 220), (255, 170, 0)
 #: Of lines in the plot, one pad after the other.
 _LINES = ("#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#17becf", "#7f7f7f")
-#: Distance of the camera over the model's extent, and where it stands: from the front, the right and above.
-_DISTANCE, _DIRECTION = 1.6, np.array([0.45, -0.8, 0.4])
+#: Distance of the camera over the model's extent, its field of view [rad], and where it stands: from the front, the
+#: right and above.
+_DISTANCE, _VIEW, _DIRECTION = 1.3, 0.8, np.array([0.45, -0.8, 0.4])
 #: The outline stands off the pad's surface, so that it is seen [m].
 _LIFT = 2e-4
 
@@ -56,10 +57,9 @@ class Page:
         # Of the scene's own: it changes how large things are drawn.
         self._scene = ViserMujocoScene(server, copy.copy(model), num_envs=1)
         self._scene.camera_tracking_enabled = False
-        # Shadows and reflections cost more than all the rest where a browser draws without a graphics card.
+        # Shadows cost more than all the rest where a browser draws without a graphics card.
         server.scene.configure_default_lights(cast_shadow=False)
-        server.scene.configure_environment_map(None)
-        server.scene.add_light_ambient("/light", intensity=1.2)
+        server.gui.main_panel.dock_right()
         self._marks = {name: PadMarks(server, number, sensor) for number, (name, sensor) in enumerate(pads.items())}
         self._maps = self._heat_maps()
         self._history: deque[tuple[float, ...]] = deque(maxlen=_HISTORY)
@@ -135,7 +135,7 @@ class PadMarks:
         scene, root, size = server.scene, f"/pads/{number}", min(sensor.pad.size)
         self._frame = scene.add_frame(root, show_axes=False)
         nothing = np.zeros((1, 2, 3), dtype=np.float32)
-        thick = {"shaft_radius": 0.02 * size, "head_radius": 0.06 * size, "head_length": 0.12 * size}
+        thick: dict[str, Any] = {"shaft_radius": 0.05 * size, "head_radius": 0.12 * size, "head_length": 0.25 * size}
         self._force = scene.add_arrows(f"{root}/force", nothing, _FORCE_COLOUR, visible=False, **thick)
         self._twist = scene.add_arrows(f"{root}/twist", nothing, _TWIST_COLOUR, visible=False, **thick)
         self._outline = scene.add_line_segments(
@@ -177,4 +177,5 @@ def _place_camera(server: viser.ViserServer, model: mujoco.MjModel) -> None:
     camera, centre = server.initial_camera, np.array(model.stat.center)
     camera.look_at = centre
     camera.position = centre + _DISTANCE * float(model.stat.extent) * _DIRECTION / np.linalg.norm(_DIRECTION)
+    camera.fov = _VIEW
     camera.near = float(model.stat.extent) * 0.01

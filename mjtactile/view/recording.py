@@ -108,6 +108,6 @@ def _frames(arrays: dict[str, Any], pads: list[str]) -> list[Frame]:
         for place, pad in enumerate(pads):
             end = int(ends[place][k])
             outline = arrays[f"{place}/outline"][end - int(arrays[f"{place}/segments"][k]) : end]
-            felt[pad] = PadFrame(*(arrays[f"{place}/{name}"][k] for name in _PAD), outline)
-        frames.append(Frame(float(time), *(arrays[name][k] for name in _BODIES), felt))
+            felt[pad] = PadFrame(**{name: arrays[f"{place}/{name}"][k] for name in _PAD}, outline=outline)
+        frames.append(Frame(time=float(time), **{name: arrays[name][k] for name in _BODIES}, pads=felt))
     return frames

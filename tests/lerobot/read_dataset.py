@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from typing import Any
 
 import numpy as np
 import torch
@@ -32,7 +33,8 @@ def main(folder: str, out: str) -> None:
     ends = np.array([[episode["dataset_from_index"], episode["dataset_to_index"]] for episode in data.meta.episodes])
     means = {f"mean/{name}": of["mean"] for name, of in data.meta.stats.items()}
     units = {f"unit/{name}": np.array(of.get("info", {}).get("unit", "")) for name, of in data.features.items()}
-    np.savez(out, **columns, task=tasks, ends=ends, **facts, **means, **units)
+    found: dict[str, Any] = {**columns, "task": tasks, "ends": ends, **facts, **means, **units}
+    np.savez(out, **found)
 
 
 if __name__ == "__main__":

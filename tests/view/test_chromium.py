@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from chromium import chromium, opened, stepping
 from PIL import Image
-
-from scenes import boxes_on_pads
+from pressed_boxes import boxes_on_pads
 
 pytest.importorskip("mjviser", reason="the live view is not installed: pip install 'mjtactile[view]'")
 pytest.importorskip("playwright", reason="Playwright is not installed: pip install playwright")

@@ -9,12 +9,12 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
+from pressed_boxes import WEIGHT, boxes_on_pads, pressed
 
 from mjtactile.pad import Pad
 from mjtactile.view.arrows import centre_of_pressure, force_arrow, twist_arrow
 from mjtactile.view.frame import Frame, pads_of, take_frame
 from mjtactile.view.heat_map import LEAST_SCALE, Scale, heat_map, heat_map_html, palette
-from scenes import WEIGHT, boxes_on_pads, pressed
 
 
 @pytest.fixture(scope="module")

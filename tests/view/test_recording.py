@@ -5,11 +5,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from pressed_boxes import boxes_on_pads
 
 from mjtactile.errors import ViewError
 from mjtactile.view.frame import Frame, PadFrame, pads_of, take_frame
 from mjtactile.view.recording import Recording
-from scenes import boxes_on_pads
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from pressed_boxes import WEIGHT, boxes_on_pads
 from typer.testing import CliRunner
 
 from mjtactile.cli.main import app
@@ -20,7 +21,6 @@ from mjtactile.sim.press_scene import press_scene
 from mjtactile.view.recording import Recording
 from mjtactile.view.server import check_host
 from mjtactile.view.viewer import Viewer
-from scenes import WEIGHT, boxes_on_pads
 
 pytest.importorskip("mjviser", reason="the live view is not installed: pip install 'mjtactile[view]'")
 
