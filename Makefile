@@ -20,7 +20,7 @@ demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
 
 # Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo.
-test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
+test: $(VENV)/installed-dev build/lerobot/installed .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(LINT_IMPORTS)
@@ -92,6 +92,18 @@ wheel-test: wheel
 	rm -rf $@.partial
 	$(PIP) install --no-deps --target $@.partial mujoco==$*
 	mv $@.partial $@
+
+# LeRobot's own package, in a venv of its own: it pins versions that clash with ours. Without what it brings for robots,
+# training and videos; PyTorch is the one that is tested here, and torchvision is imported for its Python code alone.
+LEROBOT := lerobot==0.4.4 torchvision==0.25.0
+LEROBOT_NEEDS := "datasets<5" "huggingface-hub<0.36" jsonlines "packaging<26" "av<16" einops draccus==0.10.0 "deepdiff<9" \
+	termcolor psutil imageio accelerate safetensors
+build/lerobot/installed: | $(VENV)/bin/python
+	rm -rf $(@D)
+	$(PYTHON) -m venv $(@D)
+	$(@D)/bin/python -m pip --disable-pip-version-check --quiet install -c constraints.txt torch $(LEROBOT_NEEDS)
+	$(@D)/bin/python -m pip --disable-pip-version-check --quiet install --no-deps $(LEROBOT)
+	touch $@
 
 # Random scenes, invariants on them, and hands of other packages under random actions: hours. Shorter, or in part:
 # make soak SCENES=100 STEPS=200 SEED=7 CLIENTS=

@@ -104,3 +104,9 @@ class DatasetError(MjTactileError, ValueError):
     """A dataset that cannot be described, written, resumed or read."""
 
     page = "datasets.md"
+
+
+class ViewError(MjTactileError, ValueError):
+    """A live view that cannot be opened, recorded or replayed."""
+
+    page = "view.md"

@@ -1,15 +1,20 @@
-"""The command line: `mjtactile dataset`."""
+"""The command line: `mjtactile dataset` and `mjtactile record`, which write data."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mjtactile.cli.options import RayAddressOption, RayOption, WorkersOption
+from mjtactile.cli.options import FidelityOption, RayAddressOption, RayOption, WorkersOption
 from mjtactile.errors import OutputError
 from mjtactile.units import MOST_PRESSES, MOST_SEED
+
+if TYPE_CHECKING:
+    from mjtactile.experiments.grasp.trials import TrialSettings
+
+_LIFT = "lift"
 
 
 def dataset(
@@ -21,6 +26,8 @@ def dataset(
         int | None, typer.Option(min=1, max=MOST_PRESSES, help="How many, in place of the file's number.")
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=MOST_SEED, help="In place of the file's.")] = None,
+    form: Annotated[str, typer.Option("--format", help="parquet, or lerobot: an episode per outline.")] = "parquet",
+    flat: Annotated[bool, typer.Option("--flat", help="Of lerobot: readings as vectors.")] = False,
     workers: WorkersOption = 2,
     ray: RayOption = False,
     ray_address: RayAddressOption = None,
@@ -40,10 +47,36 @@ def dataset(
     if seed is not None:
         wanted = replace(wanted, seed=seed)
     folder = spec.with_suffix("") if out is None else out
-    _check_folder(folder)
+    presses_folder = _presses_folder(folder, form)
+    _check_folder(presses_folder)
     start = perf_counter()
-    made = make_dataset(wanted, folder, workers=who)
-    typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {folder}")
+    made = make_dataset(wanted, presses_folder, workers=who)
+    typer.echo(f"made {made} of {wanted.presses} presses in {perf_counter() - start:.1f} s: {presses_folder}")
+    if form == "lerobot":
+        import shutil
+
+        from mjtactile.lerobot.presses import presses_to_lerobot
+
+        written = presses_to_lerobot(presses_folder, folder, flat=flat)
+        shutil.rmtree(presses_folder)
+        typer.echo(f"wrote {written} episodes: {folder}")
+
+
+def _presses_folder(folder: Path, form: str) -> Path:
+    """Where presses are made: another dataset than Parquet's is written from them once they are all there.
+
+    Raises:
+        DatasetError: there is no such format, or the other dataset is there already.
+    """
+    from mjtactile.errors import DatasetError
+
+    if form not in ("parquet", "lerobot"):
+        raise DatasetError(f"format {form!r} does not exist. Available: parquet, lerobot.")
+    if form == "parquet":
+        return folder
+    if folder.exists():
+        raise DatasetError(f"{folder} is there already. Name another folder with --out, or delete that one.")
+    return folder.with_name(f"{folder.name}.presses")
 
 
 def _check_folder(folder: Path) -> None:
@@ -58,3 +91,50 @@ def _check_folder(folder: Path) -> None:
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else error
         raise OutputError(f"cannot make the folder {folder}: {why}. Name another with --out.") from error
+
+
+def record(
+    what: Annotated[str, typer.Argument(help='"lift", the grasp experiment, or an environment\'s id.')],
+    out: Annotated[Path, typer.Option(help="Folder to make.")],
+    episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 50,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of everything.")] = 0,
+    touch: Annotated[str, typer.Option(help="What lift's controller is told: true or recognised.")] = "true",
+    fps: Annotated[int, typer.Option(min=1, help="Frames per second of lift; touch has 250 readings.")] = 50,
+    flat: Annotated[bool, typer.Option("--flat", help="Readings as vectors, not (layers, rows, columns).")] = False,
+    fidelity: FidelityOption = "fast",
+) -> None:
+    """Record grasps, or an environment under random actions, as a LeRobotDataset."""
+    from time import perf_counter
+
+    from mjtactile.experiments.grasp.trials import TrialSettings
+
+    start = perf_counter()
+    settings = TrialSettings(seed=seed, fidelity=fidelity)
+    if what == _LIFT:
+        from mjtactile.lerobot.grasp import record_lifts
+
+        results = record_lifts(out, episodes=episodes, settings=settings, condition=touch, fps=fps, flat=flat)
+        typer.echo(f"{sum(result['success'] for result in results)} of {episodes} lifted")
+    else:
+        _record_environment(what, out, episodes, settings, flat)
+    typer.echo(f"wrote {episodes} episodes in {perf_counter() - start:.1f} s: {out}")
+
+
+def _record_environment(name: str, out: Path, episodes: int, settings: TrialSettings, flat: bool) -> None:
+    """Random actions; for a policy of one's own there is `LeRobotRecorder`."""
+    from mjtactile._progress import progress_bar
+    from mjtactile.envs.single import TactileEnv
+    from mjtactile.lerobot.environment import LeRobotRecorder
+
+    env = TactileEnv(name, observation="pascals", fidelity=settings.fidelity)
+    env.action_space.seed(settings.seed)
+    recorder = LeRobotRecorder(env, out, flat=flat)
+    with progress_bar("recording", episodes) as advance:
+        for episode in range(episodes):
+            recorder.reset(seed=settings.seed + episode)
+            ended = False
+            while not ended:
+                _, _, terminated, truncated, _ = recorder.step(env.action_space.sample())
+                ended = terminated or truncated
+            advance(1)
+    recorder.close()

@@ -19,15 +19,15 @@ from rich.console import Console
 from rich.table import Table
 
 from mjtactile.cli.bench import bench_app
-from mjtactile.cli.dataset import dataset
+from mjtactile.cli.dataset import dataset, record
 from mjtactile.cli.envs import envs
 from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
 from mjtactile.cli.options import AsJson, FidelityOption, finite
-from mjtactile.cli.preview import preview
 from mjtactile.cli.reproduce import reproduce
+from mjtactile.cli.view import preview, view
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT, fidelity_text
 
@@ -108,7 +108,9 @@ def press(
 
 
 app.command(rich_help_panel="Touch")(loop)
+app.command(rich_help_panel="Touch")(view)
 app.command(rich_help_panel="Touch")(dataset)
+app.command(rich_help_panel="Touch")(record)
 app.command(rich_help_panel="Touch")(envs)
 app.command(rich_help_panel="Touch")(preview)
 app.add_typer(grasp_app, name="grasp", rich_help_panel=_MEASURE)

@@ -111,8 +111,8 @@ def test_an_edge_at_45_degrees_is_read_below_the_pads_modulus():
 
 DENSE = [
     "ball", "torus mesh", "notched bar", "O-ring", "two rods", "four rods", "two balls", "two bodies",
-    "3 feet", "4 feet", "6 feet", "frame", "plane on a narrow pad", "edge, 1.5 gf", "edge, 3 gf", "capsule", "15 x 15 x 5 mm",
-    "edge, 6 gf",
+    "3 feet", "4 feet", "6 feet", "frame", "plane on a narrow pad", "edge, 1.5 gf", "edge, 3 gf",
+    "edge, 6 gf", "capsule", "15 x 15 x 5 mm",
 ]  # fmt: skip
 
 

@@ -1,0 +1,91 @@
+"""The command line: `mjtactile view` and `mjtactile preview`, which show a model and its pads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import mujoco
+import typer
+
+from mjtactile.cli.options import finite
+
+
+def view(
+    model: Annotated[Path | None, typer.Argument(help="MJCF file of a model with pads.")] = None,
+    scene: Annotated[str | None, typer.Option(help="A scene that moves by itself, in place of a model: grasp.")] = None,
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="The first to try; 0 for any that is free.")] = 8080,
+    anyone: Annotated[bool, typer.Option("--anyone", help="Let other machines open the page, and push.")] = False,
+    rate: Annotated[float, typer.Option(min=1.0, max=120.0, help="Renewals of the page per second.")] = 30.0,
+    seconds: Annotated[
+        float | None, typer.Option(callback=finite, help="End after so much simulated time.  [default: never]")
+    ] = None,
+    record: Annotated[Path | None, typer.Option(help="Record from the beginning, to this .npz file.")] = None,
+    replay: Annotated[Path | None, typer.Option(help="Begin with a recording of this model.")] = None,
+) -> None:
+    """Show a model and its pads live in a browser."""
+    from mjtactile._files import check_writable
+    from mjtactile.view.clock import Clock
+    from mjtactile.view.demonstrations import demonstration
+    from mjtactile.view.recording import Recording
+    from mjtactile.view.viewer import Viewer
+
+    if (model is None) == (scene is None):
+        raise typer.BadParameter("name either a model's file or --scene.")
+    if record is not None:
+        check_writable(record)
+    shown = None if replay is None else Recording.load(replay)
+    demo, compiled = (None, _compiled(model)) if model is not None else demonstration(str(scene))
+    data, clock = mujoco.MjData(compiled), Clock()
+    with Viewer(compiled, data, host=host, port=port, anyone=anyone, rate=rate) as viewer:
+        typer.echo(f"open {viewer.url} in a browser; Ctrl+C ends")
+        if record is not None:
+            viewer.record()
+        if shown is not None:
+            viewer.replay(shown)
+        try:
+            while seconds is None or data.time < seconds:
+                if demo is not None:
+                    demo.control(compiled, data)
+                mujoco.mj_step(compiled, data)
+                viewer.sync()
+                clock.wait(float(data.time), viewer.controls.speed)
+        except KeyboardInterrupt:
+            typer.echo("ended")
+        if record is not None:
+            viewer.stop_recording().save(record)
+            typer.echo(f"wrote {record}")
+
+
+def preview(
+    file: Annotated[Path, typer.Argument(help="A model with pads, in MJCF.")],
+    pad: Annotated[str | None, typer.Option(help="Its sensor or geom.  [default: the first pad]")] = None,
+    out: Annotated[Path, typer.Option(help="The picture to write.")] = Path("pad.png"),
+) -> None:
+    """Draw where a pad stands on its body and which way it faces, without simulating anything."""
+    from mjtactile.errors import SceneError
+    from mjtactile.sim.preview import pad_names, preview_pad
+
+    model = _compiled(file)
+    names = pad_names(model)
+    if pad is None and not names:
+        raise SceneError(f"{file} has no pad. Add one with attach_pad or as a sensor of the plugin mjtactile.pad.")
+    preview_pad(model, pad or names[0], out)
+    typer.echo(f"pads: {', '.join(names)}\nwrote {out}" if names else f"wrote {out}")
+
+
+def _compiled(path: Path) -> mujoco.MjModel:
+    """The model in a file.
+
+    Raises:
+        SceneError: there is none that compiles.
+    """
+    from mjtactile.errors import SceneError
+    from mjtactile.plugin.registration import ensure_registered
+
+    ensure_registered()
+    try:
+        return mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise SceneError(f"cannot open {path}: {error}") from error

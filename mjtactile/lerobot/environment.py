@@ -1,0 +1,112 @@
+"""Environments recorded: every episode that is stepped through the wrapper becomes an episode of a LeRobotDataset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile.envs.single import TactileEnv
+from mjtactile.envs.task import Observation
+from mjtactile.envs.touch import READING_SCALE
+from mjtactile.errors import DatasetError
+from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features
+from mjtactile.lerobot.writer import LeRobotWriter
+from mjtactile.pad import Pad
+
+_READINGS = {"readings": READING_SCALE, "pascals": 1.0}
+
+
+class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """Records what an environment of ours shows and is told.
+
+    A frame is an observation, the action taken on it, and the reward of that action. Readings are those observed, with
+    noise and transducer, in pascals. The dataset is there after `close()`, with all episodes that ended.
+
+    Args:
+        env: a `TactileEnv`, wrapped or not, that observes "readings" or "pascals".
+        folder: to make.
+        task: what is to be done, in words; by default what the task says of itself.
+        flat: readings as vectors; see `tactile_features`.
+
+    Raises:
+        DatasetError: the environment observes no readings, its control rate is no whole number, or the folder exists.
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any], folder: Path, *, task: str | None = None, flat: bool = False):
+        super().__init__(env)
+        inner = env.unwrapped
+        if not isinstance(inner, TactileEnv) or inner.task.options.observation not in _READINGS:
+            raise DatasetError(
+                "only environments of mjtactile that observe readings are recorded. Make one with "
+                "observation='readings' or 'pascals'."
+            )
+        self._inner, self._flat = inner, flat
+        self._words = task or " ".join(inner.task.SUMMARY.split())
+        self._scale = _READINGS[inner.task.options.observation]
+        self._frames: list[dict[str, Any]] = []
+        self._seen: Observation | None = None
+        rate = 1.0 / inner.task.period
+        if abs(rate - round(rate)) > 1e-6:
+            raise DatasetError(f"the environment acts at {rate:.6g} Hz; LeRobotDataset takes whole numbers only.")
+        self._writer = LeRobotWriter(
+            folder, fps=round(rate), features=self._features(round(rate)), robot=type(inner.task).__name__
+        )
+        self._writer.__enter__()
+        self._closed = False
+
+    def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; one that did not end is left out."""
+        seen, told = self.env.reset(**options)
+        self._seen, self._frames = seen, []
+        return seen, told
+
+    def step(self, action: npt.NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Act, and keep what was seen before and what came of it."""
+        before = self._seen
+        seen, reward, terminated, truncated, told = self.env.step(action)
+        if before is not None:
+            own = {"observation.state": before["proprioception"], "action": np.asarray(action, np.float32)}
+            ends = {"next.reward": float(reward), "next.done": terminated or truncated}
+            ends |= {"next.success": bool(told.get("success", False))}
+            self._frames.append({**own, **ends, "tactile": before["tactile"] * self._scale})
+        self._seen = seen
+        if terminated or truncated:
+            self._save()
+        return seen, reward, terminated, truncated, told
+
+    def close(self) -> None:
+        """Write the dataset, and close the environment; harmless when done twice."""
+        if not self._closed:
+            self._closed = True
+            self._writer.__exit__(None, None, None)
+        self.env.close()
+
+    def _features(self, rate: int) -> dict[str, Feature]:
+        task = self._inner.task
+        state, action = (
+            Feature(
+                shape=(len(channels),),
+                names=[channel.name for channel in channels],
+                info={"units": [channel.unit for channel in channels]},
+            )
+            for channels in (task.PROPRIOCEPTION, task.ACTIONS)
+        )
+        features = {"observation.state": state, "action": action, "next.reward": Feature()}
+        features |= {"next.done": Feature(dtype="bool"), "next.success": Feature(dtype="bool")}
+        for name in task.PADS:
+            features |= tactile_features(name, task.options.pad or Pad(), rate=float(rate), flat=self._flat)
+        return features
+
+    def _save(self) -> None:
+        frames, self._frames, self._seen = self._frames, [], None
+        if not frames:
+            return
+        columns = {name: np.array([frame[name] for frame in frames]) for name in frames[0] if name != "tactile"}
+        readings = np.array([frame["tactile"] for frame in frames])
+        for number, name in enumerate(self._inner.task.PADS):
+            columns |= tactile_columns(name, readings[:, number, None], flat=self._flat)
+        self._writer.add_episode(columns, self._words)

@@ -1,0 +1,123 @@
+"""What a column of a LeRobotDataset holds, and the columns of a pad."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile.errors import DatasetError
+from mjtactile.pad import Pad
+
+#: What columns may hold.
+_KINDS = ("float32", "int64", "bool")
+#: Arrays of more axes the format does not know.
+_MOST_AXES = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Feature:
+    """A column.
+
+    Attributes:
+        dtype: "float32", "int64" or "bool".
+        shape: of one frame's entry; (1,) for a number.
+        names: of its components, or of its axes; None for none.
+        info: units and whatever else a reader should know, as plain values.
+
+    Raises:
+        DatasetError: for a type or shape that the format does not know.
+    """
+
+    dtype: str = "float32"
+    shape: tuple[int, ...] = (1,)
+    names: list[str] | None = None
+    info: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse what the format does not know."""
+        if self.dtype not in _KINDS:
+            raise DatasetError(f"a feature of type {self.dtype!r}; expected one of {', '.join(_KINDS)}.")
+        if not 1 <= len(self.shape) <= _MOST_AXES or min(self.shape) < 1:
+            raise DatasetError(f"a feature of shape {self.shape}; expected one to {_MOST_AXES} axes, none empty.")
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """As in meta/info.json."""
+        said = {"dtype": self.dtype, "shape": list(self.shape), "names": self.names}
+        return said | ({"info": self.info} if self.info else {})
+
+
+def vector(names: list[str], unit: str) -> Feature:
+    """A vector of named components in one unit."""
+    return Feature(shape=(len(names),), names=names, info={"unit": unit})
+
+
+def tactile_key(pad: str) -> str:
+    """The column of a pad's readings."""
+    return f"observation.tactile.{pad}"
+
+
+def between_key(pad: str) -> str:
+    """The column of a pad's readings since the frame before, where there are several to a frame."""
+    return f"observation.tactile_between.{pad}"
+
+
+def tactile_features(
+    name: str, pad: Pad, *, rate: float | None = None, per_frame: int = 1, flat: bool = False
+) -> dict[str, Feature]:
+    """Columns of a pad's readings.
+
+    `observation.tactile.<name>` is the reading at the frame's time. Where the pad is read more often than frames are
+    taken, `observation.tactile_between.<name>` has all readings since the frame before, oldest first, the last of
+    them being the frame's own.
+
+    Args:
+        name: of the pad.
+        pad: that is read.
+        rate: of its readings [Hz]; None where there is no time between frames, as of single presses.
+        per_frame: readings to a frame.
+        flat: each reading as one vector, for policies that take nothing else.
+
+    Returns:
+        Features by column; their `info` has unit, places of the taxels [m] and, for flat ones, the shape that they had.
+    """
+    shape = pad.reading_shape
+    info = {
+        "quantity": "von Mises stress",
+        "unit": "Pa",
+        "reading_shape": list(shape),
+        "axes": ["layer", "row", "column"],
+        "taxel_x": [float(x) for x in pad.taxels.x],
+        "taxel_y": [float(y) for y in pad.taxels.y],
+        "taxel_depth": [float(depth) for depth in pad.depths],
+        "taxel_unit": "m",
+        "frame": "pad: origin in the middle of the sensing surface, z out of it, x along columns, y along rows",
+        "pad": pad.description,
+    }
+    info |= {} if rate is None else {"rate": rate}
+    entry = (int(np.prod(shape)),) if flat else shape
+    axes = ["taxel"] if flat else ["layer", "row", "column"]
+    found = {tactile_key(name): Feature(shape=entry, names=axes, info=info)}
+    if per_frame > 1:
+        found[between_key(name)] = Feature(shape=(per_frame, *entry), names=["reading", *axes], info=info)
+    return found
+
+
+def tactile_columns(
+    name: str, readings: npt.NDArray[np.floating[Any]], *, flat: bool = False
+) -> dict[str, npt.NDArray[np.float32]]:
+    """Values of the columns of `tactile_features`.
+
+    Args:
+        name: of the pad.
+        readings: (frames, readings to a frame, layers, rows, columns) [Pa].
+        flat: see `tactile_features`.
+    """
+    frames, per_frame = readings.shape[:2]
+    entry = (-1,) if flat else readings.shape[2:]
+    values = readings.astype(np.float32).reshape(frames, per_frame, *entry)
+    found = {tactile_key(name): values[:, -1]}
+    return found | ({between_key(name): values} if per_frame > 1 else {})

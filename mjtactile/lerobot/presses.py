@@ -1,0 +1,69 @@
+"""A dataset of presses as LeRobotDataset: an episode is what shares an outline, a frame is a press."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mjtactile._progress import progress_bar
+from mjtactile.dataset.files import Dataset, read_dataset
+from mjtactile.dataset.spec import spec_from
+from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features, vector
+from mjtactile.lerobot.writer import LeRobotWriter
+
+#: Of the only pad there is.
+PAD = "pad"
+#: Presses are single: time says nothing but their order.
+_FPS = 1
+_VECTORS = {
+    "label.force": (["force_x", "force_y", "force_z"], "N"),
+    "label.position": (["position_x", "position_y"], "m"),
+    "label.shift": (["shift_x", "shift_y"], "m"),
+    "label.rotation": (["rotation"], "rad"),
+    "label.size": (["size"], "-"),
+    "label.noise": (["noise"], "-"),
+}
+
+
+def presses_to_lerobot(presses: Path, folder: Path, *, flat: bool = False, progress: bool = True) -> int:
+    """Write a dataset of presses (`make_dataset`) anew, for LeRobot.
+
+    Args:
+        presses: folder of Parquet files.
+        folder: to make.
+        flat: readings as vectors; see `tactile_features`.
+        progress: show a bar on a terminal.
+
+    Returns:
+        How many episodes were written.
+
+    Raises:
+        DatasetError: there are no presses, or the folder is there already.
+    """
+    data = read_dataset(presses)
+    spec = spec_from(data.metadata["spec"])
+    features = {name: vector(names, unit) for name, (names, unit) in _VECTORS.items()}
+    features |= {"label.free": Feature(dtype="bool")}
+    features |= tactile_features(PAD, spec.pad, flat=flat)
+    outlines = data.labels["press"] // spec.presses_per_outline
+    episodes = [np.flatnonzero(outlines == outline) for outline in np.unique(outlines)]
+    with (
+        LeRobotWriter(folder, fps=_FPS, features=features, robot="mjtactile presses") as writer,
+        progress_bar("writing", len(episodes), wanted=progress) as advance,
+    ):
+        for rows in episodes:
+            columns = {
+                name: np.stack([data.labels[one][rows] for one in names], axis=-1)
+                for name, (names, _) in _VECTORS.items()
+            }
+            columns |= {"label.free": data.labels["free"][rows]}
+            columns |= tactile_columns(PAD, data.readings[rows][:, None], flat=flat)
+            writer.add_episode(columns, _task(data, int(rows[0])))
+            advance(1)
+    return len(episodes)
+
+
+def _task(data: Dataset, row: int) -> str:
+    shape = Path(str(data.labels["shape"][row])).stem
+    return f"press the {shape} onto the pad"

@@ -1,0 +1,257 @@
+"""LeRobotDataset v3 on disk, as its format is published: frames in Parquet files, episodes and tasks beside them.
+
+    meta/info.json                                  features, rates, where files lie
+    meta/stats.json                                 of all frames
+    meta/tasks.parquet                              what was to be done, by number
+    meta/episodes/chunk-000/file-000.parquet        where each episode's frames are, and their statistics
+    data/chunk-000/file-000.parquet                 frames, episode after episode
+
+Source: https://github.com/huggingface/lerobot, version 0.4, `lerobot.datasets`. A dataset appears whole or not at all:
+it is written to a folder beside, which takes its name at the end.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._files import PARTIAL, write_atomically
+from mjtactile.errors import DatasetError
+from mjtactile.lerobot.features import Feature
+from mjtactile.lerobot.statistics import Statistics, column_statistics, joined
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+VERSION = "v3.0"
+#: Files per folder, and how large files get [MB].
+_FILES_PER_CHUNK, _FILE_SIZE = 1000, 100
+_PLACE = "chunk-{chunk_index:03d}/file-{file_index:03d}"
+#: Columns that every dataset has.
+_OWN = {
+    "timestamp": Feature(info={"unit": "s"}),
+    "frame_index": Feature(dtype="int64"),
+    "episode_index": Feature(dtype="int64"),
+    "index": Feature(dtype="int64"),
+    "task_index": Feature(dtype="int64"),
+}
+_TASK_NAME = "__index_level_0__"
+
+
+class LeRobotWriter:
+    """Writes episodes. A context manager: the dataset is there when it ends, and nothing is there if it fails.
+
+    Args:
+        folder: to make; must not exist.
+        fps: frames per second of time in the world, a whole number as the format has it [Hz].
+        features: columns by name, besides those that every dataset has.
+        robot: what was recorded.
+
+    Raises:
+        DatasetError: the folder exists, or a name or the rate is none that the format takes.
+    """
+
+    def __init__(self, folder: Path, *, fps: int, features: Mapping[str, Feature], robot: str | None = None) -> None:
+        if folder.exists():
+            raise DatasetError(f"{folder} is there already. Name a folder that is not there yet, or delete that one.")
+        if fps != int(fps) or fps < 1:
+            raise DatasetError(f"fps = {fps}; LeRobotDataset takes whole numbers of frames per second, from 1 on.")
+        if unknown := [name for name in features if name in _OWN or "/" in name]:
+            raise DatasetError(f"a feature cannot be called {unknown[0]!r}: that name is taken, or has a slash.")
+        self._folder, self._partial = folder, folder.with_name(folder.name + PARTIAL)
+        self._fps, self._robot = int(fps), robot
+        self._features = {**features, **_OWN}
+        self._tasks: dict[str, int] = {}
+        self._episodes: list[dict[str, Any]] = []
+        self._statistics: dict[str, Statistics] = {}
+        self._frames, self._file, self._written = 0, 0, 0
+        self._open: Any = None
+
+    def __enter__(self) -> LeRobotWriter:
+        shutil.rmtree(self._partial, ignore_errors=True)  # of a run that was killed
+        self._partial.mkdir(parents=True)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self._close_file()
+            if kind is None:
+                self._finish()
+        finally:
+            shutil.rmtree(self._partial, ignore_errors=True)
+
+    def add_episode(self, columns: Mapping[str, npt.NDArray[Any]], task: str) -> None:
+        """Write an episode.
+
+        Args:
+            columns: by feature, each (frames, *shape of the feature); (frames,) will do for (frames, 1).
+            task: what was to be done, in words.
+
+        Raises:
+            DatasetError: a column is missing, unknown or of another shape, or there are no frames.
+        """
+        import pyarrow as pa
+
+        checked = self._checked(columns)
+        frames = len(next(iter(checked.values())))
+        number = self._tasks.setdefault(task, len(self._tasks))
+        whole = {**checked, **self._own_columns(frames, number)}
+        arrays = {name: _array(whole[name], feature) for name, feature in self._features.items()}
+        place = self._write(pa.table(arrays))
+        found = {name: column_statistics(values) for name, values in whole.items()}
+        self._episodes.append(
+            {
+                "episode_index": len(self._episodes),
+                "tasks": [task],
+                "length": frames,
+                **place,
+                "dataset_from_index": self._frames,
+                "dataset_to_index": self._frames + frames,
+                "meta/episodes/chunk_index": 0,
+                "meta/episodes/file_index": 0,
+                **{f"stats/{name}/{kind}": one.tolist() for name, of in found.items() for kind, one in of.items()},
+            }
+        )
+        self._frames += frames
+        before = self._statistics
+        self._statistics = {name: joined(before[name], one) if before else one for name, one in found.items()}
+
+    def _checked(self, columns: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+        wanted = self._features.keys() - _OWN.keys()
+        if wanted != columns.keys():
+            raise DatasetError(
+                f"an episode has columns {sorted(columns)}, the dataset features {sorted(wanted)}. Give one per "
+                "feature."
+            )
+        frames = {len(values) for values in columns.values()}
+        if len(frames) != 1 or 0 in frames:
+            raise DatasetError(
+                f"an episode's columns have {sorted(frames)} frames; expected as many in each, and some."
+            )
+        checked = {}
+        for name, values in columns.items():
+            feature = self._features[name]
+            shaped = values[:, None] if values.ndim == 1 and feature.shape == (1,) else values
+            if shaped.shape[1:] != feature.shape:
+                raise DatasetError(f"column {name!r} has entries of shape {shaped.shape[1:]}, not {feature.shape}.")
+            checked[name] = shaped.astype(feature.dtype)
+        return checked
+
+    def _own_columns(self, frames: int, task: int) -> dict[str, npt.NDArray[Any]]:
+        count = np.arange(frames, dtype=np.int64)
+        columns = {
+            "timestamp": (count / self._fps).astype(np.float32),
+            "frame_index": count,
+            "episode_index": np.full(frames, len(self._episodes), dtype=np.int64),
+            "index": self._frames + count,
+            "task_index": np.full(frames, task, dtype=np.int64),
+        }
+        return {name: values[:, None] for name, values in columns.items()}
+
+    def _write(self, table: pa.Table) -> dict[str, int]:
+        """Append frames to the file that is open, or to the next where that one is large; where they are."""
+        import pyarrow.parquet as pq
+
+        if self._written + table.nbytes > _FILE_SIZE * 2**20 and self._open is not None:
+            self._close_file()
+            self._file, self._written = self._file + 1, 0
+        chunk, file = divmod(self._file, _FILES_PER_CHUNK)
+        if self._open is None:
+            path = self._partial / "data" / (_PLACE.format(chunk_index=chunk, file_index=file) + ".parquet")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._open = pq.ParquetWriter(path, table.schema, compression="zstd", use_dictionary=False)
+        self._open.write_table(table)
+        self._written += table.nbytes
+        return {"data/chunk_index": chunk, "data/file_index": file}
+
+    def _close_file(self) -> None:
+        if self._open is not None:
+            self._open.close()
+            self._open = None
+
+    def _finish(self) -> None:
+        """Write what is said of the dataset, and give the folder its name."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        if not self._episodes:
+            raise DatasetError(f"there are no episodes to write to {self._folder}.")
+        meta = self._partial / "meta"
+        episodes = meta / "episodes" / (_PLACE.format(chunk_index=0, file_index=0) + ".parquet")
+        episodes.parent.mkdir(parents=True)
+        pq.write_table(pa.Table.from_pylist(self._episodes), episodes, compression="zstd")
+        pq.write_table(_task_table(list(self._tasks)), meta / "tasks.parquet")
+        statistics = {
+            name: {kind: values.tolist() for kind, values in of.items()} for name, of in self._statistics.items()
+        }
+        _write_json(meta / "stats.json", statistics)
+        _write_json(meta / "info.json", self._info())
+        self._partial.rename(self._folder)
+
+    def _info(self) -> dict[str, Any]:
+        from mjtactile._version import __version__
+
+        return {
+            "codebase_version": VERSION,
+            "robot_type": self._robot,
+            "total_episodes": len(self._episodes),
+            "total_frames": self._frames,
+            "total_tasks": len(self._tasks),
+            "chunks_size": _FILES_PER_CHUNK,
+            "data_files_size_in_mb": _FILE_SIZE,
+            "video_files_size_in_mb": _FILE_SIZE,
+            "fps": self._fps,
+            "splits": {"train": f"0:{len(self._episodes)}"},
+            "data_path": f"data/{_PLACE}.parquet",
+            "video_path": None,
+            "features": {name: feature.description for name, feature in self._features.items()},
+            "mjtactile": {"version": __version__},
+        }
+
+
+def _array(values: npt.NDArray[Any], feature: Feature) -> pa.Array:
+    """A column: numbers, lists of fixed length for vectors, and lists in lists for arrays, as readers expect them."""
+    import pyarrow as pa
+
+    array = pa.array(np.ascontiguousarray(values).reshape(-1))
+    if feature.shape == (1,):
+        return array
+    if len(feature.shape) == 1:
+        return pa.FixedSizeListArray.from_arrays(array, feature.shape[0])
+    for length in reversed(feature.shape):
+        ends = pa.array(np.arange(0, len(array) + 1, length, dtype=np.int32))
+        array = pa.ListArray.from_arrays(ends, array)
+    return array
+
+
+def _task_table(tasks: list[str]) -> pa.Table:
+    """Numbers of tasks by name, in the form of a pandas table that has the names for its index."""
+    import pyarrow as pa
+
+    def column(name: str | None, field: str, kind: tuple[str, str]) -> dict[str, Any]:
+        return {"name": name, "field_name": field, "pandas_type": kind[0], "numpy_type": kind[1], "metadata": None}
+
+    said = {
+        "index_columns": [_TASK_NAME],
+        "column_indexes": [],
+        "columns": [
+            column("task_index", "task_index", ("int64", "int64")),
+            column(None, _TASK_NAME, ("unicode", "object")),
+        ],
+        "pandas_version": "2.0.0",
+    }
+    table = pa.table({"task_index": pa.array(range(len(tasks)), pa.int64()), _TASK_NAME: pa.array(tasks, pa.string())})
+    return table.replace_schema_metadata({b"pandas": json.dumps(said).encode()})
+
+
+def _write_json(path: Path, value: Any) -> None:
+    write_atomically(path, lambda file: file.write(json.dumps(value, indent=1).encode()))

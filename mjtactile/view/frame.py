@@ -1,0 +1,109 @@
+"""What the page shows of one moment, taken out of a simulation: where bodies are, and what each pad feels."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array
+from mjtactile.errors import ContactWarning, ViewError
+from mjtactile.plugin.attributes import plugin_sensor
+from mjtactile.sensor import TactileSensor
+from mjtactile.sim.wrench import geom_frame
+from mjtactile.view.outline import pressed_outline
+
+
+@dataclass(frozen=True, eq=False)
+class PadFrame:
+    """One pad in one moment.
+
+    Attributes:
+        readings: von Mises stress (layers, rows, columns) [Pa], float32.
+        wrench: contact force [N] and moment about the pad's origin [N m], pad frame, (6,).
+        position: of the pad frame's origin in the world [m], (3,).
+        quat: orientation of the pad frame in the world, (w, x, y, z).
+        outline: line segments around what presses, pad frame [m], (segments, 2, 2); none without contact.
+    """
+
+    readings: npt.NDArray[np.float32]
+    wrench: Array
+    position: Array
+    quat: Array
+    outline: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One moment of a simulation.
+
+    Attributes:
+        time: simulated [s].
+        xpos: bodies' positions [m], (nbody, 3).
+        xmat: bodies' rotations, (nbody, 3, 3).
+        mocap_pos: [m], (nmocap, 3).
+        mocap_quat: (nmocap, 4).
+        pads: by name, in the order of the model's sensors.
+    """
+
+    time: float
+    xpos: Array
+    xmat: Array
+    mocap_pos: Array
+    mocap_quat: Array
+    pads: dict[str, PadFrame]
+
+
+def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
+    """Every sensor of the plugin in a model, by name.
+
+    Raises:
+        ViewError: there is none.
+    """
+    names = [model.sensor(number).name for number in range(model.nsensor)]
+    found = {name: TactileSensor(model, name) for name in names if plugin_sensor(model, name) is not None}
+    if not found:
+        raise ViewError(
+            "the model has no pad: no named sensor of the plugin mjtactile.pad. Add one with mjtactile.attach_pad, or "
+            'pass sensors of your own: Viewer(model, data, pads={"pad": mjtactile.TactileSensor(model)}).'
+        )
+    return found
+
+
+def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
+    """The moment that a simulation is in, copied.
+
+    Args:
+        data: after a step or a forward pass.
+        pads: by name.
+    """
+    with warnings.catch_warnings():
+        # Outlines are solved a second time, here; the plugin has said what is to be said of these contacts.
+        warnings.simplefilter("ignore", ContactWarning)
+        felt = {name: _pad_frame(data, sensor) for name, sensor in pads.items()}
+    return Frame(
+        float(data.time),
+        np.array(data.xpos),
+        np.array(data.xmat).reshape(-1, 3, 3),
+        np.array(data.mocap_pos),
+        np.array(data.mocap_quat),
+        felt,
+    )
+
+
+def _pad_frame(data: mujoco.MjData, sensor: TactileSensor) -> PadFrame:
+    frame = geom_frame(sensor.model, data, sensor.geom)
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(frame.rotation).ravel())
+    load = sensor.load(data)
+    return PadFrame(
+        sensor.read(data).astype(np.float32),
+        sensor.wrench(data),
+        np.array(frame.position),
+        quat,
+        pressed_outline(load),
+    )

@@ -1,0 +1,181 @@
+"""The page: the scene with wrench arrows and contact outlines, heat maps and forces beside it, and its controls."""
+
+from __future__ import annotations
+
+import copy
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+import viser
+from mjviser import ViserMujocoScene
+
+from mjtactile._types import Array
+from mjtactile.sensor import TactileSensor
+from mjtactile.view.arrows import force_arrow, twist_arrow
+from mjtactile.view.control_panel import ControlPanel
+from mjtactile.view.controls import Controls
+from mjtactile.view.frame import Frame, PadFrame
+from mjtactile.view.heat_map import Scale, heat_map, heat_map_html
+
+#: Frames of the plot of forces.
+_HISTORY = 300
+#: Wide enough for a pad's tiles [pixels].
+_PANEL_WIDTH = 430
+_FORCE_COLOUR, _TWIST_COLOUR, _OUTLINE_COLOUR = (220, 50, 40), (60, 90, 220), (255, 170, 0)
+#: Of lines in the plot, one pad after the other.
+_LINES = ("#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#17becf", "#7f7f7f")
+#: Distance of the camera over the model's extent, its field of view [rad], and where it stands: from the front, the
+#: right and above.
+_DISTANCE, _VIEW, _DIRECTION = 1.3, 0.8, np.array([0.45, -0.8, 0.4])
+#: The outline stands off the pad's surface, so that it is seen [m].
+_LIFT = 2e-4
+
+
+class Page:
+    """What browsers show. Everything here runs in the simulation's thread; the controls alone answer to the page's.
+
+    Args:
+        server: of viser.
+        model: that is shown.
+        pads: by name.
+        controls: that the page writes.
+    """
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        model: mujoco.MjModel,
+        pads: Mapping[str, TactileSensor],
+        controls: Controls,
+    ) -> None:
+        self._server, self._controls, self._pads = server, controls, pads
+        server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        _place_camera(server, model)
+        # Of the scene's own: it changes how large things are drawn.
+        self._scene = ViserMujocoScene(server, copy.copy(model), num_envs=1)
+        self._scene.camera_tracking_enabled = False
+        # Shadows cost more than all the rest where a browser draws without a graphics card.
+        server.scene.configure_default_lights(cast_shadow=False)
+        server.gui.main_panel.dock_right()
+        self._marks = {name: PadMarks(server, number, sensor) for number, (name, sensor) in enumerate(pads.items())}
+        self._maps = self._heat_maps()
+        self._history: deque[tuple[float, ...]] = deque(maxlen=_HISTORY)
+        self._plot = self._force_plot()
+        self._panel = ControlPanel(server, model, controls)
+        self._scale = Scale()
+
+    def show(self, frame: Frame, status: str) -> None:
+        """Bring the page up to date.
+
+        Args:
+            frame: what is shown.
+            status: a line about the simulation.
+        """
+        with self._server.atomic():
+            self._scene.update_from_arrays(
+                frame.xpos[None], frame.xmat[None], frame.mocap_pos[None], frame.mocap_quat[None]
+            )
+            peak = self._scale.follow([pad.readings for pad in frame.pads.values()])
+            for name, pad in frame.pads.items():
+                self._marks[name].show(pad, self._controls)
+            self._maps.content = "".join(
+                heat_map_html(
+                    name, _label(name, pad, peak), heat_map(pad.readings, peak), pad.outline, self._pads[name].pad
+                )
+                for name, pad in frame.pads.items()
+            )
+            self._note_forces(frame)
+            self._panel.follow(frame, status)
+
+    def _heat_maps(self) -> viser.GuiHtmlHandle:
+        gui = self._server.gui
+        panel = gui.add_panel()
+        with panel.add_tab("Pads"):
+            maps = gui.add_html("")
+            depths = sorted({_depths(sensor) for sensor in self._pads.values()})
+            gui.add_markdown(f"Tiles: von Mises stress at {' or '.join(depths)} depth.")
+        panel.dock_left()
+        panel.set_width(_PANEL_WIDTH)
+        return maps
+
+    def _force_plot(self) -> viser.GuiUplotHandle:
+        nothing = tuple(np.zeros(1) for _ in range(len(self._pads) + 1))
+        series: list[Any] = [{"label": "time, s"}]
+        series += [
+            {"label": name, "stroke": _LINES[number % len(_LINES)], "width": 2}
+            for number, name in enumerate(self._pads)
+        ]
+        with self._server.gui.add_folder("Force on each pad, N"):
+            return self._server.gui.add_uplot(
+                nothing, tuple(series), scales={"x": {"time": False, "auto": True}}, aspect=1.8
+            )
+
+    def _note_forces(self, frame: Frame) -> None:
+        if self._history and frame.time < self._history[-1][0]:
+            self._history.clear()
+        if not self._history or frame.time > self._history[-1][0]:
+            sizes = (float(np.linalg.norm(pad.wrench[:3])) for pad in frame.pads.values())
+            self._history.append((frame.time, *sizes))
+        self._plot.data = tuple(np.array(self._history).T.copy())
+
+
+class PadMarks:
+    """A pad's arrows and outline in the scene, in a frame that goes with the pad.
+
+    Args:
+        server: of viser.
+        number: of the pad.
+        sensor: that reads it.
+    """
+
+    def __init__(self, server: viser.ViserServer, number: int, sensor: TactileSensor) -> None:
+        scene, root, size = server.scene, f"/pads/{number}", min(sensor.pad.size)
+        self._frame = scene.add_frame(root, show_axes=False)
+        nothing = np.zeros((1, 2, 3), dtype=np.float32)
+        thick: dict[str, Any] = {"shaft_radius": 0.05 * size, "head_radius": 0.12 * size, "head_length": 0.25 * size}
+        self._force = scene.add_arrows(f"{root}/force", nothing, _FORCE_COLOUR, visible=False, **thick)
+        self._twist = scene.add_arrows(f"{root}/twist", nothing, _TWIST_COLOUR, visible=False, **thick)
+        self._outline = scene.add_line_segments(
+            f"{root}/outline", nothing, _OUTLINE_COLOUR, thickness=0.02 * size, visible=False
+        )
+
+    def show(self, pad: PadFrame, controls: Controls) -> None:
+        """Bring them up to date."""
+        self._frame.position, self._frame.wxyz = pad.position, pad.quat
+        _show_lines(self._force, _one(force_arrow(pad.wrench, controls.force_length)))
+        _show_lines(self._twist, _one(twist_arrow(pad.wrench, controls.twist_length)))
+        flat = np.full((*pad.outline.shape[:2], 3), _LIFT)
+        flat[..., :2] = pad.outline
+        _show_lines(self._outline, flat)
+
+
+def _one(arrow: Array | None) -> Array:
+    return np.empty((0, 2, 3)) if arrow is None else arrow[None]
+
+
+def _show_lines(handle: Any, points: Array) -> None:
+    """Lines (n, 2, 3) in place of those there were; none at all are hidden."""
+    if len(points):
+        handle.points = points.astype(np.float32)
+    if handle.visible != bool(len(points)):
+        handle.visible = bool(len(points))
+
+
+def _label(name: str, pad: PadFrame, peak: float) -> str:
+    force = float(np.linalg.norm(pad.wrench[:3]))
+    return f"{name}: {force:.2f} N, up to {pad.readings.max() / 1e3:.1f} kPa (brightest: {peak / 1e3:.1f} kPa)"
+
+
+def _depths(sensor: TactileSensor) -> str:
+    return ", ".join(f"{1e3 * depth:g}" for depth in sensor.pad.depths) + " mm"
+
+
+def _place_camera(server: viser.ViserServer, model: mujoco.MjModel) -> None:
+    camera, centre = server.initial_camera, np.array(model.stat.center)
+    camera.look_at = centre
+    camera.position = centre + _DISTANCE * float(model.stat.extent) * _DIRECTION / np.linalg.norm(_DIRECTION)
+    camera.fov = _VIEW
+    camera.near = float(model.stat.extent) * 0.01

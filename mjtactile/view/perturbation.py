@@ -1,0 +1,58 @@
+"""A body pulled by a spring, as in MuJoCo's own viewer but firmer: towards where somebody drags it."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from mjtactile._types import Array
+
+#: As firm as this many of MuJoCo's own springs: what pads feel are millimetres and newtons.
+_FIRMNESS = 10.0
+_LEAST_INVERSE = 1e-9
+
+
+class Perturbation:
+    """The spring between one body and a point.
+
+    Args:
+        model: whose `vis.map.stiffness` is the spring's.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        self._spring = mujoco.MjvPerturb()
+        self._before = np.zeros(6)
+
+    @property
+    def pulls(self) -> bool:
+        """Whether somebody drags."""
+        return bool(self._spring.active)
+
+    def grab(self, data: mujoco.MjData, body: int) -> None:
+        """Begin to drag a body; forces that were applied to it before are put back by `release`."""
+        inverse = max(float(self._model.body_invweight0[body, 0]), _LEAST_INVERSE)
+        self._before = np.array(data.xfrc_applied[body])
+        self._spring.select, self._spring.localmass, self._spring.scale = body, _FIRMNESS / inverse, 1.0
+        self.drag(np.array(data.xpos[body]))
+        self._spring.active = int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
+
+    def drag(self, to: Array) -> None:
+        """Where the body is to go [m], world, (3,)."""
+        self._spring.refpos[:] = self._spring.refselpos[:] = to
+
+    def apply(self, data: mujoco.MjData) -> None:
+        """Write the spring's force for the next step into `xfrc_applied`."""
+        mujoco.mjv_applyPerturbForce(self._model, data, self._spring)
+
+    def release(self, data: mujoco.MjData) -> None:
+        """Let go."""
+        if self.pulls:
+            self._spring.active = 0
+            data.xfrc_applied[self._spring.select] = self._before
+
+
+def movable_bodies(model: mujoco.MjModel) -> dict[str, int]:
+    """Ids of the bodies that a force can move, by name; bodies without a name are left out."""
+    movable = (body for body in range(1, model.nbody) if model.body_weldid[body] != 0 and model.body(body).name)
+    return {model.body(body).name: body for body in movable}

@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+from written_sets import info, needs_lerobot, read, read_with_lerobot
+
+from mjtactile.cli.main import app
+from mjtactile.dataset.files import make_dataset, read_dataset
+from mjtactile.dataset.spec import ContactSpec, DatasetSpec
+from mjtactile.envs.single import TactileEnv
+from mjtactile.errors import DatasetError
+from mjtactile.experiments.grasp.trials import Settings
+from mjtactile.experiments.hands.gripper import GRIPPER_PADS
+from mjtactile.lerobot.environment import LeRobotRecorder
+from mjtactile.lerobot.grasp import TOUCH_RATE, record_lifts
+from mjtactile.lerobot.presses import presses_to_lerobot
+
+SPEC = DatasetSpec(contacts=(ContactSpec(shapes=("star", "circle")),), presses=60, presets=("fast",))
+
+
+@pytest.fixture(scope="module")
+def presses(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("presses")
+    make_dataset(SPEC, folder, progress=False)
+    return folder
+
+
+def test_presses_are_the_same_in_both_formats(presses: Path, tmp_path: Path):
+    episodes = presses_to_lerobot(presses, tmp_path / "set", progress=False)
+    parquet, found = read_dataset(presses), read(tmp_path / "set")
+    assert episodes == 3  # outlines of 24, 24 and 12 presses
+    assert np.array_equal(found["observation.tactile.pad"], parquet.readings)
+    assert np.array_equal(found["label.force"], parquet.forces.astype(np.float32))
+    assert np.array_equal(found["label.position"], parquet.positions.astype(np.float32))
+
+
+@needs_lerobot
+@pytest.mark.slow
+def test_lerobot_reads_presses(presses: Path, tmp_path: Path):
+    presses_to_lerobot(presses, tmp_path / "set", progress=False)
+    found, parquet = read_with_lerobot(tmp_path / "set", tmp_path / "found.npz"), read_dataset(presses)
+    assert np.array_equal(found["observation.tactile.pad"], parquet.readings)
+    assert {str(task) for task in found["task"]} == {
+        f"press the {shape} onto the pad" for shape in set(parquet.labels["shape"])
+    }
+
+
+def test_the_command_writes_either_format(tmp_path: Path):
+    spec = tmp_path / "few.toml"
+    spec.write_text('presses = 24\nfidelity = "fast"\n[[contact]]\nshapes = ["square"]\n')
+    command = ["dataset", "--spec", str(spec), "--workers", "1", "--out"]
+    runner = CliRunner()
+    assert runner.invoke(app, [*command, str(tmp_path / "a")]).exit_code == 0
+    assert runner.invoke(app, [*command, str(tmp_path / "b"), "--format", "lerobot", "--flat"]).exit_code == 0
+    readings = read_dataset(tmp_path / "a").readings
+    assert np.array_equal(read(tmp_path / "b")["observation.tactile.pad"], readings.reshape(24, -1))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b", "few.toml"]
+    again = runner.invoke(app, [*command, str(tmp_path / "b"), "--format", "lerobot"])
+    assert isinstance(again.exception, DatasetError)
+    assert isinstance(runner.invoke(app, [*command, str(tmp_path / "c"), "--format", "zarr"]).exception, DatasetError)
+
+
+def test_an_environment_is_recorded_as_it_was_seen(tmp_path: Path):
+    env = TactileEnv("mjtactile/GraspLift-v0", observation="readings", noise=0.05)
+    env.action_space.seed(0)
+    recorder = LeRobotRecorder(env, tmp_path / "set")
+    seen, acted, rewards = [], [], []
+    for episode in range(2):
+        observation, _ = recorder.reset(seed=episode)
+        ended = False
+        while not ended:
+            action = env.action_space.sample()
+            seen.append(observation)
+            acted.append(action)
+            observation, reward, terminated, truncated, _ = recorder.step(action)
+            rewards.append(reward)
+            ended = terminated or truncated
+    recorder.reset(seed=3)
+    recorder.step(env.action_space.sample())  # an episode that does not end is left out
+    recorder.close()
+    recorder.close()
+    found = read(tmp_path / "set")
+    assert info(tmp_path / "set")["total_episodes"] == 2
+    assert np.array_equal(found["action"], np.array(acted, np.float32))
+    assert np.array_equal(found["next.reward"], np.array(rewards, np.float32))
+    assert np.array_equal(found["observation.state"], [one["proprioception"] for one in seen])
+    for number, name in enumerate(GRIPPER_PADS):
+        pascals = np.array([one["tactile"][number] * 10e3 for one in seen], np.float32)
+        assert np.array_equal(found[f"observation.tactile.{name}"], pascals)
+    assert found["next.done"].sum() == 2
+
+
+def test_environments_without_readings_are_refused(tmp_path: Path):
+    with pytest.raises(DatasetError, match="observe readings"):
+        LeRobotRecorder(TactileEnv("mjtactile/GraspLift-v0", observation="wrench"), tmp_path / "set")
+
+
+@pytest.mark.slow
+def test_a_lift_is_recorded_with_touch_at_its_own_rate(tmp_path: Path):
+    results = record_lifts(tmp_path / "set", episodes=1, settings=Settings(), fps=50, progress=False)
+    found, said = read(tmp_path / "set"), info(tmp_path / "set")
+    frames = len(found["action"])
+    assert said["fps"] == 50
+    assert TOUCH_RATE == 250
+    assert found["observation.tactile_between.left"].shape == (frames, 5, 4, 13, 13)
+    assert abs(frames / 50 - results[0]["time"]) < 0.05
+    assert found["next.success"][-1] == results[0]["success"]
+    # What is felt grows as the grip does: the recording is of the pads, not of nothing.
+    assert found["observation.tactile.left"][0].max() < 1.0
+    assert found["observation.tactile.left"][-1].max() > 1e3
+    assert found["action"][-1, 0] == pytest.approx(results[0]["grip"], rel=0.2)
+    with pytest.raises(DatasetError, match="divide"):
+        record_lifts(tmp_path / "other", episodes=1, settings=Settings(), fps=60, progress=False)

@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from written_sets import info, needs_lerobot, read, read_with_lerobot
+
+from mjtactile.errors import DatasetError
+from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features, vector
+from mjtactile.lerobot.statistics import column_statistics, joined
+from mjtactile.lerobot.writer import LeRobotWriter
+from mjtactile.pad import Pad
+
+EPISODES, PER_FRAME = 50, 4
+
+
+def episode(number: int, flat: bool) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(number)
+    frames = int(rng.integers(1, 9))
+    readings = rng.exponential(5e3, (frames, PER_FRAME, *Pad().reading_shape))
+    own = {"action": rng.normal(size=(frames, 2)), "next.done": np.arange(frames) == frames - 1}
+    return own | tactile_columns("thumb", readings, flat=flat)
+
+
+def write(folder: Path, flat: bool = False) -> list[dict[str, np.ndarray]]:
+    features = {"action": vector(["grip", "lift"], "N"), "next.done": Feature(dtype="bool")}
+    features |= tactile_features("thumb", Pad(), rate=100.0, per_frame=PER_FRAME, flat=flat)
+    episodes = [episode(number, flat) for number in range(EPISODES)]
+    with LeRobotWriter(folder, fps=25, features=features, robot="hand") as writer:
+        for number, columns in enumerate(episodes):
+            writer.add_episode(columns, f"task {number % 3}")
+    return episodes
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_what_was_written_is_read_back(tmp_path: Path, flat: bool):
+    episodes = write(tmp_path / "set", flat)
+    found = read(tmp_path / "set")
+    for name in episodes[0]:
+        written = np.concatenate([columns[name] for columns in episodes])
+        assert np.array_equal(found[name], written.astype(found[name].dtype)), name
+    lengths = [len(columns["action"]) for columns in episodes]
+    assert np.array_equal(found["episode_index"], np.repeat(np.arange(EPISODES), lengths))
+    assert np.array_equal(found["index"], np.arange(sum(lengths)))
+    assert np.allclose(found["timestamp"], found["frame_index"] / 25)
+
+
+@needs_lerobot
+@pytest.mark.slow
+@pytest.mark.parametrize("flat", [False, True])
+def test_lerobot_reads_back_what_was_written(tmp_path: Path, flat: bool):
+    episodes = write(tmp_path / "set", flat)
+    found = read_with_lerobot(tmp_path / "set", tmp_path / "found.npz")
+    for name in episodes[0]:
+        written = np.concatenate([columns[name] for columns in episodes])
+        assert np.array_equal(found[name], written.astype(found[name].dtype)), name
+        assert np.allclose(found[f"mean/{name}"].ravel(), written.mean(axis=0).ravel())
+    lengths = np.cumsum([0, *(len(columns["action"]) for columns in episodes)])
+    assert np.array_equal(found["ends"], np.column_stack([lengths[:-1], lengths[1:]]))
+    assert (found["fps"], found["episodes"], found["frames"]) == (25, EPISODES, lengths[-1])
+    assert found["task"][lengths[4]] == "task 1"
+    assert found["unit/observation.tactile.thumb"] == "Pa"
+
+
+def test_the_metadata_says_units_and_where_taxels_are(tmp_path: Path):
+    write(tmp_path / "set", flat=True)
+    feature = info(tmp_path / "set")["features"]["observation.tactile.thumb"]
+    pad = Pad()
+    assert feature["dtype"] == "float32"
+    assert feature["shape"] == [np.prod(pad.reading_shape)]
+    assert feature["info"]["unit"] == "Pa"
+    assert feature["info"]["reading_shape"] == list(pad.reading_shape)
+    assert feature["info"]["taxel_x"] == list(pad.taxels.x)
+    assert feature["info"]["taxel_depth"] == list(pad.depths)
+    assert feature["info"]["rate"] == 100.0
+
+
+def test_the_frame_s_reading_is_the_last_of_those_since_the_frame_before(tmp_path: Path):
+    write(tmp_path / "set")
+    found = read(tmp_path / "set")
+    between = found["observation.tactile_between.thumb"]
+    assert between.shape[1:] == (PER_FRAME, *Pad().reading_shape)
+    assert np.array_equal(between[:, -1], found["observation.tactile.thumb"])
+
+
+def test_large_datasets_are_cut_into_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("mjtactile.lerobot.writer._FILE_SIZE", 0.2)
+    episodes = write(tmp_path / "set")
+    assert len(list((tmp_path / "set" / "data").glob("*/*.parquet"))) > 3
+    written = np.concatenate([columns["action"] for columns in episodes]).astype(np.float32)
+    assert np.array_equal(read(tmp_path / "set")["action"], written)
+
+
+def test_statistics_of_parts_are_those_of_the_whole():
+    values = np.random.default_rng(0).normal(size=(60, 3))
+    whole = column_statistics(values)
+    parts = joined(column_statistics(values[:20]), column_statistics(values[20:]))
+    for name in ("min", "max", "mean", "std", "count"):
+        assert np.allclose(parts[name], whole[name]), name
+
+
+def test_nothing_is_left_of_a_dataset_that_failed(tmp_path: Path):
+    writer = LeRobotWriter(tmp_path / "set", fps=10, features={"action": Feature()})
+    writer.__enter__()
+    writer.add_episode({"action": np.zeros(3)}, "push")
+    with pytest.raises(DatasetError, match="shape") as caught:
+        writer.add_episode({"action": np.zeros((3, 2))}, "push")
+    writer.__exit__(caught.type, caught.value, None)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_cannot_be_written_is_refused(tmp_path: Path):
+    (tmp_path / "there").mkdir()
+    with pytest.raises(DatasetError, match="there already"):
+        LeRobotWriter(tmp_path / "there", fps=10, features={})
+    with pytest.raises(DatasetError, match="whole numbers"):
+        LeRobotWriter(tmp_path / "set", fps=0, features={})
+    with pytest.raises(DatasetError, match="called 'index'"):
+        LeRobotWriter(tmp_path / "set", fps=1, features={"index": Feature()})
+    with pytest.raises(DatasetError, match="float64"):
+        Feature(dtype="float64")
+    with pytest.raises(DatasetError, match="axes"):
+        Feature(shape=(1,) * 6)
+    with LeRobotWriter(tmp_path / "set", fps=1, features={"action": Feature()}) as writer:
+        with pytest.raises(DatasetError, match="columns"):
+            writer.add_episode({"force": np.zeros(3)}, "push")
+        writer.add_episode({"action": np.zeros(1)}, "push")
