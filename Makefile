@@ -14,13 +14,13 @@ NATIVE := $(shell find native -type f)
 LINT_IMPORTS = PYTHONPATH=$(CURDIR):$(shell echo $(CURDIR)/$(VENV)/lib/python3*/site-packages) \
 	$(BIN)/python -S $(BIN)/lint-imports --no-cache
 
-.PHONY: demo test check install install-dev docs examples wheel wheel-test models shipped-table soak tables weights policies clean
+.PHONY: demo test check install install-dev docs examples lerobot wheel wheel-test models shipped-table soak tables weights policies clean
 
 demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
 
 # Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo.
-test: $(VENV)/installed-dev build/lerobot/installed .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
+test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(LINT_IMPORTS)
@@ -93,11 +93,14 @@ wheel-test: wheel
 	$(PIP) install --no-deps --target $@.partial mujoco==$*
 	mv $@.partial $@
 
-# LeRobot's own package, in a venv of its own: it pins versions that clash with ours. Without what it brings for robots,
+# Datasets for LeRobot, opened by its own package, in a venv of its own: it pins versions that clash with ours. Without what it brings for robots,
 # training and videos; PyTorch is the one that is tested here, and torchvision is imported for its Python code alone.
 LEROBOT := lerobot==0.4.4 torchvision==0.25.0
 LEROBOT_NEEDS := "datasets<5" "huggingface-hub<0.36" jsonlines "packaging<26" "av<16" einops draccus==0.10.0 "deepdiff<9" \
 	termcolor psutil imageio accelerate safetensors
+lerobot: $(VENV)/installed-dev build/lerobot/installed
+	$(BIN)/python -m pytest tests/lerobot
+
 build/lerobot/installed: | $(VENV)/bin/python
 	rm -rf $(@D)
 	$(PYTHON) -m venv $(@D)

@@ -115,13 +115,12 @@ def surface_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
 
 def _make_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
     grid = influence.surface
-    layers = influence.pad.layers
-    widest = layers[0].thickness if len(layers) > 1 else np.inf
+    top = influence.pad.layers[0]
+    widest = top.thickness if len(influence.pad.layers) > 1 else np.inf
     lines = _patch_ends(grid.x, widest), _patch_ends(grid.y, widest)
     sheet = _sheet_compliance(influence, lines)
     areas = np.outer(np.diff(lines[1]), np.diff(lines[0])).ravel()
     integrals = half_space(*_patch_edges(*lines), len(areas))
-    top = layers[0]
     factor = (1 - top.poisson) / (2 * np.pi * top.shear_modulus)
     if top.thickness < _THIN_LAYER * min(np.diff(line).min() for line in lines):
         shape = len(lines[1]) - 1, len(lines[0]) - 1

@@ -12,10 +12,10 @@ import numpy.typing as npt
 from mjtactile._progress import progress_bar
 from mjtactile._types import Array
 from mjtactile.errors import DatasetError
-from mjtactile.experiments.grasp.felt import Felt
+from mjtactile.experiments.grasp.known import PadLoads
 from mjtactile.experiments.grasp.lift import lift, lift_task
 from mjtactile.experiments.grasp.robot import STEPS_PER_TICK
-from mjtactile.experiments.grasp.touch import Touch, make_touch
+from mjtactile.experiments.grasp.touch import TouchSense, make_touch
 from mjtactile.experiments.grasp.trials import TrialSettings
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features, vector
@@ -43,11 +43,11 @@ class RecordedTouch:
 
     reads = True
 
-    def __init__(self, inner: Touch) -> None:
+    def __init__(self, inner: TouchSense) -> None:
         self._inner = inner
         self.ticks: list[Tick] = []
 
-    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> Felt:
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
         """What the other feels."""
         readings = np.array([data.sensor(name).data.reshape(Pad().reading_shape) for name in GRIPPER_PADS])
         state = np.array([data.sensor(name).data[0] for name in _STATE])

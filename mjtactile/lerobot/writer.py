@@ -198,7 +198,7 @@ class LeRobotWriter:
         self._partial.rename(self._folder)
 
     def _info(self) -> dict[str, Any]:
-        from mjtactile._version import __version__
+        from mjtactile._installed import __version__
 
         return {
             "codebase_version": VERSION,

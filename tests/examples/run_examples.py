@@ -16,13 +16,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from client_venvs import FOLDER, install
 
-from mjtactile.cli.benchmarks.tables import check_page, rewrite_table
+from mjtactile.cli.benchmarks.tables import table_on_page
 
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "docs" / "images" / "examples"
@@ -85,9 +86,14 @@ def run(name: str, folder: Path) -> Outcome:
     return Outcome("\n".join(kept), json.loads(answers), time.monotonic() - begin)
 
 
+def page_of(name: str) -> Callable[[str], None]:
+    """What writes an example's output to its page."""
+    return table_on_page(ROOT / "docs" / EXAMPLES[name].page, f"examples/{name}.py")
+
+
 def put_on_page(name: str, printed: str, folder: Path) -> None:
     """Write what an example printed to its page, and its pictures beside the others."""
-    rewrite_table(ROOT / "docs" / EXAMPLES[name].page, f"examples/{name}.py", f"```text\n{printed}\n```")
+    page_of(name)(f"```text\n{printed}\n```")
     PICTURES.mkdir(parents=True, exist_ok=True)
     for picture in folder.glob("*.png"):
         shutil.copy(picture, PICTURES / picture.name)
@@ -101,7 +107,7 @@ def main() -> None:
     for name in names:
         if name not in EXAMPLES:
             parser.error(f"there is no example {name!r}. Available: {', '.join(EXAMPLES)}.")
-        check_page(ROOT / "docs" / EXAMPLES[name].page, f"examples/{name}.py")
+        page_of(name)  # a page that cannot be written is found before long work
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             outcome = run(name, Path(folder))
