@@ -23,7 +23,7 @@ readings = sensor.read(data)
 print(pad.summary)
 print(f"readings: shape {readings.shape}")
 print(f"highest reading by layer [kPa]: {' '.join(f'{layer.max() / 1e3:.1f}' for layer in readings)}")
-print(f"how far it sank in: {sensor.load(data).approach * 1e3:.3f} mm")
+print(f"how far it sank in: {sensor.load(data).indentation * 1e3:.3f} mm")
 
 # The same pad on any model, without a file: the model holds its numbers.
 spec = mujoco.MjSpec.from_string("<mujoco><worldbody><body name='finger'/></worldbody></mujoco>")

@@ -36,6 +36,7 @@ EXTRAS = {
     "envs": Extra(("gymnasium",), "environments"),
     "train": Extra(("stable_baselines3",), "policies"),
     "ray": Extra(("ray",), "workers on many machines"),
+    "view": Extra(("viser", "mjviser"), "live views"),
 }
 
 

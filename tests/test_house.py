@@ -15,17 +15,21 @@ GROUND |= {"errors", "fidelity", "pad", "pad_names", "units", "workers"}
 MANY_OPTIONS = {
     "mjtactile.attach.attach_pad",
     "mjtactile.cli.dataset.dataset",
+    "mjtactile.cli.dataset.record",
     "mjtactile.cli.evaluate.evaluate",
     "mjtactile.cli.grasp.command",
     "mjtactile.cli.loop.loop",
     "mjtactile.cli.main.press",
     "mjtactile.cli.reproduce.reproduce",
+    "mjtactile.cli.view.view",
     "mjtactile.contact.contact_load.contact_load",
     "mjtactile.contact.contact_load.contact_loads",
+    "mjtactile.contact.options.contact_options",
     "mjtactile.contact.wrench_basis.WrenchBasis.__init__",
     "mjtactile.envs.many.TactileVectorEnv.__init__",
     "mjtactile.envs.many.make_vec",
     "mjtactile.sensor.TactileSensor.__init__",
+    "mjtactile.view.viewer.Viewer.__init__",
 }
 DOORS = {"__init__", "__main__", "attach", "sensor"}
 

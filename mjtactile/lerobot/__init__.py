@@ -2,9 +2,15 @@
 
 The files are written with pyarrow alone, after the published format; the package itself, which brings PyTorch and
 much else, is not needed to write them. Environments are recorded by `mjtactile.lerobot.environment.LeRobotRecorder`.
+
+Needs pyarrow and gymnasium: `pip install "mjtactile[lerobot]"`.
 """
 
-from mjtactile.lerobot.features import Feature, tactile_features
-from mjtactile.lerobot.writer import LeRobotWriter
+from mjtactile._installed import require
+
+require("dataset")
+require("envs")
+from mjtactile.lerobot.features import Feature, tactile_features  # noqa: E402
+from mjtactile.lerobot.writer import LeRobotWriter  # noqa: E402
 
 __all__ = ["Feature", "LeRobotWriter", "tactile_features"]

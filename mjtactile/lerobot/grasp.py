@@ -64,7 +64,6 @@ def record_lifts(
     condition: str = "true",
     fps: int = 50,
     flat: bool = False,
-    progress: bool = True,
 ) -> list[dict[str, Any]]:
     """Record trials of the lift experiment.
 
@@ -75,7 +74,6 @@ def record_lifts(
         condition: "true" or "recognised": what the controller is told of the touch.
         fps: frames per second; it divides the rate of touch, `TOUCH_RATE` [Hz].
         flat: readings as vectors; see `tactile_features`.
-        progress: show a bar on a terminal.
 
     Returns:
         What the judge says of each trial.
@@ -100,7 +98,7 @@ def record_lifts(
     results = []
     with (
         LeRobotWriter(folder, fps=fps, features=features, robot="mjtactile gripper") as writer,
-        progress_bar("lifting", episodes, wanted=progress) as advance,
+        progress_bar("lifting", episodes) as advance,
     ):
         for number in range(episodes):
             task = lift_task(np.random.default_rng([settings.seed, number]))

@@ -1,9 +1,13 @@
 """The live view: a simulation and its pads in a browser, watched, held, pushed, recorded and replayed.
 
-Needs viser and mjviser: `pip install mjtactile[view]`. They are imported when a viewer is opened.
+Needs viser and mjviser: `pip install "mjtactile[view]"`.
 """
 
-from mjtactile.view.recording import Recording
-from mjtactile.view.viewer import Viewer
+from mjtactile._installed import require
+
+require("figures")
+require("view")
+from mjtactile.view.recording import Recording  # noqa: E402
+from mjtactile.view.viewer import Viewer  # noqa: E402
 
 __all__ = ["Recording", "Viewer"]

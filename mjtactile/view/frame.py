@@ -19,7 +19,7 @@ from mjtactile.view.outline import pressed_outline
 
 
 @dataclass(frozen=True, eq=False)
-class PadFrame:
+class ShownPad:
     """One pad in one moment.
 
     Attributes:
@@ -55,7 +55,7 @@ class Frame:
     xmat: Array
     mocap_pos: Array
     mocap_quat: Array
-    pads: dict[str, PadFrame]
+    pads: dict[str, ShownPad]
 
 
 def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
@@ -84,7 +84,7 @@ def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
     with warnings.catch_warnings():
         # Outlines are solved a second time, here; the plugin has said what is to be said of these contacts.
         warnings.simplefilter("ignore", ContactWarning)
-        felt = {name: _pad_frame(data, sensor) for name, sensor in pads.items()}
+        felt = {name: _shown_pad(data, sensor) for name, sensor in pads.items()}
     return Frame(
         float(data.time),
         np.array(data.xpos),
@@ -95,12 +95,12 @@ def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
     )
 
 
-def _pad_frame(data: mujoco.MjData, sensor: TactileSensor) -> PadFrame:
+def _shown_pad(data: mujoco.MjData, sensor: TactileSensor) -> ShownPad:
     frame = geom_frame(sensor.model, data, sensor.geom)
     quat = np.empty(4)
     mujoco.mju_mat2Quat(quat, np.ascontiguousarray(frame.rotation).ravel())
     load = sensor.load(data)
-    return PadFrame(
+    return ShownPad(
         sensor.read(data).astype(np.float32),
         sensor.wrench(data),
         np.array(frame.position),

@@ -17,7 +17,7 @@ from mjtactile.sensor import TactileSensor
 from mjtactile.view.arrows import force_arrow, twist_arrow
 from mjtactile.view.control_panel import ControlPanel
 from mjtactile.view.controls import Controls
-from mjtactile.view.frame import Frame, PadFrame
+from mjtactile.view.frame import Frame, ShownPad
 from mjtactile.view.heat_map import Scale, heat_map, heat_map_html
 
 #: Frames of the plot of forces.
@@ -142,7 +142,7 @@ class PadMarks:
             f"{root}/outline", nothing, _OUTLINE_COLOUR, thickness=0.02 * size, visible=False
         )
 
-    def show(self, pad: PadFrame, controls: Controls) -> None:
+    def show(self, pad: ShownPad, controls: Controls) -> None:
         """Bring them up to date."""
         self._frame.position, self._frame.wxyz = pad.position, pad.quat
         _show_lines(self._force, _one(force_arrow(pad.wrench, controls.force_length)))
@@ -164,7 +164,7 @@ def _show_lines(handle: Any, points: Array) -> None:
         handle.visible = bool(len(points))
 
 
-def _label(name: str, pad: PadFrame, peak: float) -> str:
+def _label(name: str, pad: ShownPad, peak: float) -> str:
     force = float(np.linalg.norm(pad.wrench[:3]))
     return f"{name}: {force:.2f} N, up to {pad.readings.max() / 1e3:.1f} kPa (brightest: {peak / 1e3:.1f} kPa)"
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mjtactile._files import unusable, write_atomically
 from mjtactile.errors import ViewError
-from mjtactile.view.frame import Frame, PadFrame
+from mjtactile.view.frame import Frame, ShownPad
 
 #: No recording is longer: some 300 MB of five default pads.
 MOST_FRAMES = 20_000
@@ -108,6 +108,6 @@ def _frames(arrays: dict[str, Any], pads: list[str]) -> list[Frame]:
         for place, pad in enumerate(pads):
             end = int(ends[place][k])
             outline = arrays[f"{place}/outline"][end - int(arrays[f"{place}/segments"][k]) : end]
-            felt[pad] = PadFrame(**{name: arrays[f"{place}/{name}"][k] for name in _PAD}, outline=outline)
+            felt[pad] = ShownPad(**{name: arrays[f"{place}/{name}"][k] for name in _PAD}, outline=outline)
         frames.append(Frame(time=float(time), **{name: arrays[name][k] for name in _BODIES}, pads=felt))
     return frames

@@ -42,14 +42,10 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
         anyone: see `check_host`.
 
     Raises:
-        ViewError: viser or mjviser is missing, or see `check_host`.
+        ViewError: see `check_host`.
     """
     check_host(host, anyone=anyone)
-    try:
-        import mjviser  # noqa: F401  what the page needs, said before a port is taken
-        import viser
-    except ImportError as error:
-        raise ViewError(f"the live view needs viser and mjviser: pip install 'mjtactile[view]' ({error}).") from error
+    import viser
 
     class LocalServer(viser.ViserServer):
         """Without viser's tunnel, through which anyone on the internet would reach the page."""

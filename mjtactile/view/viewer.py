@@ -48,7 +48,7 @@ class Viewer:
         recording: the frames that were recorded last.
 
     Raises:
-        ViewError: viser is missing, the model has no pads, or other machines would reach the address.
+        ViewError: the model has no pads, or other machines would reach the address.
     """
 
     def __init__(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mjtactile import workers as distribute
-from mjtactile.errors import DistributeError, OutputError
+from mjtactile.errors import DistributeError, MissingExtraError, OutputError
 from mjtactile.workers import Workers, distributed, make_files
 
 
@@ -89,5 +89,5 @@ def test_workers_that_make_no_sense_are_refused(asked, said):
 
 def test_without_ray_installed_the_cure_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(DistributeError, match=r"pip install 'mjtactile\[ray\]'"):
+    with pytest.raises(MissingExtraError, match=r'pip install "mjtactile\[ray\]"'):
         list(distributed(square, [1], Workers(ray=True)))

@@ -100,7 +100,7 @@ def test_environments_without_readings_are_refused(tmp_path: Path):
 
 @pytest.mark.slow
 def test_a_lift_is_recorded_with_touch_at_its_own_rate(tmp_path: Path):
-    results = record_lifts(tmp_path / "set", episodes=1, settings=TrialSettings(), fps=50, progress=False)
+    results = record_lifts(tmp_path / "set", episodes=1, settings=TrialSettings(), fps=50)
     found, said = read(tmp_path / "set"), info(tmp_path / "set")
     frames = len(found["action"])
     assert said["fps"] == 50
@@ -113,4 +113,4 @@ def test_a_lift_is_recorded_with_touch_at_its_own_rate(tmp_path: Path):
     assert found["observation.tactile.left"][-1].max() > 1e3
     assert found["action"][-1, 0] == pytest.approx(results[0]["grip"], rel=0.2)
     with pytest.raises(DatasetError, match="divide"):
-        record_lifts(tmp_path / "other", episodes=1, settings=TrialSettings(), fps=60, progress=False)
+        record_lifts(tmp_path / "other", episodes=1, settings=TrialSettings(), fps=60)

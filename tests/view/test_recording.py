@@ -8,7 +8,7 @@ import pytest
 from pressed_boxes import boxes_on_pads
 
 from mjtactile.errors import ViewError
-from mjtactile.view.frame import Frame, PadFrame, pads_of, take_frame
+from mjtactile.view.frame import Frame, ShownPad, pads_of, take_frame
 from mjtactile.view.recording import Recording
 
 
@@ -25,7 +25,7 @@ def recording() -> Recording:
 
 def same(one: Frame, other: Frame) -> bool:
     bodies = all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("xpos", "xmat", "mocap_pos"))
-    names = PadFrame.__dataclass_fields__
+    names = ShownPad.__dataclass_fields__
     pads = all(
         np.array_equal(getattr(one.pads[pad], name), getattr(other.pads[pad], name))
         for pad in one.pads
