@@ -129,6 +129,16 @@ def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
     return PluginSensor(int(model.sensor_objid[sensor]), attributes, None)
 
 
+def plugin_sensor_names(model: mujoco.MjModel) -> list[str]:
+    """Names of the plugin's sensors in a model, in its order.
+
+    Raises:
+        SceneError: when the attributes of one make no sense.
+    """
+    names = [model.sensor(number).name for number in range(model.nsensor)]
+    return [name for name in names if plugin_sensor(model, name) is not None]
+
+
 def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> Health:
     """What the readings of a sensor of the plugin came to in one simulation since that was made.
 
@@ -141,8 +151,7 @@ def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> He
         SceneError: when the model has no such sensor of the plugin, or `data` is no simulation of this model.
     """
     if plugin_sensor(model, sensor) is None:
-        names = [model.sensor(number).name for number in range(model.nsensor)]
-        known = [name for name in names if plugin_sensor(model, name) is not None]
+        known = plugin_sensor_names(model)
         raise SceneError(f"sensor '{sensor}' is no sensor of {PLUGIN} in this model. Available: {known}.")
     numbers = np.zeros(HEALTH_NUMBERS)
     instance = int(model.sensor_plugin[model.sensor(sensor).id])

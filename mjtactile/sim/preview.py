@@ -46,9 +46,8 @@ def preview_pad(
         pad: name of the pad's sensor, or of its geom.
         path: of the picture to write, .png or another kind; None to write none.
         data: pose of the model, after `mj_forward` or `mj_step`; its first keyframe or, without one, `qpos0` if None.
-
-        groups: of geoms that are drawn besides the pad, among 0, 1 and 2. Many models collide with geoms
-            of one group and show those of another.
+        groups: of geoms that are drawn besides the pad, among 0, 1 and 2. Many models collide with geoms of one group
+            and show those of another.
 
     Returns:
         RGB, shape (height, width, 3), top row first.

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import ContactWarning, ViewError
-from mjtactile.plugin.attributes import plugin_sensor
+from mjtactile.plugin.attributes import plugin_sensor_names
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.wrench import geom_frame
 from mjtactile.view.outline import pressed_outline
@@ -64,8 +64,7 @@ def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
     Raises:
         ViewError: there is none.
     """
-    names = [model.sensor(number).name for number in range(model.nsensor)]
-    found = {name: TactileSensor(model, name) for name in names if plugin_sensor(model, name) is not None}
+    found = {name: TactileSensor(model, name) for name in plugin_sensor_names(model)}
     if not found:
         raise ViewError(
             "the model has no pad: no named sensor of the plugin mjtactile.pad. Add one with mjtactile.attach_pad, or "
