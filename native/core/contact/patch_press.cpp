@@ -22,8 +22,9 @@ constexpr double kDeep = 1.7, kShareOfDepth = 0.75, kMostWider = 8.0;
 // Regions looked at for cells, over the size of the spots, at least; and what is left at least of those that are open,
 // which are not this many times as long as wide.
 constexpr double kLeastWider = 1.5, kTrimmed = 0.6, kElongated = 3.0;
-// Cells that stand lower than this share of the level are likely to be pressed.
-constexpr double kLikely = 0.8;
+// The level is the one under which flat cells would carry the load; contacts of cones and paraboloids end about so many
+// times as high as a rigid punch of that area would say.
+constexpr double kEnds = 1.25;
 // Area of the cells over what the force needs at the pad's strength.
 constexpr double kSpareArea = 3.0;
 // Wanted cells lie under the level; with what is above it and under rims, so many times as many may be used.
@@ -85,7 +86,8 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     contact_.place(cells_.face(), kHere, compliance, options, workspace);
     heights_ = cells_.heights();
     start_.clear();
-    for (const double height : heights_) start_.push_back(height <= kLikely * search_.level() ? 1 : 0);
+    const double likely = likely_height();
+    for (const double height : heights_) start_.push_back(height <= likely ? 1 : 0);
     const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
     contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
     return true;
@@ -120,6 +122,22 @@ bool PatchPress::compact(const LawOptions& options) const {
   if (cell < options.narrowest * options.narrowest) return false;
   const Region region = spots_.front().region.lengthwise();
   return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
+}
+
+// How high the outermost cells that press are likely to stand. A body whose height grows with the radius to the power m
+// sinks in c_m times as deep as its contact is high at its end, c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), under
+// 2 m c_m / (m + 1) times what that height takes on a flat punch of its area (Sneddon, Int. J. Engng Sci. 3, 1965).
+double PatchPress::likely_height() const {
+  double under = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    all += cells_.face().areas[i];
+    if (heights_[i] <= search_.level()) under += cells_.face().areas[i];
+  }
+  // The area under a height grows with its 2/m-th power.
+  const double higher = std::log(std::max(seen_.highest / search_.level(), 1.0)), more = std::log(all / under);
+  if (!(higher > 0.0) || !(more > 0.0) || !std::isfinite(more)) return search_.level();
+  const double m = 2.0 * higher / more, c = std::sqrt(kPi / 2.0 * (m + 0.5));  // within 2 % from cones on
+  return kEnds * search_.level() * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
 }
 
 // A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to sides that meet

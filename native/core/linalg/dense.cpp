@@ -7,73 +7,91 @@
 
 namespace mjtactile {
 
-bool factor(Matrix& matrix) {
-  // Row blocks: what lies above a block is taken off it in one product, then it is factored by itself.
-  constexpr std::size_t kBlock = 16;
-  const std::size_t size = matrix.rows(), stride = matrix.stride();
-  double* u = matrix.data();
+namespace {
+
+// Factor the leading `size` rows of `u`, of which those before `known`, whole blocks, stand as far as they go; to their
+// right is the matrix. Row blocks: what lies above a block is taken off it in one product, then it is factored by itself.
+bool factor_from(double* u, std::size_t stride, std::size_t size, std::size_t known) {
   static thread_local std::vector<double> above;  // kept between calls: nothing is allocated in a step
-  for (std::size_t first = 0; first < size; first += kBlock) {
-    const std::size_t last = std::min(first + kBlock, size);
+  const std::size_t end = Matrix::padded(size);
+  for (std::size_t first = 0; first < size; first += kFactorRows) {
+    const std::size_t last = std::min(first + kFactorRows, size), begin = std::max(first, known);
     if (first > 0) {
       above.resize(first * (last - first));
       for (std::size_t k = 0; k < first; ++k) {
         for (std::size_t i = first; i < last; ++i) above[k * (last - first) + i - first] = -u[k * stride + i];
       }
-      kernels().multiply_add(above.data(), 1, last - first, u + first, stride, u + first * stride + first,
-                             stride, last - first, stride - first, first);
+      kernels().multiply_add(above.data(), 1, last - first, u + begin, stride, u + first * stride + begin, stride,
+                             last - first, end - begin, first);
     }
-    for (std::size_t i = first; i < last; ++i) {
-      double* row = u + i * stride;
-      if (!(row[i] > 0.0) || !std::isfinite(row[i])) return false;
-      const double pivot = std::sqrt(row[i]), inverse = 1.0 / pivot;
-      row[i] = pivot;
-      for (std::size_t j = i + 1; j < size; ++j) row[j] *= inverse;
-      for (std::size_t below = i + 1; below < last; ++below) {
-        const double share = row[below];
-        double* to = u + below * stride;
-        for (std::size_t j = below; j < size; ++j) to[j] -= share * row[j];
-      }
-    }
+    double* own = u + first * stride + first;
+    if (first >= known && !kernels().factor_small(own, stride, last - first)) return false;
+    const std::size_t right = std::max(last, known);
+    if (right < size) kernels().eliminate(own, stride, u + first * stride + right, stride, end - right);
   }
   return true;
 }
 
-void solve_forward(const Matrix& upper, Matrix& right) {
-  constexpr std::size_t kBlock = 16;
-  const std::size_t size = upper.rows(), sides = right.rows();
+void solve_lower(const double* upper, std::size_t stride, std::size_t size, Matrix& right) {
+  const std::size_t sides = right.rows();
   static thread_local std::vector<double> known;  // kept between calls: nothing is allocated in a step
-  known.resize(sides * kBlock);
-  for (std::size_t first = 0; first < size; first += kBlock) {
-    const std::size_t last = std::min(first + kBlock, size);
-    for (std::size_t s = 0; s < sides; ++s) {
-      double* x = right[s];
-      for (std::size_t i = first; i < last; ++i) {
-        x[i] /= upper[i][i];
-        known[s * kBlock + i - first] = -x[i];
-        for (std::size_t j = i + 1; j < last; ++j) x[j] -= upper[i][j] * x[i];
+  known.resize(sides * kFactorRows);
+  for (std::size_t first = 0; first < size; first += kFactorRows) {
+    const std::size_t last = std::min(first + kFactorRows, size);
+    for (std::size_t i = first; i < last; ++i) {
+      const double* row = upper + i * stride;
+      const double inverse = 1.0 / row[i];
+      for (std::size_t s = 0; s < sides; ++s) {
+        double* x = right[s];
+        const double value = x[i] *= inverse;
+        known[s * kFactorRows + i - first] = -value;
+        for (std::size_t j = i + 1; j < last; ++j) x[j] -= row[j] * value;
       }
     }
     // What the block takes off all that follows, in one product.
-    kernels().multiply_add(known.data(), kBlock, 1, upper[first] + last, upper.stride(), right.data() + last,
-                           right.stride(), sides, right.stride() - last, last - first);
+    kernels().multiply_add(known.data(), kFactorRows, 1, upper + first * stride + last, stride, right.data() + last,
+                           right.stride(), sides, Matrix::padded(size) - last, last - first);
   }
 }
 
+}  // namespace
+
+bool factor(Matrix& matrix) { return factor_from(matrix.data(), matrix.stride(), matrix.rows(), 0); }
+
+void solve_forward(const Matrix& upper, Matrix& right) {
+  solve_lower(upper.data(), upper.stride(), upper.rows(), right);
+}
+
 void solve_backward(const Matrix& upper, double* x) {
-  const std::size_t size = upper.rows();
-  for (std::size_t i = size; i-- > 0;) {
-    const double* row = upper[i];
-    // Eight sums side by side: one would wait for itself.
-    double sums[8] = {};
-    std::size_t j = i + 1;
-    for (; j + 8 <= size; j += 8) {
-      for (std::size_t k = 0; k < 8; ++k) sums[k] += row[j + k] * x[j + k];
-    }
-    for (; j < size; ++j) sums[0] += row[j] * x[j];
-    for (std::size_t k = 1; k < 8; ++k) sums[0] += sums[k];
-    x[i] = (x[i] - sums[0]) / row[i];
+  kernels().solve_upper(upper.data(), upper.stride(), upper.rows(), x);
+}
+
+std::size_t SubmatrixFactor::known(const std::vector<std::size_t>& places) const {
+  const auto differ = std::mismatch(places.begin(), places.end(), places_.begin(), places_.end()).first;
+  return static_cast<std::size_t>(differ - places.begin()) / kFactorRows * kFactorRows;
+}
+
+bool SubmatrixFactor::factor(const Matrix& matrix, const std::vector<std::size_t>& places) {
+  if (is_of(places)) return true;
+  const std::size_t stands = known(places), size = places.size();
+  upper_.resize(matrix.rows(), matrix.rows());  // rows of one length, whatever the number of places: what stands stays
+  for (std::size_t a = 0; a < size; ++a) {
+    const double* from = matrix[places[a]];
+    double* to = upper_[a];
+    for (std::size_t b = std::max(a, stands); b < size; ++b) to[b] = from[places[b]];
   }
+  places_ = places;
+  if (factor_from(upper_.data(), upper_.stride(), size, stands)) return true;
+  forget();
+  return false;
+}
+
+void SubmatrixFactor::solve_forward(Matrix& right) const {
+  solve_lower(upper_.data(), upper_.stride(), places_.size(), right);
+}
+
+void SubmatrixFactor::solve_backward(double* x) const {
+  kernels().solve_upper(upper_.data(), upper_.stride(), places_.size(), x);
 }
 
 }  // namespace mjtactile

@@ -9,6 +9,11 @@ namespace mjtactile {
 // A matrix stored row by row, each padded to whole vectors; the padding holds numbers that mean nothing.
 class Matrix {
  public:
+  static constexpr std::size_t kPadding = 8;
+
+  // As many as fill whole vectors.
+  static std::size_t padded(std::size_t columns) { return (columns + kPadding - 1) / kPadding * kPadding; }
+
   Matrix() = default;
   Matrix(std::size_t rows, std::size_t columns) { resize(rows, columns); }
 
@@ -16,7 +21,7 @@ class Matrix {
   void resize(std::size_t rows, std::size_t columns) {
     rows_ = rows;
     columns_ = columns;
-    stride_ = (columns + kPadding - 1) / kPadding * kPadding;
+    stride_ = padded(columns);
     if (entries_.size() < rows * stride_) entries_.resize(rows * stride_);
   }
   std::size_t rows() const { return rows_; }
@@ -28,7 +33,6 @@ class Matrix {
   const double* data() const { return entries_.data(); }
 
  private:
-  static constexpr std::size_t kPadding = 8;
   std::size_t rows_ = 0, columns_ = 0, stride_ = 0;
   std::vector<double> entries_;
 };
@@ -41,5 +45,26 @@ bool factor(Matrix& matrix);
 // U x = y for one. Products y . y of the first half already are those of b with the solutions.
 void solve_forward(const Matrix& upper, Matrix& right);
 void solve_backward(const Matrix& upper, double* x);
+
+// The factor of some rows and columns of a symmetric matrix. The next one starts where the list of them first differs
+// from the last: those that change often belong at its end.
+class SubmatrixFactor {
+ public:
+  // The matrix is another: nothing stands.
+  void forget() { places_.clear(); }
+  // Factor the rows and columns `places` of a matrix, in that order. False where they are not positive definite.
+  bool factor(const Matrix& matrix, const std::vector<std::size_t>& places);
+  // How many of these would be factored already, whole blocks of them.
+  std::size_t known(const std::vector<std::size_t>& places) const;
+  // Whether these were factored last.
+  bool is_of(const std::vector<std::size_t>& places) const { return !places.empty() && places == places_; }
+
+  void solve_forward(Matrix& right) const;
+  void solve_backward(double* x) const;
+
+ private:
+  std::vector<std::size_t> places_;
+  Matrix upper_;
+};
 
 }  // namespace mjtactile

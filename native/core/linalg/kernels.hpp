@@ -8,6 +8,8 @@
 
 namespace mjtactile {
 
+constexpr std::size_t kFactorRows = 16;  // of a matrix that is factored at once
+
 struct Kernels {
   const char* name;
 
@@ -22,6 +24,14 @@ struct Kernels {
   // c += a b: a(i, k) = a[i * a_row + k * a_column] (rows, depth), b (depth, columns) and c (rows, columns) row by row.
   void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                        double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
+
+  // A symmetric positive definite matrix of at most kFactorRows rows, of which the upper triangle is read, becomes U of
+  // U^T U; false where it is not positive definite.
+  bool (*factor_small)(double* upper, std::size_t upper_row, std::size_t size);
+  // U^-T c in place of c (kFactorRows, columns), for an upper triangular U of kFactorRows rows.
+  void (*eliminate)(const double* upper, std::size_t upper_row, double* c, std::size_t c_row, std::size_t columns);
+  // U^-1 x in place of x (size).
+  void (*solve_upper)(const double* upper, std::size_t upper_row, std::size_t size, double* x);
 
   // norms[q * points + p] = |sum_c signs[4 q + c] * classes[c][k * points + p]| over k < 5: the von Mises stress of
   // every folded point in every quadrant, from the four symmetry classes.

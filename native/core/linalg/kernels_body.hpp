@@ -154,6 +154,87 @@ inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_
   }
 }
 
+// Columns of `kVectors` vectors: each row waits in registers until those above it are taken off.
+template <std::size_t kRows, std::size_t kVectors>
+void eliminate_columns(const double* upper, std::size_t upper_row, const double* inverse, double* c,
+                       std::size_t c_row) {
+  using L = Lanes<double>;
+  typename L::Type rows[kRows][kVectors];
+  for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t v = 0; v < kVectors; ++v) rows[i][v] = L::load(c + i * c_row + v * L::width);
+  }
+  for (std::size_t i = 0; i < kRows; ++i) {
+    for (std::size_t v = 0; v < kVectors; ++v) {
+      rows[i][v] = L::multiply(L::all(inverse[i]), rows[i][v]);
+      L::store(c + i * c_row + v * L::width, rows[i][v]);
+    }
+    for (std::size_t below = i + 1; below < kRows; ++below) {
+      const typename L::Type share = L::all(-upper[i * upper_row + below]);
+      for (std::size_t v = 0; v < kVectors; ++v) rows[below][v] = L::multiply_add(share, rows[i][v], rows[below][v]);
+    }
+  }
+}
+
+inline void eliminate(const double* upper, std::size_t upper_row, double* c, std::size_t c_row, std::size_t columns) {
+  using L = Lanes<double>;
+  double inverse[kFactorRows];
+  for (std::size_t i = 0; i < kFactorRows; ++i) inverse[i] = 1.0 / upper[i * upper_row + i];
+  std::size_t j = 0;
+  for (; j + L::width <= columns; j += L::width) {
+    eliminate_columns<kFactorRows, 1>(upper, upper_row, inverse, c + j, c_row);
+  }
+  for (; j < columns; ++j) {
+    for (std::size_t i = 0; i < kFactorRows; ++i) {
+      const double value = c[i * c_row + j] *= inverse[i];
+      for (std::size_t below = i + 1; below < kFactorRows; ++below) {
+        c[below * c_row + j] -= upper[i * upper_row + below] * value;
+      }
+    }
+  }
+}
+
+inline bool factor_small(double* upper, std::size_t upper_row, std::size_t size) {
+  // In a square of its own: loops of a known length run several numbers at a time.
+  double u[kFactorRows][kFactorRows] = {};
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = i; j < size; ++j) u[i][j] = upper[i * upper_row + j];
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    if (!(u[i][i] > 0.0) || !std::isfinite(u[i][i])) return false;
+    const double inverse = 1.0 / std::sqrt(u[i][i]);
+    for (std::size_t j = 0; j < kFactorRows; ++j) u[i][j] *= inverse;
+    for (std::size_t below = i + 1; below < size; ++below) {
+      const double share = u[i][below];
+      for (std::size_t j = 0; j < kFactorRows; ++j) u[below][j] -= share * u[i][j];
+    }
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t j = i; j < size; ++j) upper[i * upper_row + j] = u[i][j];
+  }
+  return true;
+}
+
+inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t size, double* x) {
+  using L = Lanes<double>;
+  constexpr std::size_t kSums = 2;  // side by side: one would wait for itself
+  for (std::size_t i = size; i-- > 0;) {
+    const double* row = upper + i * upper_row;
+    typename L::Type sums[kSums];
+    for (std::size_t s = 0; s < kSums; ++s) sums[s] = L::all(0);
+    std::size_t j = i + 1;
+    for (; j + kSums * L::width <= size; j += kSums * L::width) {
+      for (std::size_t s = 0; s < kSums; ++s) {
+        sums[s] = L::multiply_add(L::load(row + j + s * L::width), L::load(x + j + s * L::width), sums[s]);
+      }
+    }
+    double parts[kSums * L::width], sum = 0.0;
+    for (std::size_t s = 0; s < kSums; ++s) L::store(parts + s * L::width, sums[s]);
+    for (const double part : parts) sum += part;
+    for (; j < size; ++j) sum += row[j] * x[j];
+    x[i] = (x[i] - sum) / row[i];
+  }
+}
+
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
@@ -228,6 +309,9 @@ inline Kernels make_kernels(const char* name) {
           add_columns<float, float>,
           add_columns<double, double>,
           multiply_add_matrices,
+          factor_small,
+          eliminate,
+          solve_upper,
           norms_of<float>,
           norms_of<double>,
           integrate_inverse_distance,

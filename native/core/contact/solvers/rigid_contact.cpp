@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "contact/solvers/bearing.hpp"
 #include "linalg/kernels.hpp"
@@ -137,7 +138,7 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   pressed_ = start;
   full_.assign(cells, 0);
   double nearer[kMostMotions];
-  const bool borne = !bring_within_bearing(cells, most, problem.modes, problem.motions, problem.resultants, order_, nearer);
+  const bool borne = !bring_within_bearing(cells, most, problem.modes, problem.motions, problem.resultants, filled_, nearer);
   if (borne && exchange_bounded(problem, most)) return true;
   // Springs that yield tell which cells are full.
   set_springs(problem);
@@ -204,12 +205,12 @@ bool RigidContact::on(const RigidProblem& problem) {
   motions_ = motions;
   if (!factor_pressed(problem)) return false;
   const std::size_t count = places_.size();
-  column_.assign(factor_.stride(), 0.0);
+  column_.assign(Matrix::padded(count), 0.0);
   std::fill(pressed_heights_, pressed_heights_ + kMostMotions, 0.0);
   if (problem.heights != nullptr) {
     heights_.resize(1, count);
     for (std::size_t a = 0; a < count; ++a) heights_[0][a] = problem.heights[places_[a]];
-    solve_forward(factor_, heights_);
+    factor_.solve_forward(heights_);
     for (std::size_t m = 0; m < motions; ++m) pressed_heights_[m] = dot(modes_[m], heights_[0], count);
     for (std::size_t a = 0; a < count; ++a) column_[a] = -heights_[0][a];
   }
@@ -222,7 +223,7 @@ bool RigidContact::on(const RigidProblem& problem) {
     for (std::size_t n = 0; n < motions; ++n) motion_[m] += flexibility_[m][n] * wanted[n];
     for (std::size_t a = 0; a < count; ++a) column_[a] += motion_[m] * modes_[m][a];
   }
-  solve_backward(factor_, column_.data());
+  factor_.solve_backward(column_.data());
   forces_.assign(problem.cells(), 0.0);
   for (std::size_t a = 0; a < count; ++a) forces_[places_[a]] = column_[a];
   separation_.assign(problem.compliance->stride(), 0.0);
@@ -238,33 +239,38 @@ bool RigidContact::on(const RigidProblem& problem) {
 // The factor of the pressed cells' compliance and what does not depend on heights, unless they are known.
 bool RigidContact::factor_pressed(const RigidProblem& problem) {
   const std::size_t motions = problem.motions;
+  if (order_.size() != problem.cells()) set_order(problem);
   places_.clear();
-  for (std::size_t i = 0; i < pressed_.size(); ++i) {
+  for (const std::size_t i : order_) {
     if (pressed_[i]) places_.push_back(i);
   }
   const std::size_t count = places_.size();
   if (count == 0) return false;
-  if (factored_ && places_ == factored_places_) return true;
-  factored_ = false;
-  const auto size = static_cast<double>(count);
-  work_ += size * size * size;
+  if (factor_.is_of(places_)) return true;
+  const auto size = static_cast<double>(count), known = static_cast<double>(factor_.known(places_));
+  work_ += size * size * size - known * known * known;
   if (work_ > kMostWork + kMostFactors * std::pow(static_cast<double>(pressed_.size()), 3)) return false;
-  factor_.resize(count, count);
+  if (!factor_.factor(*problem.compliance, places_)) return definite_ = false;
   modes_.resize(motions, count);
   for (std::size_t a = 0; a < count; ++a) {
-    const double* from = (*problem.compliance)[places_[a]];
-    double* to = factor_[a];
-    for (std::size_t b = a; b < count; ++b) to[b] = from[places_[b]];
     for (std::size_t m = 0; m < motions; ++m) modes_[m][a] = problem.modes[places_[a] * motions + m];
   }
-  if (!factor(factor_)) return definite_ = false;
-  solve_forward(factor_, modes_);
+  factor_.solve_forward(modes_);
   for (std::size_t m = 0; m < motions; ++m) {
     for (std::size_t n = 0; n < motions; ++n) stiffness_[m][n] = dot(modes_[m], modes_[n], count);
   }
-  factored_places_ = places_;
-  factored_ = true;
   return true;
+}
+
+// Cells in the order in which they are likely to be pressed: those that change sides come last.
+void RigidContact::set_order(const RigidProblem& problem) {
+  order_.resize(problem.cells());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  if (problem.heights == nullptr) return;
+  std::sort(order_.begin(), order_.end(), [&problem](std::size_t i, std::size_t j) {
+    const double first = problem.heights[i], second = problem.heights[j];
+    return first != second ? first < second : i < j;
+  });
 }
 
 // The inverse of the stiffness. Where pressed cells in one row leave a tilt open, it stays as it is, unless what is wanted
@@ -329,7 +335,7 @@ void RigidContact::make_maps(const RigidProblem& problem) {
       column_[a] = constant && problem.heights != nullptr ? -heights_[0][a] : 0.0;
       for (std::size_t m = 0; m < motions; ++m) column_[a] += motion[m] * modes_[m][a];
     }
-    solve_backward(factor_, column_.data());
+    factor_.solve_backward(column_.data());
     std::fill(forces.begin(), forces.end(), 0.0);
     for (std::size_t a = 0; a < count; ++a) forces[places_[a]] = column_[a];
     std::fill(apart.begin(), apart.end(), 0.0);

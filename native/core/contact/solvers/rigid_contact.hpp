@@ -33,7 +33,7 @@ struct RigidProblem {
 class RigidContact {
  public:
   // The compliance or the modes of the next problem are others: what was factored is of no use.
-  void forget() { factored_ = false, definite_ = true; }
+  void forget() { factor_.forget(), order_.clear(), definite_ = true; }
   // Begin to count the work anew: what takes too much of it is given up.
   void allow() { work_ = 0.0; }
   // Find the cells that press. `start`: cells likely pressed, (cells), null where nothing is known. False where no contact
@@ -71,6 +71,7 @@ class RigidContact {
   void set_springs(const RigidProblem& problem);
   bool exchange_bounded(const RigidProblem& problem, const double* most);
   bool factor_pressed(const RigidProblem& problem);
+  void set_order(const RigidProblem& problem);
   bool invert_stiffness(const double* wanted);
   void separate(const RigidProblem& problem, const double* forces, const double* motion, double* separation) const;
   bool descend(const RigidProblem& problem);
@@ -78,7 +79,7 @@ class RigidContact {
   std::size_t violated(std::vector<std::uint8_t>& violated) const;
 
   std::size_t motions_ = 0;
-  bool flexible_ = true, factored_ = false, definite_ = true, carries_ = true;
+  bool flexible_ = true, definite_ = true, carries_ = true;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
   std::vector<double> forces_, separation_, reached_, pushed_, stiffnesses_, column_;
   double work_ = 0.0;
@@ -88,9 +89,10 @@ class RigidContact {
   double flexibility_[kMostMotions][kMostMotions] = {};   // its inverse
   SpringBed springs_;
   SeenCells seen_;
-  std::vector<std::size_t> order_, places_, factored_places_;
+  std::vector<std::size_t> order_, places_, filled_;
   // Of the pressed cells: the factor U of their compliance, and U^-T B and U^-T g by row.
-  Matrix factor_, modes_, heights_;
+  SubmatrixFactor factor_;
+  Matrix modes_, heights_;
   Matrix map_forces_, map_motion_, map_separation_;
 };
 
