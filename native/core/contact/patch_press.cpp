@@ -53,6 +53,20 @@ constexpr double kNearRim = 0.15, kStrip = 3.0;
 // The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
 constexpr double kCorner = 0.7, kOneSide = 0.1;
 
+// How high a contact ends, over the level, of a body whose height grows with the radius to the power m. It sinks in c_m times
+// as deep as that, c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), under 2 m c_m / (m + 1) times what that height takes
+// on a flat punch of its area (Sneddon, Int. J. Engng Sci. 3, 1965).
+double end_over_level(double m) {
+  const double c = std::sqrt(kPi / 2.0 * (m + 0.5));  // within 2 % from cones on
+  return kEnds * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
+}
+
+// The power m of a body of which so many times the area lies under a height so many times the level; 0 where none is told.
+double power_of(double higher, double more) {
+  if (!(higher > 1.0) || !(more > 1.0) || !std::isfinite(higher) || !std::isfinite(more)) return 0.0;
+  return 2.0 * std::log(higher) / std::log(more);
+}
+
 // Centre a region on a point no further from its middle than a cell: of symmetric bodies it is their middle, and where
 // a body slides the cells go with it.
 void centre_on(const Point& at, double cell, Region& region) {
@@ -124,20 +138,15 @@ bool PatchPress::compact(const LawOptions& options) const {
   return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
 }
 
-// How high the outermost cells that press are likely to stand. A body whose height grows with the radius to the power m
-// sinks in c_m times as deep as its contact is high at its end, c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), under
-// 2 m c_m / (m + 1) times what that height takes on a flat punch of its area (Sneddon, Int. J. Engng Sci. 3, 1965).
+// How high the outermost cells that press are likely to stand.
 double PatchPress::likely_height() const {
   double under = 0.0, all = 0.0;
   for (std::size_t i = 0; i < heights_.size(); ++i) {
     all += cells_.face().areas[i];
     if (heights_[i] <= search_.level()) under += cells_.face().areas[i];
   }
-  // The area under a height grows with its 2/m-th power.
-  const double higher = std::log(std::max(seen_.highest / search_.level(), 1.0)), more = std::log(all / under);
-  if (!(higher > 0.0) || !(more > 0.0) || !std::isfinite(more)) return search_.level();
-  const double m = 2.0 * higher / more, c = std::sqrt(kPi / 2.0 * (m + 0.5));  // within 2 % from cones on
-  return kEnds * search_.level() * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
+  const double power = power_of(seen_.highest / search_.level(), all / under);
+  return power > 0.0 ? end_over_level(power) * search_.level() : search_.level();
 }
 
 // A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to sides that meet
@@ -227,6 +236,9 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
   const bool breaks = search_.loaded() * kGenerous < search_.level();
   double cell = coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.generosity, kGenerous))) / share;
+  // Bodies whose area grows fast with the height press on more than what lies under the level.
+  const double power = power_of(seen_.highest / search_.level(), regions_[number].area() / spot.region.lengthwise().area());
+  if (power > 0.0) cell *= std::max(std::pow(end_over_level(power), 2.0 / power), 1.0);
   // So many cells of one size lie along a line that runs askew to them.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
