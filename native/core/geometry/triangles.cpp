@@ -15,6 +15,8 @@ constexpr double kSteep = 1e-9;
 // Buckets along each side, and the finest ones, of which each kind holds a whole number.
 constexpr std::size_t kFinest = 96;
 constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, kFinest};
+// Buckets for each triangle at least: more take longer to fill, fewer hold more triangles to look at.
+constexpr std::size_t kBucketsEach = 4;
 // Fewer triangles than this are looked at one by one where their box is over the part.
 constexpr std::uint32_t kFew = 32;
 // Buckets along each side of the grid that thins candidates for a first touch.
@@ -284,7 +286,7 @@ std::uint8_t TriangleShadow::finest_bucket(double at, std::size_t axis) const {
 void TriangleShadow::fill_buckets() {
   side_ = kFinest;
   for (const std::size_t side : kBuckets) {
-    if (side * side >= triangles_.size()) {
+    if (side * side >= kBucketsEach * triangles_.size()) {
       side_ = side;
       break;
     }
