@@ -6,13 +6,31 @@ namespace mjtactile {
 namespace {
 
 constexpr double kFewCells = 16.0, kFewShare = 0.5;
+// A rigid flat punch under a load a quarter of its width from its rim begins to lift off on the other side (Johnson,
+// Contact Mechanics, 1985, section 2.8): loads closer to the rim press a strip four times as wide as they are away from
+// it. A strip that holds less than this share of what are few cells is not tried.
+constexpr double kStrip = 4.0, kSurelyFew = 0.7;
+
+double few(std::size_t cells) { return std::min(kFewCells, kFewShare * static_cast<double>(cells)); }
+
+// Whether a load that passes through a point of a face's frame leaves few of its cells pressed, by far.
+bool surely_few(const Face& face, const Point& at) {
+  double pressed = 1.0;
+  for (std::size_t i = 0; i < face.corners.size(); ++i) {
+    const Point &start = face.corners[i], &end = face.corners[(i + 1) % face.corners.size()];
+    double depth = 0.0;
+    for (const Point& corner : face.corners) depth = std::max(depth, left_of(start, end, corner));
+    pressed = std::min(pressed, kStrip * left_of(start, end, at) / depth);
+  }
+  return pressed * static_cast<double>(face.cells()) < kSurelyFew * few(face.cells());
+}
 
 }  // namespace
 
 bool is_small(const CellContact& contact) {
   const auto& pressed = contact.pressed();
   const auto count = static_cast<double>(std::count(pressed.begin(), pressed.end(), 1));
-  return count < std::min(kFewCells, kFewShare * static_cast<double>(pressed.size()));
+  return count < few(pressed.size());
 }
 
 bool FlatPress::solve(const Face& face, const Placement& placement, const Rectangle& sheet,
@@ -22,9 +40,16 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Rectan
   placement_ = placement;
   small_ = false;
   if (!(wrench[2] < 0.0)) return false;
-  whole_.place(face, placement, compliance, options, workspace);
-  whole_.press(face, compliance, options, wrench, workspace);
-  if (whole_.exact() && whole_.linear() && !is_small(whole_)) return true;
+  const auto press_whole = [&]() {
+    whole_.place(face, placement, compliance, options, workspace);
+    whole_.press(face, compliance, options, wrench, workspace);
+  };
+  const bool tried = !options.tilting || !options.law->shapes() ||
+                     !surely_few(face, placement.back(-wrench[4] / wrench[2], wrench[3] / wrench[2]));
+  if (tried) {
+    press_whole();
+    if (whole_.exact() && whole_.linear() && !is_small(whole_)) return true;
+  }
   starts_.clear();
   ends_.clear();
   for (const CellEdge& edge : face.edges) {
@@ -35,7 +60,12 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Rectan
   }
   map_.place(starts_, ends_, sheet);
   small_ = part_.solve(map_, sheet, compliance, options, wrench, workspace);
-  if (!small_) whole_.place(face, placement, compliance, options, workspace);  // the workspace was the other's
+  if (small_) return true;
+  if (tried) {
+    whole_.place(face, placement, compliance, options, workspace);  // the workspace was the other's
+  } else {
+    press_whole();
+  }
   return true;
 }
 
