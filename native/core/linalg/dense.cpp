@@ -9,6 +9,8 @@ namespace mjtactile {
 
 namespace {
 
+constexpr std::size_t kSquare = 16;  // entries along the sides of what is moved at once
+
 // Factor the leading `size` rows of `u`, of which those before `known`, whole blocks, stand as far as they go; to their
 // right is the matrix. Row blocks: what lies above a block is taken off it in one product, then it is factored by itself.
 bool factor_from(double* u, std::size_t stride, std::size_t size, std::size_t known) {
@@ -55,6 +57,31 @@ void solve_lower(const double* upper, std::size_t stride, std::size_t size, Matr
 }
 
 }  // namespace
+
+void transpose(const Matrix& from, Matrix& to) {
+  to.resize(from.columns(), from.rows());
+  // Square by square: both sides of one stay in the first-level cache.
+  for (std::size_t first = 0; first < from.rows(); first += kSquare) {
+    const std::size_t last = std::min(first + kSquare, from.rows());
+    for (std::size_t begin = 0; begin < from.columns(); begin += kSquare) {
+      const std::size_t end = std::min(begin + kSquare, from.columns());
+      for (std::size_t j = begin; j < end; ++j) {
+        for (std::size_t i = first; i < last; ++i) to[j][i] = from[i][j];
+      }
+    }
+  }
+}
+
+void mirror_upper(Matrix& matrix) {
+  const std::size_t size = matrix.rows();
+  for (std::size_t first = 0; first < size; first += kSquare) {
+    for (std::size_t begin = 0; begin <= first; begin += kSquare) {
+      for (std::size_t i = first; i < std::min(first + kSquare, size); ++i) {
+        for (std::size_t j = begin; j < std::min(begin + kSquare, i); ++j) matrix[i][j] = matrix[j][i];
+      }
+    }
+  }
+}
 
 bool factor(Matrix& matrix) { return factor_from(matrix.data(), matrix.stride(), matrix.rows(), 0); }
 

@@ -37,6 +37,11 @@ class Matrix {
   std::vector<double> entries_;
 };
 
+// The transposed of a matrix.
+void transpose(const Matrix& from, Matrix& to);
+// Entries under the diagonal become those above it.
+void mirror_upper(Matrix& matrix);
+
 // Factor a symmetric positive definite matrix, of which the upper triangle is read, into U^T U; U replaces it.
 // False where the matrix is not positive definite.
 bool factor(Matrix& matrix);

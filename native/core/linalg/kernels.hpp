@@ -25,6 +25,8 @@ struct Kernels {
   void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                        double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
 
+  double (*dot)(const double* a, const double* b, std::size_t count);
+
   // A symmetric positive definite matrix of at most kFactorRows rows, of which the upper triangle is read, becomes U of
   // U^T U; false where it is not positive definite.
   bool (*factor_small)(double* upper, std::size_t upper_row, std::size_t size);

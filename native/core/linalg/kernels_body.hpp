@@ -214,24 +214,33 @@ inline bool factor_small(double* upper, std::size_t upper_row, std::size_t size)
   return true;
 }
 
-inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t size, double* x) {
+inline double dot(const double* a, const double* b, std::size_t count) {
   using L = Lanes<double>;
-  constexpr std::size_t kSums = 2;  // side by side: one would wait for itself
+  constexpr std::size_t kSums = 4;  // side by side: one would wait for itself
+  typename L::Type sums[kSums];
+  for (std::size_t s = 0; s < kSums; ++s) sums[s] = L::all(0);
+  std::size_t i = 0;
+  for (; i + kSums * L::width <= count; i += kSums * L::width) {
+    for (std::size_t s = 0; s < kSums; ++s) {
+      sums[s] = L::multiply_add(L::load(a + i + s * L::width), L::load(b + i + s * L::width), sums[s]);
+    }
+  }
+  for (; i + L::width <= count; i += L::width) {
+    sums[0] = L::multiply_add(L::load(a + i), L::load(b + i), sums[0]);
+  }
+  double parts[kSums * L::width], sum = 0.0;
+  for (std::size_t s = 0; s < kSums; ++s) L::store(parts + s * L::width, sums[s]);
+  for (std::size_t k = 0; k < L::width; ++k) {
+    sum += (parts[k] + parts[L::width + k]) + (parts[2 * L::width + k] + parts[3 * L::width + k]);
+  }
+  for (; i < count; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t size, double* x) {
   for (std::size_t i = size; i-- > 0;) {
     const double* row = upper + i * upper_row;
-    typename L::Type sums[kSums];
-    for (std::size_t s = 0; s < kSums; ++s) sums[s] = L::all(0);
-    std::size_t j = i + 1;
-    for (; j + kSums * L::width <= size; j += kSums * L::width) {
-      for (std::size_t s = 0; s < kSums; ++s) {
-        sums[s] = L::multiply_add(L::load(row + j + s * L::width), L::load(x + j + s * L::width), sums[s]);
-      }
-    }
-    double parts[kSums * L::width], sum = 0.0;
-    for (std::size_t s = 0; s < kSums; ++s) L::store(parts + s * L::width, sums[s]);
-    for (const double part : parts) sum += part;
-    for (; j < size; ++j) sum += row[j] * x[j];
-    x[i] = (x[i] - sum) / row[i];
+    x[i] = (x[i] - dot(row + i + 1, x + i + 1, size - i - 1)) / row[i];
   }
 }
 
@@ -309,6 +318,7 @@ inline Kernels make_kernels(const char* name) {
           add_columns<float, float>,
           add_columns<double, double>,
           multiply_add_matrices,
+          dot,
           factor_small,
           eliminate,
           solve_upper,

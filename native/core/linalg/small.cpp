@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/kernels.hpp"
+
 namespace mjtactile {
 
 double dot(const double* a, const double* b, std::size_t count) {
-  // Four sums side by side: one would wait for itself.
-  double sums[4] = {0.0, 0.0, 0.0, 0.0};
-  std::size_t i = 0;
-  for (; i + 4 <= count; i += 4) {
-    for (std::size_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
-  }
-  for (; i < count; ++i) sums[0] += a[i] * b[i];
-  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  return kernels().dot(a, b, count);
 }
 
 // Gauss's elimination without pivoting.

@@ -88,7 +88,6 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
   const std::size_t begin = first * columns, size = (last - first) * columns;
   Matrix &through = workspace.through, &transposed = workspace.transposed;
   through.resize(cells, size);
-  transposed.resize(size, cells);
   const auto lines = [&](const Window& window, const auto& line_of) {
     workspace.lines.clear();
     for (std::size_t row = window.row; row < window.row + window.rows; ++row) {
@@ -104,10 +103,7 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
     std::fill(through[i], through[i] + size, 0.0);
     kernels().add_double(workspace.lines.data(), workspace.values.data() + window.first, count, size, through[i]);
   }
-  for (std::size_t p = 0; p < size; ++p) {
-    double* to = transposed[p];
-    for (std::size_t i = 0; i < cells; ++i) to[i] = through[i][p];
-  }
+  transpose(through, transposed);
   for (std::size_t j = 0; j < cells; ++j) {
     const Window& window = workspace.windows[j];
     const std::size_t from = upper ? j : 0;
@@ -133,9 +129,7 @@ void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const
     for (std::size_t j = i; j < cells; ++j) row[j] = own * near[j] * inverse_areas[j];
   }
   add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
-  for (std::size_t i = 0; i < cells; ++i) {
-    for (std::size_t j = 0; j < i; ++j) compliance[i][j] = compliance[j][i];
-  }
+  mirror_upper(compliance);
 }
 
 void SurfaceCompliance::full(const double* centroids, const double* areas, std::size_t cells,
@@ -172,9 +166,7 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
                     compliance[a * cells] + b * cells, compliance.stride());
     }
   }
-  for (std::size_t i = 0; i < 3 * cells; ++i) {
-    for (std::size_t j = 0; j < i; ++j) compliance[i][j] = compliance[j][i];
-  }
+  mirror_upper(compliance);
 }
 
 void SurfaceCompliance::add_sinking(const double* points, std::size_t count, const double* centroids,

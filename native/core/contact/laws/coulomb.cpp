@@ -11,7 +11,7 @@ namespace {
 constexpr int kRounds = 40;
 constexpr double kAgreed = 1e-10, kSufficient = 1e-4;
 // What the shear of a round may be off, over the change of the round before and at most; at the last next to nothing.
-constexpr double kSettled = 1e-2, kLoose = 1e-2, kTight = 1e-11;
+constexpr double kSettled = 5e-2, kLoose = 1e-2, kTight = 1e-11;
 // Rounds after which what the shear lifts is changed by a part only, and that part.
 constexpr int kUndamped = 12;
 constexpr double kDamping = 0.3;
@@ -82,6 +82,7 @@ class Coulomb final : public TangentialChoice {
     work.normal.assign(cells.pressing, cells.pressing + count);
     work.found.assign(2 * count, 0.0);
     work.lifted.assign(reached, 0.0);
+    work.lifts.resize(reached);
     ShearOutcome outcome;
     bool agreed = false, settled = true;
     double change = total, tolerance = kLoose;
@@ -90,17 +91,22 @@ class Coulomb final : public TangentialChoice {
       double changed = 0.0;
       if (round > 0) {
         if (!work.limit.leaves(2 * work.held.size(), kReserve)) break;
-        const double share = round <= kUndamped ? 1.0 : kDamping;
+        if (round == 1 || work.held != work.last_held) work.mixing.forget();
         for (std::size_t i = 0; i < reached; ++i) {
           const double* row = compliance[2 * count + work.reached[i]];
           double sum = 0.0;
           for (std::size_t j = 0; j < work.held.size(); ++j) {
             sum += row[work.held[j]] * work.shear[j] + row[count + work.held[j]] * work.shear[work.held.size() + j];
           }
-          work.lifted[i] = (1.0 - share) * work.lifted[i] - share * sum;
-          work.heights[i] = work.gaps[i] + work.lifted[i];
+          work.lifts[i] = -sum;
           work.start[i] = work.normal[work.reached[i]] > 0.0 ? 1 : 0;
         }
+        if (round <= kUndamped) {
+          work.mixing.next(work.lifts, work.lifted);
+        } else {
+          for (std::size_t i = 0; i < reached; ++i) work.lifted[i] += kDamping * (work.lifts[i] - work.lifted[i]);
+        }
+        for (std::size_t i = 0; i < reached; ++i) work.heights[i] = work.gaps[i] + work.lifted[i];
         if (!work.limit.factorisation(reached) ||
             !work.contact.solve({&work.pressed, work.modes.data(), motions, work.heights.data(), resultants},
                                 work.start.data())) {

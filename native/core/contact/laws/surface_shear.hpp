@@ -12,6 +12,7 @@
 #include "contact/solvers/limit_surface.hpp"
 #include "contact/solvers/partial_slip.hpp"
 #include "contact/solvers/rigid_contact.hpp"
+#include "contact/solvers/secant_mixing.hpp"
 #include "geometry/polygon.hpp"
 #include "linalg/dense.hpp"
 
@@ -57,7 +58,8 @@ struct ShearWork {
   std::vector<std::size_t> gathered, last_held;  // those whose compliance was gathered; those of the round before
   std::vector<std::uint8_t> start;
   std::vector<Point> levers;
-  std::vector<double> heights, gaps, modes, lifted;  // of the cells reached
+  std::vector<double> heights, gaps, modes, lifted, lifts;  // of the cells reached
+  SecantMixing mixing;
   std::vector<double> normal, found, spread, last;   // of all cells: pressing, and shear in two blocks
   std::vector<double> coupled;                       // forces of a bonded contact that no cell is bounded in
   std::vector<double> shear, slipped;                // of the cells held
