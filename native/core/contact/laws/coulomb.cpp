@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "contact/laws/by_name.hpp"
+#include "linalg/small.hpp"
 
 namespace mjtactile {
 namespace {
@@ -10,8 +11,6 @@ namespace {
 // one that serves where a cell on the verge keeps them apart or the work is spent.
 constexpr int kRounds = 40;
 constexpr double kAgreed = 1e-10, kSufficient = 1e-4;
-// What the shear of a round may be off, over the change of the round before and at most; at the last next to nothing.
-constexpr double kSettled = 5e-2, kLoose = 1e-2, kTight = 1e-11;
 // Rounds after which what the shear lifts is changed by a part only, and that part.
 constexpr int kUndamped = 12;
 constexpr double kDamping = 0.3;
@@ -19,7 +18,7 @@ constexpr double kDamping = 0.3;
 constexpr double kLastWork = 5e6, kReserve = 2.0;
 
 // Shear under the pressure `work.normal`; false where it slides in proportion for want of anything better.
-bool slipping(const ShearProblem& problem, ShearWork& work, bool known, double tolerance, bool& slides) {
+bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& slides) {
   const double friction = problem.friction;
   double wanted[3];
   work.grip.about_centre(problem.wrench, problem.wrench[5], wanted);
@@ -34,7 +33,7 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, double t
     return true;
   }
   work.displace(problem.cells, *problem.compliance, work.normal.data());
-  if (work.slip.solve(work.tangential, work.grip, work.slipped.data(), wanted, friction, known, tolerance, work.limit,
+  if (work.slip.solve(work.tangential, work.grip, work.slipped.data(), wanted, friction, known, work.limit,
                       work.shear.data())) {
     return true;
   }
@@ -85,7 +84,7 @@ class Coulomb final : public TangentialChoice {
     work.lifts.resize(reached);
     ShearOutcome outcome;
     bool agreed = false, settled = true;
-    double change = total, tolerance = kLoose;
+    double change = total;
     work.held.clear();
     for (int round = 0; round < kRounds && settled && !agreed; ++round) {
       double changed = 0.0;
@@ -93,12 +92,9 @@ class Coulomb final : public TangentialChoice {
         if (!work.limit.leaves(2 * work.held.size(), kReserve)) break;
         if (round == 1 || work.held != work.last_held) work.mixing.forget();
         for (std::size_t i = 0; i < reached; ++i) {
-          const double* row = compliance[2 * count + work.reached[i]];
-          double sum = 0.0;
-          for (std::size_t j = 0; j < work.held.size(); ++j) {
-            sum += row[work.held[j]] * work.shear[j] + row[count + work.held[j]] * work.shear[work.held.size() + j];
-          }
-          work.lifts[i] = -sum;
+          work.lifts[i] = -dot(compliance[2 * count + work.reached[i]], work.found.data(), 2 * count);
+          // What the surface was lifted by is not what the shear does: as forces, by the cell's own compliance.
+          changed = std::max(changed, std::abs(work.lifts[i] - work.lifted[i]) / work.pressed[i][i]);
           work.start[i] = work.normal[work.reached[i]] > 0.0 ? 1 : 0;
         }
         if (round <= kUndamped) {
@@ -127,7 +123,7 @@ class Coulomb final : public TangentialChoice {
       work.last_held = work.held;
       work.hold(cells, work.normal.data());
       const bool known = round > 0 && work.last_held == work.held && !outcome.slides;
-      settled = slipping(problem, work, known, tolerance, outcome.slides);
+      settled = slipping(problem, work, known, outcome.slides);
       work.last = work.found;
       std::fill(work.found.begin(), work.found.end(), 0.0);
       for (std::size_t i = 0; i < work.held.size(); ++i) {
@@ -136,16 +132,12 @@ class Coulomb final : public TangentialChoice {
       }
       for (std::size_t k = 0; k < 2 * count; ++k) changed = std::max(changed, std::abs(work.found[k] - work.last[k]));
       if (round > 0) change = changed;
-      agreed = change <= kAgreed * total && tolerance <= kTight;
-      const double bound = problem.friction * total / static_cast<double>(work.held.size());
-      tolerance = change <= kAgreed * total || !(bound > 0.0)
-                      ? kTight
-                      : std::max(std::min(kLoose, kSettled * changed / bound), kTight);
+      agreed = change <= kAgreed * total;
     }
     if (!agreed && settled && !outcome.slides) {
       // The work is spent, or pressure and shear keep each other going: shear that suits the last pressure.
       work.limit.allow(work.patience * kLastWork);
-      settled = slipping(problem, work, true, kTight, outcome.slides);
+      settled = slipping(problem, work, true, outcome.slides);
     }
     outcome.simplified = !settled || (!agreed && change > kSufficient * total);
     work.write(cells, work.normal.data(), forces);

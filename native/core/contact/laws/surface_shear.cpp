@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/laws/by_name.hpp"
+#include "linalg/small.hpp"
 
 namespace mjtactile {
 namespace {
@@ -71,10 +72,7 @@ void ShearWork::displace(const PressedCells& cells, const Matrix& compliance, co
   slipped.resize(2 * size);
   for (std::size_t a = 0; a < 2; ++a) {
     for (std::size_t i = 0; i < size; ++i) {
-      const double* row = compliance[a * count + held[i]] + 2 * count;
-      double sum = 0.0;
-      for (std::size_t j = 0; j < size; ++j) sum -= row[held[j]] * normal_forces[held[j]];
-      slipped[a * size + i] = sum;
+      slipped[a * size + i] = -dot(compliance[a * count + held[i]] + 2 * count, normal_forces, count);
     }
   }
   if (gathered == held) return;

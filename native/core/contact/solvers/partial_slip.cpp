@@ -11,7 +11,7 @@ namespace {
 // Steps of Newton's method, and what its conditions may be off at the end: over the mean of what friction bears, and
 // where rounding lets no more steps help.
 constexpr int kSteps = 16;
-constexpr double kConverged = 1e-12, kAlmost = 1e-10;
+constexpr double kConverged = 1e-11, kAlmost = 1e-10;
 // What its resultants and circles may be off where the interior-point method has the last word.
 constexpr double kMissed = 1e-10;
 // Of the interior-point method.
@@ -206,13 +206,13 @@ bool PartialSlip::linearise(bool sticks, std::size_t stuck, WorkLimit& limit) {
   return true;
 }
 
-bool PartialSlip::newton(bool known, double tolerance, WorkLimit& limit) {
+bool PartialSlip::newton(bool known, WorkLimit& limit) {
   double before = INFINITY;
   for (int step = 0; step <= kSteps; ++step) {
     const double left = residual();
     if (!std::isfinite(left)) return false;
     if (known || step > 0) {
-      if (left <= std::max(tolerance, kConverged) || (left <= kAlmost && left >= 0.5 * before)) return true;
+      if (left <= kConverged || (left <= kAlmost && left >= 0.5 * before)) return true;
     }
     const bool sticks = !known && step == 0;
     // Where all cells stick, before and now, the system is the same.
@@ -389,7 +389,7 @@ void PartialSlip::nearly_slide(const double* direction) {
 }
 
 bool PartialSlip::solve(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted,
-                        double friction, bool known, double tolerance, WorkLimit& limit, double* shear) {
+                        double friction, bool known, WorkLimit& limit, double* shear) {
   const std::size_t cells = grip.count(), size = 2 * cells;
   const double before = give_ * unit_;
   scale(compliance, grip, slip, wanted, friction * grip.pressing() / static_cast<double>(cells), known);
@@ -400,14 +400,18 @@ bool PartialSlip::solve(const Matrix& compliance, const ShearGrip& grip, const d
     for (std::size_t k = 0; k < size; ++k) shear[k] = shear_[k] * unit_;
     return true;
   };
+  double direction[3];
   if (known) {
     for (std::size_t k = 0; k < size; ++k) shear_[k] = shear[k] / unit_;
     for (double& one : motion_) one *= before / (give_ * unit_);
-    if (newton(true, tolerance, limit)) return take();
+    // What slid as a whole does so again, most likely.
+    if (slid_ && grip.sliding_with(wanted, friction, shear, direction) >= kSlides) return true;
+    slid_ = false;
+    if (newton(true, limit)) return take();
   }
-  double direction[3];
   const double share = grip.sliding_with(wanted, friction, shear, direction);
-  if (share >= kSlides) return true;
+  slid_ = share >= kSlides;
+  if (slid_) return true;
   for (int trial = 0; trial < 2; ++trial) {
     // From where all cells stick, or from where all slip: the likelier one first.
     const bool slides = (trial == 0) == (share > kRatherSlides);
@@ -419,14 +423,14 @@ bool PartialSlip::solve(const Matrix& compliance, const ShearGrip& grip, const d
       std::fill(shear_.begin(), shear_.end(), 0.0);
       std::fill(motion_, motion_ + 3, 0.0);
     }
-    const bool found = newton(slides, tolerance, limit);
+    const bool found = newton(slides, limit);
     if (found) return take();
   }
   std::fill(shear_.begin(), shear_.end(), 0.0);
   if (interior(limit)) {
     // It ends near the solution, which Newton's method reaches.
     slide_.assign(shear_.begin(), shear_.end());
-    if (newton(true, tolerance, limit)) return take();
+    if (newton(true, limit)) return take();
     std::copy(slide_.begin(), slide_.end(), shear_.begin());
     if (balance()) return take();
   }

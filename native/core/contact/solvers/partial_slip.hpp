@@ -40,10 +40,10 @@ class PartialSlip {
  public:
   // Shear (2, cells) [N] of the cells of a grip. `compliance`: (2 cells, 2 cells) [m/N], whole; `slip`: displacement
   // that the pressure alone brings, (2, cells) [m]; `wanted`: resultants within the limit [N]. With `known`, `shear` is
-  // near the solution on entry, which is that of the last call on these cells. `tolerance`: what it may be off, over the
-  // mean of what friction bears. False where neither method converges within the limit of work.
+  // near the solution on entry, which is that of the last call on these cells. False where neither method converges within
+  // the limit of work.
   bool solve(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted, double friction,
-             bool known, double tolerance, WorkLimit& limit, double* shear);
+             bool known, WorkLimit& limit, double* shear);
   // Shear where no cell slips at all; false where the compliance is not positive definite.
   bool bonded(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted,
               WorkLimit& limit, double* shear);
@@ -51,7 +51,7 @@ class PartialSlip {
  private:
   void scale(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted, double unit,
              bool same);
-  bool newton(bool known, double tolerance, WorkLimit& limit);
+  bool newton(bool known, WorkLimit& limit);
   bool newton_step(bool sticks, bool again, WorkLimit& limit);
   bool linearise(bool sticks, std::size_t stuck, WorkLimit& limit);
   bool interior(WorkLimit& limit);
@@ -70,6 +70,7 @@ class PartialSlip {
   std::vector<double> multiplier_, slack_, change_, slide_, axis_;
   std::vector<std::uint8_t> slips_;
   bool all_stick_ = false;  // whether `factor_` holds the system of these cells when all of them stick
+  bool slid_ = false;       // whether the last shear was that of a whole that slides
   std::vector<std::uint32_t> cell_of_;
 };
 
