@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
 namespace mjtactile {
 namespace {
@@ -31,6 +33,42 @@ void on_shapes(const double* moments, std::size_t step, double sums[3][kLanes]) 
     sums[2][m] = 0.5 * (second + first);
   }
 }
+
+// Elements along one axis on the way along an edge, and where, from 0 at its start to 1 at its end, the next one begins.
+class Walk {
+ public:
+  Walk(const std::vector<double>& ends, double start, double direction)
+      : ends_(ends), start_(start), direction_(direction) {
+    // What starts on a line goes into the element that lies ahead.
+    const auto after = direction < 0.0 ? std::lower_bound(ends.begin(), ends.end(), start)
+                                       : std::upper_bound(ends.begin(), ends.end(), start);
+    element_ = after - ends.begin() - 1;
+    look_ahead();
+  }
+
+  double next() const { return next_; }
+  bool within() const { return element_ >= 0 && element_ < last() + 1; }
+  // The element, or the outermost one on this side.
+  std::size_t nearest() const {
+    return static_cast<std::size_t>(std::min(std::max(element_, std::ptrdiff_t{0}), last()));
+  }
+  void step() {
+    element_ += direction_ < 0.0 ? -1 : 1;
+    look_ahead();
+  }
+
+ private:
+  std::ptrdiff_t last() const { return static_cast<std::ptrdiff_t>(ends_.size()) - 2; }
+  void look_ahead() {
+    const std::ptrdiff_t line = direction_ < 0.0 ? element_ : element_ + 1;
+    const bool any = direction_ != 0.0 && line >= 0 && line <= last() + 1;
+    next_ = any ? (ends_[static_cast<std::size_t>(line)] - start_) / direction_ : std::numeric_limits<double>::infinity();
+  }
+
+  const std::vector<double>& ends_;
+  double start_, direction_, next_ = 0.0;
+  std::ptrdiff_t element_;
+};
 
 // The element that holds a coordinate; the first or the last for what lies outside.
 std::size_t element(const std::vector<double>& ends, double at) {
@@ -88,36 +126,27 @@ void SurfaceGrid::reach(std::size_t row, std::size_t column, Workspace& workspac
 void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const {
   const double direction[2] = {edge.end[0] - edge.start[0], edge.end[1] - edge.start[1]};
   if (direction[1] == 0.0) return;
-  std::vector<double>& crossings = workspace.crossings;
-  crossings.clear();
-  for (int axis = 0; axis < 2; ++axis) {
-    const std::vector<double>& lines = axis == 0 ? x_ : y_;
-    if (direction[axis] == 0.0) continue;
-    const double low = std::min(edge.start[axis], edge.end[axis]), high = std::max(edge.start[axis], edge.end[axis]);
-    for (auto line = std::lower_bound(lines.begin(), lines.end(), low); line != lines.end() && *line <= high; ++line) {
-      const double at = (*line - edge.start[axis]) / direction[axis];
-      if (at > 0.0 && at < 1.0) crossings.push_back(at);
-    }
-  }
-  std::sort(crossings.begin(), crossings.end());
-  crossings.push_back(1.0);
+  Walk columns(x_, edge.start[0], direction[0]), rows(y_, edge.start[1], direction[1]);
   double begin[2] = {edge.start[0], edge.start[1]}, last = 0.0;
-  for (const double at : crossings) {
-    if (at <= last) continue;
-    const double finish[2] = {at == 1.0 ? edge.end[0] : edge.start[0] + at * direction[0],
-                              at == 1.0 ? edge.end[1] : edge.start[1] + at * direction[1]};
-    add_piece(begin, finish, edge.traction, workspace);
-    begin[0] = finish[0];
-    begin[1] = finish[1];
-    last = at;
+  for (double at = 0.0; at < 1.0;) {
+    at = std::min({columns.next(), rows.next(), 1.0});
+    if (at > last) {
+      const double finish[2] = {at == 1.0 ? edge.end[0] : edge.start[0] + at * direction[0],
+                                at == 1.0 ? edge.end[1] : edge.start[1] + at * direction[1]};
+      if (rows.within() && begin[1] != finish[1]) {
+        add_piece(begin, finish, edge.traction, columns.nearest(), rows.nearest(), workspace);
+      }
+      begin[0] = finish[0];
+      begin[1] = finish[1];
+      last = at;
+    }
+    if (columns.next() == at) columns.step();
+    if (rows.next() == at) rows.step();
   }
 }
 
-void SurfaceGrid::add_piece(const double* start, const double* end, const double* traction,
-                            Workspace& workspace) const {
-  const double height = (start[1] + end[1]) / 2;
-  if (!(height > low_y() && height < high_y()) || start[1] == end[1]) return;
-  const std::size_t column = element(x_, (start[0] + end[0]) / 2), row = element(y_, height);
+void SurfaceGrid::add_piece(const double* start, const double* end, const double* traction, std::size_t column,
+                            std::size_t row, Workspace& workspace) const {
   reach(row, column, workspace);
   const double half_x = (x_[column + 1] - x_[column]) / 2;
   const double per_x = 1.0 / half_x, per_y = 2.0 / (y_[row + 1] - y_[row]);

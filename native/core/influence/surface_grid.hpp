@@ -30,7 +30,6 @@ class SurfaceGrid {
   // Numbers the caller keeps between calls, so that none of them allocates.
   struct Workspace {
     std::vector<double> own, passing;  // per element: moments of what runs in it, and heights that fill its row
-    std::vector<double> crossings;
     std::vector<std::size_t> first, last;  // per row: elements with anything in them, first > last for none
     std::size_t middle = 0;                // column of the first edge
     double reference[3] = {};              // powers of xi there from which its areas are counted
@@ -43,7 +42,9 @@ class SurfaceGrid {
 
  private:
   void add_edge(const TractionEdge& edge, Workspace& workspace) const;
-  void add_piece(const double* start, const double* end, const double* traction, Workspace& workspace) const;
+  // A piece of an edge in one element, to the left or right of the sheet's in the outermost.
+  void add_piece(const double* start, const double* end, const double* traction, std::size_t column, std::size_t row,
+                 Workspace& workspace) const;
   void gather(Workspace& workspace, double* forces) const;
 
   void set_reference(double x, Workspace& workspace) const;
