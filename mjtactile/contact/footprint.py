@@ -218,6 +218,11 @@ def _lowest(
     return lowest
 
 
+def _within(inner: tuple[float, ...], outer: tuple[float, ...]) -> bool:
+    """Whether bounds (west, south, east, north) lie inside others; those of nothing, NaN, do not."""
+    return inner[0] >= outer[0] and inner[1] >= outer[1] and inner[2] <= outer[2] and inner[3] <= outer[3]
+
+
 def _area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
     if not isinstance(outline, Polygon | MultiPolygon):
         raise FootprintError(
@@ -230,7 +235,7 @@ def _area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPoly
             f"the outline is not a valid area ({shapely.is_valid_reason(outline)}). "
             "shapely.make_valid mends self-crossing polygons."
         )
-    covered = areal(outline.intersection(sheet))
+    covered = outline if _within(outline.bounds, sheet.bounds) else areal(outline.intersection(sheet))
     if covered.area == 0.0:
         bounds = "nothing" if outline.is_empty else "x {0:.4g}..{2:.4g} m, y {1:.4g}..{3:.4g} m".format(*outline.bounds)
         raise FootprintError(
