@@ -165,7 +165,11 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
     press.solved[body] = solved;
     if (solved.contact != nullptr) {
       describe(press, solved, points + 2 * body, to);
-      solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
+      if (press.touches.size() == 1) {  // its forces are those of all
+        std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
+      } else {
+        solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
+      }
     } else if (last - first == 1) {   // law "uniform" without cells, or nothing
       std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
       to.area = press.sensor.pressed().area;
