@@ -149,6 +149,9 @@ def _rings(outline: Area) -> tuple[npt.NDArray[np.uintp], Array]:
     """Where the rings begin, (rings + 1,), and their corners, outer rings counter-clockwise, holes clockwise."""
     parts = polygons_of(outline)
     rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
+    if len(rings) == 1:  # most outlines, and arrays of one are slow
+        alone = shapely.get_coordinates(rings[0])[:-1]
+        return np.array([0, len(alone)], dtype=np.uintp), contiguous(alone if rings[0].is_ccw else alone[::-1])
     outer = [k == 0 for part in parts for k in range(1 + len(part.interiors))]
     coordinates, ring_of = shapely.get_coordinates(rings, return_index=True)
     ends = np.searchsorted(ring_of, np.arange(1, len(rings) + 1))
@@ -157,6 +160,4 @@ def _rings(outline: Area) -> tuple[npt.NDArray[np.uintp], Array]:
     for k in np.flatnonzero(shapely.is_ccw(rings) != outer):
         begin = ends[k - 1] if k else 0
         coordinates[begin : ends[k] - 1] = coordinates[begin : ends[k] - 1][::-1]
-    if len(rings) == 1:
-        return begins, coordinates[:-1]
     return begins, np.delete(coordinates, ends - 1, axis=0)

@@ -53,7 +53,7 @@ def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
                 f"the load has nodal forces of shape {load.forces.shape}, but this surface takes {expected}: it was "
                 "made for another pad or mesh. Make the footprint and the load with these influence matrices."
             )
-    batch = np.stack([load.forces for load in loads])
+    batch = loads[0].forces[None] if len(loads) == 1 else np.stack([load.forces for load in loads])
     if not np.isfinite(batch).all():
         raise InfluenceError("the load holds NaN or infinite nodal forces; check the traction it was made from.")
     return batch
