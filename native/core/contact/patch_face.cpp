@@ -386,6 +386,35 @@ void PatchFace::integrate() {
   }
 }
 
+// Integrals of shear over pairs of cells; whole ones of a lattice have them by how far they lie apart, found once.
+class PatchFace::ShearByOffset {
+ public:
+  explicit ShearByOffset(const PatchFace& face) : face_(face) {
+    for (const Lattice& lattice : face.lattices_) {
+      firsts_.push_back(found_.size());
+      found_.resize(found_.size() + 2 * lattice.columns * lattice.rows, {kNowhere, 0.0, 0.0, 0.0, 0.0});
+    }
+  }
+
+  // Of one cell and a later one.
+  PairShear of(std::size_t one, std::size_t other) {
+    const Cell &from = face_.cells_[one], &to = face_.cells_[other];
+    const CellRectangle &first = face_.rectangles_[one], &second = face_.rectangles_[other];
+    if (!from.whole || !to.whole || from.lattice != to.lattice) return shear_integrals(first, second);
+    const std::size_t columns = face_.lattices_[from.lattice].columns;
+    const std::size_t rows = to.place / columns - from.place / columns;
+    const std::size_t across = columns + to.place % columns - from.place % columns;
+    PairShear& found = found_[firsts_[from.lattice] + 2 * columns * rows + across];
+    if (found.xx == kNowhere) found = shear_integrals(first, second);
+    return found;
+  }
+
+ private:
+  const PatchFace& face_;
+  std::vector<std::size_t> firsts_;   // of each lattice
+  std::vector<PairShear> found_;      // by rows apart and by columns apart, from all of them to the left on
+};
+
 void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   const std::size_t count = cells_.size();
   for (auto* one : {&integrals.xx, &integrals.xy, &integrals.yy, &integrals.along, &integrals.across}) {
@@ -393,6 +422,7 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   }
   Face alone;
   ShearIntegrals own;
+  ShearByOffset apart(*this);
   for (std::size_t i = 0; i < count; ++i) {
     const CellRectangle& cell = rectangles_[i];
     // Over the cell itself, along its own axes, then turned. Cells of a lattice are equal, but for some.
@@ -407,7 +437,7 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
     integrals.yy[i * count + i] = s * s * own.xx[0] + c * c * own.yy[0];
     integrals.xy[i * count + i] = c * s * (own.xx[0] - own.yy[0]);
     for (std::size_t j = i + 1; j < count; ++j) {
-      const PairShear pair = shear_integrals(cell, rectangles_[j]);
+      const PairShear pair = apart.of(i, j);
       const std::size_t there = i * count + j, back = j * count + i;
       integrals.xx[there] = integrals.xx[back] = pair.xx;
       integrals.xy[there] = integrals.xy[back] = pair.xy;

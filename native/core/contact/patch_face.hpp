@@ -46,6 +46,7 @@ class PatchFace {
   const std::vector<double>& heights() const { return heights_; }
 
  private:
+  class ShearByOffset;
   struct Cell {
     std::size_t lattice;
     std::uint32_t place;      // in its lattice
