@@ -26,7 +26,6 @@ test: $(VENV)/installed-dev .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(LINT_IMPORTS)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python -m pytest
-	$(MAKE) docs
 	PYTHONPATH=.mujoco-$(OLDEST_MUJOCO) $(BIN)/python -m pytest $(MUJOCO_TESTS) -m "not slow"
 	for version in $(OTHER_MUJOCO); do \
 		PYTHONPATH=.mujoco-$$version $(BIN)/python -m pytest $(PLUGIN_TESTS) -m "not slow" || exit 1; \
