@@ -182,9 +182,18 @@ def test_odd_command_lines_are_refused_in_one_line_or_done(files, start, stop, m
         ("grasp sort --trials 99999999999999999999", "Invalid value for .--trials"),
         ("grasp sort --ray --ray-address 127.0.0.1:99999", "no Ray cluster"),
         ("loop --rate 3", "does not divide"),
+        ("loop --video loop.mp4", ".gif or .webp"),
+        ("loop --fidelity quick", "fast, balanced, precise, accurate"),
+        ("loop --figure /nonexistent/loop.png", "cannot write"),
+        ("loop --no-record --weights /nonexistent", "nonexistent"),
+        ("loop --view", "needs a display"),
         ("loop --layers bottom", "layers = 'bottom'"),
         ("loop --figure a.gif --video a.gif", "--figure and --video are the same file"),
         ("reproduce --json folder.npz", "it is a folder"),
+        ("reproduce --quick --json /nonexistent/s.json", "cannot write"),
+        ("reproduce --quick --page /nonexistent/study.md", "Name a Markdown file that is there"),
+        ("reproduce --quick --fidelity quick", "fast, balanced, precise, accurate"),
+        ("reproduce --quick --seeds 0", "seeds"),
         ("reproduce --seeds 99999999999999999999", "Invalid value for .--seeds"),
         ("dataset --spec good.toml --presses 99999999999999999999", "Invalid value for .--presses"),
         ("dataset --spec good.toml --presses 999999999", "GB left"),
@@ -197,10 +206,13 @@ def test_odd_command_lines_are_refused_in_one_line_or_done(files, start, stop, m
 def test_what_is_wrong_is_said_before_work_begins(files, line, said, monkeypatch):
     if "device" in line and "device.npz" not in files.special:
         pytest.skip("devices cannot be made here")
+    for screen in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(screen, raising=False)
     code, out, err = run(line.split(), monkeypatch)
     assert code == 2, code
     assert check(line.split(), code, out, err) == ""
     assert re.search(said, err), err
+    assert not {"loop.png", "loop.gif", "loop.mp4"} & {path.name for path in Path().iterdir()}
 
 
 def test_a_mesh_of_two_million_triangles_is_refused_at_once(files, monkeypatch):

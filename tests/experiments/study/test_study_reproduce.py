@@ -148,22 +148,6 @@ def test_the_command_prints_tables_and_writes_json_and_page(cache, tmp_path):
     assert re.fullmatch(r"before\n<!-- bench study -->\n.*Table 2.*<!-- end -->\nafter\n", page.read_text(), re.DOTALL)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--fidelity", "quick"], "fast, balanced, precise, accurate"),
-        (["--seeds", "0"], "seeds"),
-        (["--json", "/nonexistent/s.json"], "cannot write"),
-        (["--page", "/nonexistent/study.md"], "Name a Markdown file that is there"),
-    ],
-)
-def test_wrong_input_is_refused_before_any_training(arguments, says, cache):
-    done = run_command("--quick", *arguments, cache=cache)
-    assert done.returncode == 2
-    (line,) = done.stderr.strip().splitlines()
-    assert says in line
-
-
 def test_the_docs_page_has_the_tables():
     (text,) = re.findall(r"<!-- bench study -->\n(.*?)<!-- end -->", PAGE.read_text(), flags=re.DOTALL)
     for heading in ("Table 2", "Table 3", "Tables 4 and 5", "Table 6", "Likely reasons"):
