@@ -35,7 +35,7 @@ def evaluate(
     as_json: AsJson = False,
     page: PageOption = None,
 ) -> None:
-    """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
+    """Measure the recognisers on fresh presses: the paper's protocol, and random presses in MuJoCo with noise."""
     from dataclasses import replace
 
     from mjtactile.cli.benchmarks.tables import table_on_page

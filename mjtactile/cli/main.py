@@ -151,8 +151,7 @@ def main() -> None:
         if message is None:
             raise
         text = message()
-        if text.startswith("Usage:"):  # a command without arguments: its whole help
-            print(text, file=sys.stderr)
+        if not text:  # a group of commands without one of them: its help has been shown
             sys.exit(2)
         _fail(text)
 
@@ -196,7 +195,7 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
     commanded = float((report.commanded**2).sum() ** 0.5)
     console.print(
         f"{report.shape}: {report.force_reached / GRAM_FORCE:.5g} gf reached of {commanded / GRAM_FORCE:.5g} gf "
-        f"({report.settled.error:.1e} off) after {report.settled.time * 1e3:.0f} ms, "
+        f"({report.settled.error * 100:.2g} % off) after {report.settled.time * 1e3:.0f} ms, "
         f"contact {report.contact.area * 1e6:.4g} mm2",
         highlight=False,
         markup=False,

@@ -84,7 +84,7 @@ def contact_load(
 def solved_load(
     influence: InfluenceMatrices, footprint: Footprint, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """The load by the law asked for; of a wrench that does not press, nothing.
+    """Load by the law asked for; an empty load where the wrench does not press.
 
     Raises:
         ContactError: when no contact was found.
@@ -133,7 +133,7 @@ def _warn(text: str, stacklevel: int) -> None:
 def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """The load, after warnings about what it does not carry and where it is out of range."""
+    """Warn of what a load does not carry and where it leaves the linear range, and return it."""
     answers = options.gives_moment
     if answers and not wrench.moment_given:
         # The moment is what a body that keeps its orientation answers with; none was asked for.
@@ -175,7 +175,7 @@ def _warn_unless_carried(
 
 
 def _format(vector: Array, size: float) -> str:
-    """Three digits each; what is rounding beside `size` as 0."""
+    """A vector as text, three digits each; components that are rounding errors of `size` become 0."""
     shown = np.where(np.abs(vector) <= _RESIDUAL_TOLERANCE * size, 0.0, vector)
     return "(" + ", ".join(f"{v:.3g}" for v in shown) + ")"
 

@@ -1,4 +1,4 @@
-"""What the compiled core needs of a pad to press on it: its compliance, and what contact laws ask for besides."""
+"""Pads handed to the compiled core to be pressed: their compliance, and what single contact laws need."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where strains count as small, as the linear model takes them to be, and where readings end."""
+"""The range of small strains, in which the linear model holds, and the readings at which taxels saturate."""
 
 from __future__ import annotations
 

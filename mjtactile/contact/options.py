@@ -1,4 +1,4 @@
-"""What is asked of a contact: law, shear, friction, tilt and the wrench, checked."""
+"""Options of a contact, checked: law, shear, friction, tilt and the wrench."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ContactOptions:
 
     @property
     def gives_moment(self) -> bool:
-        """Whether the moments about x and y are what comes of a body that keeps its orientation."""
+        """Whether the body keeps its orientation, so that the moments about x and y are results, not given."""
         return self.contact_law.shapes and not self.tilting
 
 
@@ -84,7 +84,7 @@ def contact_options(
     cells: int | None = None,
     contacts_know_friction: bool = False,
 ) -> ContactOptions:
-    """Options as `contact_load` takes them; what is None comes from the (influence matrices') fidelity.
+    """Options as `contact_load` takes them; None stands for the choice of the fidelity.
 
     With `contacts_know_friction` the coefficient of shear that slips may be that of MuJoCo's contacts.
 

@@ -38,7 +38,7 @@ _presses: weakref.WeakKeyDictionary[InfluenceMatrices, _Pool] = weakref.WeakKeyD
 
 @contextmanager
 def press_of(influence: InfluenceMatrices, options: ContactOptions) -> Iterator[Press]:
-    """A press of a pad, kept for the next who asks for one like it, and nobody else's meanwhile."""
+    """A press of a pad for one thread; it is kept afterwards and reused for the same options."""
     free = _presses.setdefault(influence, {}).setdefault(options, [])
     press = free.pop() if free else new_press(influence, options)
     try:

@@ -104,7 +104,7 @@ class PadObserver:
 
     @property
     def space(self) -> gymnasium.spaces.Box | None:
-        """Of the observation `tactile` of one environment; None where there is none."""
+        """Space of the observation `tactile` of one environment; None where there is no such observation."""
         observation = self.options.observation
         if observation == "none":
             return None

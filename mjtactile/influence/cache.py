@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from mjtactile._progress import progress_bar, say
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, MeshWarning, StaleInfluenceError
-from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_summary
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.provenance import check_provenance, influence_fingerprint
 from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
@@ -99,7 +99,7 @@ def influence_matrices(
             return found
         if progress:
             say(
-                f"building influence matrices at fidelity {fidelity_text(chosen)} for a {pad.summary}. This is done "
+                f"building influence matrices at fidelity {fidelity_summary(chosen)} for a {pad.summary}. This is done "
                 f"once; they are kept in {path.parent}."
             )
         built = _derived_from_cache(pad, chosen) or build_influence(pad, chosen, progress=progress)
@@ -139,7 +139,7 @@ def cached_tables() -> list[CachedTable]:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", MeshWarning)  # its builder has heard of it
                 pad, fidelity = check_provenance(path, read_metadata(path), None, None)
-            contents, usable = f"{pad.summary}, {fidelity_text(fidelity)}", True
+            contents, usable = f"{pad.summary}, {fidelity_summary(fidelity)}", True
         except StaleInfluenceError:
             contents = "of another version of mjtactile"
         except (CorruptInfluenceError, OSError) as error:

@@ -92,7 +92,7 @@ def _chosen_fidelity(text: str) -> Fidelity:
 
 @lru_cache(maxsize=64)
 def _loaded(pad: Pad | str, fidelity: Fidelity | None) -> InfluenceMatrices:
-    """Tables of a pad or of a file; a pad that is named in two ways is loaded once."""
+    """Tables of a pad or of a file, loaded once, by whatever name the pad goes."""
     if isinstance(pad, str):
         return load_influence(pad, fidelity=fidelity)
     return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
@@ -128,7 +128,7 @@ def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
 
 
 def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> Health:
-    """What the readings of a sensor of the plugin came to in one simulation since that was made.
+    """Counts of what went wrong in the readings of a sensor of the plugin, since its simulation was made.
 
     Args:
         model: compiled model.
@@ -170,7 +170,7 @@ def _number(attribute: str, value: str) -> float | None:
 
 
 def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> None:
-    """Answer `resolve`: sizes always, and the host where there is a model."""
+    """Tell the core what a sensor's attributes mean: sizes always, and how to read the pad where there is a model."""
     influence = attributes.influence()
     pad = influence.pad
     to.layers, to.rows, to.columns = pad.reading_shape

@@ -217,7 +217,7 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
 
 
 def check_pad_box(model: Any, geom: int, pad: Pad) -> None:
-    """Refuse a geom that cannot be a pad; the model may be a copy of its geoms.
+    """Refuse a geom that cannot be a pad. The model may be a `ModelCopy`.
 
     Raises:
         SceneError: when the geom is not a box of the pad's size.

@@ -110,7 +110,7 @@ def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
 
 
 def _mark(scene: Any, pad: int, hidden: set[int], frame: PadFrame, length: float) -> None:
-    """Colour the pad in a scene, put its axes there, and leave nothing in the dark."""
+    """Colour the pad in a scene, add its axes as arrows, and add light."""
     if scene.nlight:
         scene.lights[0].ambient[:] = np.maximum(scene.lights[0].ambient, _AMBIENT)
     for shown in scene.geoms[: scene.ngeom]:
