@@ -86,6 +86,12 @@ def solved_load(
 ) -> SurfaceLoad:
     """Load by the law asked for; an empty load where the wrench does not press.
 
+    Args:
+        influence: of the pad.
+        footprint: of the body.
+        wrench: that it has to carry.
+        options: how the contact is solved.
+
     Raises:
         ContactError: when no contact was found.
     """
@@ -95,7 +101,17 @@ def solved_load(
 def solved_loads(
     influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
 ) -> list[SurfaceLoad]:
-    """Loads of bodies that press on one pad at once; see `solved_load`."""
+    """Loads of bodies that press on one pad at once.
+
+    Args:
+        influence: of the pad.
+        footprints: of the bodies.
+        wrenches: of the bodies, in the same order.
+        options: how the contacts are solved.
+
+    Raises:
+        ContactError: when no contact was found.
+    """
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
     loads = {k: _nothing(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
     if not pressing:
@@ -181,7 +197,16 @@ def _format(vector: Array, size: float) -> str:
 
 
 def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state: ContactState) -> None:
-    """Warn where strains are no longer small under a contact."""
+    """Warn where strains are no longer small under a contact.
+
+    Args:
+        influence: of the pad.
+        wrench: that presses.
+        state: of the contact; nothing is said of one without an area.
+
+    Warns:
+        ContactWarning: mean pressure or indentation is beyond the linear range.
+    """
     if state.contact_area == 0.0 or wrench.normal <= 0.0:
         return
     reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.indentation)
