@@ -76,7 +76,13 @@ def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
 
 
 def give_springs(pad: CorePad, areas: Array, stiffnesses: Array) -> None:
-    """Hand over the springs of law "foundation", see `foundation_springs`."""
+    """Hand over the springs of law "foundation", see `foundation_springs`.
+
+    Args:
+        pad: that gets them, once.
+        areas: logarithms of contact areas [m^2], ascending.
+        stiffnesses: logarithms of the stiffness per area under each [Pa/m].
+    """
 
     def hand_over() -> None:
         of_areas, of_stiffnesses = contiguous(areas), contiguous(stiffnesses)

@@ -15,7 +15,13 @@ from mjtactile.influence.matrices import InfluenceMatrices
 
 
 def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: bool = False) -> CorePad:
-    """A pad on which contacts are solved as the options say; see `contact_pad`."""
+    """A pad on which contacts are solved as the options say; see `contact_pad`.
+
+    Args:
+        influence: of the pad.
+        options: how contacts are solved.
+        stress: whether whole stress tensors are wanted.
+    """
     pad = contact_pad(influence, stress=stress)
     if options.contact_law.springs:
         give_springs(pad, *foundation_springs(influence))

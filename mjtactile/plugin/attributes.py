@@ -170,7 +170,17 @@ def _number(attribute: str, value: str) -> float | None:
 
 
 def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> None:
-    """Tell the core what a sensor's attributes mean: sizes always, and how to read the pad where there is a model."""
+    """Tell the core what a sensor's attributes mean: sizes always, and how to read the pad where there is a model.
+
+    Args:
+        to: what is filled.
+        model: address of the compiled model; None while only sizes are wanted.
+        geom: id of the pad's geom.
+        attributes: of the sensor.
+
+    Raises:
+        SceneError: when the attributes make no sense, or the geom is not a box of the pad's size.
+    """
     influence = attributes.influence()
     pad = influence.pad
     to.layers, to.rows, to.columns = pad.reading_shape
