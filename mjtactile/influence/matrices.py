@@ -103,9 +103,6 @@ class InfluenceMatrices(PadTables):
 
         Returns:
             (..., layers, rows, columns) [Pa].
-
-        Raises:
-            InfluenceError: the response has the shape of other influence matrices'.
         """
         expected = (self.sample_slices[-1].stop, DEVIATORIC_COUNT)
         if response.shape[-2:] != expected:

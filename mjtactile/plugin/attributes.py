@@ -92,7 +92,7 @@ def _chosen_fidelity(text: str) -> Fidelity:
 
 @lru_cache(maxsize=64)
 def _loaded(pad: Pad | str, fidelity: Fidelity | None) -> InfluenceMatrices:
-    """Tables of a pad or of a file, loaded once, by whatever name the pad goes."""
+    """Tables of a pad or of a file; a pad that is named in two ways is loaded once."""
     if isinstance(pad, str):
         return load_influence(pad, fidelity=fidelity)
     return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
@@ -170,17 +170,7 @@ def _number(attribute: str, value: str) -> float | None:
 
 
 def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> None:
-    """Tell the core what a sensor's attributes mean: sizes always, and how to read the pad where there is a model.
-
-    Args:
-        to: what is filled.
-        model: address of the compiled model; None while only sizes are wanted.
-        geom: id of the pad's geom.
-        attributes: of the sensor.
-
-    Raises:
-        SceneError: when the attributes make no sense, or the geom is not a box of the pad's size.
-    """
+    """Answer `resolve`: sizes always, and the host where there is a model."""
     influence = attributes.influence()
     pad = influence.pad
     to.layers, to.rows, to.columns = pad.reading_shape
