@@ -1,4 +1,4 @@
-"""What is installed: this version, as pyproject.toml has it, and the packages that only some uses need."""
+"""What is installed: this version, as pyproject.toml has it, its docs site, and what only some uses need."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from importlib.util import find_spec
 from mjtactile.errors import MissingExtraError
 
 __version__ = "0.1.0"
+#: Where the docs site stands, as pyproject.toml and mkdocs.yml have it.
+DOCUMENTATION = "https://mjtactile.github.io/mjtactile/latest/"
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,15 @@ EXTRAS = {
     "ray": Extra(("ray",), "workers on many machines"),
     "view": Extra(("viser", "mjviser"), "live views"),
 }
+
+
+def page_address(page: str) -> str:
+    """Address of a page of the docs site.
+
+    Args:
+        page: its file in docs/, such as "contact.md".
+    """
+    return f"{DOCUMENTATION}{page.removesuffix('.md')}.html"
 
 
 def require(name: str) -> None:

@@ -34,8 +34,8 @@ def attach_pad(
     """Add a tactile pad to a body.
 
     Adds a box geom `<name>_pad`, a site `<name>_surface` in the middle of its sensing surface, and a sensor `<name>` of
-    the plugin "mjtactile.pad". Let the pad stand a little proud of the body's own geoms: what
-    touches those is not felt. Defaults of the model do not reach the pad; it touches what the body's own geoms touch.
+    the plugin "mjtactile.pad". The pad should stand a little above the body's own geoms: it does not feel what touches
+    those. It touches what the body's own geoms touch, and the model's defaults do not change it.
 
     Args:
         spec: of the model; compile it afterwards.
@@ -43,13 +43,13 @@ def attach_pad(
         name: of the sensor.
         pos: where the middle of the sensing surface stands in the body's frame [m], shape (3,).
         quat: orientation of the pad frame there, z out of the pad, (w, x, y, z).
-        pad: a pad, the name of a registered one or a file of saved influence matrices; by default the paper's. But for
-            a file's, the model holds the pad's numbers, so that it can be saved and opened anywhere.
+        pad: a pad, the name of a registered one, or a file of saved influence matrices; by default the paper's. The
+            model holds the numbers of a pad, so that it can be saved and opened anywhere; of a file it holds the name.
         fidelity: preset by name, or a Fidelity, of which the model holds every choice.
-        output: one or more of "von_mises", "stress" and "wrench", separated by spaces.
+        output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces.
         visual: whether viewers show the top layer's readings as a heat map on the pad.
         law: contact law in place of the fidelity's own.
-        friction: coefficient that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
+        friction: coefficient [-] that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
         contact: "stiff", or "soft" for grippers that cannot align themselves: what is gripped askew presses with a
             patch, not with a corner (docs/hands.md). `sim.pad_geom.contact_constants` has the numbers, and two more
             for models of ours: "press" and "hand".
@@ -63,20 +63,14 @@ def attach_pad(
     """
     ensure_registered()
     parent = _body(spec, body)
-    if any(sensor.name == name for sensor in spec.sensors) or spec.geom(f"{name}_pad") is not None:
-        raise SceneError(f"the model has a sensor '{name}' or a geom '{name}_pad' already. Give the pad another name.")
-    try:
-        chosen = fidelity_text(fidelity)
-    except PresetError as error:
-        raise SceneError(str(error)) from error
-    if unknown := [one for one in output.split() if one not in OUTPUTS]:
-        raise SceneError(f"output {unknown[0]!r} does not exist. Available: {', '.join(OUTPUTS)}.")
+    _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
-    geom = add_pad_geom(parent, name, made, *place, contact)
-    config = {"pad": table, "fidelity": chosen, "output": output, "visual": "on" if visual else "off"}
+    config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
+    config["visual"] = "on" if visual else "off"
     config |= {} if law is None else {"law": law}
     config |= {} if friction is None else {"friction": f"{friction:.17g}"}
+    geom = add_pad_geom(parent, name, made, *place, contact)
     add_pad_sensor(spec, name, config)
     return geom
 
@@ -87,6 +81,24 @@ def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
         names = [one.name for one in spec.bodies if one.name]
         raise SceneError(f"body '{name}' does not exist in the model. Available: {names}.")
     return found
+
+
+def _check_free(spec: mujoco.MjSpec, name: str) -> None:
+    if any(sensor.name == name for sensor in spec.sensors) or spec.geom(f"{name}_pad") is not None:
+        raise SceneError(f"the model has a sensor '{name}' or a geom '{name}_pad' already. Give the pad another name.")
+
+
+def _fidelity_attribute(fidelity: str | Fidelity) -> str:
+    try:
+        return fidelity_text(fidelity)
+    except PresetError as error:
+        raise SceneError(str(error)) from error
+
+
+def _checked_outputs(output: str) -> str:
+    if unknown := [one for one in output.split() if one not in OUTPUTS]:
+        raise SceneError(f"output {unknown[0]!r} does not exist. Available: {', '.join(OUTPUTS)}.")
+    return output
 
 
 def _place(pos: npt.ArrayLike, quat: npt.ArrayLike) -> tuple[Array, Array]:

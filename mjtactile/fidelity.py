@@ -8,7 +8,7 @@ built.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from mjtactile.errors import MeshError, PresetError
@@ -190,6 +190,18 @@ def fidelity_text(fidelity: str | Fidelity) -> str:
     chosen = as_fidelity(fidelity)
     name = next((name for name, preset in PRESETS.items() if preset == chosen), None)
     return json.dumps(asdict(chosen), separators=(",", ":")) if name is None else name
+
+
+def fidelity_summary(fidelity: Fidelity) -> str:
+    """A fidelity in a few words: its preset's name, or its choices that differ from a plain mesh's."""
+    name = next((name for name, preset in PRESETS.items() if preset == fidelity), None)
+    if name is not None:
+        return name
+    plain = Fidelity()
+    chosen = {one.name: getattr(fidelity, one.name) for one in fields(Fidelity)}
+    mesh = fidelity.mesh if isinstance(fidelity.mesh, str) else mesh_name(fidelity.mesh) or "of its own"
+    others = [f"{key} {value}" for key, value in chosen.items() if key != "mesh" and value != getattr(plain, key)]
+    return ", ".join([f"mesh {mesh}", *others])
 
 
 def fidelity_from_text(text: str) -> Fidelity:

@@ -111,7 +111,12 @@ def make_files(function: Callable[[Task], bytes], tasks: Mapping[Path, Task], wo
 def distributed(
     function: Callable[[Task], Result], tasks: Sequence[Task], workers: Workers
 ) -> Iterator[tuple[int, Result]]:
-    """Do tasks, in whatever order they are done; see `make_files`.
+    """Do tasks, in whatever order they are done.
+
+    Args:
+        function: from a task to its result, pure and importable by name, see `make_files`.
+        tasks: one after another.
+        workers: who does them.
 
     Yields:
         Places in `tasks`, and results. Errors of the function come out as they are.

@@ -7,6 +7,7 @@ import posixpath
 import re
 import subprocess
 import sys
+import tomllib
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from itertools import pairwise
@@ -16,6 +17,8 @@ from urllib.parse import unquote
 import pytest
 
 import mjtactile
+from mjtactile._installed import DOCUMENTATION, page_address
+from mjtactile.errors import ContactError
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -25,6 +28,13 @@ API = (DOCS / "api.md").read_text()
 
 def test_the_api_page_lists_every_public_name_once():
     assert sorted(re.findall(r"^::: mjtactile\.(\w+)$", API, flags=re.MULTILINE)) == sorted(mjtactile.__all__)
+
+
+def test_the_site_has_one_address():
+    """What errors name, what the package says of itself, and what the built pages call their own."""
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        assert tomllib.load(file)["project"]["urls"]["Documentation"] == DOCUMENTATION
+    assert f"site_url: {DOCUMENTATION} " in (ROOT / "mkdocs.yml").read_text()
 
 
 def test_every_page_is_in_the_navigation_once():
@@ -92,6 +102,11 @@ def test_links_of_the_built_site_lead_to_what_is_there(site):
 @pytest.mark.slow
 def test_public_names_have_their_docstrings_on_the_site(site):
     assert {f"mjtactile.{name}" for name in mjtactile.__all__} <= site["api.html"].anchors
+
+
+@pytest.mark.slow
+def test_addresses_that_errors_name_are_those_of_built_pages(site):
+    assert page_address(str(ContactError.page)).removeprefix(DOCUMENTATION) in site
 
 
 @pytest.mark.slow

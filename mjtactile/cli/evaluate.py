@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from mjtactile.cli.options import AsJson, PageOption
+from mjtactile.experiments.markdown import markdown_table
 from mjtactile.units import MOST_SEED
 
 #: All presses are in memory together, some 20 kB each.
@@ -35,7 +36,7 @@ def evaluate(
     as_json: AsJson = False,
     page: PageOption = None,
 ) -> None:
-    """How well the recognisers do on presses made fresh from a seed: the paper's protocol, and MuJoCo with noise."""
+    """Measure the recognisers on fresh presses: the paper's protocol, and random presses in MuJoCo with noise."""
     from dataclasses import replace
 
     from mjtactile.cli.benchmarks.tables import table_on_page
@@ -67,7 +68,7 @@ def tables(result: dict[str, Any]) -> str:
     parts = (
         f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
         f"{result['presses']} presses in MuJoCo.",
-        _markdown(
+        markdown_table(
             ("figure", "unit", "bound", "four layers", "one layer"),
             [
                 (*names, *(text(result[part][layers]) for layers in ("all", "top")))
@@ -95,7 +96,7 @@ def side_by_side(results: list[dict[str, Any]]) -> str:
         f"Seed {results[0]['seed']}, {results[0]['presses']} presses in MuJoCo for each preset and contact law, four "
         "layers / the top one:"
     )
-    return f"{title}\n\n{_markdown(head, rows)}"
+    return f"{title}\n\n{markdown_table(head, rows)}"
 
 
 def _summary_rows(three: str = " / ") -> list[tuple[tuple[str, str, str], str, Callable[[dict[str, Any]], str]]]:
@@ -145,7 +146,7 @@ def shape_table(result: dict[str, Any]) -> str:
         for name, one in both[0].items()
     ]
     head = ("contact", "presses", "direction, median deg", "magnitude, gf", "position, mm", "shape right, %")
-    return _markdown(head, cells)
+    return markdown_table(head, cells)
 
 
 #: Columns of tables with a row for each noise or array: title and text of a row's figures.
@@ -176,9 +177,4 @@ def _rows_table(
         (title, *(" / ".join(text(row[layers]) for layers in ("all", "top")) for text in columns.values()))
         for title, row in rows
     ]
-    return _markdown((kind, *columns), cells)
-
-
-def _markdown(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    lines = [head, tuple("---" for _ in head), *rows]
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+    return markdown_table((kind, *columns), cells)

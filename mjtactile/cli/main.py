@@ -11,6 +11,8 @@ import math
 import os
 import sys
 import warnings
+from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +20,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from mjtactile._installed import page_address
 from mjtactile.cli.bench import bench_app
 from mjtactile.cli.dataset import dataset, record
 from mjtactile.cli.envs import envs
@@ -39,8 +42,6 @@ Examples:
     mjtactile doctor                               # is all in place?
     mjtactile COMMAND --help                       # a command's options
 """
-#: Where pages named by errors lie.
-_PAGES = "docs/"
 _MEASURE, _INSTALLATION = "Experiments and measurements", "This installation"
 
 app = typer.Typer(
@@ -129,12 +130,12 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may hold what the terminal cannot show
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        code = app(standalone_mode=False)
+        code = _command()(standalone_mode=False)
         sys.stdout.flush()
         if code:  # of a command that found something wrong and has said it
             sys.exit(code)
     except MjTactileError as error:
-        _fail(f"{error} More: {_PAGES}{error.page}" if error.page else str(error))
+        _fail(f"{error} More: {page_address(error.page)}" if error.page else str(error))
     except KeyboardInterrupt:
         _fail("interrupted", code=130)
     except BrokenPipeError:  # whoever read the output has seen enough
@@ -150,10 +151,15 @@ def main() -> None:
         if message is None:
             raise
         text = message()
-        if text.startswith("Usage:"):  # a command without arguments: its whole help
-            print(text, file=sys.stderr)
+        if not text:  # a group of commands without one of them: its help has been shown
             sys.exit(2)
         _fail(text)
+
+
+@lru_cache(maxsize=1)
+def _command() -> Callable[..., Any]:
+    """All commands with their options; typer takes longer to gather them than most commands to refuse an option."""
+    return typer.main.get_command(app)
 
 
 def _fail(message: str, code: int = 2) -> None:
@@ -189,7 +195,7 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
     commanded = float((report.commanded**2).sum() ** 0.5)
     console.print(
         f"{report.shape}: {report.force_reached / GRAM_FORCE:.5g} gf reached of {commanded / GRAM_FORCE:.5g} gf "
-        f"({report.settled.error:.1e} off) after {report.settled.time * 1e3:.0f} ms, "
+        f"({report.settled.error * 100:.2g} % off) after {report.settled.time * 1e3:.0f} ms, "
         f"contact {report.contact.area * 1e6:.4g} mm2",
         highlight=False,
         markup=False,

@@ -17,7 +17,7 @@ from mjtactile._files import write_atomically
 from mjtactile._types import Array
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.options import contact_options
-from mjtactile.errors import MjTactileError, SceneError
+from mjtactile.errors import IndenterError, MjTactileError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.geometry.indenter import INDENTER_NAMES, Indenter, body_name, box, cylinder, mesh_indenter, punch, sphere
 from mjtactile.influence.cache import influence_matrices
@@ -197,6 +197,9 @@ def named_indenter(shape: str) -> Indenter:
         return OTHER_INDENTERS[shape]()
     if shape not in INDENTER_NAMES and Path(shape).suffix:
         return mesh_indenter(shape, name=body_name(Path(shape)))
+    if shape not in INDENTER_NAMES:
+        known = ", ".join((*INDENTER_NAMES, *OTHER_INDENTERS))
+        raise IndenterError(f"indenter '{shape}' does not exist. Available: {known}, or a mesh file such as tool.stl.")
     return punch(shape)
 
 

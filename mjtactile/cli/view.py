@@ -65,10 +65,11 @@ def preview(
 ) -> None:
     """Draw where a pad stands on its body and which way it faces, without simulating anything."""
     from mjtactile.errors import SceneError
-    from mjtactile.sim.preview import pad_names, preview_pad
+    from mjtactile.sim.mujoco_library import pad_sensor_names
+    from mjtactile.sim.preview import preview_pad
 
     model = _compiled(file)
-    names = pad_names(model)
+    names = pad_sensor_names(model)
     if pad is None and not names:
         raise SceneError(f"{file} has no pad. Add one with attach_pad or as a sensor of the plugin mjtactile.pad.")
     preview_pad(model, pad or names[0], out)

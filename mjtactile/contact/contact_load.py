@@ -84,7 +84,13 @@ def contact_load(
 def solved_load(
     influence: InfluenceMatrices, footprint: Footprint, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """The load by the law asked for; of a wrench that does not press, nothing.
+    """Load by the law asked for; an empty load where the wrench does not press.
+
+    Args:
+        influence: of the pad.
+        footprint: of the body.
+        wrench: that it has to carry.
+        options: how the contact is solved.
 
     Raises:
         ContactError: when no contact was found.
@@ -95,7 +101,17 @@ def solved_load(
 def solved_loads(
     influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
 ) -> list[SurfaceLoad]:
-    """Loads of bodies that press on one pad at once; see `solved_load`."""
+    """Loads of bodies that press on one pad at once.
+
+    Args:
+        influence: of the pad.
+        footprints: of the bodies.
+        wrenches: of the bodies, in the same order.
+        options: how the contacts are solved.
+
+    Raises:
+        ContactError: when no contact was found.
+    """
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
     loads = {k: _nothing(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
     if not pressing:
@@ -133,7 +149,7 @@ def _warn(text: str, stacklevel: int) -> None:
 def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """The load, after warnings about what it does not carry and where it is out of range."""
+    """Warn of what a load does not carry and where it leaves the linear range, and return it."""
     answers = options.gives_moment
     if answers and not wrench.moment_given:
         # The moment is what a body that keeps its orientation answers with; none was asked for.
@@ -175,13 +191,22 @@ def _warn_unless_carried(
 
 
 def _format(vector: Array, size: float) -> str:
-    """Three digits each; what is rounding beside `size` as 0."""
+    """A vector as text, three digits each; components that are rounding errors of `size` become 0."""
     shown = np.where(np.abs(vector) <= _RESIDUAL_TOLERANCE * size, 0.0, vector)
     return "(" + ", ".join(f"{v:.3g}" for v in shown) + ")"
 
 
 def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state: ContactState) -> None:
-    """Warn where strains are no longer small under a contact."""
+    """Warn where strains are no longer small under a contact.
+
+    Args:
+        influence: of the pad.
+        wrench: that presses.
+        state: of the contact; nothing is said of one without an area.
+
+    Warns:
+        ContactWarning: mean pressure or indentation is beyond the linear range.
+    """
     if state.contact_area == 0.0 or wrench.normal <= 0.0:
         return
     reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.indentation)

@@ -1,4 +1,4 @@
-"""What the compiled core needs of a pad to press on it: its compliance, and what contact laws ask for besides."""
+"""Pads handed to the compiled core to be pressed: their compliance, and what single contact laws need."""
 
 from __future__ import annotations
 
@@ -76,7 +76,13 @@ def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
 
 
 def give_springs(pad: CorePad, areas: Array, stiffnesses: Array) -> None:
-    """Hand over the springs of law "foundation", see `foundation_springs`."""
+    """Hand over the springs of law "foundation", see `foundation_springs`.
+
+    Args:
+        pad: that gets them, once.
+        areas: logarithms of contact areas [m^2], ascending.
+        stiffnesses: logarithms of the stiffness per area under each [Pa/m].
+    """
 
     def hand_over() -> None:
         of_areas, of_stiffnesses = contiguous(areas), contiguous(stiffnesses)

@@ -137,7 +137,7 @@ class Footprint:
 
     @cached_property
     def lowest_part(self) -> Footprint:
-        """The flat footprint that stands for a curved body where its shape is not looked at: its lowest part."""
+        """A flat footprint for laws that ignore a curved body's shape: the outline of its lowest part."""
         if self.gap is None:
             return self
         area = self._below(FACING_GAP)
@@ -170,7 +170,7 @@ class Footprint:
 
 
 def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
-    """The same function, whose heights are looked at."""
+    """The same function, which checks the heights it returns."""
 
     def heights(x: Array, y: Array) -> Array:
         values = np.asarray(gap(x, y), dtype=float)

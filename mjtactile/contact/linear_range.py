@@ -1,4 +1,4 @@
-"""Where strains count as small, as the linear model takes them to be, and where readings end."""
+"""The range of small strains, in which the linear model holds, and the readings at which taxels saturate."""
 
 from __future__ import annotations
 
@@ -34,7 +34,13 @@ def saturation(pad: Pad) -> Array:
 
 
 def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | None:
-    """What is wrong with a contact of this mean pressure [Pa] and indentation [m]; None within the linear range."""
+    """In what way a contact is beyond the linear range, as a sentence; None within it.
+
+    Args:
+        pad: that is pressed.
+        pressure: mean over the contact area [Pa].
+        indentation: of the surface where it is deepest [m]; NaN where it is not known.
+    """
     most_pressure, most_indentation = linear_range(pad)
     if pressure > most_pressure:
         limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {pad.layers[0].young:.3g} Pa"

@@ -1,4 +1,4 @@
-"""What is asked of a contact: law, shear, friction, tilt and the wrench, checked."""
+"""Options of a contact, checked: law, shear, friction, tilt and the wrench."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ContactOptions:
 
     @property
     def gives_moment(self) -> bool:
-        """Whether the moments about x and y are what comes of a body that keeps its orientation."""
+        """Whether the body keeps its orientation, so that the moments about x and y are results, not given."""
         return self.contact_law.shapes and not self.tilting
 
 
@@ -84,9 +84,17 @@ def contact_options(
     cells: int | None = None,
     contacts_know_friction: bool = False,
 ) -> ContactOptions:
-    """Options as `contact_load` takes them; what is None comes from the (influence matrices') fidelity.
+    """Options as `contact_load` takes them, checked.
 
-    With `contacts_know_friction` the coefficient of shear that slips may be that of MuJoCo's contacts.
+    Args:
+        influence: of the pad, or their fidelity, whose choices stand where an option is None.
+        law: name of the contact law.
+        tangential: how shear spreads.
+        friction: coefficient [-]; None for no bound.
+        tilt: "free" or "fixed".
+        cells: contact cells.
+        contacts_know_friction: whether shear that slips may do without a coefficient, which then is that of MuJoCo's
+            contacts.
 
     Raises:
         ContactError: for names and numbers that make no sense, alone or together.
@@ -114,7 +122,12 @@ def contact_options(
 
 
 def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayLike | None) -> Wrench:
-    """The wrench to carry; without a moment the force acts at the footprint's centroid.
+    """The wrench to carry.
+
+    Args:
+        footprint: at whose centroid the force acts where no moment is given.
+        force: on the pad, pad frame [N], (3,).
+        moment: about the pad's origin [N m], (3,), or None.
 
     Raises:
         ContactError: when force or moment is not three finite numbers.

@@ -240,7 +240,7 @@ class Press:
         return found
 
     def parts(self) -> Array | None:
-        """Nodal forces of the parts whose sums the loads of the one body pressed last are, (parts, ny, nx, 3) [N].
+        """Nodal forces of the linear parts of the load, (parts, ny, nx, 3) [N], after a press of one body.
 
         None where they are not a sum of parts.
         """
@@ -253,14 +253,14 @@ class Press:
         return nodal
 
     def weights(self, wrench: Wrench, parts: int) -> Array | None:
-        """Share of each part in a wrench's load, (parts,); None where they do not make it up."""
+        """Share of each part in the load of a wrench, (parts,); None where the load is not a sum of the parts."""
         weights, both = np.empty(parts), np.concatenate([wrench.force, wrench.moment])
         found = library().mjt_press_weights(self._handle, pointer(both), pointer(weights))
         return weights if found else None
 
 
 class _Rim:
-    """What is under pressure, drawn when asked from the edges about it.
+    """Outline of the area under pressure, made from its edges when it is first asked for.
 
     Args:
         ends: of the edges, pressure on their left, (edges, 2 ends, 2) [m].

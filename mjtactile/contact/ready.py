@@ -15,7 +15,13 @@ from mjtactile.influence.matrices import InfluenceMatrices
 
 
 def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: bool = False) -> CorePad:
-    """A pad on which contacts are solved as the options say; see `contact_pad`."""
+    """A pad on which contacts are solved as the options say; see `contact_pad`.
+
+    Args:
+        influence: of the pad.
+        options: how contacts are solved.
+        stress: whether whole stress tensors are wanted.
+    """
     pad = contact_pad(influence, stress=stress)
     if options.contact_law.springs:
         give_springs(pad, *foundation_springs(influence))
@@ -38,7 +44,7 @@ _presses: weakref.WeakKeyDictionary[InfluenceMatrices, _Pool] = weakref.WeakKeyD
 
 @contextmanager
 def press_of(influence: InfluenceMatrices, options: ContactOptions) -> Iterator[Press]:
-    """A press of a pad, kept for the next who asks for one like it, and nobody else's meanwhile."""
+    """A press of a pad for one thread; it is kept afterwards and reused for the same options."""
     free = _presses.setdefault(influence, {}).setdefault(options, [])
     press = free.pop() if free else new_press(influence, options)
     try:

@@ -118,7 +118,7 @@ class _Parts:
 
     @classmethod
     def of(cls, basis: WrenchBasis, wrench: Wrench, state: ContactState) -> _Parts | None:
-        """Parts of the contact under a wrench; None where its load is not a sum of parts."""
+        """Linear parts of the contact under a wrench; None where its load is not a sum of parts."""
         press = new_press(basis.influence, basis.options)
         press.loads([basis.footprint], [wrench])
         forces = press.parts()

@@ -54,7 +54,7 @@ class DamagedPartError(DatasetError):
 
 @dataclass(frozen=True)
 class PartOf:
-    """What a worker is asked for."""
+    """One part to make, as a worker gets it."""
 
     spec: DatasetSpec
     part: tuple[int, int]  #: first press and end

@@ -24,7 +24,12 @@ from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
 
 def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) -> Array:
-    """Readings (layers, rows, columns) [Pa] as a new array of these transducers reports them.
+    """Readings as a new array of transducers reports them, (layers, rows, columns) [Pa].
+
+    Args:
+        values: table [transducer] of the specification.
+        readings: ideal ones, (layers, rows, columns) [Pa].
+        rng: from which the array's gains, offsets and noise are drawn.
 
     Raises:
         DatasetError: the table names no transducer.

@@ -71,7 +71,11 @@ def shape_face(shape: str) -> Polygon | MultiPolygon | None:
 
 
 def sized_face(shape: str, size: float) -> Polygon | MultiPolygon:
-    """The flat face of a shape at a size [m]; errors as in `shape_face`."""
+    """The flat face of a shape at a size [m].
+
+    Raises:
+        IndenterError: there is no such shape, or it is curved.
+    """
     face = shape_face(shape)
     if face is None:
         raise IndenterError(f"shape '{shape}' is curved and has no face.")

@@ -189,13 +189,13 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
             drawing.close()
 
     def _begin(self, mask: Mask, infos: dict[str, Any], options: dict[str, Any]) -> None:
-        """Begin episodes where the mask says, and say of them what there is to say."""
+        """Begin episodes where the mask says, and add what `told` says of them to the infos."""
         rows = _rows(mask)
         self.task.begin(rows, [self._drawn[k] for k in rows], options)
         _add(infos, self.task.told(), mask)
 
     def _look(self, mask: Mask) -> None:
-        """See anew what the mask says."""
+        """Observe again where the mask says."""
         seen = self.task.observe(_rows(mask))
         if mask.all():
             self._seen = seen

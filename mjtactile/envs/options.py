@@ -42,7 +42,7 @@ class TouchOptions:
     pad: Pad | None = None  #: of every finger; None for the default pad
 
     def __post_init__(self) -> None:
-        """Refuse what does not exist."""
+        """Refuse options that do not exist."""
         if self.observation not in OBSERVATIONS:
             raise EnvError(f"observation = {self.observation!r} does not exist. Available: {', '.join(OBSERVATIONS)}.")
         try:

@@ -46,7 +46,7 @@ class PressIdentify(Task):
         Channel("press", "-", -1, 1, f"pressing force: up to 0 none, the finger lifts; at 1, {FORCE:g} N"),
         Channel("answer", "-", -1, 1, "above 0: answer now, which ends the episode"),
         *(
-            Channel(f"score {name}", "-", -1, 1, f"how likely the punch is a {name}: the answer is the largest")
+            Channel(f"score {name}", "-", -1, 1, f"how likely the punch is of shape {name}: the answer is the largest")
             for name in INDENTER_NAMES
         ),
     )

@@ -199,7 +199,7 @@ class BatchSimulations:
 
 
 class quiet_contacts:  # noqa: N801  a context manager, named as one
-    """Pads stay quiet about contacts beyond their linear range: what explores, presses too hard at times."""
+    """Suppress warnings about contacts beyond the linear range: agents that explore press too hard at times."""
 
     def __init__(self) -> None:
         self._caught: Any = warnings.catch_warnings()

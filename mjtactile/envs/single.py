@@ -19,16 +19,16 @@ _ROW = np.zeros(1, dtype=np.int32)
 
 
 def render_modes() -> list[str]:
-    """Ways to draw that there are here: a window only where there is a screen."""
+    """Render modes that work on this machine; "human" only where there is a screen."""
     window = not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     return ["rgb_array", "human"] if window else ["rgb_array"]
 
 
 def check_render_mode(render_mode: str | None) -> None:
-    """Whether something can be drawn like this here.
+    """Refuse a render mode that does not work on this machine.
 
     Raises:
-        EnvError: it cannot.
+        EnvError: it does not.
     """
     if render_mode is not None and render_mode not in render_modes():
         raise EnvError(

@@ -47,7 +47,12 @@ _OUTPUTS = {"readings": "von_mises", "pascals": "von_mises", "recognised": "von_
 def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
     """Give the pad on geom `<name>_pad` the sensor that the options ask for, in place of one it may have.
 
-    The physics is the same either way: what a blind agent touches behaves as what a feeling one does.
+    The physics is the same with and without a sensor.
+
+    Args:
+        spec: of the model.
+        name: of the pad and its sensor.
+        options: what is observed of it.
     """
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
         spec.delete(sensor)
@@ -104,7 +109,7 @@ class PadObserver:
 
     @property
     def space(self) -> gymnasium.spaces.Box | None:
-        """Of the observation `tactile` of one environment; None where there is none."""
+        """Space of the observation `tactile` of one environment; None where there is no such observation."""
         observation = self.options.observation
         if observation == "none":
             return None

@@ -93,7 +93,7 @@ class ShapeBelief:
         self._shapes: tuple[str, ...] = ()
 
     def look(self, shapes: Sequence[str], probabilities: npt.ArrayLike) -> None:
-        """Take in one recognition: the shapes it chose among, and the probability of each, shape (shapes,)."""
+        """Add one recognition: the shapes it chose among, and the probability of each, (shapes,)."""
         seen = np.asarray(probabilities, dtype=float)
         if self._sum is None:
             self._shapes, self._sum = tuple(shapes), np.zeros(len(seen))

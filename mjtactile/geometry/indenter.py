@@ -104,7 +104,9 @@ def indenter_outline(
         shift: where the centre goes, after the rotation [m].
         rotate_deg: turned counter-clockwise about the centre by this [deg].
         scale: size relative to the 10 mm original [-].
-    Returns: a counter-clockwise polygon; the doughnut's has a hole. Curves are polygons of the same area.
+
+    Returns:
+        A counter-clockwise polygon; the doughnut's has a hole. Curves are polygons of the same area.
 
     Raises:
         IndenterError: unknown name, or numbers that place nothing.
@@ -117,6 +119,11 @@ def indenter_outline(
 def indenter_solid(name: str, *, height: float = _PUNCH_HEIGHT, scale: float = 1.0) -> trimesh.Trimesh:
     """One of the seven punches as a watertight prism: face at z = 0, body up to z = height [m].
 
+    Args:
+        name: one of `INDENTER_NAMES`.
+        height: of the prism [m].
+        scale: size of the face relative to the 10 mm original [-].
+
     Raises:
         IndenterError: unknown name, or a height or scale that is not positive.
     """
@@ -126,19 +133,42 @@ def indenter_solid(name: str, *, height: float = _PUNCH_HEIGHT, scale: float = 1
 def convex_pieces(
     name: str, *, shift: tuple[float, float] = (0.0, 0.0), rotate_deg: float = 0.0, scale: float = 1.0
 ) -> list[Polygon]:
-    """Convex parts of a punch's outline [m], arguments as in `indenter_outline`: no overlaps, nothing left out."""
+    """A punch's outline cut into convex polygons [m], which do not overlap and leave nothing out.
+
+    Args:
+        name: one of `INDENTER_NAMES`.
+        shift: where the centre goes in the pad frame, after the rotation [m].
+        rotate_deg: turned counter-clockwise about the centre by this [deg].
+        scale: size relative to the 10 mm original [-].
+
+    Raises:
+        IndenterError: unknown name, or numbers that place nothing.
+    """
     return convex_parts(indenter_outline(name, shift=shift, rotate_deg=rotate_deg, scale=scale))
 
 
 def punch(name: str, *, height: float = _PUNCH_HEIGHT, scale: float = 1.0) -> Indenter:
-    """One of the seven flat punches; arguments as in `indenter_solid`."""
+    """One of the seven flat punches.
+
+    Args:
+        name: one of `INDENTER_NAMES`.
+        height: of its body above the face [m].
+        scale: size of the face relative to the 10 mm original [-].
+
+    Raises:
+        IndenterError: unknown name, or a height or scale that is not positive.
+    """
     return Indenter(
         name=name, solid=indenter_solid(name, height=height, scale=scale), outline=indenter_outline(name, scale=scale)
     )
 
 
 def sphere(radius: float) -> Indenter:
-    """A sphere of this radius [m]."""
+    """A sphere of this radius [m].
+
+    Raises:
+        IndenterError: a radius that is not positive.
+    """
     _require_positive("radius", radius)
     # Unit size first: trimesh drops triangles of millimetre size as degenerate while it revolves a profile.
     solid = trimesh.creation.uv_sphere(radius=1.0, count=[SIDES // 4, SIDES // 4]).apply_scale(radius)
@@ -146,7 +176,16 @@ def sphere(radius: float) -> Indenter:
 
 
 def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"] = "x") -> Indenter:
-    """A cylinder [m]: lying along x or y it presses with its side, standing along z with its flat end."""
+    """A cylinder that lies and presses with its side, or stands and presses with its flat end.
+
+    Args:
+        radius: [m].
+        length: [m].
+        axis: along which it lies, "x" or "y"; "z" for one that stands.
+
+    Raises:
+        IndenterError: a radius or length that is not positive, or another axis.
+    """
     _require_positive("radius", radius)
     _require_positive("length", length)
     size = (radius, length / 2)
@@ -167,7 +206,11 @@ def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"] = "x") -
 
 
 def box(size: tuple[float, float, float]) -> Indenter:
-    """A box of this full size along (x, y, z) [m]."""
+    """A box of this full size along (x, y, z) [m].
+
+    Raises:
+        IndenterError: a size that is not positive.
+    """
     for length, name in zip(size, ("size x", "size y", "size z"), strict=True):
         _require_positive(name, length)
     x, y, z = (length / 2 for length in size)
@@ -242,7 +285,10 @@ def _standing(solid: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _placed(outline: Area, shift: tuple[float, float], rotate_deg: float) -> Area:
-    x, y = (float(value) for value in shift)
+    try:
+        x, y = (float(value) for value in shift)
+    except (TypeError, ValueError) as error:
+        raise IndenterError(f"shift = {shift!r}; expected two lengths (x, y) in metres.") from error
     if not all(map(math.isfinite, (x, y, rotate_deg))):
         raise IndenterError(f"shift = {shift} m, rotate_deg = {rotate_deg}; expected finite numbers.")
     return affinity.translate(affinity.rotate(outline, rotate_deg, origin=(0, 0)), x, y)

@@ -38,7 +38,7 @@ def punch_outline(name: str) -> Polygon:
         IndenterError: the name is none of `INDENTER_NAMES`.
     """
     if name not in _PUNCHES:
-        raise IndenterError(f"indenter '{name}' does not exist. Available: {list(INDENTER_NAMES)}.")
+        raise IndenterError(f"indenter '{name}' does not exist. Available: {', '.join(INDENTER_NAMES)}.")
     return _PUNCHES[name]()
 
 

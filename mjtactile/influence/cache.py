@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -11,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mjtactile._progress import progress_bar
+from mjtactile._progress import progress_bar, say
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, MeshWarning, StaleInfluenceError
-from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_summary
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.provenance import check_provenance, influence_fingerprint
 from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
@@ -71,7 +70,8 @@ def influence_matrices(
     Args:
         pad: by default the paper's, `Pad()`.
         fidelity: "fast", "balanced", "precise" or "accurate", or a Fidelity of one's own: mesh, storage, contact law.
-        progress: show a progress bar on a terminal while building.
+        progress: say on standard error what is built and how far it has come: by a bar on a terminal, by lines
+            elsewhere.
         cache: False neither reads nor writes the cache.
 
     Raises:
@@ -97,6 +97,11 @@ def influence_matrices(
         found = None if error is not None else _load_if_whole(path, pad, chosen)
         if found is not None:
             return found
+        if progress:
+            say(
+                f"building influence matrices at fidelity {fidelity_summary(chosen)} for a {pad.summary}. This is done "
+                f"once; they are kept in {path.parent}."
+            )
         built = _derived_from_cache(pad, chosen) or build_influence(pad, chosen, progress=progress)
         try:
             if error is not None:
@@ -134,7 +139,7 @@ def cached_tables() -> list[CachedTable]:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", MeshWarning)  # its builder has heard of it
                 pad, fidelity = check_provenance(path, read_metadata(path), None, None)
-            contents, usable = f"{pad.summary}, {fidelity_text(fidelity)}", True
+            contents, usable = f"{pad.summary}, {fidelity_summary(fidelity)}", True
         except StaleInfluenceError:
             contents = "of another version of mjtactile"
         except (CorruptInfluenceError, OSError) as error:
@@ -182,8 +187,8 @@ def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True
         sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
     storage = ClassStorage(pad, chosen, sampling)
     tables: Tables = dict(storage.sampling)
-    said = f"building influence matrices, {pad.summary}"
-    with progress_bar(said, build_steps(pad, density), wanted=progress, counted=False) as advance:
+    steps = build_steps(pad, density)
+    with progress_bar("influence matrices", steps, wanted=progress, counted=False, lines=True) as advance:
         for class_tables in build_tables(
             pad,
             density,
@@ -244,12 +249,10 @@ def _acquire(lock: BaseFileLock) -> None:
             lock.acquire(timeout=patience)
             return
         except Timeout:
-            print(
-                f"mjtactile: waiting for another process that builds the same influence matrices and holds "
-                f"{lock.lock_file}. If it was stopped or hangs, let it go on or end it (`fuser {lock.lock_file}` finds "
-                f"it), or point {CACHE_VARIABLE} at another folder.",
-                file=sys.stderr,
-                flush=True,
+            say(
+                f"waiting for another process that builds the same influence matrices and holds {lock.lock_file}. If "
+                f"it was stopped or hangs, let it go on or end it (`fuser {lock.lock_file}` finds it), or point "
+                f"{CACHE_VARIABLE} at another folder."
             )
             patience = _WAIT_BETWEEN_LINES
 

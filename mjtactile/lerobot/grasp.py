@@ -35,7 +35,7 @@ Tick = tuple[npt.NDArray[np.float32], Array, Array]
 
 
 class RecordedTouch:
-    """A touch that keeps what it was asked for: readings of both pads, state and commands at every tick.
+    """A sense of touch that records readings of both pads, state and commands at every tick.
 
     Args:
         inner: what the controller is told.
@@ -48,7 +48,7 @@ class RecordedTouch:
         self.ticks: list[Tick] = []
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """What the other feels."""
+        """Felt by the sense of touch that is recorded."""
         readings = np.array([data.sensor(name).data.reshape(Pad().reading_shape) for name in GRIPPER_PADS])
         state = np.array([data.sensor(name).data[0] for name in _STATE])
         commands = np.array([data.ctrl[model.actuator(name).id] for name in _ACTIONS])

@@ -13,7 +13,7 @@ QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 
 
 def column_statistics(values: npt.NDArray[Any]) -> Statistics:
-    """Of every component over the frames of an episode.
+    """Statistics of every component over the frames of an episode.
 
     Args:
         values: (frames, *shape).
@@ -30,7 +30,7 @@ def column_statistics(values: npt.NDArray[Any]) -> Statistics:
 
 
 def joined(first: Statistics, second: Statistics) -> Statistics:
-    """Of two lots of frames together; quantiles are means weighted by frames, as LeRobot's own are."""
+    """Statistics of two sets of frames together; quantiles are means weighted by frames, as LeRobot's own."""
     n, m = float(first["count"][0]), float(second["count"][0])
     share = m / (n + m)
     mean = first["mean"] + share * (second["mean"] - first["mean"])

@@ -20,11 +20,12 @@ from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, no_such_value
-from mjtactile.plugin.engine import Instance, attribute_names, plugin_config, running_layout
+from mjtactile.plugin.engine import Instance, attribute_names, running_layout
 from mjtactile.plugin.health import HEALTH_NUMBERS, Health
 from mjtactile.plugin.model_copy import ModelCopy
 from mjtactile.plugin.reading import Reading, fill_instance
 from mjtactile.sim.geoms import check_pad_box
+from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names, plugin_config
 
 #: What a sensor can put out.
 OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")
@@ -106,19 +107,16 @@ class PluginSensor(NamedTuple):
 
 
 def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
-    """A sensor by its name; None when the model has no such sensor, or one of another kind.
+    """A sensor by its name, with its tables loaded; None when the model has none of that name, or one of another kind.
 
     Raises:
         SceneError: when its attributes make no sense.
     """
     sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name)
-    if sensor < 0 or model.sensor_type[sensor] != mujoco.mjtSensor.mjSENS_PLUGIN:
+    if not is_pad_sensor(model, sensor):
         return None
     instance = int(model.sensor_plugin[sensor])
-    texts = {key: plugin_config(model, instance, key) for key in attribute_names()}
-    if None in texts.values():
-        return None
-    attributes = Attributes({key: text or "" for key, text in texts.items()})
+    attributes = Attributes({key: plugin_config(model, instance, key) for key in attribute_names()})
     taxels = int(np.prod(attributes.influence().pad.reading_shape))
     widths = {"von_mises": taxels, "stress": 6 * taxels, "wrench": 6, "carried": 6, "range": 1}
     start = int(model.sensor_adr[sensor])
@@ -129,18 +127,8 @@ def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
     return PluginSensor(int(model.sensor_objid[sensor]), attributes, None)
 
 
-def plugin_sensor_names(model: mujoco.MjModel) -> list[str]:
-    """Names of the plugin's sensors in a model, in its order.
-
-    Raises:
-        SceneError: when the attributes of one make no sense.
-    """
-    names = [model.sensor(number).name for number in range(model.nsensor)]
-    return [name for name in names if plugin_sensor(model, name) is not None]
-
-
 def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> Health:
-    """What the readings of a sensor of the plugin came to in one simulation since that was made.
+    """Counts of what went wrong in the readings of a sensor of the plugin, since its simulation was made.
 
     Args:
         model: compiled model.
@@ -150,8 +138,8 @@ def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> He
     Raises:
         SceneError: when the model has no such sensor of the plugin, or `data` is no simulation of this model.
     """
-    if plugin_sensor(model, sensor) is None:
-        known = plugin_sensor_names(model)
+    known = pad_sensor_names(model)
+    if sensor not in known:
         raise SceneError(f"sensor '{sensor}' is no sensor of {PLUGIN} in this model. Available: {known}.")
     numbers = np.zeros(HEALTH_NUMBERS)
     instance = int(model.sensor_plugin[model.sensor(sensor).id])

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import ctypes
 from functools import lru_cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mjtactile._native import library
-from mjtactile.errors import NativeError
 
 if TYPE_CHECKING:
     from mjtactile.plugin.mujoco_layout import MujocoLayout
@@ -49,27 +47,6 @@ def running_layout() -> MujocoLayout:
     from mjtactile.plugin.mujoco_layout import mujoco_layout
 
     return mujoco_layout()
-
-
-@lru_cache(maxsize=1)
-def mujoco_library() -> ctypes.CDLL:
-    """MuJoCo's own library, loaded once."""
-    import mujoco
-
-    folder = Path(mujoco.__file__).parent
-    patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
-    found = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
-    if not found:
-        raise NativeError(f"MuJoCo's library was not found in {folder}. Install mujoco from PyPI.")
-    return ctypes.CDLL(str(found[0]))
-
-
-def plugin_config(model: Any, instance: int, attribute: str) -> str | None:
-    """Text of an attribute of a plugin instance in a compiled model; None where its plugin has no such attribute."""
-    function = mujoco_library().mj_getPluginConfig
-    function.restype = ctypes.c_char_p
-    text = function(ctypes.c_void_p(int(model._address)), ctypes.c_int(instance), attribute.encode())
-    return None if text is None else str(text.decode())
 
 
 def attribute_names() -> list[str]:

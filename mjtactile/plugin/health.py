@@ -1,4 +1,4 @@
-"""What the compiled core has to say, told to Python's users: warnings after the step, each once.
+"""Warnings and counts of the compiled core, passed on to Python after the step, each warning once.
 
 The core never calls Python from within a step. It asks to be called back when Python runs next, and hands over then
 what there is to warn of: once for every pad, body and kind. How often a kind came up is counted (`health`) and told at
@@ -39,14 +39,14 @@ class Note(ctypes.Structure):
 
 
 class Health(NamedTuple):
-    """What one pad's readings came to since it was made.
+    """Counts of what went wrong in one pad's readings since it was made.
 
     Attributes:
-        readings: with contact.
+        readings: how many there were with contact.
         beyond_range: contacts whose strains are not small.
         not_carried: contacts of which the sensing surface carries a part only.
-        bounded: contacts that were given the pressure the pad bears, as no elastic contact was found.
-        refused: contacts that nothing was read from.
+        bounded: contacts whose law found no solution; they got the pressure that the pad bears at most.
+        refused: contacts that could not be read.
         slow: readings that took more than 1 ms.
         very_slow: readings that took more than 5 ms.
         slowest: longest reading [s].
@@ -63,7 +63,7 @@ class Health(NamedTuple):
 
     @classmethod
     def of(cls, numbers: Any) -> Health:
-        """From the core's numbers."""
+        """Counts from the core's numbers, (HEALTH_NUMBERS,)."""
         readings, beyond, left, bounded, refused, slow, very_slow = (int(number) for number in numbers[:-1])
         return cls(readings, beyond, left, bounded, refused, slow, very_slow, float(numbers[-1]))
 
@@ -104,16 +104,20 @@ def release(number: int) -> None:
 
 
 def set_warnings(enabled: bool) -> None:
-    """Warn of contacts that are beyond what pads carry or this model describes, or do not; they are counted anyway."""
+    """Switch warnings about contacts on or off in this process; `Health` counts those contacts either way.
+
+    Args:
+        enabled: whether contacts that a pad cannot carry, or that lie beyond small strains, cause a ContactWarning.
+    """
     global _enabled
     _enabled = enabled
 
 
 def deliver(library: ctypes.CDLL) -> None:
-    """Warn of what the core has noted since the last time.
+    """Warn of everything the core has noted since the last call.
 
-    Where warnings are errors, the first is raised once all notes are taken: what is left in the core's queue would be
-    told of whatever is simulated next. The others are notes of that error.
+    Where warnings are errors, the first is raised after the queue is empty; notes that stay in it would be taken for
+    those of the next simulation. The other warnings are added to that error as notes.
     """
     note, fresh = Note(), []
     while library.mjt_plugin_next_note(ctypes.byref(note)):

@@ -19,7 +19,7 @@ _ENVIRONMENTS = "mjtactile.envs"
 
 
 def after_import(package: str, action: Callable[[], None]) -> None:
-    """Do it now if the package is imported already, otherwise right after it will be; asked twice, done once."""
+    """Call a function right after a package is imported, or now if it is already; a second request changes nothing."""
     if package in sys.modules:
         action()
     elif not any(isinstance(finder, _After) and finder.package == package for finder in sys.meta_path):
@@ -27,7 +27,7 @@ def after_import(package: str, action: Callable[[], None]) -> None:
 
 
 class _After(importlib.abc.MetaPathFinder):
-    """Finds one package, once, and has something done when it is there."""
+    """Import hook that waits for one package and then calls a function, once."""
 
     def __init__(self, package: str, action: Callable[[], None]) -> None:
         self.package, self._action = package, action
@@ -51,7 +51,7 @@ class _After(importlib.abc.MetaPathFinder):
 
 
 def install() -> None:
-    """Register now what can be, the rest right after the import of the package it is for."""
+    """Register with the packages that are imported already, and with the others right after their import."""
     after_import("mujoco", _register_or_warn)
     after_import("gymnasium", _register_environments)
 

@@ -1,4 +1,4 @@
-"""Geoms and names of a compiled MuJoCo model that only its address is known of.
+"""Geoms and names of a compiled MuJoCo model of which only the address is known.
 
 The plugin is handed models by MuJoCo itself while they are being compiled, when Python has no object for them yet. What
 the meaning of a sensor's attributes depends on is copied out of them, under the names MjModel has.

@@ -89,7 +89,7 @@ class NativeReader:
         return Found(readings, nodal, wrench, carried, *(float(number) for number in state))
 
     def health(self) -> Health:
-        """What the readings came to so far."""
+        """Counts of what went wrong in the readings so far."""
         numbers = np.empty(HEALTH_NUMBERS)
         library().mjt_reader_health(self._handle, pointer(numbers))
         return Health.of(numbers)

@@ -1,4 +1,4 @@
-"""How a pad is read, told to the core: by sensors of the plugin and by readers without one alike."""
+"""How a pad is read, handed to the core; the same for sensors of the plugin and for `TactileSensor`."""
 
 from __future__ import annotations
 

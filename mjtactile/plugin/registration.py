@@ -15,7 +15,7 @@ from typing import Any
 from mjtactile._native import library
 from mjtactile.errors import MjTactileError, NativeError
 from mjtactile.pad_names import PLUGIN
-from mjtactile.plugin.engine import ERROR_SIZE, Instance, attribute_names, mujoco_library, running_layout
+from mjtactile.plugin.engine import ERROR_SIZE, Instance, attribute_names, running_layout
 from mjtactile.plugin.health import deliver, release
 
 _Resolve = ctypes.CFUNCTYPE(
@@ -54,6 +54,7 @@ def ensure_registered() -> None:
 
         core, numbers = library(), running_layout().packed()
         from mjtactile.plugin.mujoco_layout import FUNCTIONS
+        from mjtactile.sim.mujoco_library import mujoco_library
 
         functions = [ctypes.cast(getattr(mujoco_library(), name), ctypes.c_void_p) for name in FUNCTIONS]
         core.mjt_plugin_register.restype = ctypes.c_int

@@ -1,4 +1,4 @@
-"""A network that says values, and how far off each of them may be."""
+"""A network that returns values and their standard deviations."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ class PrincipalComponents:
 
     @cached_property
     def _share(self) -> np.ndarray:
-        """What a taxel is off by, over what its reading differs from what all readings together say, (taxels,)."""
+        """A taxel's error over the residual of its reading after projection, where it alone is wrong, (taxels,)."""
         return 1.0 / (1.0 - np.einsum("ij,j,ij->i", self.parts, self._trust, self.parts))
 
     def _mended(self, flat: np.ndarray, projected: np.ndarray) -> np.ndarray | None:

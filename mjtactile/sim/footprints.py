@@ -35,7 +35,7 @@ _SAME_TOUCH = 1e-6
 
 
 class Imprints(ABC, Generic[Geometry]):
-    """Footprints on one pad, from what is kept of each geom's shape.
+    """Footprints on one pad; shapes of geoms are kept from one call to the next.
 
     Args:
         model: compiled model.
@@ -139,7 +139,7 @@ class GapImprints(Imprints[Shape]):
         return lower_surface(shapes, self._sheet, depth=self._depth, facing_gap=self.facing_gap)
 
     def _pressing(self, body: int, touching: Indices) -> Indices:
-        """Beside what touches now, all of the body that may touch as it presses deeper."""
+        """Geoms that touch now, and those of the same body that may touch as it presses deeper."""
         return pressing_geoms(self.model, body, np.union1d(self._colliding(body), touching))
 
     def _made(self, placed: dict[int, Pose]) -> Footprint:

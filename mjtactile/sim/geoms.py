@@ -205,6 +205,11 @@ def _label(model: mujoco.MjModel, geom: int) -> str:
 def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
     """Id of the box geom that is a pad.
 
+    Args:
+        model: compiled model.
+        name: of the geom.
+        pad: whose size the geom must have.
+
     Raises:
         SceneError: when the model has no such geom, or it is not a box of the pad's size.
     """
@@ -217,7 +222,12 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
 
 
 def check_pad_box(model: Any, geom: int, pad: Pad) -> None:
-    """Refuse a geom that cannot be a pad; the model may be a copy of its geoms.
+    """Refuse a geom that cannot be a pad.
+
+    Args:
+        model: compiled model, or a `ModelCopy` of one.
+        geom: id of the geom.
+        pad: whose size the geom must have.
 
     Raises:
         SceneError: when the geom is not a box of the pad's size.

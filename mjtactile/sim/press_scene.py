@@ -92,7 +92,7 @@ def press(
     tolerance: float = FORCE_TOLERANCE,
     time_limit: float = TIME_LIMIT,
 ) -> PressResult:
-    """Push the indenter of a press scene with a force and step until the pad feels just that force, steadily.
+    """Push the indenter of a press scene with a force and step until the pad feels that force steadily.
 
     It goes on from the state in `data`; call `mujoco.mj_resetData` first for an independent press.
 

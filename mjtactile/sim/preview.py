@@ -14,6 +14,7 @@ import numpy.typing as npt
 from mjtactile._files import check_figure, save_figure
 from mjtactile._installed import require
 from mjtactile.errors import SceneError
+from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names
 from mjtactile.sim.render import render_scene
 from mjtactile.sim.wrench import PadFrame, geom_frame
 
@@ -86,22 +87,13 @@ def preview_pad(
 
 
 def _pad_geom(model: mujoco.MjModel, pad: str) -> int:
-    """Id of the box geom of that name, or of the sensor of that name."""
+    """Id of the box geom of that name, or of the pad's sensor of that name."""
     sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, pad)
-    on_geom = sensor >= 0 and model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_GEOM
-    geom = int(model.sensor_objid[sensor]) if on_geom else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, pad)
+    felt = is_pad_sensor(model, sensor)
+    geom = int(model.sensor_objid[sensor]) if felt else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, pad)
     if geom < 0 or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
-        raise SceneError(f"the model has no pad '{pad}'. Available: {', '.join(pad_names(model)) or 'none'}.")
+        raise SceneError(f"the model has no pad '{pad}'. Available: {', '.join(pad_sensor_names(model)) or 'none'}.")
     return geom
-
-
-def pad_names(model: mujoco.MjModel) -> list[str]:
-    """Names of the sensors of plugins that stand on box geoms, in the model's order."""
-    on_geoms = (model.sensor_type == mujoco.mjtSensor.mjSENS_PLUGIN) & (
-        model.sensor_objtype == mujoco.mjtObj.mjOBJ_GEOM
-    )
-    boxes = model.geom_type == mujoco.mjtGeom.mjGEOM_BOX
-    return [model.sensor(int(s)).name for s in np.flatnonzero(on_geoms) if boxes[model.sensor_objid[s]]]
 
 
 def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
@@ -118,7 +110,7 @@ def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
 
 
 def _mark(scene: Any, pad: int, hidden: set[int], frame: PadFrame, length: float) -> None:
-    """Colour the pad in a scene, put its axes there, and leave nothing in the dark."""
+    """Colour the pad in a scene, add its axes as arrows, and add light."""
     if scene.nlight:
         scene.lights[0].ambient[:] = np.maximum(scene.lights[0].ambient, _AMBIENT)
     for shown in scene.geoms[: scene.ngeom]:

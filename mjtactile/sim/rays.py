@@ -1,4 +1,4 @@
-"""Lower surface of a geom that only MuJoCo knows the shape of: signed distance functions, by casting rays.
+"""Lower surface of signed distance functions, whose shape only MuJoCo knows, by casting rays.
 
 Exact where MuJoCo's ray casting is, at 2 to 5 us a point.
 """

@@ -52,6 +52,11 @@ def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
 def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFrame:
     """The pad frame of a box geom: the centre of its +z face.
 
+    Args:
+        model: compiled model.
+        data: after a step or a forward pass.
+        geom: id of the geom.
+
     Raises:
         SceneError: the geom is not a box.
     """

@@ -113,7 +113,7 @@ class Transducer:
         return self._late(self._counted(np.where(self.dead, 0.0, signal)))
 
     def _counted(self, signal: Array) -> Array:
-        """Signals as the converter tells them: within its range, in whole counts."""
+        """Signals after the converter: limited to its range, in whole counts."""
         full = self.element.full_signal
         clipped = np.clip(signal, -HEADROOM * full, full)
         if self.imperfections.adc_bits is None:
@@ -123,7 +123,7 @@ class Transducer:
         return np.clip(np.round(clipped / count) * count, -HEADROOM * full, full)
 
     def _late(self, signal: Array) -> Array:
-        """The signal of so many calls ago; rest before there was one."""
+        """The signal of some calls ago; that at rest where there were fewer calls."""
         if self.imperfections.delay == 0:
             return signal
         self._delayed.append(signal)

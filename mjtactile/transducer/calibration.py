@@ -1,4 +1,4 @@
-"""What one array of transducers differs by from its nominal elements, found out at rest and under a known pressure.
+"""Gains and offsets of one array of transducers, measured at rest and under a known pressure.
 
 A driver decodes with the nominal element's curve. Gains and offsets are the array's own and stay with it, so that they
 can be measured once: at rest, and under a pressure that is the same everywhere, a fluid's for example. What is left is

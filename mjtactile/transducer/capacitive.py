@@ -69,6 +69,9 @@ class CapacitiveCell:
 
         Args:
             full_scale: [Pa]; the pad's readings under 200 gf on a 3 mm disc stay below 100 kPa.
+
+        Raises:
+            TransducerError: it is not a positive stress.
         """
         if not (math.isfinite(full_scale) and full_scale > 0.0):
             raise TransducerError(f"full scale {full_scale} Pa; expected a positive stress, for example 100e3.")

@@ -99,6 +99,9 @@ class PiezoresistiveElement:
 
         Returns:
             (..., 3) along x, y and into the element [N]. What lies above pulls the element along x by s_zx.
+
+        Raises:
+            TransducerError: the first axis is not the six components.
         """
         tensor = np.asarray(stress, dtype=float)
         if tensor.ndim == 0 or tensor.shape[0] != 6:

@@ -77,7 +77,7 @@ class ControlPanel:
             controls.speed = _SPEEDS[speed.value]
 
     def _add_handle(self, extent: float) -> viser.TransformControlsHandle:
-        """What a body is dragged by."""
+        """The handle by which a body is dragged."""
         gui, controls = self._server.gui, self._controls
         handle = self._server.scene.add_transform_controls(
             "/drag", scale=_HANDLE * extent, disable_rotations=True, depth_test=False, visible=False

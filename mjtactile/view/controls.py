@@ -41,5 +41,5 @@ class Controls:
         return self.replaying or (self.paused and self.steps == 0)
 
     def let_go(self) -> None:
-        """Nobody is there any more: what would hold or push the simulation ends."""
+        """Drop every pause and pull, as when the last browser has left."""
         self.paused, self.replaying, self.steps, self.dragged_to = False, False, 0, None

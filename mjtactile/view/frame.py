@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import ContactWarning, ViewError
-from mjtactile.plugin.attributes import plugin_sensor_names
 from mjtactile.sensor import TactileSensor
+from mjtactile.sim.mujoco_library import pad_sensor_names
 from mjtactile.sim.wrench import geom_frame
 from mjtactile.view.outline import pressed_outline
 
@@ -64,7 +64,7 @@ def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
     Raises:
         ViewError: there is none.
     """
-    found = {name: TactileSensor(model, name) for name in plugin_sensor_names(model)}
+    found = {name: TactileSensor(model, name) for name in pad_sensor_names(model)}
     if not found:
         raise ViewError(
             "the model has no pad: no named sensor of the plugin mjtactile.pad. Add one with mjtactile.attach_pad, or "

@@ -1,4 +1,4 @@
-"""Where a pad is pressed, as a line around it: quick enough for every frame of the page."""
+"""Contact outline of a pad, computed fast enough for every frame of the page."""
 
 from __future__ import annotations
 

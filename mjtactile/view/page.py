@@ -35,7 +35,7 @@ _LIFT = 2e-4
 
 
 class Page:
-    """What browsers show. Everything here runs in the simulation's thread; the controls alone answer to the page's.
+    """What browsers show. Everything runs in the simulation's thread, but for the controls' callbacks.
 
     Args:
         server: of viser.

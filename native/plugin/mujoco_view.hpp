@@ -58,7 +58,7 @@ Field& field(void* structure, std::int64_t offset) {
   return *reinterpret_cast<Field*>(static_cast<char*>(structure) + offset);
 }
 
-// mjpPlugin, the same in all versions from 3.0 on: checked by size and order in tests/mujoco/test_plugin_layout.py.
+// mjpPlugin, the same in all versions from 3.0 on: checked by size and order in tests/plugin/test_plugin_layout.py.
 struct Plugin {
   const char* name;
   int nattribute;

@@ -95,34 +95,14 @@ def test_a_figure_without_opengl_leaves_the_scene_out_and_says_what_to_install(t
     assert path.read_bytes().startswith(b"%PDF")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        (["blob"], "circle"),
-        (["star", "--force", "-5gf"], "positive"),
-        (["star", "--force", "5"], "100gf"),
-        (["star", "--force", "nangf"], "force"),
-        (["star", "--force", "900gf"], "range"),
-        (["star", "--shift", "20,0"], "off|miss"),
-        (["star", "--shift", "1"], "1.25,0"),
-        (["star", "--tilt", "steep"], "--tilt"),
-        (["star", "--tilt", "60"], "slides"),
-        (["star", "--fidelity", "coarse"], "fast, balanced, precise, accurate"),
-        (["star", "--out", "/nonexistent/folder/p.npz"], "cannot write"),
-        (["star", "--out", "."], "folder"),
-        (["star", "--figure", "/nonexistent/folder/p.png"], "cannot write"),
-        (["star", "--no-such-option"], "no-such-option"),
-        (["missing.stl"], "missing.stl"),
-        ([], "SHAPE|shape"),
-    ],
-)
-def test_wrong_input_is_one_clear_line_and_exit_code_2(arguments, expected, draft):
-    done = run("press", *arguments)
+def test_wrong_input_is_one_clear_line_and_exit_code_2():
+    """As a process; what all kinds of wrong input say: test_odd_command_lines.py."""
+    done = run("press", "star", "--tilt", "60", "--fidelity", "fast")
     assert done.returncode == 2
     assert done.stdout == ""
     (line,) = done.stderr.strip().splitlines()
     assert line.startswith("mjtactile: error: ")
-    assert any(word in line for word in expected.split("|")), line
+    assert "slides" in line
 
 
 def test_a_figure_of_an_unknown_kind_is_refused_and_leaves_nothing(tmp_path, draft):

@@ -11,6 +11,7 @@ import pytest
 
 import mjtactile.envs
 import mjtactile.recognition  # noqa: F401
+from mjtactile._installed import DOCUMENTATION
 from mjtactile.errors import MjTactileError
 from mjtactile.influence.cache import SHIPPED
 
@@ -108,4 +109,4 @@ def test_pages_that_errors_name_are_there():
 
 
 def test_an_error_names_its_page():
-    assert run("press", "star", "--law", "none").stderr.strip().endswith("More: docs/contact.md")
+    assert run("press", "star", "--law", "none").stderr.strip().endswith(f"More: {DOCUMENTATION}contact.html")

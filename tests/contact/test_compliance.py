@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from core_cells import face_cells
 from laws_on_cells import Cells, full_compliance, normal_compliance, placed
 from scipy.interpolate import RegularGridInterpolator
 from shapely import Point, Polygon
 from small_pads import COARSE, in_double_precision
 
 from mjtactile.contact.compliance import SurfaceCompliance, surface_compliance
-from mjtactile.contact.face_cells import face_cells
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad

@@ -18,7 +18,7 @@ import mujoco
 import numpy as np
 
 import mjtactile
-from mjtactile.sim.preview import pad_names
+from mjtactile.sim.mujoco_library import pad_sensor_names
 
 
 def wrench_on(model: Any, data: Any, geom: int) -> np.ndarray:
@@ -62,7 +62,7 @@ def main() -> None:
     answers = {}
     if "model" in found:
         model, data = found["model"], found["data"]
-        names = pad_names(model)
+        names = pad_sensor_names(model)
         sensors = {name: mjtactile.TactileSensor(model, name) for name in names} or {"pad": found["sensor"]}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", mjtactile.ContactWarning)  # the example had them

@@ -222,7 +222,8 @@ def test_mesh_indenter_reads_files_scales_and_lowers(tmp_path):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: indenter_outline("hexagon"), r"'hexagon' does not exist. Available: \['circle'"),
+        (lambda: indenter_outline("star", shift=3), r"shift = 3; expected two lengths"),  # type: ignore[arg-type]
+        (lambda: indenter_outline("hexagon"), r"'hexagon' does not exist. Available: circle, doughnut"),
         (lambda: indenter_outline("star", scale=0.0), "scale = 0.0"),
         (lambda: indenter_outline("star", shift=(math.nan, 0.0)), "finite"),
         (lambda: indenter_solid("star", height=-1.0), "height = -1.0"),

@@ -18,6 +18,7 @@ from mjtactile.fidelity import (
     Fidelity,
     as_fidelity,
     fidelity_from_text,
+    fidelity_summary,
     fidelity_text,
     mesh_name,
 )
@@ -116,3 +117,16 @@ def test_texts_that_say_no_fidelity_are_refused(text):
 def test_densities_are_known_by_name():
     assert mesh_name(MESHES["fine"]) == "fine"
     assert mesh_name(replace(MESHES["fine"], rim_grading=1.23)) is None
+
+
+@pytest.mark.parametrize(
+    ("fidelity", "words"),
+    [
+        (PRESETS["precise"], "precise"),
+        (Fidelity(mesh="fine"), "mesh fine"),
+        (Fidelity(mesh=MESHES["draft"], precision="int8", cells=20), "mesh draft, precision int8, cells 20"),
+        (Fidelity(mesh=replace(MESHES["draft"], most_elements=50)), "mesh of its own"),
+    ],
+)
+def test_a_summary_says_what_differs_from_a_plain_mesh(fidelity, words):
+    assert fidelity_summary(fidelity) == words

@@ -301,6 +301,17 @@ cache.influence_matrices(fidelity=Fidelity(mesh=density), progress=False)
     assert files(cache) == [cached_path(Pad(), TINY_FIDELITY).name]
 
 
+def test_a_build_says_what_it_does_and_where_it_is_kept_once(cache, capfd):
+    for lines in (1, 0):
+        influence_matrices(fidelity=TINY_FIDELITY)
+        said = capfd.readouterr().err.splitlines()
+        assert len(said) == lines
+        assert all("building influence matrices at fidelity" in one and str(cache) in one for one in said)
+    cached_path(Pad(), TINY_FIDELITY).unlink()
+    tiny()
+    assert capfd.readouterr().err == ""
+
+
 def test_who_waits_for_another_builder_says_for_what(cache, capfd, monkeypatch):
     """As for a builder that was stopped; one that is quick is waited for in silence."""
     monkeypatch.setattr(mjtactile.influence.cache, "_SILENT_WAIT", 0.2)

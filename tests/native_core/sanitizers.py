@@ -1,6 +1,6 @@
 """The core compiled with AddressSanitizer and UndefinedBehaviorSanitizer, and how processes are run with it.
 
-python tests/native_core/sanitizers.py <folder of the build> <command> ...
+python tests/native_core/sanitizers.py <command> ...
 """
 
 from __future__ import annotations
@@ -12,22 +12,24 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+#: One build for all who ask: compiling takes a minute.
+FOLDER = ROOT / "build" / "sanitizers"
 COMPILER = shutil.which("g++")
 FLAGS = ["-std=c++17", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
-def library(folder: Path) -> Path:
+def library() -> Path:
     """The core compiled with sanitizers, without CMake: plain kernels and AVX2. Kept while no source changes."""
-    native, built = ROOT / "native", folder / "libmjtactile.so"
+    native, built = ROOT / "native", FOLDER / "libmjtactile.so"
     sources = [path for path in native.rglob("*") if path.is_file()]
     if built.is_file() and built.stat().st_mtime > max(path.stat().st_mtime for path in sources):
         return built
-    folder.mkdir(parents=True, exist_ok=True)
+    FOLDER.mkdir(parents=True, exist_ok=True)
     includes = [f"-I{native / 'core'}", f"-I{native}"]
     wide = {"avx2": ["-mavx2", "-mfma", "-mf16c"], "avx512": ["-mavx512f", "-mavx2", "-mfma", "-mf16c"]}
     objects, running = [], []
     for source in sorted(native.rglob("*.cpp")):
-        target = folder / f"{source.stem}.o"
+        target = FOLDER / f"{source.stem}.o"
         flags = [f for f in FLAGS if f != "-shared"] + wide.get(source.stem.removeprefix("kernels_"), [])
         command = [str(COMPILER), *flags, "-DMJTACTILE_X86", *includes, "-c", str(source), "-o", str(target)]
         running.append(subprocess.Popen(command))
@@ -39,14 +41,14 @@ def library(folder: Path) -> Path:
     return built
 
 
-def environment(built: Path) -> dict[str, str]:
-    """Variables of a process that uses such a core."""
+def environment() -> dict[str, str]:
+    """Variables of a process that uses such a core, which is compiled first."""
     runtime = [
         subprocess.run([str(COMPILER), f"-print-file-name={name}"], capture_output=True, text=True, check=True).stdout
         for name in ("libasan.so", "libubsan.so", "libstdc++.so")
     ]
     return os.environ | {
-        "MJTACTILE_LIBRARY": str(built),
+        "MJTACTILE_LIBRARY": str(library()),
         "LD_PRELOAD": " ".join(path.strip() for path in runtime),
         "ASAN_OPTIONS": "detect_leaks=0",  # Python's own
         "UBSAN_OPTIONS": "print_stacktrace=1",
@@ -54,5 +56,4 @@ def environment(built: Path) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    library_of = library(Path(sys.argv[1]).resolve())
-    sys.exit(subprocess.run(sys.argv[2:], env=environment(library_of), check=False).returncode)
+    sys.exit(subprocess.run(sys.argv[1:], env=environment(), check=False).returncode)

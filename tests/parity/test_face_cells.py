@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from core_cells import clip_outline, face_cells, read
 from half_space import HalfSpaceIntegrals
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
@@ -12,7 +13,7 @@ from scipy.spatial import KDTree
 from shapely import MultiLineString, MultiPolygon, Polygon, affinity
 
 import mjtactile
-from mjtactile.contact.face_cells import clip_outline, face_cells, placed_cells
+from mjtactile.contact.face_cells import placed_cells
 
 PAD = mjtactile.Pad()
 #: What sums of a few hundred areas cost in rounding.
@@ -304,8 +305,8 @@ def test_outlines_that_differ_by_a_turn_and_a_shift_share_their_cells(name):
     outline = mjtactile.indenter_outline(name)
     moved = affinity.translate(affinity.rotate(outline, 3.0, origin=(0, 0)), 1e-3, -2e-3)
     (first, _), (second, (x, y, angle)) = (placed_cells(one, 40) for one in (outline, moved))
-    np.testing.assert_array_equal(first.read().centroids, second.read().centroids)
-    placed = affinity.translate(affinity.rotate(Polygon(second.read().corners), angle, (0, 0), use_radians=True), x, y)
+    np.testing.assert_array_equal(read(first).centroids, read(second).centroids)
+    placed = affinity.translate(affinity.rotate(Polygon(read(second).corners), angle, (0, 0), use_radians=True), x, y)
     assert placed.symmetric_difference(moved.convex_hull).area <= 1e-9 * moved.area
 
 
@@ -314,4 +315,4 @@ def test_rings_of_any_direction_and_order_are_the_same_outline():
     ring = Polygon(outer, [hole])
     two = MultiPolygon([ring, shapely.box(4e-3, 4e-3, 5e-3, 5e-3)])
     for outline in (two, shapely.reverse(two)):
-        assert placed_cells(outline, 60)[0].read().areas.sum() == pytest.approx(two.area, rel=1e-9)
+        assert read(placed_cells(outline, 60)[0]).areas.sum() == pytest.approx(two.area, rel=1e-9)

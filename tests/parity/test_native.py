@@ -4,6 +4,7 @@ import laws_on_cells
 import numpy as np
 import pytest
 from core_calls import normal_compliance, rigid_contact
+from core_cells import face_cells
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Point, affinity, box
@@ -11,7 +12,6 @@ from shapely import Point, affinity, box
 import mjtactile
 from mjtactile import _native as native
 from mjtactile.contact.compliance import surface_compliance
-from mjtactile.contact.face_cells import face_cells
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
 from mjtactile.geometry.planar import areal

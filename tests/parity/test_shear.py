@@ -7,12 +7,12 @@ import laws_on_cells
 import numpy as np
 import pytest
 from core_calls import full_compliance, surface_shear
+from core_cells import FaceCells, face_cells
 from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Polygon
 
 import mjtactile
 from mjtactile.contact.compliance import surface_compliance
-from mjtactile.contact.face_cells import FaceCells, face_cells
 
 #: Largest difference of compliances over the largest: sums of some hundred terms in another order.
 SAME_COMPLIANCE = 1e-9

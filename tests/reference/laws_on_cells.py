@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from core_cells import FaceCells
 from half_space import HalfSpaceIntegrals, half_space_compliance
 
 from mjtactile._types import Array
 from mjtactile.contact.compliance import SurfaceCompliance
-from mjtactile.contact.face_cells import FaceCells
 
 _EXCHANGES = 100
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from core_cells import read
 from laws_on_cells import Cells, coulomb, full_compliance, normal_compliance, placed, pressing, proportional, sticking
 from shapely import box
 
@@ -48,7 +49,7 @@ def solved(influence, footprint: Footprint, lever=(0.0, 0.0), **options) -> tupl
     assert not found.bounded
     assert not found.simplified
     made, place = placed_cells(footprint.outline, COUNT)
-    forces, cells = press.cell_forces(), placed(made.read(), place)
+    forces, cells = press.cell_forces(), placed(read(made), place)
     np.testing.assert_allclose(forces.centroids, cells.centroids, atol=1e-12)
     return forces, cells, np.concatenate([FORCE, moment])
 

@@ -12,6 +12,7 @@ import pytest
 
 import mjtactile
 from mjtactile.errors import OutputError, SceneError
+from mjtactile.sim.mujoco_library import pad_sensor_names
 from mjtactile.sim.render import RenderError, working_backend
 
 TURNED = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # about x: the pad's z is the finger's -y
@@ -84,6 +85,30 @@ def test_nothing_is_simulated_and_a_pose_of_ones_own_is_drawn():
     assert mjtactile.preview_pad(model, "ff", data=data).shape == (480, 960, 3)
     assert data.time == 0.0
     assert data.joint("turn").qpos == 0.5
+
+
+def test_sensors_of_other_plugins_are_no_pads():
+    """MuJoCo's touch grid stands on a site, others may stand on a box as a pad does: the plugin's name decides."""
+    spec = finger(TURNED)
+    spec.body("finger").add_site(name="tip")
+    spec.activate_plugin("mujoco.sensor.touch_grid")
+    grid = spec.add_plugin(name="grid", plugin_name="mujoco.sensor.touch_grid", active=True)
+    grid.config = {"size": "7 7", "fov": "45 45", "nchannel": "1", "gamma": "0"}
+    on_site = {"objtype": mujoco.mjtObj.mjOBJ_SITE, "objname": "tip"}
+    sensor = spec.add_sensor(name="grid", type=mujoco.mjtSensor.mjSENS_PLUGIN, **on_site)
+    sensor.plugin = grid
+    sensor.plugin.name, sensor.plugin.plugin_name, sensor.plugin.active = "grid", "mujoco.sensor.touch_grid", True
+    spec.add_sensor(
+        name="where", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objtype=mujoco.mjtObj.mjOBJ_GEOM, objname="ff_pad"
+    )
+    model = spec.compile()
+    # As a plugin of somebody else that does stand on a box.
+    model.sensor_objtype[model.sensor("grid").id] = mujoco.mjtObj.mjOBJ_GEOM
+    model.sensor_objid[model.sensor("grid").id] = model.geom("ff_pad").id
+    assert pad_sensor_names(model) == ["ff"]
+    for name in ("grid", "where"):
+        with pytest.raises(SceneError, match=f"no pad '{name}'. Available: ff"):
+            mjtactile.preview_pad(model, name)
 
 
 def test_wrong_names_are_refused_before_anything_is_drawn(tmp_path):

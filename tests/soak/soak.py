@@ -259,7 +259,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=scenes.ROOT / "build" / "soak")
     given = parser.parse_args()
     if given.sanitize and "LD_PRELOAD" not in os.environ:
-        return _under_sanitizers(given.out)
+        return _under_sanitizers()
     pads = scenes.QUICK_PADS if given.quick_pads else tuple(scenes.PADS)
     if given.only is not None:
         return _only(given.only, given.steps, pads, given.out)
@@ -295,10 +295,10 @@ def _only(seed: int, steps: int, pads: tuple[str, ...], out: Path) -> int:
     return 1 if answer["findings"] else 0
 
 
-def _under_sanitizers(out: Path) -> int:
+def _under_sanitizers() -> int:
     """The same command line, with a core compiled with sanitizers in place of the installed one."""
     runner = HERE.parent / "native_core" / "sanitizers.py"
-    command = [sys.executable, str(runner), str(out / "sanitizers"), sys.executable, *sys.argv]
+    command = [sys.executable, str(runner), sys.executable, *sys.argv]
     return subprocess.run(command, check=False).returncode
 
 

@@ -3,7 +3,8 @@
     python tests/wheel/try_wheel.py dist/mjtactile-*.whl --mujoco 3.3.7 4.0.0 newest
 
 Needs nothing but Python. In each environment: pip installs the wheel, `mjtactile press` reads, `mjtactile doctor` finds
-nothing wrong, and first_reading.py runs. Downloads are not counted.
+nothing wrong, and first_reading.py runs. In the first, `mjtactile press` builds the table of the default fidelity and
+says so. Downloads are not counted.
 """
 
 from __future__ import annotations
@@ -64,11 +65,14 @@ def try_with(version: str, wheel: Path, folder: Path, tried: set[str]) -> tuple[
     for compiler in ("cc", "gcc", "g++", "c++", "clang", "clang++"):
         assert shutil.which(compiler, path=variables["PATH"]) is None, compiler
 
-    def run(*command: str) -> str:
+    def tell(*command: str) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True, check=False)
         if done.returncode:
             sys.exit(f"with MuJoCo {version}: {' '.join(command)}\n{done.stdout}\n{done.stderr}")
-        return done.stdout
+        return done
+
+    def run(*command: str) -> str:
+        return tell(*command).stdout
 
     pip = (str(commands / "python"), "-m", "pip", "--disable-pip-version-check", "--quiet")
     mujoco = "mujoco" if version == "newest" else f"mujoco=={version}"
@@ -94,6 +98,14 @@ def try_with(version: str, wheel: Path, folder: Path, tried: set[str]) -> tuple[
         run(str(commands / "python"), "-c", found)
     said = run(str(commands / "python"), str(Path(__file__).with_name("first_reading.py")))
     run(str(commands / "mjtactile"), "doctor")
+
+    if not tried:
+        start = time.perf_counter()
+        told = tell(str(commands / "mjtactile"), "press", "star", "--json").stderr
+        assert told.startswith("mjtactile: building influence matrices at fidelity balanced"), told
+        print(
+            f"the first press at the default fidelity builds its table and says so: {time.perf_counter() - start:.0f} s"
+        )
 
     files, compiled = installed_size(environment)
     check(files, MOST_INSTALLED, "the size of the core install [bytes]")

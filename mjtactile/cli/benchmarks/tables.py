@@ -15,6 +15,7 @@ from mjtactile._files import check_writable, read_text, write_atomically
 from mjtactile.cli.benchmarks.cases import CALCULIX_GROUPS
 from mjtactile.cli.benchmarks.front import front
 from mjtactile.errors import MjTactileError
+from mjtactile.experiments.markdown import markdown_table
 from mjtactile.fidelity import PRESETS
 from mjtactile.sim.assets import asset_path
 
@@ -106,14 +107,13 @@ def trade_table(result: dict[str, Any]) -> str:
         "moved: other body",
         "unchanged",
     ]
-    lines = [_line(titles), _line(["---"] * len(titles))]
-    lines += [_line(_trade_cells(row, result)) for row in (*presets, *others)]
+    rows = [_trade_cells(row, result) for row in (*presets, *others)]
     solves = [("direct FEM solve of one load", mesh, seconds) for mesh, seconds in result["direct_s"].items()]
     tactile = f"MuJoCo {result['mujoco_version']} `<tactile>`, 676 points"
     for name, mesh, seconds in (*solves, (tactile, "-", result["mujoco_tactile_s"])):
         times = [_milliseconds(seconds)] * 3
-        lines.append(_line([name, mesh, *["-"] * (len(titles) - 2 - len(times)), *times]))
-    return "\n".join(lines)
+        rows.append([name, mesh, *["-"] * (len(titles) - 2 - len(times)), *times])
+    return markdown_table(titles, rows)
 
 
 def stored_runs() -> dict[str, Any]:
@@ -135,7 +135,7 @@ def today_table(others: list[dict[str, Any]], trade: dict[str, Any], plugin: dic
     """
     added = {row["name"]: row["added_s"] for row in plugin["rows"]}
     titles = ["", "reports", "below the surface", "error against CalculiX", "box adds to a step", "star adds to a step"]
-    lines = [_line(titles), _line(["---"] * len(titles))]
+    rows = []
     for name in ("fast", "balanced"):
         (row,) = (one for one in trade["rows"] if one["preset"] == name)
         times = [
@@ -143,7 +143,7 @@ def today_table(others: list[dict[str, Any]], trade: dict[str, Any], plugin: dic
             for shape in ("box", "star")
         ]
         error = _median_worst([value for case, value in row["calculix"].items() if case.startswith("B2_")])
-        lines.append(_line([f"**mjtactile, {name}**", "von Mises stress", "four depths", error, *times]))
+        rows.append([f"**mjtactile, {name}**", "von Mises stress", "four depths", error, *times])
     for other in others:
         match other.get("measured"):
             case "direct":
@@ -152,8 +152,8 @@ def today_table(others: list[dict[str, Any]], trade: dict[str, Any], plugin: dic
                 times = [_microseconds(added[f"MuJoCo `<tactile>`, {shape}"]) for shape in ("box", "star")]
             case _:
                 times = ["-", "-"]
-        lines.append(_line([other["name"], other["reports"], other["below"], other["error"], *times]))
-    return "\n".join(lines)
+        rows.append([other["name"], other["reports"], other["below"], other["error"], *times])
+    return markdown_table(titles, rows)
 
 
 def _microseconds(seconds: float) -> str:
@@ -208,7 +208,3 @@ def _median_worst(errors: list[float]) -> str:
 
 def _milliseconds(seconds: float) -> str:
     return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.1f} s"
-
-
-def _line(cells: list[str]) -> str:
-    return f"| {' | '.join(cells)} |"

@@ -73,7 +73,7 @@ class GripLaw:
 
 
 def close(robot: Arm) -> bool:
-    """Close until both pads are touched and stay so; whether they do.
+    """Close the gripper until both pads are touched steadily. Returns whether they are.
 
     While only one pad is touched, the wrist gives way to that side, so that the object stays where it stands; then the
     fingers take hold, and the wrist evens out what still differs between them.
@@ -97,7 +97,7 @@ def close(robot: Arm) -> bool:
 
 
 def rub(robot: Arm) -> float:
-    """Rub an object that stands on a table from above to below; the friction felt [-].
+    """Slide the fingers down an object that stands on a table. Returns the friction that was felt [-].
 
     The fingers slide down by half a millimetre or so. It ends with the fingers neither pulled up nor down.
     """
@@ -172,7 +172,7 @@ def hold(robot: Arm, law: GripLaw, time: float) -> None:
 
 
 def lower(robot: Arm, lowest: float, *, speed: float) -> bool:
-    """Lower what is held until it lands on something; whether it did.
+    """Lower what is held until it lands on something. Returns whether it did.
 
     Args:
         robot: with the object between its fingers, at rest.

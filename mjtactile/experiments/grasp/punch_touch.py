@@ -1,4 +1,4 @@
-"""What pads feel that punches press on: force, and shape."""
+"""Force and shape, recognised on pads under punches."""
 
 from __future__ import annotations
 

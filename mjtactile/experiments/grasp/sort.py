@@ -123,7 +123,7 @@ def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | 
 
 
 def grip_in_the_middle(robot: Robot, touch: PunchTouch) -> bool:
-    """Grip anew with the pads' middles nearer the shape's; whether there is something to grip.
+    """Grip again with the pads' middles nearer the shape's. Returns whether there was something to grip.
 
     Fingertips on soft joints turn until the force passes through their own middle. A shape beside it is pressed harder
     on the near side, which is not what recognisers learnt from: it seems to stand on the other side, about half as far

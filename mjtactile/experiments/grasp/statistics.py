@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from mjtactile.experiments.markdown import markdown_table
+
 CONFIDENCE = 0.95
 
 
@@ -87,10 +89,6 @@ class Report:
         """Title, table and bounds."""
         met = {True: "yes", False: "**no**"}
         bounds = [(one.what, one.bound, one.found, met[one.met]) for one in self.bounds]
-        parts = [self.title, _table(self.head, self.rows)]
-        parts += [_table(("bound", "", "reached", "met"), bounds)] if bounds else []
+        parts = [self.title, markdown_table(self.head, self.rows)]
+        parts += [markdown_table(("bound", "", "reached", "met"), bounds)] if bounds else []
         return "\n\n".join([*parts, *self.notes])
-
-
-def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, tuple("---" for _ in head), *rows))

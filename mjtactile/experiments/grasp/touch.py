@@ -120,7 +120,7 @@ def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str |
 
 @lru_cache(maxsize=2)
 def grasp_recogniser(weights: str | None) -> GraspRecogniser:
-    """What feels what a hand holds.
+    """The recogniser of forces and twists on a gripper's pads.
 
     Args:
         weights: folder of weights of one's own; None: those shipped.

@@ -22,7 +22,7 @@ Result = dict[str, Any]
 
 
 class TrialsError(MjTactileError, ValueError):
-    """Trials that make no sense, or a file of results of other ones."""
+    """Trials that make no sense, or a results file that belongs to other trials."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -85,7 +85,7 @@ def run_loop(
 def loop_recognisers(
     layers: str, folder: Path | None = None, pad: Pad | None = None
 ) -> tuple[ForceRecogniser, ShapeRecogniser]:
-    """What the loop feels with; arguments and errors as of `recognition.load`."""
+    """Recognisers of force and shape for the loop; arguments and errors as in `recognition.load`."""
     return load("force", layers=layers, pad=pad, folder=folder), load("shape", layers=layers, pad=pad, folder=folder)
 
 

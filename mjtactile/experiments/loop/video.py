@@ -139,7 +139,7 @@ class LoopVideo:
 
 
 def check_video_path(path: Path) -> None:
-    """Find out before the loop runs whether a video can be called that.
+    """Refuse a video's file name that cannot be used, before the loop runs.
 
     Raises:
         OutputError: the file's ending is no kind of video known here.

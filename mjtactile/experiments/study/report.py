@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mjtactile.experiments.markdown import markdown_table
 from mjtactile.experiments.study.plan import STUDIED_LAWS
 from mjtactile.experiments.study.protocol import DIRECTIONS, LAYERS, PAPER_SHAPES_RIGHT
 from mjtactile.experiments.study.tables import (
@@ -16,7 +17,6 @@ from mjtactile.experiments.study.tables import (
     direction_table,
     force_result,
     magnitude_table,
-    markdown,
     our_columns,
     outputs_table,
     paper_direction_error,
@@ -133,4 +133,4 @@ def _variants_table(units: Sequence[dict[str, Any]], cell: Callable[[dict[str, A
         [variant, *(found.get((variant, law, layers), "-") for law in STUDIED_LAWS for layers in LAYERS)]
         for variant in dict.fromkeys(u["variant"] for u in units)
     ]
-    return markdown(["", *our_columns()], rows)
+    return markdown_table(["", *our_columns()], rows)

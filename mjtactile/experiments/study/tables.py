@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mjtactile.experiments.markdown import markdown_table
 from mjtactile.experiments.study.plan import STUDIED_LAWS
 from mjtactile.experiments.study.protocol import (
     DIRECTIONS,
@@ -49,7 +50,7 @@ def direction_table(found: dict[str, Any]) -> str:
             *(_spread(e, c["best"], 3) for e, c in zip(errors, columns, strict=True)),
         ]
     )
-    return markdown(["", *_paper_columns(), *our_columns()], rows)
+    return markdown_table(["", *_paper_columns(), *our_columns()], rows)
 
 
 def magnitude_table(found: dict[str, Any]) -> str:
@@ -60,7 +61,7 @@ def magnitude_table(found: dict[str, Any]) -> str:
     def row(label: str, name: str, printed: Sequence[str]) -> list[str]:
         return [label, *printed, *(_spread(c[name], c["best"], 3) for c in columns)]
 
-    return markdown(
+    return markdown_table(
         ["", *_paper_columns(), *our_columns()],
         [
             row("training error (ours: root mean square)", "training_gf", [f"{p['training']:g}" for p in paper]),
@@ -80,7 +81,7 @@ def shapes_right_table(found: dict[str, Any]) -> str:
             right = shape_result(found, law, layers)["right"]
             counts = [_plain_spread(right[direction]) for direction in DIRECTIONS]
             rows.append([law, SENSOR[layers], *counts, f"{np.mean([right[d] for d in DIRECTIONS]):.2f}"])
-    return markdown(["law", "", *DIRECTIONS, "all"], rows)
+    return markdown_table(["law", "", *DIRECTIONS, "all"], rows)
 
 
 def outputs_table(found: dict[str, Any], layers: int) -> str:
@@ -90,7 +91,7 @@ def outputs_table(found: dict[str, Any], layers: int) -> str:
     for k, name in enumerate(INDENTER_NAMES):
         printed = [f"{value:g}" for value in PAPER_ONE_LAYER_SHAPES[k]] if layers == 1 else _four_layer_row(k)
         rows.append([name, *(f"{ours:.2f} / {paper}" for ours, paper in zip(outputs[k], printed, strict=True))])
-    return markdown(["", *INDENTER_NAMES], rows)
+    return markdown_table(["", *INDENTER_NAMES], rows)
 
 
 def _four_layer_row(row: int) -> list[str]:
@@ -111,7 +112,7 @@ def presented_table(found: dict[str, Any]) -> str:
             shown = shape_result(found, law, layers)["presented"]
             rates = [_plain_spread(100.0 * np.array(shown[name]["rate"]), 0) for name in PRESENTED]
             rows.append([f"ours, {law}, {SENSOR[layers]}", *rates])
-    return markdown(["", *PRESENTED], rows)
+    return markdown_table(["", *PRESENTED], rows)
 
 
 def paper_direction_error(layers: int) -> float:
@@ -157,9 +158,3 @@ def _spread(values: Iterable[float], best: int, digits: int) -> str:
 def _plain_spread(values: Iterable[float], digits: int = 1) -> str:
     numbers = np.array(list(values), dtype=float)
     return f"{numbers.mean():.{digits}f} ± {numbers.std():.{digits}f}"
-
-
-def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

@@ -190,24 +190,6 @@ def run_command(*arguments, cwd, **environment):
     )
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--video", "loop.mp4"], ".gif or .webp"),
-        (["--fidelity", "quick"], "fast, balanced, precise, accurate"),
-        (["--figure", "/nonexistent/loop.png"], "cannot write"),
-        (["--no-record", "--weights", "/nonexistent"], "nonexistent"),
-        (["--view"], "needs a display"),
-    ],
-)
-def test_wrong_input_is_one_clear_line(arguments, says, tmp_path):
-    done = run_command(*arguments, cwd=tmp_path, DISPLAY="", WAYLAND_DISPLAY="")
-    assert done.returncode == 2
-    (line,) = done.stderr.strip().splitlines()
-    assert says in line
-    assert list(tmp_path.iterdir()) == []
-
-
 @needs_weights
 @pytest.mark.slow
 def test_the_command_presses_and_sorts_with_shipped_weights(tmp_path):

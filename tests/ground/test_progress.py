@@ -1,0 +1,34 @@
+"""What long work says where there is no terminal: how much is done and how long the rest takes, or nothing."""
+
+from __future__ import annotations
+
+import pytest
+
+from mjtactile import _progress
+
+
+@pytest.fixture
+def clock(monkeypatch) -> list[float]:
+    now = [0.0]
+    monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_lines_come_every_ten_seconds_with_the_time_that_is_left(clock, capsys):
+    with _progress.progress_bar("work", 10, lines=True) as advance:
+        for clock[0] in (4.0, 8.0, 12.0, 16.0, 24.0, 28.0, 32.0, 36.0, 40.0, 44.0):
+            advance(1)
+    # After 3 of 10 steps in 12 s, 7 steps take 28 s; after 5 in 24 s, 24 s; the last step has nothing left to wait for.
+    assert capsys.readouterr().err.splitlines() == [
+        "mjtactile: 30% done, about 28 s left",
+        "mjtactile: 50% done, about 24 s left",
+        "mjtactile: 80% done, about 9 s left",
+    ]
+
+
+@pytest.mark.parametrize("asked", [{}, {"lines": True, "wanted": False}])
+def test_work_that_is_expected_or_unwatched_says_nothing(asked, clock, capsys):
+    with _progress.progress_bar("work", 2, **asked) as advance:
+        clock[0] = 60.0
+        advance(1)
+    assert capsys.readouterr().err == ""
