@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from mjtactile._native import library, pointer
+from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.errors import ContactError
 from mjtactile.geometry.planar import polygons_of
