@@ -16,9 +16,12 @@ from threadpoolctl import threadpool_limits
 from mjtactile._types import Array, Tables
 from mjtactile.errors import MeshError
 from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.curved.dissection import BLOCK, factor_bytes
+from mjtactile.fem.curved.solution import SweptPad, swept_steps
 from mjtactile.fem.mesh import SheetMesh, sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, Parity, Stiffness, assemble, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT, StressSampler
+from mjtactile.fem.symmetry import Mirrors
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
 from mjtactile.influence.table import table_name
@@ -33,11 +36,15 @@ _BLOCK_BYTES, _BYTES_PER_POINT = 1 << 28, 8 * 24
 #: Square matrices, as many rows as the surface has degrees of freedom, that elimination keeps per element layer, and
 #: what it and the tables take besides.
 _MATRICES_PER_LAYER, _MATRICES_BESIDES = 3, 10
+#: Copies of a block's displacements that solving a swept pad holds, and square matrices of its surface's unknowns.
+_SWEPT_COPIES, _SWEPT_SQUARES = 4, 3
 
 
 def build_steps(pad: Pad, density: MeshDensity) -> int:
     """Number of times `build_tables` reports progress."""
     mesh = sheet_mesh(pad, density)
+    if not pad.surface.is_flat:
+        return swept_steps(mesh)
     points = sum(len(layer) for layer in _sample_points(pad, density))
     quarter = mesh.quarter()
     return sum(
@@ -60,6 +67,7 @@ def build_tables(
     *,
     rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
     columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
+    swept: bool = False,
 ) -> Iterator[Tables]:
     """Influence matrices of one symmetry class after another, in no particular order.
 
@@ -75,6 +83,7 @@ def build_tables(
         rows: what is kept of the rows of a stress matrix (kind, parity, sensing layer, matrix); it gets some columns at
             a time and may mix rows, not columns.
         columns: what is kept of the columns (parity, matrix) of one class's matrix, after its rows were chosen.
+        swept: solve a flat pad by the elements and equations of curved ones too, for comparison.
 
     Yields:
         For class c and sensing layer k: "deviatoric c k", (columns, folded points * 5) [Pa/N]; "mean c k",
@@ -86,12 +95,14 @@ def build_tables(
         MeshError: when the equations need more memory than the machine has, or cannot be solved in double precision.
     """
     mesh = sheet_mesh(pad, density)
+    layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
+    if swept or not pad.surface.is_flat:
+        yield from _swept_tables(mesh, layers, storage, on_step)
+        return
     workers = _workers(mesh)
     stiffness = assemble(mesh.quarter())
-    layers = _sample_points(pad, density)
     # The class that also yields its diagonal mirror image takes longest and goes first.
     parities = sorted(_solved_classes(mesh), key=lambda parity: not _has_mirror_image(mesh, parity))
-    storage = _Storage(np.dtype(dtype), rows, columns)
     share = threadpool_limits(limits=max(1, available_cores() // workers), user_api="blas")
     with share, ThreadPoolExecutor(max_workers=workers) as executor:
         futures = [
@@ -112,7 +123,55 @@ class _Storage:
 
 def _sample_points(pad: Pad, density: MeshDensity) -> list[Array]:
     """Folded sample points of each sensing layer [m], (points, 3)."""
-    return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(len(pad.depths))]
+    return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(pad.sensing_layers)]
+
+
+def _swept_tables(
+    mesh: SheetMesh, layers: list[Array], storage: _Storage, on_step: Callable[[], None]
+) -> Iterator[Tables]:
+    """Tables of a pad by its swept elements, one class after another."""
+    swept = SweptPad(mesh, np.concatenate(layers))
+    parities = Mirrors(*mesh.outer.mirrors).classes
+    workers = _swept_workers(mesh, len(parities))
+
+    def solve(parity: Parity) -> Tables:
+        free = free_in_plane(mesh.quarter(), parity)
+        columns = _ClassColumns(parity, free, np.arange(int(free.sum())))
+        tables = _ClassTables(columns, layers, storage)
+        compliance = np.empty((len(columns.order), len(columns.order)))
+        for block in swept.solve(parity, on_step):
+            tables.add(block.places, block.deviatoric, block.mean)
+            compliance[:, block.places] = block.surface
+        return tables.finished((compliance + compliance.T) / 2)
+
+    share = threadpool_limits(limits=max(1, available_cores() // workers), user_api="blas")
+    with share, ThreadPoolExecutor(max_workers=workers) as executor:
+        futures = [executor.submit(solve, parity) for parity in parities]
+        for future in as_completed(futures):
+            yield future.result()
+
+
+def _swept_workers(mesh: SheetMesh, classes: int) -> int:
+    """Classes of a swept pad that are solved side by side.
+
+    Raises:
+        MeshError: when there is not memory enough for one.
+    """
+    part = mesh.quarter()
+    columns = 3 * part.x.node_count * part.y.node_count
+    unknowns = 2 * part.z.element_count * columns
+    elements = part.z.element_count, part.y.element_count, part.x.element_count
+    number = np.dtype(float).itemsize
+    needed = factor_bytes(elements) + number * (_SWEPT_COPIES * BLOCK * unknowns + _SWEPT_SQUARES * columns**2)
+    there_is = _memory()
+    if needed > there_is:
+        raise MeshError(
+            f"a mesh of {mesh.x.element_count} x {mesh.y.element_count} x {mesh.z.element_count} elements under a "
+            f"{mesh.outer.kind} surface takes {needed / 1e9:.3g} GB of memory to solve; this machine has "
+            f"{there_is / 1e9:.3g} GB. Use a coarser mesh, or raise the sampling radius or the shallowest depth, which "
+            "set its size."
+        )
+    return min(classes, available_cores(), max(1, int(there_is / 2 / needed)))
 
 
 def _blocks(columns: int, points: int) -> list[slice]:

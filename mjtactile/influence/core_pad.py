@@ -94,7 +94,7 @@ def core_pad(influence: PadTables, *, stress: bool = False) -> CorePad:
 def _with_matrices(influence: PadTables, stress: bool) -> CorePad:
     influence.check()
     pad = CorePad(influence)
-    orders = [_by_taxel(influence, k) for k in range(len(influence.pad.depths))]
+    orders = [_by_taxel(influence, k) for k in range(influence.pad.sensing_layers)]
     for k, order in enumerate(orders):
         _add_layer(pad, influence, k, order)
     for number in range(len(PARITIES)):

@@ -12,7 +12,7 @@ from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, mesh_name
 from mjtactile.influence.table import FORMAT_VERSION
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad import Pad
 
 
 def influence_metadata(pad: Pad, fidelity: Fidelity) -> dict[str, Any]:
@@ -68,10 +68,7 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
 
 
 def _pad_from(metadata: dict[str, Any]) -> Pad:
-    description = metadata["pad"]
-    layers = tuple(Layer(**layer) for layer in description["layers"])
-    taxels = TaxelGrid(**description["taxels"])
-    return Pad(**{**description, "layers": layers, "taxels": taxels})
+    return Pad.from_description(metadata["pad"])
 
 
 def _fidelity_from(metadata: dict[str, Any]) -> Fidelity:

@@ -78,11 +78,12 @@ class SurfaceLoad:
 
     def resultant(self) -> tuple[Array, Array]:
         """Force [N] and moment [N m] of the load about the pad's origin, each of shape (3,), pad frame."""
-        x, y = self.surface.x.nodes, self.surface.y.nodes
+        x, y, z = self.surface.x.nodes, self.surface.y.nodes, self.surface.node_heights
         fx, fy, fz = np.moveaxis(self.forces, -1, 0)
         along_x, along_y = fz.sum(axis=0) @ x, fz.sum(axis=1) @ y
         torsion = fy.sum(axis=0) @ x - fx.sum(axis=1) @ y
-        return np.array([fx.sum(), fy.sum(), fz.sum()]), np.array([along_y, -along_x, torsion])
+        moment = np.array([along_y - np.sum(fy * z), np.sum(fx * z) - along_x, torsion])
+        return np.array([fx.sum(), fy.sum(), fz.sum()]), moment
 
     def __add__(self, other: SurfaceLoad) -> SurfaceLoad:
         """Both loads at once: tractions of several bodies on one pad add up. Indentation and tilts become NaN."""

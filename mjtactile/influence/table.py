@@ -42,7 +42,7 @@ _SETTLED = 2.0
 
 def table_name(kind: str, parity: Parity, sensing_layer: int | None = None) -> str:
     """Name of one stored matrix: kind, symmetry class and, for stresses, the sensing layer."""
-    signs = "".join("+" if sign > 0 else "-" for sign in (parity.x, parity.y))
+    signs = "".join("+" if sign > 0 else "-" if sign < 0 else "0" for sign in (parity.x, parity.y))
     return f"{kind} {signs}" if sensing_layer is None else f"{kind} {signs} {sensing_layer}"
 
 
