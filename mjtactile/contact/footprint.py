@@ -17,7 +17,7 @@ from mjtactile._types import Array
 from mjtactile.errors import FootprintError
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
-from mjtactile.geometry.planar import areal
+from mjtactile.geometry.planar import area_on_sheet, areal
 
 #: Height of the body above the pad's surface at first touch [m] at points x, y [m]; infinite where there is no body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
@@ -66,7 +66,7 @@ class Footprint:
         Raises:
             FootprintError: when the outline is not a valid area, or covers none of the sheet.
         """
-        return cls(_area_on_sheet(outline, surface.sheet), surface)
+        return cls(area_on_sheet(outline, surface.sheet), surface)
 
     @classmethod
     def from_gap(
@@ -94,7 +94,7 @@ class Footprint:
         """
         checked = _checked(gap)
         sheet = surface.sheet
-        bounds = sheet.bounds if outline is None else _area_on_sheet(outline, sheet).bounds
+        bounds = sheet.bounds if outline is None else area_on_sheet(outline, sheet).bounds
         lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
         reach = REACH * surface.thickness
         if outline is None:
@@ -102,7 +102,7 @@ class Footprint:
             if area.area == 0.0:
                 raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
         else:
-            area = _area_on_sheet(outline, sheet)
+            area = area_on_sheet(outline, sheet)
         return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
 
     def heights(self, points: Array) -> Array:
@@ -216,27 +216,3 @@ def _lowest(
             "Shift it onto the sheet, or pass its outline=...; lengths are metres."
         )
     return lowest
-
-
-def _area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
-    if not isinstance(outline, Polygon | MultiPolygon):
-        raise FootprintError(
-            f"the outline is a {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
-        )
-    if not np.isfinite(shapely.get_coordinates(outline)).all():
-        raise FootprintError("the outline has NaN or infinite coordinates; check the pose it was made from.")
-    if not outline.is_valid:
-        raise FootprintError(
-            f"the outline is not a valid area ({shapely.is_valid_reason(outline)}). "
-            "shapely.make_valid mends self-crossing polygons."
-        )
-    covered = areal(outline.intersection(sheet))
-    if covered.area == 0.0:
-        bounds = "nothing" if outline.is_empty else "x {0:.4g}..{2:.4g} m, y {1:.4g}..{3:.4g} m".format(*outline.bounds)
-        raise FootprintError(
-            f"the outline covers none of the pad: it spans {bounds}, and the sheet "
-            "x {:.4g}..{:.4g} m, y {:.4g}..{:.4g} m. Shift it onto the sheet; lengths are metres.".format(
-                *(sheet.bounds[i] for i in (0, 2, 1, 3))
-            )
-        )
-    return covered
