@@ -9,7 +9,7 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_flat
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
@@ -59,6 +59,7 @@ def attach_pad(
 
     Raises:
         SceneError: when there is no such body, pad, fidelity, output or contact, or the name is taken.
+        PadError: when the pad is curved.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -73,6 +74,7 @@ def attach_pad(
         raise SceneError(f"output {unknown[0]!r} does not exist. Available: {', '.join(OUTPUTS)}.")
     place = _place(pos, quat)
     table, made = pad_table(pad)
+    require_flat(made, "attach_pad")
     geom = add_pad_geom(parent, name, made, *place, contact)
     config = {"pad": table, "fidelity": chosen, "output": output, "visual": "on" if visual else "off"}
     config |= {} if law is None else {"law": law}

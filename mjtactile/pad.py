@@ -1,7 +1,8 @@
 """The pad: a layered elastic body, its sensing elements (taxels), and where their readings are taken.
 
 Lengths are metres, stresses pascals. The pad frame has its origin in the middle of the sensing surface,
-z out of the pad, x along taxel columns and y along taxel rows. The sensing surface is a plane or curved, see surfaces.py.
+z out of the pad, x along taxel columns and y along taxel rows. The sensing surface is a plane or curved:
+surfaces.py.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import PadError
-from mjtactile.surfaces import Flat, Surface, surface_from
+from mjtactile.surfaces import FLAT, Surface, surface_from
 from mjtactile.taxels import FreeTaxels, as_taxels
 
 if TYPE_CHECKING:
@@ -184,7 +185,7 @@ class Pad:
     taxels: TaxelGrid | FreeTaxels = field(default_factory=TaxelGrid)
     depths: tuple[float, ...] = _DEPTHS  #: sensing layers below the surface [m], top first; free taxels have none
     sampling_radius: float = 0.625e-3  #: a reading is the mean over a ball of this radius [m]
-    surface: Surface = Flat()  #: the outer surface over the rectangle
+    surface: Surface = FLAT  #: the outer surface over the rectangle
 
     def __post_init__(self) -> None:
         """Normalise number types and refuse pads that cannot exist."""
@@ -233,8 +234,8 @@ class Pad:
         self._check_depths()
         _require(
             math.prod(self.reading_shape) <= MOST_READINGS,
-            f"{self._said_taxels} are {math.prod(self.reading_shape)} readings; expected at most {MOST_READINGS}. Use a "
-            "larger pitch, or several pads.",
+            f"{self._said_taxels} are {math.prod(self.reading_shape)} readings; expected at most {MOST_READINGS}. Use "
+            "a larger pitch, or several pads.",
         )
         if isinstance(self.taxels, FreeTaxels):
             self._check_taxels_in_pad(self.taxels, largest)
@@ -259,8 +260,8 @@ class Pad:
         for taxel, radius in enumerate(radii.tolist()):
             _require(
                 LENGTHS[0] <= radius <= largest,
-                f"taxel {taxel} has a radius of {radius} m; expected from {LENGTHS[0]:g} m to what the sheet measures, "
-                f"{largest:.6g} m.",
+                f"taxel {taxel} has a radius of {radius} m; expected from {LENGTHS[0]:g} m to what the sheet "
+                f"measures, {largest:.6g} m.",
             )
         feet, miss = self.feet(points)
         tolerance = LENGTH_TOLERANCE * largest
@@ -273,8 +274,8 @@ class Pad:
             raise PadError(
                 f"taxel {taxel} at {tuple(points[taxel].tolist())} m lies outside the pad"
                 f"{': it is ' + place if miss[taxel] <= tolerance else ''}. Expected depths from 0 to "
-                f"{self.thickness:.6g} m under |x| <= {self.size[0] / 2:.6g} m, |y| <= {self.size[1] / 2:.6g} m; lengths "
-                "are metres, and z is negative inside."
+                f"{self.thickness:.6g} m under |x| <= {self.size[0] / 2:.6g} m, |y| <= {self.size[1] / 2:.6g} m; "
+                "lengths are metres, and z is negative inside."
             )
 
     def _check_taxels_on_sheet(self, grid: TaxelGrid) -> None:
@@ -313,10 +314,20 @@ class Pad:
         """
         if isinstance(self.taxels, FreeTaxels):
             raise PadError(
-                "this needs taxels on a grid, but the pad has free ones, whose readings are (taxel,). Read them with "
-                "influence matrices, contact_load or TactileSensor, or give the pad a TaxelGrid."
+                "this needs taxels on a grid, but the pad has free ones, whose readings are (taxel,). Read those with "
+                "InfluenceMatrices.readings or a TactileSensor, or give the pad a TaxelGrid."
             )
         return self.taxels
+
+    @property
+    def grid_shape(self) -> tuple[int, int, int]:
+        """Shape of readings on a grid: (sensing layers, rows, columns).
+
+        Raises:
+            PadError: when the pad has free taxels.
+        """
+        grid = self.grid
+        return len(self.depths), grid.rows, grid.columns
 
     @property
     def sensing_layers(self) -> int:
@@ -369,7 +380,7 @@ class Pad:
         layers = tuple(Layer(**layer) for layer in given.pop("layers"))
         of_taxels = given.pop("taxels")
         taxels = FreeTaxels(**of_taxels) if "points" in of_taxels else TaxelGrid(**of_taxels)
-        surface = surface_from(given.pop("surface")) if "surface" in given else Flat()
+        surface = surface_from(given.pop("surface")) if "surface" in given else FLAT
         return cls(**given, layers=layers, taxels=taxels, surface=surface)
 
     @property
@@ -439,6 +450,24 @@ class Pad:
             stack = layers
         patch = fitted_patch(mesh, _pair("size", size), frame=frame, scale=scale, smoothing=smoothing)
         return cls(size=size, layers=stack, surface=patch, **others)
+
+
+def require_flat(pad: Pad, door: str) -> None:
+    """Refuse a curved pad where only flat ones are taken so far.
+
+    Args:
+        pad: that was given.
+        door: who was asked, as the error names it.
+
+    Raises:
+        PadError: when the pad's surface is curved.
+    """
+    if not pad.surface.is_flat:
+        raise PadError(
+            f"{door} takes flat pads only so far, and this one is a {pad.summary}. What is known to press on a curved "
+            "pad can be read: influence.readings(SurfaceLoad.from_tractions(influence, outline, traction)), with "
+            "influence = influence_matrices(pad). Or give a pad with surface=Flat()."
+        )
 
 
 def _pair(name: str, value: Any) -> tuple[float, float]:

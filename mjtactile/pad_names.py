@@ -8,7 +8,7 @@ from typing import Any
 
 from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.surfaces import Flat, surface_from
+from mjtactile.surfaces import FLAT, surface_from
 from mjtactile.taxels import FreeTaxels
 
 #: Name under which models ask for the plugin.
@@ -69,7 +69,7 @@ def pad_from_text(text: str) -> Pad:
         taxels=_taxels(values["taxels"]),
         depths=_numbers("depths", values["depths"]),
         sampling_radius=_number("sampling_radius", values["sampling_radius"]),
-        surface=surface_from(values["surface"]) if curved else Flat(),
+        surface=surface_from(values["surface"]) if curved else FLAT,
     )
 
 

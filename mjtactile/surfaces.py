@@ -26,8 +26,6 @@ MOST_SLOPE = 60.0
 _CHECK_LINES = 65
 #: Steps of Newton's iteration from a point to its foot, and what it ends at, over the pad's width.
 _MOST_STEPS, _CONVERGED = 50, 1e-14
-#: How far outside the pad's edge a foot is looked for, over half its width.
-_OVERHANG = 0.02
 
 
 class Jet(NamedTuple):
@@ -125,13 +123,13 @@ class Surface(ABC):
 
         Args:
             points: (n, 3) [m], pad frame.
-            half_size: half the pad's projected width along (x, y) [m]; feet are looked for there and a little beyond.
+            half_size: half the pad's projected width along (x, y) [m]; feet are looked for there.
 
         Returns:
             (feet, miss): feet (n, 3), each (x, y, depth) [m]; and how far each point is from what its foot stands for
             [m], shape (n,): rounding, but for points that have no foot over the pad.
         """
-        half = np.array(half_size) * (1 + _OVERHANG)
+        half = np.array(half_size)
         bound = np.clip(points[:, :2], -half, half)
         feet = np.column_stack([bound, self.height(bound[:, 0], bound[:, 1]) - points[:, 2]])
         feet[:, 2] *= self.normals(feet[:, 0], feet[:, 1])[:, 2]
@@ -416,6 +414,8 @@ class SurfacePatch(Surface):
         return NdBSpline(knots, np.array(self.coefficients), self.degree)
 
 
+#: The plane, which pads have unless told otherwise.
+FLAT = Flat()
 _KINDS: dict[str, type[Surface]] = {
     of_kind.kind: of_kind for of_kind in (Flat, SphereCap, CylinderSector, EllipsoidCap, SurfacePatch)
 }

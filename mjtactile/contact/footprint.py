@@ -64,8 +64,9 @@ class Footprint:
             surface: the pad's surface grid, `influence.surface`, which integrates loads.
 
         Raises:
-            FootprintError: when the outline is not a valid area, or covers none of the sheet.
+            FootprintError: when the outline is not a valid area, or covers none of the sheet; or the surface is curved.
         """
+        _require_flat(surface)
         return cls(area_on_sheet(outline, surface.sheet), surface)
 
     @classmethod
@@ -90,8 +91,9 @@ class Footprint:
 
         Raises:
             FootprintError: when the gap function is NaN or minus infinity somewhere, gives another number of heights
-                than points, or covers none of the sheet.
+                than points, or covers none of the sheet; or the surface is curved.
         """
+        _require_flat(surface)
         checked = _checked(gap)
         sheet = surface.sheet
         bounds = sheet.bounds if outline is None else area_on_sheet(outline, sheet).bounds
@@ -167,6 +169,14 @@ class Footprint:
         """The part of the outline above which the body is no higher than this over its lowest point [m]."""
         assert self.gap is not None
         return areal(region_below(self.gap, self.lowest + height, self.outline.bounds).intersection(self.outline))
+
+
+def _require_flat(surface: SurfaceGrid) -> None:
+    if not surface.outer.is_flat:
+        raise FootprintError(
+            f"footprints are made on flat pads only so far, and this surface is a {surface.outer.kind}. What is known "
+            "to press on a curved pad can be read: SurfaceLoad.from_tractions(influence, outline, traction)."
+        )
 
 
 def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:

@@ -9,8 +9,8 @@ that n points per axis integrate polynomials of degree 2n - 1 exactly over whole
 axis, which is then integrated last so that all slices are whole discs; and nearly so over other pieces. Two points
 per axis on a whole ball are the corners of a cube at the radius sqrt(3/5) R.
 
-Under a curved surface a ball's axes are those of the offset surface at its middle. Faces that cut it are offset surfaces:
-the rule of planes is bent onto them, to the first order of the ball's radius over that of curvature.
+Under a curved surface a ball's axes are those of the offset surface at its middle. Faces that cut it are offset
+surfaces: the rule of planes is bent onto them, to the first order of the ball's radius over that of curvature.
 """
 
 from __future__ import annotations
@@ -181,8 +181,8 @@ def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Ar
 def _bent(local: Array, shares: Array, bending: Array) -> tuple[Array, Array]:
     """A rule of a ball that planes cut, moved onto one that offset surfaces cut.
 
-    In coordinates in which offset surfaces are planes, c' = c + a S a / 2, the ball a^2 + c^2 <= R^2 becomes, to the first
-    order, a (1 - c' S) a + c'^2 <= R^2: its slices are ellipses.
+    In coordinates in which offset surfaces are planes, c' = c + a S a / 2, the ball a^2 + c^2 <= R^2 becomes, to the
+    first order, a (1 - c' S) a + c'^2 <= R^2: its slices are ellipses.
     """
     height = local[:, 2]
     stretch = np.eye(2) + height[:, None, None] / 2 * bending

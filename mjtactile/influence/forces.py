@@ -58,9 +58,7 @@ def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
     return batch
 
 
-def folded_loads(
-    batch: Array, columns: list[np.ndarray], precision: str, mirrors: Mirrors = BOTH
-) -> FoldedLoads:
+def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirrors: Mirrors = BOTH) -> FoldedLoads:
     """Split nodal forces into classes.
 
     A symmetric load has forces in some classes only; rounding puts tiny ones into the others. What is smaller than

@@ -59,7 +59,9 @@ def _one_point_each(folded: FoldedPoints, mirrors: Mirrors) -> sparse.csr_array:
     """The averaging matrix (taxels, images * folded taxels) that takes every taxel's own point."""
     taxels, points = len(folded.index), len(folded.positions)
     places = folded.quadrant * points + folded.index
-    return sparse.csr_array((np.ones(taxels), (np.arange(taxels), places)), shape=(taxels, len(mirrors.images) * points))
+    return sparse.csr_array(
+        (np.ones(taxels), (np.arange(taxels), places)), shape=(taxels, len(mirrors.images) * points)
+    )
 
 
 def _averaged(

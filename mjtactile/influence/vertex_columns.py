@@ -85,7 +85,9 @@ def _disc_forces(influence: InfluenceMatrices) -> Array:
     largest = float(max(surface.x.sizes.max(), surface.y.sizes.max()))
     half = np.array(influence.pad.size) / 2
     spacing = max(_SPACING * largest, float(np.sqrt(half.prod() / _MOST_DISCS)))
-    starts = (0.0 if mirrored else -extent for mirrored, extent in zip(influence.pad.surface.mirrors, half, strict=True))
+    starts = (
+        0.0 if mirrored else -extent for mirrored, extent in zip(influence.pad.surface.mirrors, half, strict=True)
+    )
     x, y = (
         np.linspace(start, extent, int(np.ceil((extent - start) / spacing)) + 1)
         for start, extent in zip(starts, half, strict=True)

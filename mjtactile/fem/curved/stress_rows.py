@@ -66,7 +66,7 @@ class StressRows:
         for axis in range(3):
             along = [_few(of_line[SLOPE if a == axis else VALUE]) for a, of_line in enumerate(rows)]
             derivatives.append(_product(along, tuple(line.node_count for line, _ in lines)))
-        points, nodes = derivatives[0].shape
+        points = len(self._feet)
         stacked = sparse.vstack(derivatives, format="csr")  # (axis, point)
         by_component = sparse.kron(stacked, sparse.eye_array(3), format="csr")  # (axis, point, component)
         order = np.arange(_GRADIENT * points).reshape(3, points, 3).transpose(1, 2, 0).ravel()
@@ -101,9 +101,7 @@ class StressRows:
             of_gauss = gauss_weights(line, self._places[:, axis], jumps).reshape(len(self._places), -1, 2)
             weights.append((of_gauss.sum(axis=2), of_gauss @ GAUSS))
         counts = tuple(line.element_count for line, _ in self._lines)
-        modes = [
-            _product([_few(weights[a][int(a == mode)], 3) for a in range(3)], counts) for mode in (None, 0, 1, 2)
-        ]
+        modes = [_product([_few(weights[a][int(a == mode)], 3) for a in range(3)], counts) for mode in (None, 0, 1, 2)]
         stacked = sparse.hstack(modes, format="csr")
         elements = int(np.prod(counts))
         order = np.arange(PRESSURES * elements).reshape(PRESSURES, elements).T.ravel()
