@@ -256,7 +256,7 @@ def _measured(patch: SurfacePatch, lines: list[Array], heights: Array, size: tup
     if deviation > _MOST_DEVIATION * max(size):
         raise PadError(
             f"the mesh is no smooth graph over the rectangle: at x = {1e3 * x[place]:.4g} mm, y = {1e3 * y[place]:.4g} "
-            f"mm a smooth patch is {1e3 * deviation:.4g} mm away from it. It folds there, or has a step or an edge. "
-            "Move or turn the frame, whose z points out of the pad, or give a smaller size."
+            f"mm a smooth patch is {1e3 * deviation:.4g} mm away from it. It folds there, or has a step or an edge, or "
+            "smoothing is too large. Move or turn the frame, whose z points out of the pad, or give a smaller size."
         )
     return SurfacePatch(patch.knots_x, patch.knots_y, patch.coefficients, patch.degree, deviation)

@@ -27,9 +27,6 @@ from mjtactile.fidelity import MeshDensity
 from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
 
-#: A column's unit force acts on a node and, with the class's signs, on its mirror images; a quarter model sees a
-#: quarter of their sum.
-_QUARTER = 0.25
 #: What reading the stress may hold at once, per class that is being solved [bytes], and what it holds for each point
 #: and column: seven measures, and stress made of them.
 _BLOCK_BYTES, _BYTES_PER_POINT = 1 << 28, 8 * 24
@@ -266,6 +263,15 @@ class _ClassColumns:
     free: np.ndarray
     order: np.ndarray
 
+    @property
+    def share(self) -> float:
+        """Share of a column's force that the part that is solved sees.
+
+        The unit force acts on a node and, with the class's signs, on its mirror images: of four, a quarter model sees a
+        quarter.
+        """
+        return 0.5 ** (abs(self.parity.x) + abs(self.parity.y))
+
     def transposed(self) -> _ClassColumns:
         """The class that x <-> y turns this one into."""
         side = int(np.sqrt(self.free.size // 3))
@@ -298,7 +304,7 @@ class _ClassTables:
         for k, (start, end) in enumerate(itertools.pairwise(self._ends)):
             stress = deviatoric[start:end].reshape((end - start) * DEVIATORIC_COUNT, -1)
             for kind, of_kind in (("deviatoric", stress), ("mean", mean[start:end])):
-                whole = np.ascontiguousarray(_QUARTER * of_kind.T, dtype=self._storage.dtype)
+                whole = np.ascontiguousarray(self._columns.share * of_kind.T, dtype=self._storage.dtype)
                 kept = self._storage.rows(kind, self._columns.parity, k, whole)
                 name = table_name(kind, self._columns.parity, k)
                 if name not in self._tables:
@@ -314,7 +320,7 @@ class _ClassTables:
         parity, order = self._columns.parity, self._columns.order
         for name in list(self._tables):
             self._tables[name] = self._storage.columns(parity, self._tables[name])
-        self._tables[table_name("compliance", parity)] = _QUARTER * compliance[np.ix_(order, order)]
+        self._tables[table_name("compliance", parity)] = self._columns.share * compliance[np.ix_(order, order)]
         if not all(np.isfinite(table).all() for table in self._tables.values()):
             raise MeshError(
                 f"the stress in the pad is beyond what {self._storage.dtype.name} holds. Its sizes or moduli are too "
