@@ -22,8 +22,8 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import PadError
-from mjtactile.surfaces import FLAT, Surface, surface_from
-from mjtactile.taxels import FreeTaxels, as_taxels
+from mjtactile.pad_shape.surfaces import FLAT, Surface, surface_from
+from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels
 
 if TYPE_CHECKING:
     import trimesh
@@ -440,7 +440,7 @@ class Pad:
             PadError: when the mesh has a hole, a fold or a step under the rectangle, or the pad cannot exist; the
                 message says where.
         """
-        from mjtactile.surface_fit import fitted_patch
+        from mjtactile.pad_shape.surface_fit import fitted_patch
 
         if (thickness is None) == (layers is None):
             raise PadError("Pad.from_mesh takes thickness=... or layers=..., one of the two.")

@@ -8,8 +8,8 @@ from typing import Any
 
 from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.surfaces import FLAT, surface_from
-from mjtactile.taxels import FreeTaxels
+from mjtactile.pad_shape.surfaces import FLAT, surface_from
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Name under which models ask for the plugin.
 PLUGIN = "mjtactile.pad"

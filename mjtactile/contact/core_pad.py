@@ -12,12 +12,10 @@ from mjtactile.contact.options import ContactOptions
 from mjtactile.errors import NativeError
 from mjtactile.influence.core_pad import CorePad, core_pad
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import require_flat
 
 
 def contact_pad(influence: InfluenceMatrices, *, stress: bool = False) -> CorePad:
     """A pad that is pressed and read, shared by all that use the same influence matrices; see `core_pad`."""
-    require_flat(influence.pad, "contact")
     pad = core_pad(influence, stress=stress)
     _give_surface(pad, influence, compliant=True)
     return pad
@@ -25,7 +23,6 @@ def contact_pad(influence: InfluenceMatrices, *, stress: bool = False) -> CorePa
 
 def press_pad(influence: InfluenceMatrices, *, compliant: bool) -> CorePad:
     """A pad that is pressed but not read, without stress matrices; `compliant`: whether the law asks how it gives."""
-    require_flat(influence.pad, "contact")
     pad = CorePad(influence)
     _give_surface(pad, influence, compliant=compliant)
     return pad

@@ -6,7 +6,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.pad import Pad
-from mjtactile.taxels import FreeTaxels
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Mean pressure over the top layer's modulus above which strains are no longer small.
 LINEAR_RANGE = 0.1

@@ -19,7 +19,7 @@ from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fidelity import MeshDensity
 from mjtactile.pad import Layer, Pad
-from mjtactile.surfaces import FLAT, Surface
+from mjtactile.pad_shape.surfaces import FLAT, Surface
 
 #: Most element layers of a sheet; ordinary pads have five to twenty.
 _MOST_ELEMENT_LAYERS = 400

@@ -20,7 +20,7 @@ from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
 from mjtactile.fem.line import Line
 from mjtactile.geometry.planar import polygons_of, rings_of
-from mjtactile.surfaces import FLAT, Surface
+from mjtactile.pad_shape.surfaces import FLAT, Surface
 
 #: Highest power of a local coordinate: a quadratic shape function times a linear traction.
 _DEGREE = 3

@@ -18,7 +18,7 @@ from mjtactile.fem.stiffness import Parity
 
 
 @dataclass(frozen=True)
-class Mirrors:
+class MirrorPlanes:
     """Which of the mirrors x -> -x and y -> -y a body has."""
 
     x: bool = True
@@ -44,8 +44,8 @@ class Mirrors:
         )
 
 
-#: Mirrors of a flat sheet.
-BOTH = Mirrors()
+#: MirrorPlanes of a flat sheet.
+BOTH = MirrorPlanes()
 #: Quadrants of the plane as signs (x, y), in the order sample points refer to them.
 QUADRANTS = BOTH.images
 #: Sign with which each class enters each quadrant, shape (quadrants, classes).
@@ -77,7 +77,7 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
     return folded
 
 
-def unfold_field(classes: list[Array], mirrors: Mirrors = BOTH) -> Array:
+def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
     """A vector field on the whole surface from its four classes on the quarter.
 
     Args:
@@ -102,7 +102,7 @@ def unfold_field(classes: list[Array], mirrors: Mirrors = BOTH) -> Array:
     return np.asarray(whole)
 
 
-def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: Mirrors = BOTH) -> Array:
+def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: MirrorPlanes = BOTH) -> Array:
     """Coordinates at points in all quadrants from their four classes at the folded points.
 
     Args:
@@ -136,7 +136,7 @@ class FoldedPoints:
     quadrant: np.ndarray
 
 
-def fold_points(positions: Array, resolution: float, mirrors: Mirrors = BOTH) -> FoldedPoints:
+def fold_points(positions: Array, resolution: float, mirrors: MirrorPlanes = BOTH) -> FoldedPoints:
     """Fold points (points, 3) [m]; mirror images within `resolution` [m] of each other become one."""
     mirrored = np.array([mirrors.x, mirrors.y, False])
     folded = np.where(mirrored, np.abs(positions), positions)

@@ -25,9 +25,9 @@ import scipy.sparse as sparse
 
 from mjtactile._types import Array, Tables
 from mjtactile.errors import CorruptInfluenceError
-from mjtactile.fem.symmetry import BOTH, Mirrors, fold_points
+from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
-from mjtactile.taxels import FreeTaxels
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Nodes of the auxiliary rules that measure slices and chords; far beyond what double precision needs.
 _FINE_ORDER = 96
@@ -65,7 +65,7 @@ def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampli
         positions.append(offsets + centre)
         weights.append(volumes / volumes.sum())
         taxels.append(np.full(len(volumes), taxel))
-    mirrors = Mirrors(*pad.surface.mirrors)
+    mirrors = MirrorPlanes(*pad.surface.mirrors)
     folded = fold_points(np.concatenate(positions), LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
     columns = folded.quadrant * len(folded.positions) + folded.index
     shape = (len(feet), len(mirrors.images) * len(folded.positions))
@@ -80,7 +80,7 @@ def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:
     return {f"sampling {name} {sensing_layer}": array for name, array in arrays.items()}
 
 
-def stored_average(tables: Tables, sensing_layer: int, mirrors: Mirrors = BOTH) -> sparse.csr_array:
+def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes = BOTH) -> sparse.csr_array:
     """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`.
 
     Raises:

@@ -21,7 +21,7 @@ from mjtactile.fem.curved.solution import SweptPad, swept_steps
 from mjtactile.fem.mesh import SheetMesh, sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, Parity, Stiffness, assemble, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT, StressSampler
-from mjtactile.fem.symmetry import Mirrors
+from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
 from mjtactile.influence.table import table_name
@@ -64,7 +64,6 @@ def build_tables(
     *,
     rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
     columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
-    swept: bool = False,
 ) -> Iterator[Tables]:
     """Influence matrices of one symmetry class after another, in no particular order.
 
@@ -80,7 +79,6 @@ def build_tables(
         rows: what is kept of the rows of a stress matrix (kind, parity, sensing layer, matrix); it gets some columns at
             a time and may mix rows, not columns.
         columns: what is kept of the columns (parity, matrix) of one class's matrix, after its rows were chosen.
-        swept: solve a flat pad by the elements and equations of curved ones too, for comparison.
 
     Yields:
         For class c and sensing layer k: "deviatoric c k", (columns, folded points * 5) [Pa/N]; "mean c k",
@@ -91,11 +89,11 @@ def build_tables(
     Raises:
         MeshError: when the equations need more memory than the machine has, or cannot be solved in double precision.
     """
+    if not pad.surface.is_flat:
+        yield from build_swept_tables(pad, density, dtype, on_step, rows=rows, columns=columns)
+        return
     mesh = sheet_mesh(pad, density)
     layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
-    if swept or not pad.surface.is_flat:
-        yield from _swept_tables(mesh, layers, storage, on_step)
-        return
     workers = _workers(mesh)
     stiffness = assemble(mesh.quarter())
     # The class that also yields its diagonal mirror image takes longest and goes first.
@@ -123,33 +121,35 @@ def _sample_points(pad: Pad, density: MeshDensity) -> list[Array]:
     return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(pad.sensing_layers)]
 
 
-def _swept_tables(
-    mesh: SheetMesh, layers: list[Array], storage: _Storage, on_step: Callable[[], None]
+def build_swept_tables(
+    pad: Pad,
+    density: MeshDensity,
+    dtype: npt.DTypeLike = np.float32,
+    on_step: Callable[[], None] = lambda: None,
+    *,
+    rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
+    columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
 ) -> Iterator[Tables]:
-    """Tables of a pad by its swept elements, one class after another."""
+    """The same by the elements and equations of curved pads, which flat pads may be solved by for comparison."""
+    mesh = sheet_mesh(pad, density)
+    layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
     swept = SweptPad(mesh, np.concatenate(layers))
-    parities = Mirrors(*mesh.outer.mirrors).classes
-    workers = _swept_workers(mesh, len(parities))
-
-    def solve(parity: Parity) -> Tables:
-        free = free_in_plane(mesh.quarter(), parity)
-        columns = _ClassColumns(parity, free, np.arange(int(free.sum())))
-        tables = _ClassTables(columns, layers, storage)
-        compliance = np.empty((len(columns.order), len(columns.order)))
-        for block in swept.solve(parity, on_step):
-            tables.add(block.places, block.deviatoric, block.mean)
-            compliance[:, block.places] = block.surface
-        return tables.finished((compliance + compliance.T) / 2)
-
-    share = threadpool_limits(limits=max(1, available_cores() // workers), user_api="blas")
-    with share, ThreadPoolExecutor(max_workers=workers) as executor:
-        futures = [executor.submit(solve, parity) for parity in parities]
-        for future in as_completed(futures):
-            yield future.result()
+    workers = _swept_workers(mesh)
+    # Threads of our own wait for nobody; those of a product, on a busy machine, for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
+            free = free_in_plane(mesh.quarter(), parity)
+            of_class = _ClassColumns(parity, free, np.arange(int(free.sum())))
+            tables = _ClassTables(of_class, layers, storage)
+            compliance = np.empty((len(of_class.order), len(of_class.order)))
+            for block in swept.solve(parity, workers, on_step):
+                tables.add(block.places, block.deviatoric, block.mean)
+                compliance[:, block.places] = block.surface
+            yield tables.finished((compliance + compliance.T) / 2)
 
 
-def _swept_workers(mesh: SheetMesh, classes: int) -> int:
-    """Classes of a swept pad that are solved side by side.
+def _swept_workers(mesh: SheetMesh) -> int:
+    """Blocks of loads on a swept pad that are solved side by side: as many as there are cores and memory for.
 
     Raises:
         MeshError: when there is not memory enough for one.
@@ -159,8 +159,9 @@ def _swept_workers(mesh: SheetMesh, classes: int) -> int:
     unknowns = 2 * part.z.element_count * columns
     elements = part.z.element_count, part.y.element_count, part.x.element_count
     number = np.dtype(float).itemsize
-    needed = factor_bytes(elements) + number * (_SWEPT_COPIES * BLOCK * unknowns + _SWEPT_SQUARES * columns**2)
-    there_is = _memory()
+    of_block = number * _SWEPT_COPIES * BLOCK * unknowns
+    always = factor_bytes(elements) + number * _SWEPT_SQUARES * columns**2
+    needed, there_is = always + of_block, _memory()
     if needed > there_is:
         raise MeshError(
             f"a mesh of {mesh.x.element_count} x {mesh.y.element_count} x {mesh.z.element_count} elements under a "
@@ -168,7 +169,7 @@ def _swept_workers(mesh: SheetMesh, classes: int) -> int:
             f"{there_is / 1e9:.3g} GB. Use a coarser mesh, or raise the sampling radius or the shallowest depth, which "
             "set its size."
         )
-    return min(classes, available_cores(), max(1, int(there_is / 2 / needed)))
+    return min(available_cores(), max(1, int((there_is / 2 - always) / of_block)))
 
 
 def _blocks(columns: int, points: int) -> list[slice]:

@@ -11,7 +11,7 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.errors import InfluenceError
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.fem.symmetry import BOTH, Mirrors, fold_forces
+from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_forces
 from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
     return batch
 
 
-def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirrors: Mirrors = BOTH) -> FoldedLoads:
+def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:
     """Split nodal forces into classes.
 
     A symmetric load has forces in some classes only; rounding puts tiny ones into the others. What is smaller than

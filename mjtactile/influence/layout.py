@@ -18,7 +18,7 @@ from mjtactile.fem.mesh import SheetMesh, sheet_mesh
 from mjtactile.fem.stiffness import free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.fem.symmetry import Mirrors
+from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fem.taxel_quadrature import stored_average
 from mjtactile.fem.vertex_loads import on_corners
 from mjtactile.fidelity import Fidelity, MeshDensity
@@ -55,9 +55,9 @@ class PadTables:
         return sheet_mesh(self.pad, self.density)
 
     @property
-    def mirrors(self) -> Mirrors:
-        """Mirrors of the pad, which decide in how many classes its matrices are."""
-        return Mirrors(*self.pad.surface.mirrors)
+    def mirrors(self) -> MirrorPlanes:
+        """MirrorPlanes of the pad, which decide in how many classes its matrices are."""
+        return MirrorPlanes(*self.pad.surface.mirrors)
 
     @cached_property
     def surface(self) -> SurfaceGrid:
@@ -117,7 +117,7 @@ def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) 
     quarter = mesh.quarter()
     corners = on_corners(quarter) if fidelity.loads == "corners" else np.True_
     points = [_check_sampling(layout, pad, k) for k in range(pad.sensing_layers)]
-    for parity in Mirrors(*pad.surface.mirrors).classes:
+    for parity in MirrorPlanes(*pad.surface.mirrors).classes:
         free = free_in_plane(quarter, parity)
         count, columns = int(free.sum()), int((free & corners).sum())
         layout.take(table_name("compliance", parity), (np.float64,), (count, count))
@@ -135,7 +135,7 @@ def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
     weights = layout.take(names["data"], (np.float64,), (None,))
     layout.take(names["indices"], _INDICES, weights.shape)
     layout.take(names["indptr"], _INDICES, (taxels + 1,))
-    stored_average(layout.tables, sensing_layer, Mirrors(*pad.surface.mirrors))
+    stored_average(layout.tables, sensing_layer, MirrorPlanes(*pad.surface.mirrors))
     return len(points)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Tables
 from mjtactile.fem.stiffness import Parity
-from mjtactile.fem.symmetry import Mirrors
+from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
 from mjtactile.influence.stress_matrix import stored_matrix
@@ -42,7 +42,7 @@ class ClassStorage:
         plain = plain_fidelity(chosen)
         self.fidelity = replace(plain, averaging=chosen.averaging, loads=chosen.loads)
         self.sampling = dict(sampling)
-        self._classes = Mirrors(*pad.surface.mirrors).classes
+        self._classes = MirrorPlanes(*pad.surface.mirrors).classes
         self._means, self._corners = {}, None
         if chosen.averaging != "points":
             from mjtactile.influence.taxel_mean import LayerMeans

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 
 from mjtactile._types import Indices, Mask, Tables
-from mjtactile.fem.symmetry import FoldedPoints, Mirrors, fold_points
+from mjtactile.fem.symmetry import FoldedPoints, MirrorPlanes, fold_points
 from mjtactile.fem.taxel_quadrature import Sampling, sampling_tables, stored_average
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 
@@ -29,7 +29,7 @@ class LayerMeans:
     """
 
     def __init__(self, pad: Pad, sampling: Tables, sensing_layer: int) -> None:
-        self._mirrors = Mirrors(*pad.surface.mirrors)
+        self._mirrors = MirrorPlanes(*pad.surface.mirrors)
         folded = _folded_taxels(pad, sensing_layer, self._mirrors)
         #: Sampling tables that take the place of the layer's own.
         self.sampling: Tables = sampling_tables(
@@ -51,11 +51,11 @@ class LayerMeans:
         return _averaged(matrix, self._rows, self._home, (self._mirrors, number), odd)
 
 
-def _folded_taxels(pad: Pad, sensing_layer: int, mirrors: Mirrors) -> FoldedPoints:
+def _folded_taxels(pad: Pad, sensing_layer: int, mirrors: MirrorPlanes) -> FoldedPoints:
     return fold_points(pad.taxel_points(sensing_layer), LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
 
 
-def _one_point_each(folded: FoldedPoints, mirrors: Mirrors) -> sparse.csr_array:
+def _one_point_each(folded: FoldedPoints, mirrors: MirrorPlanes) -> sparse.csr_array:
     """The averaging matrix (taxels, images * folded taxels) that takes every taxel's own point."""
     taxels, points = len(folded.index), len(folded.positions)
     places = folded.quadrant * points + folded.index
@@ -68,7 +68,7 @@ def _averaged(
     matrix: npt.NDArray[np.floating],
     rows: sparse.csr_array,
     home: Indices,
-    of_class: tuple[Mirrors, int],
+    of_class: tuple[MirrorPlanes, int],
     odd: Sequence[Mask],
 ) -> npt.NDArray[np.floating]:
     """One class's matrix (columns, folded taxels * coordinates) from that of all points.

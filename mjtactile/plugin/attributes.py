@@ -20,12 +20,12 @@ from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad, require_flat
 from mjtactile.pad_names import PLUGIN, named_pad, no_such_value
+from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.plugin.engine import Instance, attribute_names, plugin_config, running_layout
 from mjtactile.plugin.health import HEALTH_NUMBERS, Health
 from mjtactile.plugin.model_copy import ModelCopy
 from mjtactile.plugin.reading import Reading, fill_instance, rows_of_readings
 from mjtactile.sim.geoms import check_pad_box
-from mjtactile.taxels import FreeTaxels
 
 #: What a sensor can put out.
 OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")

@@ -20,12 +20,12 @@ from mjtactile.fem.stiffness import Parity, free_in_plane
 from mjtactile.fem.stress import StressSampler
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
-from mjtactile.influence.build import build_tables
+from mjtactile.influence.build import build_swept_tables, build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.surfaces import CylinderSector, EllipsoidCap, Flat, SphereCap
-from mjtactile.taxels import FreeTaxels
+from mjtactile.pad_shape.surfaces import CylinderSector, EllipsoidCap, Flat, SphereCap
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 ONE_STRAIN = 2e-3
 PUSH = np.array([900.0, 0.0, 50.0])
@@ -68,7 +68,7 @@ def test_a_flat_pad_has_the_tables_it_had():
     plain, swept = {}, {}
     for tables in build_tables(LAYERED_PAD, COARSE, np.float64):
         plain |= tables
-    for tables in build_tables(LAYERED_PAD, COARSE, np.float64, swept=True):
+    for tables in build_swept_tables(LAYERED_PAD, COARSE, np.float64):
         swept |= tables
     assert plain.keys() == swept.keys()
     for name, table in plain.items():

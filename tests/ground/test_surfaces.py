@@ -13,8 +13,16 @@ from hypothesis import strategies as st
 from mjtactile.errors import PadError
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.pad_names import pad_from_text, pad_text
-from mjtactile.surface_fit import fitted_patch
-from mjtactile.surfaces import CylinderSector, EllipsoidCap, Flat, SphereCap, Surface, SurfacePatch, surface_from
+from mjtactile.pad_shape.surface_fit import fitted_patch
+from mjtactile.pad_shape.surfaces import (
+    CylinderSector,
+    EllipsoidCap,
+    Flat,
+    SphereCap,
+    Surface,
+    SurfacePatch,
+    surface_from,
+)
 
 HALF = 5e-3
 radii = st.floats(11e-3, 0.2)

@@ -10,8 +10,8 @@ import pytest
 from mjtactile.errors import PadError
 from mjtactile.pad import Layer, Pad
 from mjtactile.pad_names import pad_from_text, pad_text
-from mjtactile.surfaces import SphereCap
-from mjtactile.taxels import FreeTaxels
+from mjtactile.pad_shape.surfaces import SphereCap
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 POINTS = [[0.0, 0.0, -1e-3], [2e-3, -1e-3, -2e-3], [7.5e-3, 0.0, 0.0]]
 

@@ -18,7 +18,7 @@ from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import build_influence
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.surfaces import CylinderSector, SphereCap
+from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
 
 CASES: dict[str, dict[str, Any]] = json.loads(
     (Path(__file__).parents[1] / "data" / "calculix_curved.json").read_text()

@@ -11,6 +11,7 @@ indefinite sparse symmetric linear equations, ACM Trans. Math. Softw. 9, 1983). 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,18 +35,18 @@ class _Front:
         outer: unknowns that are shared with other unions.
         factor: Cholesky factor of the inner unknowns' stiffness.
         from_outer: what inner displacements follow from outer ones: u_inner = K^-1 f - from_outer u_outer.
-        children: places among the fronts of the two it was made of.
+        children: the two it was made of; a column of elements has none.
     """
 
     inner: Indices
     outer: Indices
     factor: Array
     from_outer: Array
-    children: tuple[int, ...]
+    children: tuple[_Front, ...]
 
 
-#: Unknowns that a union shares with others, what it resists them with, and its place among the fronts.
-_Part = tuple[Indices, Array, int]
+#: Unknowns that a union shares with others, what it resists them with, and the union; None of a single column.
+_Part = tuple[Indices, Array, _Front | None]
 
 
 class DissectedPad:
@@ -54,13 +55,20 @@ class DissectedPad:
     Args:
         elements: of the pad, or of the part that stands for it.
         free: mask over a node plane's degrees of freedom (component, y, x): False where a mirror holds one at zero.
-        on_column: called after each column of elements, for progress.
+        executor: the two halves of the pad are eliminated side by side.
+        on_column: called after each column of elements, for progress, from several threads.
 
     Raises:
         MeshError: when the arithmetic breaks down.
     """
 
-    def __init__(self, elements: SweptElements, free: Mask, on_column: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        elements: SweptElements,
+        free: Mask,
+        executor: ThreadPoolExecutor | None = None,
+        on_column: Callable[[], None] = lambda: None,
+    ) -> None:
         layers, rows, columns = elements.shape
         self._elements, self._on_column = elements, on_column
         self._planes = 2 * layers
@@ -71,10 +79,12 @@ class DissectedPad:
         """Number of each unknown, (nodes y, nodes x, planes above the base, 3); -1 where a mirror holds it."""
         self.count = int(mask.sum())
         """Unknowns in all."""
-        self._fronts: list[_Front] = []
         self._rows: dict[int, Array] = {}
-        remaining, _, _ = self._eliminated(0, columns, 0, rows)
+        remaining, _, whole = self._eliminated(0, columns, 0, rows, executor)
         assert not len(remaining)
+        self._fronts = _in_order(whole)
+        """Unions, each after those it was made of."""
+        self._place = {id(front): place for place, front in enumerate(self._fronts)}
         self._rows.clear()
         on_top = self.number[:, :, -1].transpose(2, 0, 1).ravel()
         self.surface: Indices = on_top[on_top >= 0]
@@ -98,7 +108,8 @@ class DissectedPad:
         """Displacements [m] under forces (unknowns, columns) [N], which are overwritten."""
         loaded = np.zeros(len(self._fronts), dtype=bool)
         for place, front in enumerate(self._fronts):
-            loaded[place] = loaded[list(front.children)].any() or forces[front.inner].any()
+            below = any(loaded[self._place[id(child)]] for child in front.children)
+            loaded[place] = below or forces[front.inner].any()
             if loaded[place]:
                 forces[front.outer] -= front.from_outer.T @ forces[front.inner]
         for place in reversed(range(len(self._fronts))):
@@ -109,27 +120,32 @@ class DissectedPad:
             forces[front.inner] = inner
         return forces
 
-    def _eliminated(self, west: int, east: int, south: int, north: int) -> _Part:
+    def _eliminated(
+        self, west: int, east: int, south: int, north: int, executor: ThreadPoolExecutor | None = None
+    ) -> _Part:
         """A rectangle of element columns with its inner unknowns eliminated."""
         if (east - west, north - south) == (1, 1):
             parts = [self._column(south, west)]
-        elif east - west >= north - south:
-            middle = (west + east) // 2
-            parts = [self._eliminated(west, middle, south, north), self._eliminated(middle, east, south, north)]
         else:
-            middle = (south + north) // 2
-            parts = [self._eliminated(west, east, south, middle), self._eliminated(west, east, middle, north)]
+            if east - west >= north - south:
+                middle = (west + east) // 2
+                halves = [(west, middle, south, north), (middle, east, south, north)]
+            else:
+                middle = (south + north) // 2
+                halves = [(west, east, south, middle), (west, east, middle, north)]
+            several = map if executor is None else executor.map
+            parts = list(several(lambda half: self._eliminated(*half), halves))
         unknowns = np.unique(np.concatenate([part[0] for part in parts]))
         stiffness = np.zeros((len(unknowns), len(unknowns)))
         for of_part, resistance, _ in parts:
             places = np.searchsorted(unknowns, of_part)
             stiffness[np.ix_(places, places)] += resistance
         shared = np.isin(unknowns, self._shared(west, east, south, north))
-        children = tuple(part[2] for part in parts if part[2] >= 0)
+        children = tuple(front for _, _, front in parts if front is not None)
         del parts
         return self._front(unknowns, shared, stiffness, children)
 
-    def _front(self, unknowns: Indices, shared: Mask, stiffness: Array, children: tuple[int, ...]) -> _Part:
+    def _front(self, unknowns: Indices, shared: Mask, stiffness: Array, children: tuple[_Front, ...]) -> _Part:
         inner, outer = np.flatnonzero(~shared), np.flatnonzero(shared)
         if not len(inner):
             raise AssertionError("every union of element columns has a line inside")
@@ -144,8 +160,7 @@ class DissectedPad:
         left = stiffness[np.ix_(outer, outer)]
         left -= coupling.T @ coupling
         from_outer = solve_triangular(factor, coupling, lower=True, trans=1, check_finite=False)
-        self._fronts.append(_Front(unknowns[inner], unknowns[outer], factor, from_outer, children))
-        return unknowns[outer], left, len(self._fronts) - 1
+        return unknowns[outer], left, _Front(unknowns[inner], unknowns[outer], factor, from_outer, children)
 
     def _shared(self, west: int, east: int, south: int, north: int) -> Indices:
         """Unknowns on those sides of a rectangle at which it meets others."""
@@ -174,7 +189,14 @@ class DissectedPad:
         free = np.flatnonzero(numbers >= 0)
         free = free[np.argsort(numbers[free])]
         self._on_column()
-        return numbers[free], stiffness[np.ix_(free, free)], -1
+        return numbers[free], stiffness[np.ix_(free, free)], None
+
+
+def _in_order(front: _Front | None) -> list[_Front]:
+    """Unions in the order of elimination."""
+    if front is None:
+        return []
+    return [one for child in front.children for one in _in_order(child)] + [front]
 
 
 def block_count(unknowns: int) -> int:

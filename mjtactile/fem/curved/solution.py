@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from mjtactile.fem.curved.stress_rows import StressRows
 from mjtactile.fem.mesh import SheetMesh
 from mjtactile.fem.stiffness import Parity, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT
-from mjtactile.fem.symmetry import Mirrors
+from mjtactile.fem.symmetry import MirrorPlanes
 
 #: Steps of progress that a block of loads counts as; a column of elements counts as one.
 _STEPS_OF_BLOCK = 40
@@ -52,31 +53,39 @@ class SweptPad:
         self._part = mesh.quarter()
         self._elements = SweptElements(self._part)
 
-    def solve(self, parity: Parity, on_step: Callable[[], None]) -> Iterator[SolvedBlock]:
+    def solve(self, parity: Parity, workers: int, on_step: Callable[[], None]) -> Iterator[SolvedBlock]:
         """Responses to unit forces on all of the surface's free degrees of freedom in a class, some at a time.
 
         Args:
             parity: the class.
-            on_step: called after each bounded piece of work, see `swept_steps`.
+            workers: threads; each takes a half of the pad while it is eliminated, then one block after another.
+            on_step: called after each bounded piece of work, see `swept_steps`, from several threads.
 
         Raises:
             MeshError: when the equations cannot be solved in double precision.
         """
-        equations = DissectedPad(self._elements, free_in_plane(self._part, parity), on_step)
-        combine, recover = self._rows.rows(parity, equations.number)
-        for places in equations.blocks():
-            displacements = equations.displacements(places)
-            stress = (combine @ (recover @ displacements)).reshape(-1, DEVIATORIC_COUNT + 1, len(places))
-            surface = displacements[equations.surface]
-            yield SolvedBlock(places, stress[:, :DEVIATORIC_COUNT], stress[:, DEVIATORIC_COUNT], surface)
-            for _ in range(_STEPS_OF_BLOCK):
-                on_step()
+        with ThreadPoolExecutor(workers) as executor:
+            equations = DissectedPad(self._elements, free_in_plane(self._part, parity), executor, on_step)
+            combine, recover = self._rows.rows(parity, equations.number)
+
+            def solved(places: Indices) -> SolvedBlock:
+                displacements = equations.displacements(places)
+                stress = (combine @ (recover @ displacements)).reshape(-1, DEVIATORIC_COUNT + 1, len(places))
+                surface = displacements[equations.surface]
+                for _ in range(_STEPS_OF_BLOCK):
+                    on_step()
+                return SolvedBlock(places, stress[:, :DEVIATORIC_COUNT], stress[:, DEVIATORIC_COUNT], surface)
+
+            blocks = equations.blocks()
+            # No more at a time than there are threads: finished blocks would pile up.
+            for first in range(0, len(blocks), workers):
+                yield from executor.map(solved, blocks[first : first + workers])
 
 
 def swept_steps(mesh: SheetMesh) -> int:
     """How often `SweptPad.solve` reports progress, for all classes together."""
     part, steps = mesh.quarter(), 0
-    for parity in Mirrors(*mesh.outer.mirrors).classes:
+    for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
         columns = part.x.element_count * part.y.element_count
         steps += columns + _STEPS_OF_BLOCK * block_count(int(free_in_plane(part, parity).sum()))
     return steps

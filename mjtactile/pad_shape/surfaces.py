@@ -24,8 +24,9 @@ from mjtactile.errors import PadError
 MOST_SLOPE = 60.0
 #: Lines along each axis of the grid on which a surface is looked at.
 _CHECK_LINES = 65
-#: Steps of Newton's iteration from a point to its foot, and what it ends at, over the pad's width.
-_MOST_STEPS, _CONVERGED = 50, 1e-14
+#: Steps of Newton's iteration from a point to its foot, and the length of the last, over half the pad's width: the
+#: iteration is of the second order, so that rounding is what is left.
+_MOST_STEPS, _CONVERGED = 50, 1e-11
 
 
 class Jet(NamedTuple):

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError
-from mjtactile.surfaces import SurfacePatch
+from mjtactile.pad_shape.surfaces import SurfacePatch
 
 if TYPE_CHECKING:
     import trimesh
