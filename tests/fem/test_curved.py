@@ -278,7 +278,7 @@ def test_a_load_rolled_about_a_cylinder_gives_rolled_readings():
     points = np.column_stack([(radius - depth) * np.sin(a), y, (radius - depth) * np.cos(a) - radius])
     rolled = (points - axis) @ roll.T + axis
     pad = Pad(
-        size=(12e-3, 10e-3),
+        size=(13.2e-3, 8e-3),
         layers=(Layer(thickness=1.8e-3, young=1e6, poisson=0.45),),
         taxels=np.concatenate([points, rolled]),  # type: ignore[arg-type]
         sampling_radius=0.3e-3,
