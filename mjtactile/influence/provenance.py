@@ -11,7 +11,7 @@ from typing import Any
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, mesh_name
-from mjtactile.influence.table import FORMAT_VERSION
+from mjtactile.influence.table import FORMAT_VERSION, SWEPT_VERSION
 from mjtactile.pad import Pad
 
 
@@ -64,6 +64,8 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
         description.append({"averaging": fidelity.averaging})
     if fidelity.loads != "nodes":
         description.append({"loads": fidelity.loads})
+    if not pad.surface.is_flat:
+        description.append({"swept": SWEPT_VERSION})
     return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
 
 

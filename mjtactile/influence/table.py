@@ -23,6 +23,8 @@ from mjtactile.fem.stiffness import Parity
 
 #: Raised whenever the meaning of a stored array changes; older files are then rebuilt.
 FORMAT_VERSION = 3
+#: Raised whenever the numbers of curved pads' tables change; flat pads' stay valid.
+SWEPT_VERSION = 1
 
 
 _DTYPES = {

@@ -20,7 +20,7 @@ from mjtactile.fem.stiffness import Parity, free_in_plane
 from mjtactile.fem.stress import StressSampler
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
-from mjtactile.influence.build import build_swept_tables, build_tables
+from mjtactile.influence.build import build_steps, build_swept_tables, build_tables
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
@@ -73,6 +73,14 @@ def test_a_flat_pad_has_the_tables_it_had():
     assert plain.keys() == swept.keys()
     for name, table in plain.items():
         np.testing.assert_allclose(swept[name], table, rtol=0, atol=1e-9 * np.abs(table).max(), err_msg=name)
+
+
+@pytest.mark.parametrize("known", [(True, True), (False, False)])
+def test_progress_ends_where_it_was_said_to(known):
+    pad, steps = replace(DOME, surface=Lopsided((11e-3, 8e-3, 9e-3), known)), []
+    for _ in build_tables(pad, COARSE, on_step=lambda: steps.append(1)):
+        pass
+    assert len(steps) == build_steps(pad, COARSE)
 
 
 @pytest.mark.parametrize("known", [(False, False), (True, False), (False, True)])
