@@ -161,8 +161,8 @@ def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Ar
     along = pad.surface.derivatives(*foot)
     turning = pad.surface.derivatives(foot[0], foot[1], 0.0) - pad.surface.derivatives(foot[0], foot[1], 1.0)
     normal = -along[:, 2]
-    # Directions in which x grows while y stays, and the other way round, and how fast they do.
-    rates = np.linalg.pinv(along[:, :2])
+    # Normals in the tangent plane of the lines on which x, and on which y, is the same; and how fast it grows there.
+    rates: Array = np.linalg.pinv(along[:, :2])
     speeds = np.linalg.norm(rates, axis=1)
     half_size = np.array(pad.size) / 2
     lower = np.maximum((-half_size - foot[:2]) / speeds, -radius)

@@ -41,7 +41,7 @@ class Reading:
 
 def rows_of_readings(pad: Pad) -> tuple[int, int, int]:
     """Layers, rows and columns as the core counts readings; free taxels are one row."""
-    return pad.grid_shape if isinstance(pad.taxels, TaxelGrid) else (1, 1, *pad.reading_shape)
+    return pad.grid_shape if isinstance(pad.taxels, TaxelGrid) else (1, 1, len(pad.taxels))
 
 
 def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...]) -> None:

@@ -80,7 +80,7 @@ def lopsided_patch() -> mjtactile.SurfacePatch:
     from scipy.interpolate import RectBivariateSpline
 
     heights = EllipsoidCap((11e-3, 8e-3, 9e-3)).height(x, y) + 2.0 * x**2 * y - 0.02 * x
-    spline = RectBivariateSpline(x[:, 0], y[0], heights, kx=5, ky=5, s=(1e-7) ** 2 * x.size)
+    spline = RectBivariateSpline(x[:, 0], y[0], heights, kx=5, ky=5, s=(1e-7) ** 2 * x.size)  # type: ignore[arg-type]
     knots = spline.get_knots()
     shape = len(knots[0]) - 6, len(knots[1]) - 6
     return mjtactile.SurfacePatch(

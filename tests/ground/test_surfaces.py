@@ -104,7 +104,10 @@ def test_offset_surfaces_shrink_by_both_curvatures(surface: Surface, place):
 
 @given(radii, places)
 def test_an_ellipsoid_with_equal_axes_is_a_sphere(radius: float, place):
-    both = [surface.jet(*map(np.asarray, place[:2])) for surface in (EllipsoidCap((radius,) * 3), SphereCap(radius))]
+    both = [
+        surface.jet(*map(np.asarray, place[:2]))
+        for surface in (EllipsoidCap((radius, radius, radius)), SphereCap(radius))
+    ]
     assert both[0] == both[1]
 
 

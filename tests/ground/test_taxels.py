@@ -17,11 +17,11 @@ POINTS = [[0.0, 0.0, -1e-3], [2e-3, -1e-3, -2e-3], [7.5e-3, 0.0, 0.0]]
 
 
 def test_points_are_a_pads_taxels():
-    pad = Pad(taxels=np.array(POINTS))
+    pad = Pad(taxels=np.array(POINTS))  # type: ignore[arg-type]
     assert pad.reading_shape == (3,)
     assert pad.depths == ()
     assert pad.sensed_depths == (1e-3, 2e-3, 0.0)
-    assert pad == Pad(taxels=POINTS)
+    assert pad == Pad(taxels=POINTS)  # type: ignore[arg-type]
     assert "3 free taxels" in pad.summary
     assert pad_from_text(pad_text(pad)) == pad
     assert Pad.from_description(pad.description) == pad
@@ -66,7 +66,7 @@ def test_files_without_taxels_say_why(tmp_path, name, text, said):
 @pytest.mark.parametrize("point", [[0.0, 0.0, 1e-4], [0.0, 0.0, -5.1e-3], [7.6e-3, 0.0, -1e-3], [0.0, -8e-3, -1e-3]])
 def test_a_point_outside_a_flat_pad_is_named(point):
     with pytest.raises(PadError, match=f"taxel 1 at .*{point[2]}.* lies outside the pad"):
-        Pad(taxels=[[0.0, 0.0, -1e-3], point])
+        Pad(taxels=[[0.0, 0.0, -1e-3], point])  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -87,15 +87,15 @@ def test_inside_a_dome_is_between_its_offset_surfaces_and_its_sides(point, insid
         "surface": SphereCap(12e-3),
     }
     if inside:
-        assert Pad(**make, taxels=[point]).reading_shape == (1,)
+        assert Pad(**make, taxels=[point]).reading_shape == (1,)  # type: ignore[arg-type]
     else:
         with pytest.raises(PadError, match="taxel 0"):
-            Pad(**make, taxels=[point])
+            Pad(**make, taxels=[point])  # type: ignore[arg-type]
 
 
 def test_free_taxels_have_depths_and_radii_of_their_own():
     with pytest.raises(PadError, match="Leave depths out"):
-        Pad(taxels=POINTS, depths=(1e-3,))
+        Pad(taxels=POINTS, depths=(1e-3,))  # type: ignore[arg-type]
     with pytest.raises(PadError, match=r"radii of shape \(2,\)"):
         FreeTaxels(POINTS, (1e-4, 1e-4))  # type: ignore[arg-type]
     with pytest.raises(PadError, match=r"taxel 1 .* no positive radius"):
@@ -103,4 +103,4 @@ def test_free_taxels_have_depths_and_radii_of_their_own():
     with pytest.raises(PadError, match=r"taxel 2 has a radius of 1\.0 m"):
         Pad(taxels=FreeTaxels(POINTS, (1e-4, 1e-4, 1.0)))  # type: ignore[arg-type]
     with pytest.raises(PadError, match="taxels on a grid"):
-        _ = Pad(taxels=POINTS).grid
+        _ = Pad(taxels=POINTS).grid  # type: ignore[arg-type]

@@ -15,8 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
-from scipy.linalg.lapack import dpotrf
+from scipy.linalg import cho_solve, get_lapack_funcs, solve_triangular
 
 from mjtactile._types import Array, Indices, Mask
 from mjtactile.errors import MeshError
@@ -149,7 +148,8 @@ class DissectedPad:
         inner, outer = np.flatnonzero(~shared), np.flatnonzero(shared)
         if not len(inner):
             raise AssertionError("every union of element columns has a line inside")
-        factor, failed = dpotrf(stiffness[np.ix_(inner, inner)], lower=1, clean=1)
+        (factorise,) = get_lapack_funcs(("potrf",), (stiffness,))
+        factor, failed = factorise(stiffness[np.ix_(inner, inner)], lower=1, clean=1)
         if failed:
             raise MeshError(
                 "the finite-element equations are not positive definite in double precision. A layer is too thin or "

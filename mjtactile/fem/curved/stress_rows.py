@@ -105,12 +105,12 @@ class StressRows:
         stacked = sparse.hstack(modes, format="csr")
         elements = int(np.prod(counts))
         order = np.arange(PRESSURES * elements).reshape(PRESSURES, elements).T.ravel()
-        return sparse.csr_array(stacked[:, order])
+        return sparse.csr_array(sparse.csr_array(stacked)[:, order])
 
     @cached_property
     def _reached(self) -> Indices:
         """Elements, by number (z, y, x), whose pressure some point's stress is interpolated from."""
-        return np.unique(self._pressures.indices // PRESSURES)
+        return np.unique(self._pressures.indices // PRESSURES).astype(np.int64)
 
     @cached_property
     def _combined(self) -> sparse.csr_array:
