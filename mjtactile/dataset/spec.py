@@ -81,7 +81,7 @@ class DatasetSpec:
     @property
     def description(self) -> dict[str, Any]:
         """Everything as plain values."""
-        return json.loads(json.dumps(asdict(self)))
+        return json.loads(json.dumps({**asdict(self), "pad": self.pad.description}))
 
     @property
     def fingerprint(self) -> str:

@@ -162,7 +162,8 @@ def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Ar
     turning = pad.surface.derivatives(foot[0], foot[1], 0.0) - pad.surface.derivatives(foot[0], foot[1], 1.0)
     normal = -along[:, 2]
     # Normals in the tangent plane of the lines on which x, and on which y, is the same; and how fast it grows there.
-    rates: Array = np.linalg.pinv(along[:, :2])
+    tangential = along[:, :2]
+    rates = np.linalg.solve(tangential.T @ tangential, tangential.T)
     speeds = np.linalg.norm(rates, axis=1)
     half_size = np.array(pad.size) / 2
     lower = np.maximum((-half_size - foot[:2]) / speeds, -radius)
