@@ -163,17 +163,17 @@ def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Ar
     normal = -along[:, 2]
     # Normals in the tangent plane of the lines on which x, and on which y, is the same; and how fast it grows there.
     tangential = along[:, :2]
-    rates = np.linalg.solve(tangential.T @ tangential, tangential.T)
-    speeds = np.linalg.norm(rates, axis=1)
+    rates = np.linalg.solve(tangential.T @ tangential, tangential.T).astype(np.float64)
+    speeds = np.sqrt(np.einsum("ij,ij->i", rates, rates))
     half_size = np.array(pad.size) / 2
     lower = np.maximum((-half_size - foot[:2]) / speeds, -radius)
     upper = np.minimum((half_size - foot[:2]) / speeds, radius)
     if max(lower[0], -upper[0]) <= -radius < max(lower[1], -upper[1]):  # the sides along y alone cut the ball
         second = rates[1] / speeds[1]
-        first = np.cross(second, normal)
+        first = np.asarray(np.cross(second, normal), dtype=np.float64)
     else:
         first = rates[0] / speeds[0]
-        second = np.cross(normal, first)
+        second = np.asarray(np.cross(normal, first), dtype=np.float64)
     tangents = np.stack([first, second])
     bending = tangents @ turning[:, :2] @ rates @ tangents.T
     return np.stack([first, second, normal]), (bending + bending.T) / 2, lower, upper

@@ -15,7 +15,11 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import PadError
 
-_WHAT = "expected one row (x, y, z) per taxel, in metres and in the pad frame"
+_WHAT = "expected one row (x, y, z) per taxel, in metres and in the pad frame; for a grid give "
+    "TaxelGrid(rows=13, columns=13)"
+
+#: Most characters of a value in a message.
+_LONGEST_VALUE = 120
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ class FreeTaxels:
         """Normalise number types and refuse what are no points."""
         points = _numbers("points", self.points)
         if points.ndim != 2 or points.shape[1] != 3 or not len(points):
-            raise PadError(f"free taxels have points of shape {points.shape}; {_WHAT}.")
+            raise PadError(f"taxels = {_shortened(self.points)}, points of shape {points.shape}; {_WHAT}.")
         _refuse(~np.isfinite(points).all(axis=1), "has coordinates that are not finite", points)
         object.__setattr__(self, "points", tuple(map(tuple, points.tolist())))
         if self.radii is None:
@@ -68,11 +72,16 @@ class FreeTaxels:
         an object with "points" and, if wanted, "radii". Lengths are metres.
 
         Raises:
-            FileNotFoundError: when there is no such file.
-            PadError: when it holds no taxels.
+            PadError: when there is no such file, or it holds no taxels.
         """
         path = Path(path)
-        text = path.read_text()
+        try:
+            text = path.read_text()
+        except (OSError, ValueError) as error:  # a null character in a name, or bytes that are no text
+            raise PadError(
+                f"taxels in {str(path)!r} cannot be read ({error}). Give a CSV or JSON file, points, or "
+                "TaxelGrid(rows=13, columns=13)."
+            ) from error
         try:
             rows = _from_json(text) if path.suffix.lower() == ".json" else _from_csv(text)
             return cls(*rows)
@@ -89,11 +98,16 @@ def as_taxels(value: Any) -> Any:
     return value
 
 
+def _shortened(values: Any) -> str:
+    said = repr(values)
+    return said if len(said) <= _LONGEST_VALUE else f"{said[:_LONGEST_VALUE]}..."
+
+
 def _numbers(name: str, values: npt.ArrayLike | None) -> Array:
     try:
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise PadError(f"free taxels have {name} that are no numbers; {_WHAT}.") from None
+        raise PadError(f"taxels = {_shortened(values)} have {name} that are no numbers; {_WHAT}.") from None
 
 
 def _refuse(wrong: Any, said: str, points: Array) -> None:
