@@ -15,8 +15,10 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import PadError
 
-_WHAT = "expected one row (x, y, z) per taxel, in metres and in the pad frame; for a grid give "
+_WHAT = (
+    "expected one row (x, y, z) per taxel, in metres and in the pad frame; for a grid give "
     "TaxelGrid(rows=13, columns=13)"
+)
 
 #: Most characters of a value in a message.
 _LONGEST_VALUE = 120
