@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from mjtactile.influence.surface_load import ContactState, SurfaceLoad
     from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
     from mjtactile.pad_names import pad_text, register_pad
+    from mjtactile.pad_shape.surfaces import CylinderSector, EllipsoidCap, Flat, SphereCap, SurfacePatch
+    from mjtactile.pad_shape.taxels import FreeTaxels
     from mjtactile.plugin.attributes import plugin_health
     from mjtactile.plugin.health import Health, set_warnings
     from mjtactile.sensor import TactileSensor
@@ -110,6 +112,8 @@ _MODULE_OF = {
         "sim.preview": ("preview_pad",),
         "sim.press_scene": ("PressResult", "press", "press_scene"),
         "sensor": ("TactileSensor",),
+        "pad_shape.surfaces": ("CylinderSector", "EllipsoidCap", "Flat", "SphereCap", "SurfacePatch"),
+        "pad_shape.taxels": ("FreeTaxels",),
     }.items()
     for name in names
 }
@@ -122,9 +126,13 @@ __all__ = [
     "ContactState",
     "ContactWarning",
     "CorruptInfluenceError",
+    "CylinderSector",
+    "EllipsoidCap",
     "Fidelity",
+    "Flat",
     "Footprint",
     "FootprintError",
+    "FreeTaxels",
     "Health",
     "Indenter",
     "IndenterError",
@@ -142,8 +150,10 @@ __all__ = [
     "PresetError",
     "PressResult",
     "SceneError",
+    "SphereCap",
     "StaleInfluenceError",
     "SurfaceLoad",
+    "SurfacePatch",
     "TactileSensor",
     "TaxelGrid",
     "WrenchBasis",

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_flat
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
@@ -59,6 +59,7 @@ def attach_pad(
 
     Raises:
         SceneError: when there is no such body, pad, fidelity, output or contact, or the name is taken.
+        PadError: when the pad is curved.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -66,6 +67,7 @@ def attach_pad(
     _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
+    require_flat(made, "attach_pad")
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
     config["visual"] = "on" if visual else "off"
     config |= {} if law is None else {"law": law}

@@ -67,7 +67,7 @@ class MeshDensity:
         """The length that sizes are fractions of, on this pad [m]."""
         if self.reference_length is not None:
             return self.reference_length
-        shallowest = max(min(pad.depths), pad.sampling_radius)
+        shallowest = max(min(pad.sensed_depths), pad.sampling_radius)
         return min(pad.thickness, _DEPTHS_PER_LENGTH * shallowest)
 
     def points_at(self, sensing_layer: int) -> int:

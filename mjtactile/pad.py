@@ -1,7 +1,8 @@
-"""The pad: a layered elastic sheet, its sensing elements (taxels), and where their readings are taken.
+"""The pad: a layered elastic body, its sensing elements (taxels), and where their readings are taken.
 
 Lengths are metres, stresses pascals. The pad frame has its origin in the middle of the sensing surface,
-z out of the pad, x along taxel columns and y along taxel rows.
+z out of the pad, x along taxel columns and y along taxel rows. The sensing surface is a plane or curved:
+surfaces.py.
 """
 
 from __future__ import annotations
@@ -10,13 +11,22 @@ import hashlib
 import itertools
 import json
 import math
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import PadError
+from mjtactile.pad_shape.surfaces import FLAT, Surface, surface_from
+from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels
+
+if TYPE_CHECKING:
+    import trimesh
 
 #: Thinnest layer that is meshed [m]; thinner ones are better described by a change of their neighbour's modulus.
 MINIMUM_LAYER_THICKNESS = 1e-6
@@ -30,6 +40,9 @@ MOST_ASPECT = 1000.0
 MOST_LAYERS, MOST_DEPTHS, MOST_READINGS = 64, 64, 100_000
 #: Lengths closer than this fraction of the sheet's thickness count as equal.
 LENGTH_TOLERANCE = 1e-9
+
+
+_DEPTHS = (1e-3, 2e-3, 3e-3, 4e-3)
 
 
 def _require(condition: bool | np.bool_, message: str) -> None:
@@ -152,7 +165,10 @@ class TaxelGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class Pad:
-    """A rectangular layered sheet bonded to a rigid base, sides and top free.
+    """A layered elastic body under a rectangle, bonded to a rigid base, sides and top free.
+
+    Its outer surface is a plane or a smooth graph over the rectangle, `surface`; thickness, layers and depths are
+    measured along the inward normals. The inner offset surface is the base, the sides run along the normals.
 
     The defaults are the sensor of Aoyagi 2008 (Recognition of Contact State of Four Layers Arrayed Type Tactile
     Sensor by Using Neural Networks): 15 x 15 x 5 mm of PDMS, E = 3 MPa, 13 x 13 taxels at 1.25 mm pitch at depths
@@ -165,19 +181,34 @@ class Pad:
 
     size: tuple[float, float] = (15e-3, 15e-3)  #: extent along (x, y) [m]
     layers: tuple[Layer, ...] = (Layer(thickness=5e-3, young=3e6, poisson=0.49),)  #: top first
-    taxels: TaxelGrid = field(default_factory=TaxelGrid)  #: where its taxels are
-    depths: tuple[float, ...] = (1e-3, 2e-3, 3e-3, 4e-3)  #: sensing layers below the surface [m], top first
+    #: Where its taxels are: a grid, seen from above; or FreeTaxels, their points (n, 3) [m], or a file of them.
+    taxels: TaxelGrid | FreeTaxels = field(default_factory=TaxelGrid)
+    depths: tuple[float, ...] = _DEPTHS  #: sensing layers below the surface [m], top first; free taxels have none
     sampling_radius: float = 0.625e-3  #: a reading is the mean over a ball of this radius [m]
+    surface: Surface = FLAT  #: the outer surface over the rectangle
 
     def __post_init__(self) -> None:
         """Normalise number types and refuse pads that cannot exist."""
         object.__setattr__(self, "size", _pair("size", self.size))
         object.__setattr__(self, "layers", _tuple_of_layers(self.layers))
-        object.__setattr__(self, "depths", _tuple_of_depths(self.depths))
+        object.__setattr__(self, "taxels", as_taxels(self.taxels))
+        free = isinstance(self.taxels, FreeTaxels)
+        # Free taxels have depths of their own: only the default, which nobody asked for, may stand beside them.
+        depths = () if free and self.depths in ((), _DEPTHS) else _tuple_of_depths(self.depths)
+        object.__setattr__(self, "depths", depths)
         object.__setattr__(self, "sampling_radius", _number("sampling_radius", self.sampling_radius, " in metres"))
         _require(
-            isinstance(self.taxels, TaxelGrid),
-            f"taxels = {_shortened(self.taxels)}; expected a TaxelGrid, for example TaxelGrid(rows=13, columns=13).",
+            isinstance(self.taxels, TaxelGrid | FreeTaxels),
+            f"taxels = {_shortened(self.taxels)}; expected a TaxelGrid, for example TaxelGrid(rows=13, columns=13); or "
+            "points (n, 3) in metres, or the name of a file of them.",
+        )
+        _require(
+            not (free and depths),
+            f"depths = {depths} m beside free taxels, which have depths of their own. Leave depths out.",
+        )
+        _require(
+            isinstance(self.surface, Surface),
+            f"surface = {_shortened(self.surface)}; expected a surface, for example SphereCap(12e-3).",
         )
         _require(
             all(_is_length(s) for s in self.size),
@@ -198,14 +229,18 @@ class Pad:
             f"sampling_radius = {self.sampling_radius} m; expected a positive length, for example 0.625e-3, from "
             f"{LENGTHS[0]:g} m to what the sheet measures, {largest:.6g} m.",
         )
+        if not self.surface.is_flat:
+            self.surface.check(self.size, self.thickness)
         self._check_depths()
-        layers, rows, columns = self.reading_shape
         _require(
-            layers * rows * columns <= MOST_READINGS,
-            f"{rows} x {columns} taxels in {layers} layers are {layers * rows * columns} readings; expected at most "
-            f"{MOST_READINGS}. Use a larger pitch, or several pads.",
+            math.prod(self.reading_shape) <= MOST_READINGS,
+            f"{self._said_taxels} are {math.prod(self.reading_shape)} readings; expected at most {MOST_READINGS}. Use "
+            "a larger pitch, or several pads.",
         )
-        self._check_taxels_on_sheet()
+        if isinstance(self.taxels, FreeTaxels):
+            self._check_taxels_in_pad(self.taxels, largest)
+        else:
+            self._check_taxels_on_sheet(self.taxels)
 
     def _check_depths(self) -> None:
         _require(
@@ -220,8 +255,31 @@ class Pad:
                 f"Give depths between 0 and {self.thickness:.6g} m, or thicker layers.",
             )
 
-    def _check_taxels_on_sheet(self) -> None:
-        for axis, name, positions in ((0, "columns", self.taxels.x), (1, "rows", self.taxels.y)):
+    def _check_taxels_in_pad(self, taxels: FreeTaxels, largest: float) -> None:
+        points, radii = taxels.positions, taxels.ball_radii(self.sampling_radius)
+        for taxel, radius in enumerate(radii.tolist()):
+            _require(
+                LENGTHS[0] <= radius <= largest,
+                f"taxel {taxel} has a radius of {radius} m; expected from {LENGTHS[0]:g} m to what the sheet "
+                f"measures, {largest:.6g} m.",
+            )
+        feet, miss = self.feet(points)
+        tolerance = LENGTH_TOLERANCE * largest
+        inside = (miss <= tolerance) & (np.abs(feet[:, :2]) <= np.array(self.size) / 2 + tolerance).all(axis=1)
+        inside &= (feet[:, 2] >= -tolerance) & (feet[:, 2] <= self.thickness + tolerance)
+        if not inside.all():
+            taxel = int(np.flatnonzero(~inside)[0])
+            x, y, depth = feet[taxel]
+            place = f"at a depth of {depth:.6g} m under x = {x:.6g} m, y = {y:.6g} m"
+            raise PadError(
+                f"taxel {taxel} at {tuple(points[taxel].tolist())} m lies outside the pad"
+                f"{': it is ' + place if miss[taxel] <= tolerance else ''}. Expected depths from 0 to "
+                f"{self.thickness:.6g} m under |x| <= {self.size[0] / 2:.6g} m, |y| <= {self.size[1] / 2:.6g} m; "
+                "lengths are metres, and z is negative inside."
+            )
+
+    def _check_taxels_on_sheet(self, grid: TaxelGrid) -> None:
+        for axis, name, positions in ((0, "columns", grid.x), (1, "rows", grid.y)):
             half = self.size[axis] / 2
             reach = float(np.max(np.abs(positions)))
             _require(
@@ -241,14 +299,89 @@ class Pad:
         return tuple(-math.fsum(layer.thickness for layer in self.layers[: i + 1]) for i in range(len(self.layers) - 1))
 
     @property
-    def reading_shape(self) -> tuple[int, int, int]:
-        """Shape of one set of readings: (sensing layers, rows, columns)."""
+    def reading_shape(self) -> tuple[int, ...]:
+        """Shape of one set of readings: (sensing layers, rows, columns); of free taxels (taxels,)."""
+        if isinstance(self.taxels, FreeTaxels):
+            return (len(self.taxels),)
         return len(self.depths), self.taxels.rows, self.taxels.columns
+
+    @property
+    def grid(self) -> TaxelGrid:
+        """The taxels' grid.
+
+        Raises:
+            PadError: when the pad has free taxels.
+        """
+        if isinstance(self.taxels, FreeTaxels):
+            raise PadError(
+                "this needs taxels on a grid, but the pad has free ones, whose readings are (taxel,). Read those with "
+                "InfluenceMatrices.readings or a TactileSensor, or give the pad a TaxelGrid."
+            )
+        return self.taxels
+
+    @property
+    def grid_shape(self) -> tuple[int, int, int]:
+        """Shape of readings on a grid: (sensing layers, rows, columns).
+
+        Raises:
+            PadError: when the pad has free taxels.
+        """
+        grid = self.grid
+        return len(self.depths), grid.rows, grid.columns
+
+    @property
+    def sensing_layers(self) -> int:
+        """Layers of taxels that are kept together; all free taxels are one."""
+        return len(self.depths) or 1
+
+    @cached_property
+    def sensed_depths(self) -> tuple[float, ...]:
+        """Depths at which there are taxels [m]: those of the sensing layers, or of all free taxels."""
+        if isinstance(self.taxels, FreeTaxels):
+            return tuple(self.feet(self.taxels.positions)[0][:, 2].tolist())
+        return self.depths
+
+    def taxel_feet(self, sensing_layer: int) -> Array:
+        """Taxels of a sensing layer as (x, y, depth) [m]: above which point of the projection, and how deep; (n, 3)."""
+        if isinstance(self.taxels, FreeTaxels):
+            return self.feet(self.taxels.positions)[0]
+        y, x = np.meshgrid(self.taxels.y, self.taxels.x, indexing="ij")
+        return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, self.depths[sensing_layer])])
+
+    def taxel_points(self, sensing_layer: int) -> Array:
+        """Middles of the balls of a sensing layer's taxels in the pad frame [m], (n, 3)."""
+        if isinstance(self.taxels, FreeTaxels):
+            return self.taxels.positions
+        feet = self.taxel_feet(sensing_layer)
+        return self.surface.positions(feet[:, 0], feet[:, 1], feet[:, 2])
+
+    def feet(self, points: Array) -> tuple[Array, Array]:
+        """Where the normals through points (n, 3) [m] meet the surface, see `Surface.feet`."""
+        if self.surface.is_flat:
+            return points * np.array([1.0, 1.0, -1.0]), np.zeros(len(points))
+        return self.surface.feet(points, (self.size[0] / 2, self.size[1] / 2))
 
     @property
     def description(self) -> dict[str, Any]:
         """The pad as plain numbers, as written beside saved tables."""
-        return asdict(self)
+        numbers = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "surface"}
+        numbers |= {"layers": tuple(asdict(layer) for layer in self.layers), "taxels": asdict(self.taxels)}
+        # A flat pad says nothing of its surface, as before there were others: its tables stay valid.
+        return numbers if self.surface.is_flat else numbers | {"surface": self.surface.description}
+
+    @classmethod
+    def from_description(cls, description: dict[str, Any]) -> Pad:
+        """The pad that `description` described.
+
+        Raises:
+            KeyError, TypeError, PadError: when it describes no pad.
+        """
+        given = dict(description)
+        layers = tuple(Layer(**layer) for layer in given.pop("layers"))
+        of_taxels = given.pop("taxels")
+        taxels = FreeTaxels(**of_taxels) if "points" in of_taxels else TaxelGrid(**of_taxels)
+        surface = surface_from(given.pop("surface")) if "surface" in given else FLAT
+        return cls(**given, layers=layers, taxels=taxels, surface=surface)
 
     @property
     def fingerprint(self) -> str:
@@ -262,10 +395,78 @@ class Pad:
             f"{layer.thickness * 1e3:.4g} mm (E {layer.young / 1e6:.4g} MPa, nu {layer.poisson:g})"
             for layer in self.layers
         )
-        layers, rows, columns = self.reading_shape
-        return (
-            f"{self.size[0] * 1e3:.4g} x {self.size[1] * 1e3:.4g} mm sheet of {stack}, "
-            f"{rows} x {columns} taxels at {layers} depth{'s' if layers > 1 else ''}"
+        kind = "sheet" if self.surface.is_flat else f"{self.surface.kind} pad"
+        return f"{self.size[0] * 1e3:.4g} x {self.size[1] * 1e3:.4g} mm {kind} of {stack}, {self._said_taxels}"
+
+    @property
+    def _said_taxels(self) -> str:
+        if isinstance(self.taxels, FreeTaxels):
+            return f"{len(self.taxels)} free taxels"
+        layers = len(self.depths)
+        return f"{self.taxels.rows} x {self.taxels.columns} taxels at {layers} depth{'s' if layers > 1 else ''}"
+
+    @classmethod
+    def from_mesh(
+        cls,
+        mesh: str | Path | trimesh.Trimesh,
+        *,
+        size: tuple[float, float],
+        thickness: float | None = None,
+        layers: Layer | Iterable[Layer] | None = None,
+        frame: npt.ArrayLike | None = None,
+        scale: float = 1.0,
+        smoothing: float | None = None,
+        **others: Any,
+    ) -> Pad:
+        """A pad whose outer surface is a smooth patch fitted to a mesh, such as a fingertip's.
+
+        Args:
+            mesh: file that trimesh reads, such as an STL, or a mesh.
+            size: projected width of the pad along (x, y) [m].
+            thickness: of a single layer of the default material [m]; or give layers.
+            layers: top first; or give thickness.
+            frame: pose (4, 4) of the pad frame in the mesh's coordinates, lengths in metres: its third column is the
+                direction out of the pad, its fourth the origin. By default the mesh's own frame.
+            scale: metres per unit of the mesh: 1e-3 for one in millimetres.
+            smoothing: root mean square distance of patch and mesh that is given away for smoothness [m]; by default as
+                far as the mesh's own facets stand off a smooth surface.
+            others: further arguments of Pad: taxels, depths, sampling_radius.
+
+        Returns:
+            The pad; `pad.surface.deviation` is the largest distance of patch and mesh [m].
+
+        Raises:
+            FileNotFoundError: when there is no such file.
+            PadError: when the mesh has a hole, a fold or a step under the rectangle, or the pad cannot exist; the
+                message says where.
+        """
+        from mjtactile.pad_shape.surface_fit import fitted_patch
+
+        if (thickness is None) == (layers is None):
+            raise PadError("Pad.from_mesh takes thickness=... or layers=..., one of the two.")
+        if layers is None:
+            stack: Any = Layer(thickness=_number("thickness", thickness, " in metres"), young=3e6, poisson=0.49)
+        else:
+            stack = layers
+        patch = fitted_patch(mesh, _pair("size", size), frame=frame, scale=scale, smoothing=smoothing)
+        return cls(size=size, layers=stack, surface=patch, **others)
+
+
+def require_flat(pad: Pad, door: str) -> None:
+    """Refuse a curved pad where only flat ones are taken so far.
+
+    Args:
+        pad: that was given.
+        door: who was asked, as the error names it.
+
+    Raises:
+        PadError: when the pad's surface is curved.
+    """
+    if not pad.surface.is_flat:
+        raise PadError(
+            f"{door} takes flat pads only so far, and this one is a {pad.summary}. What is known to press on a curved "
+            "pad can be read: influence.readings(SurfaceLoad.from_tractions(influence, outline, traction)), with "
+            "influence = influence_matrices(pad). Or give a pad with surface=Flat()."
         )
 
 

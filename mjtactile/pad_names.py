@@ -8,12 +8,15 @@ from typing import Any
 
 from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad_shape.surfaces import FLAT, surface_from
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Name under which models ask for the plugin.
 PLUGIN = "mjtactile.pad"
 _PAD = frozenset({"size", "layers", "taxels", "depths", "sampling_radius"})
 _LAYER = frozenset({"thickness", "young", "poisson"})
 _TAXELS = frozenset({"rows", "columns", "pitch", "centre"})
+_FREE = frozenset({"points", "radii"})
 _LARGEST = 10**18  # of whole numbers: far more than any pad has, and no error in floating point
 
 _pads: dict[str, Pad] = {"default": Pad()}
@@ -55,19 +58,28 @@ def pad_from_text(text: str) -> Pad:
         raise PadError(
             f"the pad's text is not JSON ({error}): {_short(text)}. Write it with mjtactile.pad_text."
         ) from error
-    values = _checked("the pad", values, _PAD)
-    layers, taxels = values["layers"], _checked("taxels", values["taxels"], _TAXELS)
+    curved = isinstance(values, dict) and "surface" in values
+    values = _checked("the pad", values, _PAD | {"surface"} if curved else _PAD)
+    layers = values["layers"]
     if not isinstance(layers, list):
         raise PadError(f'"layers" = {_short(layers)}; expected a list of layers, top first.')
-    for name in ("rows", "columns"):
-        _number(name, taxels[name])
     return Pad(
         size=_numbers("size", values["size"]),
         layers=tuple(_layer(layer) for layer in layers),
-        taxels=TaxelGrid(**taxels | {name: _numbers(name, taxels[name]) for name in ("pitch", "centre")}),
+        taxels=_taxels(values["taxels"]),
         depths=_numbers("depths", values["depths"]),
         sampling_radius=_number("sampling_radius", values["sampling_radius"]),
+        surface=surface_from(values["surface"]) if curved else FLAT,
     )
+
+
+def _taxels(values: Any) -> TaxelGrid | FreeTaxels:
+    if isinstance(values, dict) and "points" in values:
+        return FreeTaxels(**_checked("free taxels", values, _FREE))
+    taxels = _checked("taxels", values, _TAXELS)
+    for name in ("rows", "columns"):
+        _number(name, taxels[name])
+    return TaxelGrid(**taxels | {name: _numbers(name, taxels[name]) for name in ("pitch", "centre")})
 
 
 def _layer(values: Any) -> Layer:

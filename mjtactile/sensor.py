@@ -19,7 +19,7 @@ from mjtactile.geometry.planar import areal
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_flat
 from mjtactile.plugin.attributes import plugin_sensor
 from mjtactile.plugin.health import Health
 from mjtactile.plugin.reader import NativeReader
@@ -53,6 +53,7 @@ class TactileSensor:
 
     Raises:
         SceneError: when the model has no such geom, or it is not a box of the pad's size.
+        PadError: when the pad is curved.
         ContactError: when there is no such law, tangential or tilt, or they do not go together.
     """
 
@@ -80,6 +81,7 @@ class TactileSensor:
                 influence, self._sensordata = found.attributes.influence(), found.readings
                 law, tangential, friction, tilt = found.attributes.contact
         self.pad = pad if pad is not None else (influence.pad if influence is not None else Pad())
+        require_flat(self.pad, "TactileSensor")
         self.geom = pad_geom(model, geom, self.pad)
         if influence is not None and influence.pad != self.pad:
             raise SceneError(

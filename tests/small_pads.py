@@ -31,7 +31,7 @@ LAYERED_PAD = Pad(
 def in_double_precision(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
     """Influence matrices whose stresses are not rounded to float32, so that identities hold to rounding."""
     tables = {}
-    for k in range(len(pad.depths)):
+    for k in range(pad.sensing_layers):
         tables |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
     for class_tables in build_tables(pad, density, dtype=np.float64):
         tables |= class_tables

@@ -82,7 +82,7 @@ def main(config: Config) -> None:
 
 def fitted_view(readings: np.ndarray, parts: int) -> PrincipalComponents:
     """Principal parts of readings over their length, in the octant, as precise as they are kept."""
-    shape = Pad().reading_shape
+    shape = Pad().grid_shape
     view = PrincipalComponents.fitted(into_octant(readings)[0], parts, tuple(range(shape[0])), shape)
     return replace(view, parts=view.parts.astype(np.float16).astype(np.float32))
 

@@ -211,7 +211,7 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
     pad = report.influence.pad
     for depth, reading in zip(pad.depths, report.readings, strict=True):
         row, column = divmod(int(reading.argmax()), reading.shape[1])
-        place = f"{pad.taxels.x[column] * 1e3:g}, {pad.taxels.y[row] * 1e3:g}"
+        place = f"{pad.grid.x[column] * 1e3:g}, {pad.grid.y[row] * 1e3:g}"
         table.add_row(f"{depth * 1e3:g}", f"{reading.max() * 1e-3:.4g}", place)
     console.print(table)
     console.print(

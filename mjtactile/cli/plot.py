@@ -63,12 +63,12 @@ def press_figure(
 
 
 def _draw_map(axes: Axes, pad: Pad, reading: Array, depth: float, outline: Polygon | MultiPolygon) -> None:
-    half_pitch = np.array(pad.taxels.pitch) / 2
+    half_pitch = np.array(pad.grid.pitch) / 2
     extent = (
-        pad.taxels.x[0] - half_pitch[0],
-        pad.taxels.x[-1] + half_pitch[0],
-        pad.taxels.y[0] - half_pitch[1],
-        pad.taxels.y[-1] + half_pitch[1],
+        pad.grid.x[0] - half_pitch[0],
+        pad.grid.x[-1] + half_pitch[0],
+        pad.grid.y[0] - half_pitch[1],
+        pad.grid.y[-1] + half_pitch[1],
     )
     image = axes.imshow(
         reading * _KILO, origin="lower", extent=tuple(_MILLI * e for e in extent), cmap=_COLOURS, vmin=0.0
@@ -86,7 +86,7 @@ def _draw_map(axes: Axes, pad: Pad, reading: Array, depth: float, outline: Polyg
 def _draw_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
     """Readings of the row with the highest one, against depth; the contact is drawn on top of the pad."""
     row = int(np.unravel_index(np.argmax(readings), readings.shape)[1])
-    x, z = pad.taxels.x * _MILLI, -np.array(pad.depths) * _MILLI
+    x, z = pad.grid.x * _MILLI, -np.array(pad.depths) * _MILLI
     half_width, thickness = pad.size[0] / 2 * _MILLI, pad.thickness * _MILLI
     axes.add_patch(_rectangle(-half_width, -thickness, 2 * half_width, thickness))
     for height in pad.interfaces:
@@ -98,13 +98,13 @@ def _draw_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
         shading = axes.scatter(*(g.ravel() for g in np.meshgrid(x, z)), c=values.ravel(), cmap=_COLOURS, vmin=0.0)
     grid_x, grid_z = np.meshgrid(x, z)
     axes.plot(grid_x.ravel(), grid_z.ravel(), ".", color="white", markersize=2)
-    cut = outline.intersection(_line_at(pad, float(pad.taxels.y[row])))
+    cut = outline.intersection(_line_at(pad, float(pad.grid.y[row])))
     for part in getattr(cut, "geoms", [cut]):
         if not part.is_empty:
             left, _, right, _ = (_MILLI * bound for bound in part.bounds)
             axes.plot([left, right], [0.0, 0.0], color="tab:orange", linewidth=4, solid_capstyle="butt")
     axes.set(
-        title=f"section at y = {pad.taxels.y[row] * _MILLI:g} mm",
+        title=f"section at y = {pad.grid.y[row] * _MILLI:g} mm",
         xlabel="x [mm]",
         ylabel="z [mm]",
         xlim=(-half_width, half_width),

@@ -17,7 +17,7 @@ from mjtactile._types import Array
 from mjtactile.errors import FootprintError
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
-from mjtactile.geometry.planar import areal
+from mjtactile.geometry.planar import area_on_sheet, areal
 
 #: Height of the body above the pad's surface at first touch [m] at points x, y [m]; infinite where there is no body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
@@ -64,9 +64,10 @@ class Footprint:
             surface: the pad's surface grid, `influence.surface`, which integrates loads.
 
         Raises:
-            FootprintError: when the outline is not a valid area, or covers none of the sheet.
+            FootprintError: when the outline is not a valid area, or covers none of the sheet; or the surface is curved.
         """
-        return cls(_area_on_sheet(outline, surface.sheet), surface)
+        _require_flat(surface)
+        return cls(area_on_sheet(outline, surface.sheet), surface)
 
     @classmethod
     def from_gap(
@@ -90,11 +91,12 @@ class Footprint:
 
         Raises:
             FootprintError: when the gap function is NaN or minus infinity somewhere, gives another number of heights
-                than points, or covers none of the sheet.
+                than points, or covers none of the sheet; or the surface is curved.
         """
+        _require_flat(surface)
         checked = _checked(gap)
         sheet = surface.sheet
-        bounds = sheet.bounds if outline is None else _area_on_sheet(outline, sheet).bounds
+        bounds = sheet.bounds if outline is None else area_on_sheet(outline, sheet).bounds
         lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
         reach = REACH * surface.thickness
         if outline is None:
@@ -102,7 +104,7 @@ class Footprint:
             if area.area == 0.0:
                 raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
         else:
-            area = _area_on_sheet(outline, sheet)
+            area = area_on_sheet(outline, sheet)
         return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
 
     def heights(self, points: Array) -> Array:
@@ -169,6 +171,14 @@ class Footprint:
         return areal(region_below(self.gap, self.lowest + height, self.outline.bounds).intersection(self.outline))
 
 
+def _require_flat(surface: SurfaceGrid) -> None:
+    if not surface.outer.is_flat:
+        raise FootprintError(
+            f"footprints are made on flat pads only so far, and this surface is a {surface.outer.kind}. What is known "
+            "to press on a curved pad can be read: SurfaceLoad.from_tractions(influence, outline, traction)."
+        )
+
+
 def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
     """The same function, which checks the heights it returns."""
 
@@ -216,32 +226,3 @@ def _lowest(
             "Shift it onto the sheet, or pass its outline=...; lengths are metres."
         )
     return lowest
-
-
-def _within(inner: tuple[float, ...], outer: tuple[float, ...]) -> bool:
-    """Whether bounds (west, south, east, north) lie inside others; those of nothing, NaN, do not."""
-    return inner[0] >= outer[0] and inner[1] >= outer[1] and inner[2] <= outer[2] and inner[3] <= outer[3]
-
-
-def _area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
-    if not isinstance(outline, Polygon | MultiPolygon):
-        raise FootprintError(
-            f"the outline is a {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
-        )
-    if not np.isfinite(shapely.get_coordinates(outline)).all():
-        raise FootprintError("the outline has NaN or infinite coordinates; check the pose it was made from.")
-    if not outline.is_valid:
-        raise FootprintError(
-            f"the outline is not a valid area ({shapely.is_valid_reason(outline)}). "
-            "shapely.make_valid mends self-crossing polygons."
-        )
-    covered = outline if _within(outline.bounds, sheet.bounds) else areal(outline.intersection(sheet))
-    if covered.area == 0.0:
-        bounds = "nothing" if outline.is_empty else "x {0:.4g}..{2:.4g} m, y {1:.4g}..{3:.4g} m".format(*outline.bounds)
-        raise FootprintError(
-            f"the outline covers none of the pad: it spans {bounds}, and the sheet "
-            "x {:.4g}..{:.4g} m, y {:.4g}..{:.4g} m. Shift it onto the sheet; lengths are metres.".format(
-                *(sheet.bounds[i] for i in (0, 2, 1, 3))
-            )
-        )
-    return covered

@@ -6,6 +6,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Mean pressure over the top layer's modulus above which strains are no longer small.
 LINEAR_RANGE = 0.1
@@ -28,9 +29,12 @@ def saturation(pad: Pad) -> Array:
     """
     tops = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in pad.layers])])
     moduli = np.array([layer.young for layer in pad.layers])
-    depths = np.array(pad.depths)[:, None]
-    met = (tops[:-1] < depths + pad.sampling_radius) & (tops[1:] > depths - pad.sampling_radius)
-    return SATURATION * np.maximum(np.where(met, moduli, 0.0).max(axis=1), moduli[0])
+    depths, radii = np.array(pad.sensed_depths)[:, None], pad.sampling_radius
+    if isinstance(pad.taxels, FreeTaxels):
+        radii = pad.taxels.ball_radii(pad.sampling_radius)[:, None]
+    met = (tops[:-1] < depths + radii) & (tops[1:] > depths - radii)
+    least = SATURATION * np.maximum(np.where(met, moduli, 0.0).max(axis=1), moduli[0])
+    return least if pad.depths else least.max(keepdims=True)  # free taxels are one layer
 
 
 def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | None:

@@ -16,6 +16,7 @@ from mjtactile.errors import ContactError
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import require_flat
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
 
@@ -98,7 +99,10 @@ def contact_options(
 
     Raises:
         ContactError: for names and numbers that make no sense, alone or together.
+        PadError: when the pad is curved.
     """
+    if not isinstance(influence, Fidelity):
+        require_flat(influence.pad, "contact")
     fidelity = influence if isinstance(influence, Fidelity) else influence.fidelity
     law = fidelity.law if law is None else law
     cells = fidelity.cells if cells is None else cells

@@ -21,7 +21,7 @@ from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.shapes import shape_face
 from mjtactile.errors import DatasetError, MjTactileError
 from mjtactile.fidelity import DEFAULT, PRESETS
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad import Layer, Pad, TaxelGrid, require_flat
 from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED
 
 Range = tuple[float, float]
@@ -67,9 +67,11 @@ class DatasetSpec:
     pad: Pad = field(default_factory=Pad)
 
     def __post_init__(self) -> None:
-        """Refuse numbers of presses and seeds that no file can hold."""
+        """Refuse numbers of presses and seeds that no file can hold, and pads that cannot be pressed or stored."""
         for name, least, most in (("presses", 1, MOST_PRESSES), ("seed", 0, MOST_SEED)):
             _count({name: getattr(self, name)}, name, least, least, most)
+        require_flat(self.pad, "a dataset")
+        _ = self.pad.grid  # or it says what to do instead
 
     @property
     def presses_per_outline(self) -> int:
@@ -79,7 +81,7 @@ class DatasetSpec:
     @property
     def description(self) -> dict[str, Any]:
         """Everything as plain values."""
-        return json.loads(json.dumps(asdict(self)))
+        return json.loads(json.dumps({**asdict(self), "pad": self.pad.description}))
 
     @property
     def fingerprint(self) -> str:

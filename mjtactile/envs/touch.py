@@ -97,7 +97,7 @@ class PadObserver:
 
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options
-        self.shape = (len(names), *(options.pad or Pad()).reading_shape)
+        self.shape = (len(names), *(options.pad or Pad()).grid_shape)
         # Where all pads' values stand in `sensordata`, one pad after the other.
         sensors = [sensor_slice(model, name) for name in names] if options.touches else []
         self._columns = np.array([column for where in sensors for column in range(where.start, where.stop)], dtype=int)

@@ -19,6 +19,7 @@ from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fidelity import MeshDensity
 from mjtactile.pad import Layer, Pad
+from mjtactile.pad_shape.surfaces import FLAT, Surface
 
 #: Most element layers of a sheet; ordinary pads have five to twenty.
 _MOST_ELEMENT_LAYERS = 400
@@ -30,15 +31,19 @@ _GROWTH = 1.5
 class SheetMesh:
     """Elements of a whole sheet, or of its quarter x >= 0, y >= 0.
 
+    Under a curved surface the lines are those of (x, y, -depth): the elements stand on the inward normals.
+
     Attributes:
         x, y, z: element lines in the pad frame [m]; z rises from the base to the surface at 0.
         materials: the layer each element layer belongs to, base first.
+        outer: the outer surface, from which the mesh is swept.
     """
 
     x: Line
     y: Line
     z: Line
     materials: tuple[Layer, ...]
+    outer: Surface = FLAT
 
     @cached_property
     def shear_modulus(self) -> Array:
@@ -53,7 +58,7 @@ class SheetMesh:
     @property
     def surface(self) -> SurfaceGrid:
         """The grid on which surface loads are integrated."""
-        return SurfaceGrid(self.x, self.y, -float(self.z.vertices[0]))
+        return SurfaceGrid(self.x, self.y, -float(self.z.vertices[0]), self.outer)
 
     @property
     def interfaces(self) -> tuple[int, ...]:
@@ -62,8 +67,13 @@ class SheetMesh:
         return tuple(i + 1 for i, (below, above) in enumerate(pairs) if below is not above)
 
     def quarter(self) -> SheetMesh:
-        """The part with x >= 0 and y >= 0; the sheet's lines have a vertex at 0."""
-        return SheetMesh(_positive_half(self.x), _positive_half(self.y), self.z, self.materials)
+        """The part with x >= 0 and y >= 0; the sheet's lines have a vertex at 0.
+
+        Along an axis along which the outer surface is not its own mirror image it is whole.
+        """
+        lines = ((self.x, self.outer.mirrors[0]), (self.y, self.outer.mirrors[1]))
+        x, y = (_positive_half(line) if mirrored else line for line, mirrored in lines)
+        return SheetMesh(x, y, self.z, self.materials, self.outer)
 
 
 def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
@@ -71,7 +81,7 @@ def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
     z, materials = _through_line(pad, density)
     counts = _in_plane_counts(pad, density)
     x, y = (_in_plane_line(e, n, density.rim_grading) for e, n in zip(pad.size, counts, strict=True))
-    return SheetMesh(x, y, z, materials)
+    return SheetMesh(x, y, z, materials, pad.surface)
 
 
 def mesh_description(mesh: SheetMesh, density: MeshDensity) -> dict[str, object]:
@@ -140,7 +150,7 @@ def _wanted_depths(pad: Pad, density: MeshDensity) -> Array:
     Down to the deepest taxels elements have the wanted size; what lies further below gets growing ones.
     """
     length = density.length_for(pad)
-    sensed = max(length, max(pad.depths) + pad.sampling_radius)
+    sensed = max(length, max(pad.sensed_depths) + pad.sampling_radius)
     size = density.through_size * length
     if min(sensed, pad.thickness) > _MOST_ELEMENT_LAYERS * size:
         raise MeshError(

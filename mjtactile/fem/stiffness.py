@@ -36,8 +36,9 @@ _IN_PLANE_PRESSURES = ((0, 0), (1, 0), (0, 1))
 class Parity:
     """Symmetry class of a deformation under the sheet's two mirrors.
 
-    +1: the deformation is its own mirror image, -1: it is minus its mirror image. Under the mirror x -> -x the
-    component u_x changes its sign, so in the class x = +1 it is odd in x while u_y and u_z are even.
+    +1: the deformation is its own mirror image, -1: it is minus its mirror image; 0: the body has no such mirror. Under
+    the mirror x -> -x the component u_x changes its sign, so in the class x = +1 it is odd in x while u_y and u_z are
+    even.
     """
 
     x: int

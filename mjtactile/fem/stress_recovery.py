@@ -14,7 +14,8 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.fem.line import Line, quadratic_shapes
 
-_GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+#: The two Gauss points of an element, in its coordinate from -1 to 1.
+GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 #: Gauss points a recovered value is interpolated from: a cubic.
 _WINDOW = 4
 
@@ -42,10 +43,10 @@ def point_rows(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> dic
     """
     element, local = line.locate(positions)
     values = _scatter(line, element, quadratic_shapes(local)[0])
-    interpolation = _interpolation(line, positions, element, jumps)
+    interpolation = gauss_weights(line, positions, jumps)
 
     owner = np.repeat(np.arange(line.element_count), 2)
-    gauss = np.tile(_GAUSS, line.element_count)
+    gauss = np.tile(GAUSS, line.element_count)
     slopes = _scatter(line, owner, quadratic_shapes(gauss)[1] * (2 / line.sizes[owner])[:, None])
     rows = {VALUE: values, SLOPE: interpolation @ slopes}
     for order in (0, 1):
@@ -62,10 +63,11 @@ def _scatter(line: Line, element: np.ndarray, local_rows: Array) -> Array:
     return rows
 
 
-def _interpolation(line: Line, positions: Array, element: np.ndarray, jumps: tuple[int, ...]) -> Array:
-    """Lagrange weights of all Gauss points, shape (points, 2 elements), for each position."""
+def gauss_weights(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> Array:
+    """Lagrange weights of all Gauss points, shape (points, 2 elements), for each position; see `point_rows`."""
+    element = line.locate(positions)[0]
     middles = (line.vertices[:-1] + line.vertices[1:]) / 2
-    gauss = (middles[:, None] + line.sizes[:, None] / 2 * _GAUSS).ravel()
+    gauss = (middles[:, None] + line.sizes[:, None] / 2 * GAUSS).ravel()
     ends = np.array([0, *jumps, line.element_count])
     part = np.searchsorted(ends, element, side="right") - 1
     weights = np.zeros((len(positions), len(gauss)))

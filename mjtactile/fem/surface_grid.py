@@ -20,6 +20,7 @@ from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
 from mjtactile.fem.line import Line
 from mjtactile.geometry.planar import polygons_of, rings_of
+from mjtactile.pad_shape.surfaces import FLAT, Surface
 
 #: Highest power of a local coordinate: a quadratic shape function times a linear traction.
 _DEGREE = 3
@@ -31,22 +32,29 @@ _SHAPE_COEFFICIENTS = np.array([[0.0, -0.5, 0.5], [1.0, 0.0, -1.0], [0.0, 0.5, 0
 
 @dataclass(frozen=True, eq=False)
 class SurfaceGrid:
-    """Quadratic elements on the sheet's surface, in the pad frame.
+    """Quadratic elements on the sheet's surface, in the pad frame; of a curved one, on its projection.
 
     Attributes:
         x: elements along x over the whole sheet [m].
         y: elements along y over the whole sheet [m].
         thickness: of the sheet below [m].
+        outer: the surface over the grid; nodal integrals are those of its projection onto the plane.
     """
 
     x: Line
     y: Line
     thickness: float
+    outer: Surface = FLAT
 
     @property
     def node_shape(self) -> tuple[int, int]:
         """Nodes (along y, along x)."""
         return self.y.node_count, self.x.node_count
+
+    @cached_property
+    def node_heights(self) -> Array:
+        """Heights z of the nodes [m], shape (nodes y, nodes x)."""
+        return self.outer.height(*np.meshgrid(self.x.nodes, self.y.nodes))
 
     @cached_property
     def sheet(self) -> Polygon:

@@ -1,22 +1,55 @@
 """The sheet's two mirrors: loads split into four symmetry classes, responses put together again.
 
 Every table holds a quarter of the sheet per class. A load is folded by adding up its mirror images with the class's
-signs; a response at a mirrored point is the sum over classes with the same signs.
+signs; a response at a mirrored point is the sum over classes with the same signs. A curved pad has the mirrors that its
+surface has: with one there are two classes of a half, with none there is one, the whole.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from mjtactile._types import Array, Mask
-from mjtactile.fem.stiffness import PARITIES, Parity
+from mjtactile.fem.stiffness import Parity
 
+
+@dataclass(frozen=True)
+class MirrorPlanes:
+    """Which of the mirrors x -> -x and y -> -y a body has."""
+
+    x: bool = True
+    y: bool = True
+
+    @cached_property
+    def classes(self) -> tuple[Parity, ...]:
+        """Symmetry classes of its deformations; of PARITIES where it has both mirrors."""
+        signs = ((1, -1) if mirrored else (0,) for mirrored in (self.x, self.y))
+        return tuple(Parity(x, y) for x, y in itertools.product(*signs))
+
+    @cached_property
+    def images(self) -> tuple[tuple[int, int], ...]:
+        """Mirror images of a point as signs (x, y), itself first; QUADRANTS where it has both mirrors."""
+        along_x, along_y = ((1, -1) if mirrored else (1,) for mirrored in (self.x, self.y))
+        return tuple((x, y) for y in along_y for x in along_x)
+
+    @cached_property
+    def signs(self) -> Array:
+        """Sign with which each class enters each image, shape (images, classes)."""
+        return np.array(
+            [[(p.x if sx < 0 else 1) * (p.y if sy < 0 else 1) for p in self.classes] for sx, sy in self.images]
+        )
+
+
+#: MirrorPlanes of a flat sheet.
+BOTH = MirrorPlanes()
 #: Quadrants of the plane as signs (x, y), in the order sample points refer to them.
-QUADRANTS = ((1, 1), (-1, 1), (1, -1), (-1, -1))
+QUADRANTS = BOTH.images
 #: Sign with which each class enters each quadrant, shape (quadrants, classes).
-QUADRANT_SIGNS = np.array([[(p.x if sx < 0 else 1) * (p.y if sy < 0 else 1) for p in PARITIES] for sx, sy in QUADRANTS])
+QUADRANT_SIGNS = BOTH.signs
 
 
 def fold_forces(forces: Array, parity: Parity) -> Array:
@@ -32,7 +65,9 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
     """
     signs = np.array([parity.component_signs(component) for component in range(3)])
     folded = np.moveaxis(forces, -1, -3)
-    for axis, of_component in ((-1, signs[:, 0]), (-2, signs[:, 1])):
+    for axis, of_component, mirrored in ((-1, signs[:, 0], parity.x), (-2, signs[:, 1], parity.y)):
+        if not mirrored:
+            continue
         folded = np.moveaxis(folded, axis, -1)
         middle = folded.shape[-1] // 2
         mirrored = folded[..., middle - 1 :: -1]
@@ -42,52 +77,58 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
     return folded
 
 
-def unfold_field(classes: list[Array]) -> Array:
+def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
     """A vector field on the whole surface from its four classes on the quarter.
 
     Args:
-        classes: one array (..., 3, quarter nodes y, quarter nodes x) per class, in the order of PARITIES.
+        classes: one array (..., 3, quarter nodes y, quarter nodes x) per class, in the order of the mirrors' classes.
+        mirrors: of the body.
 
     Returns:
         (..., nodes y, nodes x, 3).
     """
     whole = 0.0
-    for parity, quarter in zip(PARITIES, classes, strict=True):
+    for parity, quarter in zip(mirrors.classes, classes, strict=True):
         components = []
         for component in range(3):
+            field = quarter[..., component, :, :]
             sign_x, sign_y = parity.component_signs(component)
-            half = np.concatenate([sign_x * quarter[..., component, :, :0:-1], quarter[..., component, :, :]], axis=-1)
-            components.append(np.concatenate([sign_y * half[..., :0:-1, :], half], axis=-2))
+            if sign_x:
+                field = np.concatenate([sign_x * field[..., :, :0:-1], field], axis=-1)
+            if sign_y:
+                field = np.concatenate([sign_y * field[..., :0:-1, :], field], axis=-2)
+            components.append(field)
         whole = whole + np.stack(components, axis=-1)
     return np.asarray(whole)
 
 
-def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask) -> Array:
+def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: MirrorPlanes = BOTH) -> Array:
     """Coordinates at points in all quadrants from their four classes at the folded points.
 
     Args:
         classes: (batch, classes, folded points * coordinates).
         odd_in_x: which coordinates change their sign under x -> -x, shape (coordinates,).
         odd_in_y: the same under y -> -y.
+        mirrors: of the body.
 
     Returns:
-        (batch, quadrants * folded points, coordinates), quadrant by quadrant.
+        (batch, images * folded points, coordinates), image by image.
     """
     batch = len(classes)
-    signs = [np.where(odd_in_x, x, 1) * np.where(odd_in_y, y, 1) for x, y in QUADRANTS]
-    whole = np.matmul(QUADRANT_SIGNS.astype(classes.dtype), classes).reshape(batch, len(QUADRANTS), -1, len(odd_in_x))
+    signs = [np.where(odd_in_x, x, 1) * np.where(odd_in_y, y, 1) for x, y in mirrors.images]
+    whole = np.matmul(mirrors.signs.astype(classes.dtype), classes).reshape(batch, len(signs), -1, len(odd_in_x))
     whole *= np.array(signs)[:, None, :]
     return whole.reshape(batch, -1, len(odd_in_x))
 
 
 @dataclass(frozen=True, eq=False)
 class FoldedPoints:
-    """Points folded onto the quarter x >= 0, y >= 0.
+    """Points folded onto the quarter x >= 0, y >= 0, or as much of the plane as the mirrors leave.
 
     Attributes:
         positions: distinct folded positions [m], shape (folded points, 3).
         index: for each original point, its folded point, shape (points,).
-        quadrant: for each original point, its place in QUADRANTS, shape (points,).
+        quadrant: for each original point, its place among the mirrors' images, shape (points,).
     """
 
     positions: Array
@@ -95,11 +136,13 @@ class FoldedPoints:
     quadrant: np.ndarray
 
 
-def fold_points(positions: Array, resolution: float) -> FoldedPoints:
+def fold_points(positions: Array, resolution: float, mirrors: MirrorPlanes = BOTH) -> FoldedPoints:
     """Fold points (points, 3) [m]; mirror images within `resolution` [m] of each other become one."""
-    folded = np.concatenate([np.abs(positions[:, :2]), positions[:, 2:]], axis=1)
+    mirrored = np.array([mirrors.x, mirrors.y, False])
+    folded = np.where(mirrored, np.abs(positions), positions)
     # Rounding gives points that share a coordinate exactly one value of it, which the sampler exploits.
     folded = np.round(folded / resolution) * resolution
     distinct, index = np.unique(folded, axis=0, return_inverse=True)
-    quadrant = np.where(positions[:, 0] < -resolution, 1, 0) + np.where(positions[:, 1] < -resolution, 2, 0)
+    beyond = (positions < -resolution) & mirrored
+    quadrant = beyond[:, 0].astype(int) + (2 if mirrors.x else 1) * beyond[:, 1]
     return FoldedPoints(distinct, index.ravel(), quadrant)

@@ -8,6 +8,9 @@ length of the chord, along x it is constant; for each weight the Gauss rule of t
 that n points per axis integrate polynomials of degree 2n - 1 exactly over whole balls and over balls cut along one
 axis, which is then integrated last so that all slices are whole discs; and nearly so over other pieces. Two points
 per axis on a whole ball are the corners of a cube at the radius sqrt(3/5) R.
+
+Under a curved surface a ball's axes are those of the offset surface at its middle. Faces that cut it are offset
+surfaces: the rule of planes is bent onto them, to the first order of the ball's radius over that of curvature.
 """
 
 from __future__ import annotations
@@ -22,8 +25,9 @@ import scipy.sparse as sparse
 
 from mjtactile._types import Array, Tables
 from mjtactile.errors import CorruptInfluenceError
-from mjtactile.fem.symmetry import QUADRANTS, fold_points
+from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Nodes of the auxiliary rules that measure slices and chords; far beyond what double precision needs.
 _FINE_ORDER = 96
@@ -37,7 +41,7 @@ class Sampling:
 
     Attributes:
         positions: distinct folded positions in the pad frame [m], x and y not negative, shape (folded points, 3).
-        average: matrix (taxels, quadrants * folded points) whose rows average a taxel's points; each row sums to 1.
+        average: matrix (taxels, images * folded points) whose rows average a taxel's points; each row sums to 1.
     """
 
     positions: Array
@@ -54,16 +58,17 @@ def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampli
         points_per_axis: Gauss points along each axis of each piece of a taxel's ball; 1 is the piece's centroid.
     """
     positions, weights, taxels = [], [], []
-    sites = itertools.product(pad.taxels.y, pad.taxels.x)
-    for taxel, (y, x) in enumerate(sites):
-        centre = np.array([x, y, -pad.depths[sensing_layer]])
-        offsets, volumes = _taxel_rule(pad, centre, points_per_axis)
+    rule = _taxel_rule if pad.surface.is_flat else _curved_taxel_rule
+    feet, centres = pad.taxel_feet(sensing_layer), pad.taxel_points(sensing_layer)
+    for taxel, (foot, centre, radius) in enumerate(zip(feet, centres, _radii(pad, len(feet)), strict=True)):
+        offsets, volumes = rule(pad, foot, float(radius), points_per_axis)
         positions.append(offsets + centre)
         weights.append(volumes / volumes.sum())
         taxels.append(np.full(len(volumes), taxel))
-    folded = fold_points(np.concatenate(positions), LENGTH_TOLERANCE * pad.sampling_radius)
+    mirrors = MirrorPlanes(*pad.surface.mirrors)
+    folded = fold_points(np.concatenate(positions), LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
     columns = folded.quadrant * len(folded.positions) + folded.index
-    shape = (pad.taxels.rows * pad.taxels.columns, len(QUADRANTS) * len(folded.positions))
+    shape = (len(feet), len(mirrors.images) * len(folded.positions))
     average = sparse.csr_array((np.concatenate(weights), (np.concatenate(taxels), columns)), shape=shape)
     return Sampling(folded.positions, average)
 
@@ -75,7 +80,7 @@ def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:
     return {f"sampling {name} {sensing_layer}": array for name, array in arrays.items()}
 
 
-def stored_average(tables: Tables, sensing_layer: int) -> sparse.csr_array:
+def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes = BOTH) -> sparse.csr_array:
     """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`.
 
     Raises:
@@ -84,7 +89,7 @@ def stored_average(tables: Tables, sensing_layer: int) -> sparse.csr_array:
     data, indices, starts, points = (
         tables[f"sampling {name} {sensing_layer}"] for name in ("data", "indices", "indptr", "points")
     )
-    columns = len(QUADRANTS) * len(points)
+    columns = len(mirrors.images) * len(points)
     # The compiled core follows these without looking.
     if not (
         starts[0] == 0
@@ -106,24 +111,99 @@ def stored_average(tables: Tables, sensing_layer: int) -> sparse.csr_array:
     return average
 
 
-def _taxel_rule(pad: Pad, centre: Array, points_per_axis: int) -> tuple[Array, Array]:
-    """Offsets from the taxel [m] and volumes [m^3] of its sample points."""
-    radius = pad.sampling_radius
-    half_size = np.array(pad.size) / 2
-    lower = np.maximum(-half_size - centre[:2], -radius)
-    upper = np.minimum(half_size - centre[:2], radius)
+def _radii(pad: Pad, taxels: int) -> Array:
+    """Radius of each taxel's ball [m]."""
+    if isinstance(pad.taxels, FreeTaxels):
+        return pad.taxels.ball_radii(pad.sampling_radius)
+    return np.full(taxels, pad.sampling_radius)
+
+
+def _taxel_rule(pad: Pad, foot: Array, radius: float, points_per_axis: int) -> tuple[Array, Array]:
+    """Offsets from a taxel at (x, y, depth) [m], and volumes [m^3], of its sample points."""
+    half_size, height = np.array(pad.size) / 2, -foot[2]
+    lower = np.maximum(-half_size - foot[:2], -radius)
+    upper = np.minimum(half_size - foot[:2], radius)
     pieces = []
-    for bottom, top in _slabs(pad, centre[2]):
-        box = (*lower, bottom - centre[2], *upper, top - centre[2])
+    for bottom, top in _slabs(pad, height, radius):
+        box = (*lower, bottom - height, *upper, top - height)
         # Rounding lets the mirror images of one taxel, and taxels alike, share one rule.
         pieces.append(_ball_rule(points_per_axis, tuple(round(bound / radius, 12) for bound in box)))
     offsets, volumes = zip(*pieces, strict=True)
     return np.concatenate(offsets) * radius, np.concatenate(volumes) * radius**3
 
 
-def _slabs(pad: Pad, height: float) -> list[tuple[float, float]]:
-    """Parts (bottom, top) [m] of the ball's vertical extent that lie in one layer each."""
-    radius = pad.sampling_radius
+def _curved_taxel_rule(pad: Pad, foot: Array, radius: float, points_per_axis: int) -> tuple[Array, Array]:
+    """The same under a curved surface."""
+    height = -foot[2]
+    slabs = _slabs(pad, height, radius)
+    axes, bending, lower, upper = _local_frame(pad, foot, radius)
+    cut = len(slabs) > 1 or slabs[0][1] - slabs[0][0] < 2 * radius or max(*lower, *-upper) > -radius
+    points, volumes = [], []
+    for bottom, top in slabs:
+        box = (*lower, bottom - height, *upper, top - height)
+        local, shares = _ball_rule(points_per_axis, tuple(round(float(bound) / radius, 12) for bound in box))
+        local, shares = local * radius, shares * radius**3
+        if cut:
+            local, shares = _bent(local, shares, bending)
+        offsets = local @ axes
+        points.append(_kept_inside(pad, foot, offsets, (bottom, top)) if cut else offsets)
+        volumes.append(shares)
+    return np.concatenate(points), np.concatenate(volumes)
+
+
+def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Array, Array]:
+    """Axes of a ball under a curved surface, and what cuts it there.
+
+    Returns:
+        axes, rows (3, 3): two tangents and the normal; how the normal turns along the tangents (2, 2) [1/m]; and bounds
+        along the tangents, lower and upper (2,) [m]: the pad's sides, or the ball's.
+    """
+    along = pad.surface.derivatives(*foot)
+    turning = pad.surface.derivatives(foot[0], foot[1], 0.0) - pad.surface.derivatives(foot[0], foot[1], 1.0)
+    normal = -along[:, 2]
+    # Normals in the tangent plane of the lines on which x, and on which y, is the same; and how fast it grows there.
+    tangential = along[:, :2]
+    rates = np.linalg.solve(tangential.T @ tangential, tangential.T).astype(np.float64)
+    speeds = np.sqrt(np.einsum("ij,ij->i", rates, rates))
+    half_size = np.array(pad.size) / 2
+    lower = np.maximum((-half_size - foot[:2]) / speeds, -radius)
+    upper = np.minimum((half_size - foot[:2]) / speeds, radius)
+    if max(lower[0], -upper[0]) <= -radius < max(lower[1], -upper[1]):  # the sides along y alone cut the ball
+        second = rates[1] / speeds[1]
+        first = np.asarray(np.cross(second, normal), dtype=np.float64)
+    else:
+        first = rates[0] / speeds[0]
+        second = np.asarray(np.cross(normal, first), dtype=np.float64)
+    tangents = np.stack([first, second])
+    bending = tangents @ turning[:, :2] @ rates @ tangents.T
+    return np.stack([first, second, normal]), (bending + bending.T) / 2, lower, upper
+
+
+def _bent(local: Array, shares: Array, bending: Array) -> tuple[Array, Array]:
+    """A rule of a ball that planes cut, moved onto one that offset surfaces cut.
+
+    In coordinates in which offset surfaces are planes, c' = c + a S a / 2, the ball a^2 + c^2 <= R^2 becomes, to the
+    first order, a (1 - c' S) a + c'^2 <= R^2: its slices are ellipses.
+    """
+    height = local[:, 2]
+    stretch = np.eye(2) + height[:, None, None] / 2 * bending
+    flat = np.einsum("pij,pj->pi", stretch, local[:, :2])
+    sunk = height - np.einsum("pi,ij,pj->p", flat, bending, flat) / 2
+    return np.column_stack([flat, sunk]), shares * np.linalg.det(stretch)
+
+
+def _kept_inside(pad: Pad, foot: Array, offsets: Array, slab: tuple[float, float]) -> Array:
+    """Offsets of points moved back into their layer and the pad where higher orders took them out."""
+    centre = pad.surface.positions(*foot)
+    feet, _ = pad.feet(offsets + centre)
+    half_size, margin = np.array(pad.size) / 2, 10 * LENGTH_TOLERANCE * pad.thickness
+    feet[:, :2] = np.clip(feet[:, :2], -half_size, half_size)
+    feet[:, 2] = np.clip(feet[:, 2], -slab[1] + margin, -slab[0] - margin)
+    return pad.surface.positions(*feet.T) - centre
+
+
+def _slabs(pad: Pad, height: float, radius: float) -> list[tuple[float, float]]:
+    """Parts (bottom, top) [m] of a ball's vertical extent that lie in one layer each."""
     bottom, top = max(height - radius, -pad.thickness), min(height + radius, 0.0)
     tolerance = LENGTH_TOLERANCE * pad.thickness
     cuts = [z for z in pad.interfaces if bottom + tolerance < z < top - tolerance]

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import mapbox_earcut
 import numpy as np
+import shapely
 from shapely import GeometryCollection, LineString, MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
 from mjtactile._types import Array, Indices
-from mjtactile.errors import IndenterError
+from mjtactile.errors import FootprintError, IndenterError
 
 #: An outline with more corners than this is loaded through points at equal angles instead of through its corners.
 MAXIMUM_SUPPORT_POINTS = 8
@@ -27,6 +28,40 @@ def areal(geometry: BaseGeometry) -> Polygon | MultiPolygon:
     parts = geometry.geoms if isinstance(geometry, GeometryCollection) else ()
     polygons = [p for part in parts for p in polygons_of(areal(part))]
     return polygons[0] if len(polygons) == 1 else MultiPolygon(polygons)
+
+
+def area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
+    """The part of an outline that lies on a pad's sheet, both in the pad frame [m].
+
+    Raises:
+        FootprintError: when the outline is not a valid area, or covers none of the sheet.
+    """
+    if not isinstance(outline, Polygon | MultiPolygon):
+        raise FootprintError(
+            f"the outline is a {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
+        )
+    if not np.isfinite(shapely.get_coordinates(outline)).all():
+        raise FootprintError("the outline has NaN or infinite coordinates; check the pose it was made from.")
+    if not outline.is_valid:
+        raise FootprintError(
+            f"the outline is not a valid area ({shapely.is_valid_reason(outline)}). "
+            "shapely.make_valid mends self-crossing polygons."
+        )
+    covered = outline if _within(outline.bounds, sheet.bounds) else areal(outline.intersection(sheet))
+    if covered.area == 0.0:
+        bounds = "nothing" if outline.is_empty else "x {0:.4g}..{2:.4g} m, y {1:.4g}..{3:.4g} m".format(*outline.bounds)
+        raise FootprintError(
+            f"the outline covers none of the pad: it spans {bounds}, and the sheet "
+            "x {:.4g}..{:.4g} m, y {:.4g}..{:.4g} m. Shift it onto the sheet; lengths are metres.".format(
+                *(sheet.bounds[i] for i in (0, 2, 1, 3))
+            )
+        )
+    return covered
+
+
+def _within(inner: tuple[float, ...], outer: tuple[float, ...]) -> bool:
+    """Whether bounds (west, south, east, north) lie inside others; those of nothing, NaN, do not."""
+    return inner[0] >= outer[0] and inner[1] >= outer[1] and inner[2] <= outer[2] and inner[3] <= outer[3]
 
 
 def polygons_of(area: Polygon | MultiPolygon) -> list[Polygon]:

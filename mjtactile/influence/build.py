@@ -16,28 +16,32 @@ from threadpoolctl import threadpool_limits
 from mjtactile._types import Array, Tables
 from mjtactile.errors import MeshError
 from mjtactile.fem.block_elimination import EliminatedSheet
+from mjtactile.fem.curved.dissection import BLOCK, factor_bytes
+from mjtactile.fem.curved.solution import SweptPad, swept_steps
 from mjtactile.fem.mesh import SheetMesh, sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, Parity, Stiffness, assemble, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT, StressSampler
+from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fem.taxel_quadrature import layer_sampling
 from mjtactile.fidelity import MeshDensity
 from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
 
-#: A column's unit force acts on a node and, with the class's signs, on its mirror images; a quarter model sees a
-#: quarter of their sum.
-_QUARTER = 0.25
 #: What reading the stress may hold at once, per class that is being solved [bytes], and what it holds for each point
 #: and column: seven measures, and stress made of them.
 _BLOCK_BYTES, _BYTES_PER_POINT = 1 << 28, 8 * 24
 #: Square matrices, as many rows as the surface has degrees of freedom, that elimination keeps per element layer, and
 #: what it and the tables take besides.
 _MATRICES_PER_LAYER, _MATRICES_BESIDES = 3, 10
+#: Copies of a block's displacements that solving a swept pad holds, and square matrices of its surface's unknowns.
+_SWEPT_COPIES, _SWEPT_SQUARES = 4, 3
 
 
 def build_steps(pad: Pad, density: MeshDensity) -> int:
     """Number of times `build_tables` reports progress."""
     mesh = sheet_mesh(pad, density)
+    if not pad.surface.is_flat:
+        return swept_steps(mesh)
     points = sum(len(layer) for layer in _sample_points(pad, density))
     quarter = mesh.quarter()
     return sum(
@@ -85,13 +89,15 @@ def build_tables(
     Raises:
         MeshError: when the equations need more memory than the machine has, or cannot be solved in double precision.
     """
+    if not pad.surface.is_flat:
+        yield from build_swept_tables(pad, density, dtype, on_step, rows=rows, columns=columns)
+        return
     mesh = sheet_mesh(pad, density)
+    layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
     workers = _workers(mesh)
     stiffness = assemble(mesh.quarter())
-    layers = _sample_points(pad, density)
     # The class that also yields its diagonal mirror image takes longest and goes first.
     parities = sorted(_solved_classes(mesh), key=lambda parity: not _has_mirror_image(mesh, parity))
-    storage = _Storage(np.dtype(dtype), rows, columns)
     share = threadpool_limits(limits=max(1, available_cores() // workers), user_api="blas")
     with share, ThreadPoolExecutor(max_workers=workers) as executor:
         futures = [
@@ -112,7 +118,58 @@ class _Storage:
 
 def _sample_points(pad: Pad, density: MeshDensity) -> list[Array]:
     """Folded sample points of each sensing layer [m], (points, 3)."""
-    return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(len(pad.depths))]
+    return [layer_sampling(pad, k, density.points_at(k)).positions for k in range(pad.sensing_layers)]
+
+
+def build_swept_tables(
+    pad: Pad,
+    density: MeshDensity,
+    dtype: npt.DTypeLike = np.float32,
+    on_step: Callable[[], None] = lambda: None,
+    *,
+    rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
+    columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
+) -> Iterator[Tables]:
+    """The same by the elements and equations of curved pads, which flat pads may be solved by for comparison."""
+    mesh = sheet_mesh(pad, density)
+    layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
+    swept = SweptPad(mesh, np.concatenate(layers))
+    workers = _swept_workers(mesh)
+    # Threads of our own wait for nobody; those of a product, on a busy machine, for each other.
+    with threadpool_limits(limits=1, user_api="blas"):
+        for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
+            free = free_in_plane(mesh.quarter(), parity)
+            of_class = _ClassColumns(parity, free, np.arange(int(free.sum())))
+            tables = _ClassTables(of_class, layers, storage)
+            compliance = np.empty((len(of_class.order), len(of_class.order)))
+            for block in swept.solve(parity, workers, on_step):
+                tables.add(block.places, block.deviatoric, block.mean)
+                compliance[:, block.places] = block.surface
+            yield tables.finished((compliance + compliance.T) / 2)
+
+
+def _swept_workers(mesh: SheetMesh) -> int:
+    """Blocks of loads on a swept pad that are solved side by side: as many as there are cores and memory for.
+
+    Raises:
+        MeshError: when there is not memory enough for one.
+    """
+    part = mesh.quarter()
+    columns = 3 * part.x.node_count * part.y.node_count
+    unknowns = 2 * part.z.element_count * columns
+    elements = part.z.element_count, part.y.element_count, part.x.element_count
+    number = np.dtype(float).itemsize
+    of_block = number * _SWEPT_COPIES * BLOCK * unknowns
+    always = factor_bytes(elements) + number * _SWEPT_SQUARES * columns**2
+    needed, there_is = always + of_block, _memory()
+    if needed > there_is:
+        raise MeshError(
+            f"a mesh of {mesh.x.element_count} x {mesh.y.element_count} x {mesh.z.element_count} elements under a "
+            f"{mesh.outer.kind} surface takes {needed / 1e9:.3g} GB of memory to solve; this machine has "
+            f"{there_is / 1e9:.3g} GB. Use a coarser mesh, or raise the sampling radius or the shallowest depth, which "
+            "set its size."
+        )
+    return min(available_cores(), max(1, int((there_is / 2 - always) / of_block)))
 
 
 def _blocks(columns: int, points: int) -> list[slice]:
@@ -207,6 +264,15 @@ class _ClassColumns:
     free: np.ndarray
     order: np.ndarray
 
+    @property
+    def share(self) -> float:
+        """Share of a column's force that the part that is solved sees.
+
+        The unit force acts on a node and, with the class's signs, on its mirror images: of four, a quarter model sees a
+        quarter.
+        """
+        return 0.5 ** (abs(self.parity.x) + abs(self.parity.y))
+
     def transposed(self) -> _ClassColumns:
         """The class that x <-> y turns this one into."""
         side = int(np.sqrt(self.free.size // 3))
@@ -239,7 +305,7 @@ class _ClassTables:
         for k, (start, end) in enumerate(itertools.pairwise(self._ends)):
             stress = deviatoric[start:end].reshape((end - start) * DEVIATORIC_COUNT, -1)
             for kind, of_kind in (("deviatoric", stress), ("mean", mean[start:end])):
-                whole = np.ascontiguousarray(_QUARTER * of_kind.T, dtype=self._storage.dtype)
+                whole = np.ascontiguousarray(self._columns.share * of_kind.T, dtype=self._storage.dtype)
                 kept = self._storage.rows(kind, self._columns.parity, k, whole)
                 name = table_name(kind, self._columns.parity, k)
                 if name not in self._tables:
@@ -255,7 +321,7 @@ class _ClassTables:
         parity, order = self._columns.parity, self._columns.order
         for name in list(self._tables):
             self._tables[name] = self._storage.columns(parity, self._tables[name])
-        self._tables[table_name("compliance", parity)] = _QUARTER * compliance[np.ix_(order, order)]
+        self._tables[table_name("compliance", parity)] = self._columns.share * compliance[np.ix_(order, order)]
         if not all(np.isfinite(table).all() for table in self._tables.values()):
             raise MeshError(
                 f"the stress in the pad is beyond what {self._storage.dtype.name} holds. Its sizes or moduli are too "

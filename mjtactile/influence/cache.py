@@ -183,7 +183,7 @@ def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True
 
     chosen = as_fidelity(fidelity)
     density, sampling = chosen.density, {}
-    for k in range(len(pad.depths)):
+    for k in range(pad.sensing_layers):
         sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
     storage = ClassStorage(pad, chosen, sampling)
     tables: Tables = dict(storage.sampling)

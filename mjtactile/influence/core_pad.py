@@ -18,6 +18,7 @@ from mjtactile.fem.symmetry import QUADRANT_SIGNS, QUADRANTS
 from mjtactile.influence.layout import PadTables
 from mjtactile.influence.stress_matrix import read_matrix
 from mjtactile.influence.table import table_name
+from mjtactile.pad import require_flat
 
 _PRECISIONS = ("float16", "float32", "float64", "int8")
 #: Forces within two to this power, up or down, of 1 N are read as they are.
@@ -32,9 +33,13 @@ class CorePad:
 
     Attributes:
         handle: what the core's functions take.
+
+    Raises:
+        PadError: when the pad is curved, which the core does not know so far.
     """
 
     def __init__(self, influence: PadTables) -> None:
+        require_flat(influence.pad, "contact")
         grid = influence.surface
         ends, signs = [contiguous(line.vertices) for line in (grid.x, grid.y)], contiguous(QUADRANT_SIGNS)
         handle = library().mjt_pad_new(
@@ -94,7 +99,7 @@ def core_pad(influence: PadTables, *, stress: bool = False) -> CorePad:
 def _with_matrices(influence: PadTables, stress: bool) -> CorePad:
     influence.check()
     pad = CorePad(influence)
-    orders = [_by_taxel(influence, k) for k in range(len(influence.pad.depths))]
+    orders = [_by_taxel(influence, k) for k in range(influence.pad.sensing_layers)]
     for k, order in enumerate(orders):
         _add_layer(pad, influence, k, order)
     for number in range(len(PARITIES)):

@@ -10,9 +10,8 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import InfluenceError
-from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.fem.symmetry import fold_forces
+from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_forces
 from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
 
 if TYPE_CHECKING:
@@ -59,7 +58,7 @@ def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
     return batch
 
 
-def folded_loads(batch: Array, columns: list[np.ndarray], precision: str) -> FoldedLoads:
+def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:
     """Split nodal forces into classes.
 
     A symmetric load has forces in some classes only; rounding puts tiny ones into the others. What is smaller than
@@ -69,8 +68,9 @@ def folded_loads(batch: Array, columns: list[np.ndarray], precision: str) -> Fol
         batch: nodal forces (batch, nodes y, nodes x, 3) [N].
         columns: for each class, the degrees of freedom of the quarter that are columns of its matrices.
         precision: storage of the matrices.
+        mirrors: of the pad.
     """
-    folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in PARITIES)
+    folded = (fold_forces(batch, parity).reshape(len(batch), -1) for parity in mirrors.classes)
     forces = [of_class[:, free] for of_class, free in zip(folded, columns, strict=True)]
     scale = np.max([np.abs(of_class).max(axis=1, initial=0.0) for of_class in forces], axis=0)
     scale = np.where(scale > 0, scale, 1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -14,10 +15,10 @@ import scipy.sparse as sparse
 from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError
 from mjtactile.fem.mesh import SheetMesh, sheet_mesh
-from mjtactile.fem.stiffness import PARITIES, free_in_plane
+from mjtactile.fem.stiffness import free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.fem.symmetry import QUADRANTS
+from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fem.taxel_quadrature import stored_average
 from mjtactile.fem.vertex_loads import on_corners
 from mjtactile.fidelity import Fidelity, MeshDensity
@@ -53,6 +54,11 @@ class PadTables:
         """The finite-element mesh of the whole sheet."""
         return sheet_mesh(self.pad, self.density)
 
+    @property
+    def mirrors(self) -> MirrorPlanes:
+        """MirrorPlanes of the pad, which decide in how many classes its matrices are."""
+        return MirrorPlanes(*self.pad.surface.mirrors)
+
     @cached_property
     def surface(self) -> SurfaceGrid:
         """The grid on which loads are integrated."""
@@ -63,23 +69,24 @@ class PadTables:
         """For each class, the degrees of freedom (component, y, x) of the quarter's surface with stress columns."""
         quarter = self.mesh.quarter()
         corners = on_corners(quarter) if self.fidelity.loads == "corners" else np.True_
-        return [np.flatnonzero(free_in_plane(quarter, parity) & corners) for parity in PARITIES]
+        return [np.flatnonzero(free_in_plane(quarter, parity) & corners) for parity in self.mirrors.classes]
 
     @cached_property
     def free(self) -> list[np.ndarray]:
         """For each class, all free degrees of freedom (component, y, x) of the quarter's surface."""
         quarter = self.mesh.quarter()
-        return [np.flatnonzero(free_in_plane(quarter, parity)) for parity in PARITIES]
+        return [np.flatnonzero(free_in_plane(quarter, parity)) for parity in self.mirrors.classes]
 
     @cached_property
     def averages(self) -> list[sparse.csr_array]:
         """For each sensing layer, the matrix (taxels, points) that averages the layer's sample points."""
-        return [stored_average(self.tables, k) for k in range(len(self.pad.depths))]
+        return [stored_average(self.tables, k, self.mirrors) for k in range(self.pad.sensing_layers)]
 
     @cached_property
     def sample_slices(self) -> list[slice]:
-        """For each sensing layer, which of all sample points are its own; they lie quadrant by quadrant."""
-        counts = [len(QUADRANTS) * len(self.tables[f"sampling points {k}"]) for k in range(len(self.pad.depths))]
+        """For each sensing layer, which of all sample points are its own; they lie image by image."""
+        images, layers = len(self.mirrors.images), range(self.pad.sensing_layers)
+        counts = [images * len(self.tables[f"sampling points {k}"]) for k in layers]
         ends = np.cumsum([0, *counts]).tolist()
         return [slice(start, end) for start, end in itertools.pairwise(ends)]
 
@@ -109,8 +116,8 @@ def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) 
     layout = _Layout(tables)
     quarter = mesh.quarter()
     corners = on_corners(quarter) if fidelity.loads == "corners" else np.True_
-    points = [_check_sampling(layout, pad, k) for k in range(len(pad.depths))]
-    for parity in PARITIES:
+    points = [_check_sampling(layout, pad, k) for k in range(pad.sensing_layers)]
+    for parity in MirrorPlanes(*pad.surface.mirrors).classes:
         free = free_in_plane(quarter, parity)
         count, columns = int(free.sum()), int((free & corners).sum())
         layout.take(table_name("compliance", parity), (np.float64,), (count, count))
@@ -122,13 +129,13 @@ def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) 
 
 def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
     """Check one layer's sample points and return how many there are."""
-    taxels = pad.taxels.rows * pad.taxels.columns
+    taxels = math.prod(pad.reading_shape) // pad.sensing_layers
     names = {name: f"sampling {name} {sensing_layer}" for name in ("points", "data", "indices", "indptr")}
     points = layout.take(names["points"], (np.float64,), (None, 3))
     weights = layout.take(names["data"], (np.float64,), (None,))
     layout.take(names["indices"], _INDICES, weights.shape)
     layout.take(names["indptr"], _INDICES, (taxels + 1,))
-    stored_average(layout.tables, sensing_layer)
+    stored_average(layout.tables, sensing_layer, MirrorPlanes(*pad.surface.mirrors))
     return len(points)
 
 

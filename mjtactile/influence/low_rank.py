@@ -26,9 +26,8 @@ import numpy.typing as npt
 from shapely import Point
 
 from mjtactile._types import Array, Tables
-from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.stress import DEVIATORIC_COUNT
-from mjtactile.fem.symmetry import QUADRANTS, fold_forces
+from mjtactile.fem.symmetry import fold_forces
 from mjtactile.fem.vertex_loads import onto_corners
 from mjtactile.influence.stress_matrix import stored_matrix
 from mjtactile.influence.table import table_name
@@ -62,8 +61,8 @@ def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: st
     spanning, control = _disc_loads(influence)
     tables: Tables = {}
     for kind, width in (("deviatoric", DEVIATORIC_COUNT), ("mean", 1)):
-        for k in range(len(influence.pad.depths)):
-            names = [table_name(kind, parity, k) for parity in PARITIES]
+        for k in range(influence.pad.sensing_layers):
+            names = [table_name(kind, parity, k) for parity in influence.mirrors.classes]
             matrices = [np.asarray(influence.tables.pop(name)) for name in names]
             factors = _reduced_layer(matrices, spanning, control, _row_weights(influence, k, width), tolerance)
             for name, of_class in zip(names, factors, strict=True):
@@ -129,7 +128,7 @@ def _row_weights(influence: InfluenceMatrices, sensing_layer: int, width: int) -
 
     With them the norm of a response is at least that of its readings.
     """
-    total = influence.averages[sensing_layer].sum(axis=0).reshape(len(QUADRANTS), -1).sum(axis=0)
+    total = influence.averages[sensing_layer].sum(axis=0).reshape(len(influence.mirrors.images), -1).sum(axis=0)
     return np.repeat(np.sqrt(total), width)
 
 
@@ -140,7 +139,13 @@ def _disc_loads(influence: InfluenceMatrices) -> tuple[list[Array], list[Array]]
     diameter = max(_DISC * density.length_for(influence.pad), _DISC_ELEMENTS * float(largest))
     half = np.array(influence.pad.size) / 2
     spacing = max(_SPACING * diameter, float(np.sqrt(half.prod() / _MOST_DISCS)))
-    lines = [np.linspace(0.0, extent, int(np.ceil(extent / spacing)) + 1) for extent in half]
+    mirrored = influence.pad.surface.mirrors
+    starts = [0.0 if by_mirror else -extent for by_mirror, extent in zip(mirrored, half, strict=True)]
+    spacing *= 2 ** (mirrored.count(False) / 2)
+    lines = [
+        np.linspace(start, extent, int(np.ceil((extent - start) / spacing)) + 1)
+        for start, extent in zip(starts, half, strict=True)
+    ]
     between = [np.append((line[1:] + line[:-1]) / 2, line[-1]) for line in lines]
     spanning, control = (_discs(influence, x, y, diameter) for x, y in (lines, between))
     return spanning, control
@@ -153,5 +158,5 @@ def _discs(influence: InfluenceMatrices, x: Array, y: Array, diameter: float) ->
     forces = np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
     if influence.fidelity.loads == "corners":
         forces = onto_corners(forces, influence.surface)
-    folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in PARITIES)
+    folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in influence.mirrors.classes)
     return [of_class[:, columns] for of_class, columns in zip(folded, influence.columns, strict=True)]

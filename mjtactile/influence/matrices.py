@@ -18,7 +18,6 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import CorruptInfluenceError, InfluenceError
-from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
 from mjtactile.fem.symmetry import unfold_field, unfold_points
 from mjtactile.fem.vertex_loads import onto_corners
@@ -70,10 +69,13 @@ class InfluenceMatrices(PadTables):
             load: one load on this pad's surface, or a sequence of them.
 
         Returns:
-            (layers, rows, columns) [Pa], top layer first; a sequence of loads puts a batch axis in front.
+            (layers, rows, columns) [Pa], top layer first, or (taxels,) of free taxels; a sequence of loads puts a batch
+            axis in front.
         """
         if _is_empty(load):
             return np.zeros((0, *self.pad.reading_shape))
+        if not self.pad.surface.is_flat:  # the compiled core knows flat sheets only
+            return self.readings_of(self.point_response(load))
         single = not isinstance(load, Sequence)
         batch, core = nodal_batch([load] if single else load, self.surface), core_pad(self)
         readings = [core.readings(forces) for forces in batch]
@@ -102,7 +104,7 @@ class InfluenceMatrices(PadTables):
             response: (..., points, 5) [Pa], of any precision, see `point_response`.
 
         Returns:
-            (..., layers, rows, columns) [Pa].
+            (..., layers, rows, columns) [Pa], or (..., taxels) of free taxels.
         """
         expected = (self.sample_slices[-1].stop, DEVIATORIC_COUNT)
         if response.shape[-2:] != expected:
@@ -118,32 +120,31 @@ class InfluenceMatrices(PadTables):
         """Mean stress tensor over every taxel's ball, in the pad frame, tension positive.
 
         Returns:
-            (6, layers, rows, columns) [Pa]: components xx, yy, zz, xy, yz, zx; a sequence of loads puts a batch axis
-            in front.
+            (6, layers, rows, columns) [Pa], or (6, taxels) of free taxels: components xx, yy, zz, xy, yz, zx; a
+            sequence of loads puts a batch axis in front.
         """
         if _is_empty(load):
             return np.zeros((0, 6, *self.pad.reading_shape))
         loads, single = self._folded(load)
         layers = []
-        for k in range(len(self.pad.depths)):
-            mean = unfold_points(loads.times(self._mean_matrices[k]), EVEN, EVEN)[..., 0]
+        for k in range(self.pad.sensing_layers):
+            mean = unfold_points(loads.times(self._mean_matrices[k]), EVEN, EVEN, self.mirrors)[..., 0]
             tensor = stress_tensor(self._deviatoric(loads, k), mean)
-            averaged = [self.averages[k] @ one for one in tensor]
-            layers.append(np.stack(averaged).reshape(-1, *self.pad.reading_shape[1:], 6))
-        stress = np.moveaxis(np.stack(layers, axis=1), -1, 1)
+            layers.append(np.stack([self.averages[k] @ one for one in tensor]))
+        stress = np.moveaxis(np.stack(layers, axis=1), -1, 1).reshape(len(loads.scale), 6, *self.pad.reading_shape)
         return stress[0] if single else stress
 
     def surface_displacement(self, load: SurfaceLoad) -> Array:
         """Displacement of the surface's nodes under a load, shape (nodes y, nodes x, 3) [m], pad frame."""
-        loads = folded_loads(nodal_batch([load], self.surface), self.free, "float64")
+        loads = folded_loads(nodal_batch([load], self.surface), self.free, "float64", self.mirrors)
         quarter = self.mesh.quarter()
         shape = (3, quarter.y.node_count, quarter.x.node_count)
         classes = []
-        for columns, parity, of_class in zip(self.free, PARITIES, loads.classes, strict=True):
+        for columns, parity, of_class in zip(self.free, self.mirrors.classes, loads.classes, strict=True):
             field = np.zeros(np.prod(shape))
             field[columns] = self.tables[table_name("compliance", parity)] @ of_class.values[0] * loads.scale
             classes.append(field.reshape(shape))
-        return unfold_field(classes)
+        return unfold_field(classes, self.mirrors)
 
     def save(self, path: str | Path) -> None:
         """Write the matrices with their pad's and fidelity's description; atomic.
@@ -159,15 +160,17 @@ class InfluenceMatrices(PadTables):
         batch = nodal_batch([load] if single else load, self.surface)
         if self.fidelity.loads == "corners":
             batch = onto_corners(batch, self.surface)
-        return folded_loads(batch, self.columns, self.fidelity.precision), single
+        return folded_loads(batch, self.columns, self.fidelity.precision, self.mirrors), single
 
     def _deviatoric(self, loads: FoldedLoads, sensing_layer: int) -> Array:
         """Deviatoric stress (batch, points, 5) [Pa] at one sensing layer's sample points."""
-        return unfold_points(loads.times(self._deviatoric_matrices[sensing_layer]), ODD_IN_X, ODD_IN_Y)
+        response = loads.times(self._deviatoric_matrices[sensing_layer])
+        return unfold_points(response, ODD_IN_X, ODD_IN_Y, self.mirrors)
 
     def _stress_matrices(self, kind: str) -> list[list[StressMatrix]]:
-        layers = range(len(self.pad.depths))
-        return [[read_matrix(self.tables, table_name(kind, parity, k)) for parity in PARITIES] for k in layers]
+        layers = range(self.pad.sensing_layers)
+        classes = self.mirrors.classes
+        return [[read_matrix(self.tables, table_name(kind, parity, k)) for parity in classes] for k in layers]
 
     def _averaged(self, deviatoric: Array, sensing_layer: int) -> Array:
         """Readings of one sensing layer (batch, taxels) [Pa] from its points' stress (batch, points, 5)."""

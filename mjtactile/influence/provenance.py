@@ -11,8 +11,8 @@ from typing import Any
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.mesh import mesh_description, sheet_mesh
 from mjtactile.fidelity import Fidelity, MeshDensity, as_fidelity, mesh_name
-from mjtactile.influence.table import FORMAT_VERSION
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.influence.table import FORMAT_VERSION, SWEPT_VERSION
+from mjtactile.pad import Pad
 
 
 def influence_metadata(pad: Pad, fidelity: Fidelity) -> dict[str, Any]:
@@ -64,14 +64,13 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
         description.append({"averaging": fidelity.averaging})
     if fidelity.loads != "nodes":
         description.append({"loads": fidelity.loads})
+    if not pad.surface.is_flat:
+        description.append({"swept": SWEPT_VERSION})
     return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()
 
 
 def _pad_from(metadata: dict[str, Any]) -> Pad:
-    description = metadata["pad"]
-    layers = tuple(Layer(**layer) for layer in description["layers"])
-    taxels = TaxelGrid(**description["taxels"])
-    return Pad(**{**description, "layers": layers, "taxels": taxels})
+    return Pad.from_description(metadata["pad"])
 
 
 def _fidelity_from(metadata: dict[str, Any]) -> Fidelity:

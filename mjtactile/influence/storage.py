@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Tables
-from mjtactile.fem.stiffness import PARITIES, Parity
+from mjtactile.fem.stiffness import Parity
+from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
 from mjtactile.influence.stress_matrix import stored_matrix
@@ -41,14 +42,16 @@ class ClassStorage:
         plain = plain_fidelity(chosen)
         self.fidelity = replace(plain, averaging=chosen.averaging, loads=chosen.loads)
         self.sampling = dict(sampling)
+        self._classes = MirrorPlanes(*pad.surface.mirrors).classes
         self._means, self._corners = {}, None
         if chosen.averaging != "points":
             from mjtactile.influence.taxel_mean import LayerMeans
 
             # Averaged: one point per taxel, with the mean stress over its ball; "deep": in all layers but the
             # shallowest.
-            spared = int(np.argmin(pad.depths)) if chosen.averaging == "deep" else None
-            self._means = {k: LayerMeans(pad, sampling, k) for k in range(len(pad.depths)) if k != spared}
+            # Free taxels are one layer, some of it shallow.
+            spared = int(np.argmin(pad.depths or (0.0,))) if chosen.averaging == "deep" else None
+            self._means = {k: LayerMeans(pad, sampling, k) for k in range(pad.sensing_layers) if k != spared}
             for means in self._means.values():
                 self.sampling |= means.sampling
         if chosen.loads == "corners":
@@ -61,11 +64,11 @@ class ClassStorage:
         """Rows of the points that are left, of any columns of a matrix (columns, rows of all points)."""
         if sensing_layer not in self._means:
             return matrix
-        return self._means[sensing_layer].averaged(matrix, PARITIES.index(parity), _ODD[kind])
+        return self._means[sensing_layer].averaged(matrix, self._classes.index(parity), _ODD[kind])
 
     def columns(self, parity: Parity, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The columns that are left of a matrix (columns, rows)."""
-        return matrix if self._corners is None else self._corners.of(matrix, PARITIES.index(parity))
+        return matrix if self._corners is None else self._corners.of(matrix, self._classes.index(parity))
 
 
 def plain_fidelity(chosen: Fidelity) -> Fidelity:
@@ -87,8 +90,8 @@ def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
     storage = ClassStorage(plain.pad, chosen, {n: t for n, t in plain.tables.items() if n.startswith("sampling")})
     tables = {name: table for name, table in plain.tables.items() if name.startswith("compliance")} | storage.sampling
     for kind in _STRESSES:
-        for k in range(len(plain.pad.depths)):
-            for parity in PARITIES:
+        for k in range(plain.pad.sensing_layers):
+            for parity in plain.mirrors.classes:
                 name = table_name(kind, parity, k)
                 averaged = storage.averaged(kind, parity, k, np.asarray(plain.tables[name]))
                 tables[name] = storage.columns(parity, averaged)
@@ -117,8 +120,8 @@ def _narrowed(whole: InfluenceMatrices, precision: str) -> Tables:
     """All stress matrices, whole, in another precision."""
     tables: Tables = {}
     for kind in _STRESSES:
-        for k in range(len(whole.pad.depths)):
-            for parity in PARITIES:
+        for k in range(whole.pad.sensing_layers):
+            for parity in whole.mirrors.classes:
                 name = table_name(kind, parity, k)
                 tables |= stored_matrix(name, (whole.tables.pop(name),), precision)
     return tables

@@ -6,14 +6,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from mjtactile._types import Array
 from mjtactile.errors import ContactError
+from mjtactile.fem.curved.tractions import Traction, integrated_traction
 from mjtactile.fem.surface_grid import SurfaceGrid
-from mjtactile.geometry.planar import areal
+from mjtactile.geometry.planar import area_on_sheet, areal
+
+if TYPE_CHECKING:
+    from mjtactile.influence.layout import PadTables
 
 Area = Polygon | MultiPolygon
 
@@ -78,11 +84,12 @@ class SurfaceLoad:
 
     def resultant(self) -> tuple[Array, Array]:
         """Force [N] and moment [N m] of the load about the pad's origin, each of shape (3,), pad frame."""
-        x, y = self.surface.x.nodes, self.surface.y.nodes
+        x, y, z = self.surface.x.nodes, self.surface.y.nodes, self.surface.node_heights
         fx, fy, fz = np.moveaxis(self.forces, -1, 0)
         along_x, along_y = fz.sum(axis=0) @ x, fz.sum(axis=1) @ y
         torsion = fy.sum(axis=0) @ x - fx.sum(axis=1) @ y
-        return np.array([fx.sum(), fy.sum(), fz.sum()]), np.array([along_y, -along_x, torsion])
+        moment = np.array([along_y - np.sum(fy * z), np.sum(fx * z) - along_x, torsion])
+        return np.array([fx.sum(), fy.sum(), fz.sum()]), moment
 
     def __add__(self, other: SurfaceLoad) -> SurfaceLoad:
         """Both loads at once: tractions of several bodies on one pad add up. Indentation and tilts become NaN."""
@@ -103,6 +110,31 @@ class SurfaceLoad:
                 stick_area=self.state.stick_area + other.state.stick_area,
             ),
         )
+
+    @classmethod
+    def from_tractions(cls, influence: PadTables, outline: BaseGeometry, traction: Traction) -> SurfaceLoad:
+        """A load that is known rather than found by a contact law, on a flat or curved pad.
+
+        Args:
+            influence: influence matrices of the pad.
+            outline: polygon or multipolygon in the projection onto (x, y), pad frame [m], holes allowed. What overhangs
+                the pad carries nothing.
+            traction: function of points of the surface (n, 3) [m] and their unit normals out of the pad (n, 3), both in
+                the pad frame: what acts on the pad there [Pa] per area of the surface, shape (n, 3). A pressure p is
+                `lambda points, normals: -p * normals`.
+
+        Returns:
+            The load; its contact area is that of the surface under the outline.
+
+        Raises:
+            FootprintError: when the outline is not a valid area, or covers none of the pad.
+            ContactError: when the traction gives another shape, or is not finite.
+        """
+        surface = influence.surface
+        area = area_on_sheet(outline, surface.sheet)
+        found = integrated_traction(surface, area, traction)
+        state = ContactState(contact_area=found.area, peak_pressure=found.peak)
+        return cls(found.forces, surface, area, state=state)
 
     @classmethod
     def none(cls, surface: SurfaceGrid) -> SurfaceLoad:

@@ -23,6 +23,8 @@ from mjtactile.fem.stiffness import Parity
 
 #: Raised whenever the meaning of a stored array changes; older files are then rebuilt.
 FORMAT_VERSION = 3
+#: Raised whenever the numbers of curved pads' tables change; flat pads' stay valid.
+SWEPT_VERSION = 1
 
 
 _DTYPES = {
@@ -42,7 +44,7 @@ _SETTLED = 2.0
 
 def table_name(kind: str, parity: Parity, sensing_layer: int | None = None) -> str:
     """Name of one stored matrix: kind, symmetry class and, for stresses, the sensing layer."""
-    signs = "".join("+" if sign > 0 else "-" for sign in (parity.x, parity.y))
+    signs = "".join("+" if sign > 0 else "-" if sign < 0 else "0" for sign in (parity.x, parity.y))
     return f"{kind} {signs}" if sensing_layer is None else f"{kind} {signs} {sensing_layer}"
 
 

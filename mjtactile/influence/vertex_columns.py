@@ -16,7 +16,6 @@ import numpy.typing as npt
 from shapely import Point
 
 from mjtactile._types import Array, Mask
-from mjtactile.fem.stiffness import PARITIES
 from mjtactile.fem.symmetry import fold_forces
 from mjtactile.fem.vertex_loads import on_corners, onto_corners, require_corners_mirrored
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -86,12 +85,18 @@ def _disc_forces(influence: InfluenceMatrices) -> Array:
     largest = float(max(surface.x.sizes.max(), surface.y.sizes.max()))
     half = np.array(influence.pad.size) / 2
     spacing = max(_SPACING * largest, float(np.sqrt(half.prod() / _MOST_DISCS)))
-    x, y = (np.linspace(0.0, extent, int(np.ceil(extent / spacing)) + 1) for extent in half)
+    starts = (
+        0.0 if mirrored else -extent for mirrored, extent in zip(influence.pad.surface.mirrors, half, strict=True)
+    )
+    x, y = (
+        np.linspace(start, extent, int(np.ceil((extent - start) / spacing)) + 1)
+        for start, extent in zip(starts, half, strict=True)
+    )
     discs = [Point(px, py).buffer(d * largest / 2, quad_segs=6) for d in _DISCS for py in y for px in x]
     integrals = np.stack([surface.nodal_integrals(disc)[0] for disc in discs])
     return np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)
 
 
 def _by_class(forces: Array, influence: InfluenceMatrices) -> list[Array]:
-    folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in PARITIES)
+    folded = (fold_forces(forces, parity).reshape(len(forces), -1) for parity in influence.mirrors.classes)
     return [of_class[:, columns] for of_class, columns in zip(folded, influence.columns, strict=True)]

@@ -12,6 +12,7 @@ from mjtactile.contact.linear_range import linear_range
 from mjtactile.contact.options import ContactOptions
 from mjtactile.contact.ready import ready_pad
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.pad import Pad, TaxelGrid
 from mjtactile.plugin.engine import Instance
 from mjtactile.plugin.health import Names, register
 
@@ -38,6 +39,11 @@ class Reading:
     stress: bool = False
 
 
+def rows_of_readings(pad: Pad) -> tuple[int, int, int]:
+    """Layers, rows and columns as the core counts readings; free taxels are one row."""
+    return pad.grid_shape if isinstance(pad.taxels, TaxelGrid) else (1, 1, len(pad.taxels))
+
+
 def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...]) -> None:
     """Tell the core how a pad is read.
 
@@ -50,14 +56,15 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     influence, options = how.influence, how.options
     geometry, layer = influence.pad, influence.pad.layers[0]
     tables = ready_pad(influence, options, stress=how.stress)
-    to.layers, to.rows, to.columns = geometry.reading_shape
+    to.layers, to.rows, to.columns = rows_of_readings(geometry)
     to.taxels = int(np.prod(geometry.reading_shape))
     to.pad = tables.handle.value
     to.law, to.tangential = core_names(options)
     to.cells = options.cells
     to.friction = -1.0 if how.friction is None else how.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
-    to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre
+    if isinstance(geometry.taxels, TaxelGrid):  # what draws them asks for it
+        to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre
     to.tilting = options.tilting
     pressure, indentation = linear_range(geometry)
     to.context = register(

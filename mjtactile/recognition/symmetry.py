@@ -64,9 +64,10 @@ class Mirrors:
 
 def is_symmetric(pad: Pad) -> bool:
     """Whether a pad reads mirror images, and swapped axes, as such."""
-    grid = pad.taxels
+    grid = pad.grid
     return (
-        pad.size[0] == pad.size[1]
+        pad.surface.is_flat
+        and pad.size[0] == pad.size[1]
         and grid.rows == grid.columns
         and grid.pitch[0] == grid.pitch[1]
         and (grid.centre == (0.0, 0.0))

@@ -19,7 +19,7 @@ import xml.etree.ElementTree as ET
 from mjtactile._types import Array
 from mjtactile.geometry.indenter import Indenter
 from mjtactile.geometry.planar import support_points
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_flat
 from mjtactile.sim.geoms import SHOWN
 from mjtactile.sim.pad_geom import contact_attributes
 
@@ -125,6 +125,7 @@ def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
 
 
 def _pad_body(pad: Pad) -> ET.Element:
+    require_flat(pad, "a model with a pad")
     body = ET.Element("body", name="pad")
     half = pad.thickness / 2
     ET.SubElement(

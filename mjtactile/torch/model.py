@@ -83,7 +83,7 @@ class PadModel(nn.Module):
     @property
     def reading_shape(self) -> tuple[int, int, int]:
         """Layers that are read, rows, columns."""
-        return (len(self.layers), *self.pad.reading_shape[1:])
+        return (len(self.layers), *self.pad.grid_shape[1:])
 
     @property
     def force_shape(self) -> tuple[int, int, int]:

@@ -71,7 +71,7 @@ def heat_map_html(name: str, said: str, picture: Picture, outline: Array, pad: P
         outline: line segments in the pad frame [m], (segments, 2, 2).
         pad: whose taxels these are.
     """
-    layers, rows, columns = pad.reading_shape
+    layers, rows, columns = pad.grid_shape
     width, path = picture.shape[1], _path(outline, pad)
     lines = "".join(f'<path d="{path}" transform="translate({layer * (columns + 1)})"/>' for layer in range(layers))
     return (
@@ -93,8 +93,8 @@ def _address(picture: Picture) -> str:
 
 def _path(segments: Array, pad: Pad) -> str:
     """Line segments of the pad frame [m] on a tile, whose unit is a taxel, as a path of SVG."""
-    _, rows, _ = pad.reading_shape
-    taxels = pad.taxels
+    _, rows, _ = pad.grid_shape
+    taxels = pad.grid
     corner = np.array([taxels.x[0] - taxels.pitch[0] / 2, taxels.y[0] - taxels.pitch[1] / 2])
     places = (segments - corner) / np.array(taxels.pitch)
     places[..., 1] = rows - places[..., 1]

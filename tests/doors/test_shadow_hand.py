@@ -54,7 +54,7 @@ def test_each_pad_feels_a_ball_pressed_to_it_and_where(recipe, pad, off):
     place = wrench[4] / -wrench[2]
     assert place == pytest.approx(off, abs=1.5e-3)
     readings = data.sensor(pad).data.reshape(4, 13, 13)
-    assert readings[1].argmax() % 13 == np.abs(mjtactile.Pad().taxels.x - place).argmin()
+    assert readings[1].argmax() % 13 == np.abs(mjtactile.Pad().grid.x - place).argmin()
     for other in set(PADS) - {pad}:
         assert (data.sensor(other).data == 0).all()
 

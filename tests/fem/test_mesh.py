@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mjtactile.errors import MeshError, MeshWarning
 from mjtactile.fem.mesh import sheet_mesh
 from mjtactile.fidelity import MESHES, MeshDensity, mesh_density
-from mjtactile.pad import Layer, Pad
+from mjtactile.pad import Layer, Pad, TaxelGrid
 
 
 def stack(*thicknesses):
@@ -20,7 +20,7 @@ def test_every_interface_is_a_mesh_line_and_every_layer_has_its_own_material(thi
     pad = Pad(
         size=(3e-3, 4e-3),
         layers=stack(*thicknesses),
-        taxels=Pad().taxels.__class__(rows=1, columns=1),
+        taxels=TaxelGrid(rows=1, columns=1),
         depths=(sum(thicknesses) / 2,),
         sampling_radius=1e-4,
     )

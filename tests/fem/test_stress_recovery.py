@@ -7,7 +7,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from mjtactile.fem.line import Line
-from mjtactile.fem.stress_recovery import SLOPE, VALUE, _interpolation, fold_rows, moment_row, point_rows
+from mjtactile.fem.stress_recovery import SLOPE, VALUE, fold_rows, gauss_weights, moment_row, point_rows
 
 LINE = Line(np.array([-2.0, -1.4, -0.6, 0.0, 0.6, 1.4, 2.0]))
 POSITIONS = np.array([-2.0, -1.93, -1.4, -0.71, 0.0, 0.05, 0.8, 1.4, 1.99, 2.0])
@@ -38,7 +38,7 @@ def test_interpolation_between_gauss_points_is_cubic():
     cubic = Polynomial([0.3, 1.0, -0.7, 0.5])
     middles = (LINE.vertices[1:] + LINE.vertices[:-1]) / 2
     gauss = (middles[:, None] + LINE.sizes[:, None] / 2 * np.array([-1, 1]) / np.sqrt(3)).ravel()
-    weights = _interpolation(LINE, POSITIONS, LINE.locate(POSITIONS)[0], ())
+    weights = gauss_weights(LINE, POSITIONS)
     np.testing.assert_allclose(weights @ cubic(gauss), cubic(POSITIONS), atol=1e-13)
 
 

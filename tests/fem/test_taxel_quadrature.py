@@ -166,7 +166,7 @@ def test_points_lie_in_their_taxels_ball_and_in_the_sheet(count):
     pad = Pad(taxels=TaxelGrid(rows=3, columns=4, pitch=(5e-3, 6e-3), centre=(0.0, 1.4e-3)), depths=(0.3e-3, 4.8e-3))
     for layer, depth in enumerate(pad.depths):
         sampling = layer_sampling(pad, layer, count)
-        for taxel, (y, x) in enumerate(itertools.product(pad.taxels.y, pad.taxels.x)):
+        for taxel, (y, x) in enumerate(itertools.product(pad.grid.y, pad.grid.x)):
             points, weights = sample_points(sampling, taxel)
             # Balls that two sides cut have both orders of a rule.
             corner = 2 if abs(x) > 7e-3 and abs(y) > 7e-3 else 1
@@ -253,8 +253,8 @@ def test_folded_points_unfold_to_where_they_were():
 
 def test_rule_scales_with_the_radius():
     pad = Pad()
-    offsets, volumes = _taxel_rule(pad, np.array([0.0, 0.0, -2e-3]), 2)
-    larger, larger_volumes = _taxel_rule(replace(pad, sampling_radius=1.25e-3), np.array([0.0, 0.0, -2e-3]), 2)
+    offsets, volumes = _taxel_rule(pad, np.array([0.0, 0.0, 2e-3]), 0.625e-3, 2)
+    larger, larger_volumes = _taxel_rule(pad, np.array([0.0, 0.0, 2e-3]), 1.25e-3, 2)
     np.testing.assert_allclose(larger, 2 * offsets, rtol=1e-12)
     np.testing.assert_allclose(larger_volumes, 8 * volumes, rtol=1e-12)
     assert volumes.sum() == pytest.approx(4 / 3 * math.pi * pad.sampling_radius**3, rel=1e-12)

@@ -79,8 +79,8 @@ def test_defaults_are_the_papers():
     assert pad.reading_shape == (4, 13, 13)
     assert math.prod(pad.reading_shape) == 676
     expected = np.arange(-6, 7) * 1.25e-3
-    np.testing.assert_allclose(pad.taxels.x, expected, atol=1e-18)
-    np.testing.assert_allclose(pad.taxels.y, expected, atol=1e-18)
+    np.testing.assert_allclose(pad.grid.x, expected, atol=1e-18)
+    np.testing.assert_allclose(pad.grid.y, expected, atol=1e-18)
 
 
 def test_one_layer_sensor_is_one_depth():
@@ -147,7 +147,7 @@ def test_taxels_stand_on_rows_and_columns_about_their_centre():
 
 
 def test_outer_taxels_may_stand_on_the_edge():
-    assert np.max(Pad().taxels.x) == pytest.approx(Pad().size[0] / 2, rel=1e-12)
+    assert np.max(Pad().grid.x) == pytest.approx(Pad().size[0] / 2, rel=1e-12)
 
 
 def test_sensing_layers_may_lie_on_the_surface_and_the_base():

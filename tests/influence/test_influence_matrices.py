@@ -50,8 +50,8 @@ def test_rows_lie_along_y_and_columns_along_x(draft):
     readings = draft.readings(contact_load(draft, footprint, (0, 0, -0.1)))
     assert np.unravel_index(readings[0].argmax(), readings[0].shape) == (2, 8)
     for layer in readings:
-        assert layer.sum(axis=0) @ draft.pad.taxels.x > 0
-        assert layer.sum(axis=1) @ draft.pad.taxels.y < 0
+        assert layer.sum(axis=0) @ draft.pad.grid.x > 0
+        assert layer.sum(axis=1) @ draft.pad.grid.y < 0
 
 
 def test_shallow_layers_come_first(draft):

@@ -77,7 +77,7 @@ def pad_of(top: float, bottom: float, scale: float = 1.0) -> Pad:
     """The paper's pad of two layers, their moduli in Pa, and all lengths times `scale`."""
     layers = tuple(Layer(thickness=2.5e-3 * scale, young=young, poisson=0.45) for young in (top, bottom))
     plain = Pad()
-    pitch = (plain.taxels.pitch[0] * scale, plain.taxels.pitch[1] * scale)
+    pitch = (plain.grid.pitch[0] * scale, plain.grid.pitch[1] * scale)
     return Pad(
         size=(plain.size[0] * scale, plain.size[1] * scale),
         layers=layers,

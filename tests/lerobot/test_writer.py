@@ -71,7 +71,7 @@ def test_the_metadata_says_units_and_where_taxels_are(tmp_path: Path):
     assert feature["shape"] == [np.prod(pad.reading_shape)]
     assert feature["info"]["unit"] == "Pa"
     assert feature["info"]["reading_shape"] == list(pad.reading_shape)
-    assert feature["info"]["taxel_x"] == list(pad.taxels.x)
+    assert feature["info"]["taxel_x"] == list(pad.grid.x)
     assert feature["info"]["taxel_depth"] == list(pad.depths)
     assert feature["info"]["rate"] == 100.0
 

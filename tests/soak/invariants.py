@@ -106,7 +106,7 @@ def turning(scene: Scene) -> float | None:
     Returns: largest difference over the largest reading; None where MuJoCo presses differently, or not at all.
     """
     pad = scene.pads[0].pad
-    times = 1 if pad.size[0] == pad.size[1] and pad.taxels.rows == pad.taxels.columns else 2
+    times = 1 if pad.size[0] == pad.size[1] and pad.grid.rows == pad.grid.columns else 2
     turn = np.linalg.matrix_power(_QUARTER, times)
     return _compared(scene, scenes.turned(scene, turn), lambda r: np.rot90(r, -times, (1, 2)), turn, turn)
 

@@ -216,7 +216,7 @@ def _pad(layers: list[tuple[float, float, float]]) -> Pad:
 
 def _scaled(factor: float) -> Pad:
     pad = Pad()
-    taxels = replace(pad.taxels, pitch=(pad.taxels.pitch[0] * factor, pad.taxels.pitch[1] * factor))
+    taxels = replace(pad.grid, pitch=(pad.grid.pitch[0] * factor, pad.grid.pitch[1] * factor))
     return Pad(
         size=(pad.size[0] * factor, pad.size[1] * factor),
         layers=tuple(replace(layer, thickness=layer.thickness * factor) for layer in pad.layers),

@@ -1,0 +1,222 @@
+"""Solving a swept pad for many surface loads, by nested dissection of the plane.
+
+The flat sheet is eliminated one layer of nodes after another, and a node layer is dense. That is cheap where mirrors
+leave a quarter, and too dear where there are none: the cost grows with the cube of a layer's unknowns. Columns of
+elements are therefore taken together in pairs, pairs of pairs and so on; what lies inside a union is eliminated, and
+what it shares with the outside is left: block elimination still, along a tree in place of a line (George, Nested
+dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10, 1973; Duff and Reid, The multifrontal solution of
+indefinite sparse symmetric linear equations, ACM Trans. Math. Softw. 9, 1983). Every step is a dense product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve, get_lapack_funcs, solve_triangular
+
+from mjtactile._types import Array, Indices, Mask
+from mjtactile.errors import MeshError
+from mjtactile.fem.curved.elements import NODES, SweptElements
+
+#: Surface loads that are solved for at once.
+BLOCK = 384
+
+
+@dataclass(frozen=True, eq=False)
+class _Front:
+    """A union of element columns, its inner unknowns eliminated.
+
+    Attributes:
+        inner: unknowns that are eliminated here.
+        outer: unknowns that are shared with other unions.
+        factor: Cholesky factor of the inner unknowns' stiffness.
+        from_outer: what inner displacements follow from outer ones: u_inner = K^-1 f - from_outer u_outer.
+        children: the two it was made of; a column of elements has none.
+    """
+
+    inner: Indices
+    outer: Indices
+    factor: Array
+    from_outer: Array
+    children: tuple[_Front, ...]
+
+
+#: Unknowns that a union shares with others, what it resists them with, and the union; None of a single column.
+_Part = tuple[Indices, Array, _Front | None]
+
+
+class DissectedPad:
+    """The equations of a swept pad, eliminated.
+
+    Args:
+        elements: of the pad, or of the part that stands for it.
+        free: mask over a node plane's degrees of freedom (component, y, x): False where a mirror holds one at zero.
+        executor: the two halves of the pad are eliminated side by side.
+        on_column: called after each column of elements, for progress, from several threads.
+
+    Raises:
+        MeshError: when the arithmetic breaks down.
+    """
+
+    def __init__(
+        self,
+        elements: SweptElements,
+        free: Mask,
+        executor: ThreadPoolExecutor | None = None,
+        on_column: Callable[[], None] = lambda: None,
+    ) -> None:
+        layers, rows, columns = elements.shape
+        self._elements, self._on_column = elements, on_column
+        self._planes = 2 * layers
+        nodes = 2 * rows + 1, 2 * columns + 1
+        in_plane = free.reshape(3, *nodes).transpose(1, 2, 0)
+        mask = np.broadcast_to(in_plane[:, :, None, :], (*nodes, self._planes, 3))
+        self.number: Indices = np.where(mask, (np.cumsum(mask) - 1).reshape(mask.shape), -1)
+        """Number of each unknown, (nodes y, nodes x, planes above the base, 3); -1 where a mirror holds it."""
+        self.count = int(mask.sum())
+        """Unknowns in all."""
+        self._rows: dict[int, Array] = {}
+        remaining, _, whole = self._eliminated(0, columns, 0, rows, executor)
+        assert not len(remaining)
+        self._fronts = _in_order(whole)
+        """Unions, each after those it was made of."""
+        self._place = {id(front): place for place, front in enumerate(self._fronts)}
+        self._rows.clear()
+        on_top = self.number[:, :, -1].transpose(2, 0, 1).ravel()
+        self.surface: Indices = on_top[on_top >= 0]
+        """Unknowns of the surface, in the order (component, y, x)."""
+
+    def blocks(self) -> list[Indices]:
+        """Places among the surface's unknowns, some at a time; those of a block lie together."""
+        order = np.empty(self.count, dtype=np.int64)
+        for place, front in enumerate(self._fronts):
+            order[front.inner] = place
+        sorted_places = np.argsort(order[self.surface], kind="stable")
+        return [sorted_places[first : first + BLOCK] for first in range(0, len(sorted_places), BLOCK)]
+
+    def displacements(self, places: Indices) -> Array:
+        """Displacements of all unknowns under unit forces on some of the surface's, (unknowns, forces) [m/N]."""
+        forces = np.zeros((self.count, len(places)))
+        forces[self.surface[places], np.arange(len(places))] = 1.0
+        return self.solve(forces)
+
+    def solve(self, forces: Array) -> Array:
+        """Displacements [m] under forces (unknowns, columns) [N], which are overwritten."""
+        loaded = np.zeros(len(self._fronts), dtype=bool)
+        for place, front in enumerate(self._fronts):
+            below = any(loaded[self._place[id(child)]] for child in front.children)
+            loaded[place] = below or forces[front.inner].any()
+            if loaded[place]:
+                forces[front.outer] -= front.from_outer.T @ forces[front.inner]
+        for place in reversed(range(len(self._fronts))):
+            front = self._fronts[place]
+            inner = -(front.from_outer @ forces[front.outer])
+            if loaded[place]:
+                inner += cho_solve((front.factor, True), forces[front.inner], check_finite=False)
+            forces[front.inner] = inner
+        return forces
+
+    def _eliminated(
+        self, west: int, east: int, south: int, north: int, executor: ThreadPoolExecutor | None = None
+    ) -> _Part:
+        """A rectangle of element columns with its inner unknowns eliminated."""
+        if (east - west, north - south) == (1, 1):
+            parts = [self._column(south, west)]
+        else:
+            if east - west >= north - south:
+                middle = (west + east) // 2
+                halves = [(west, middle, south, north), (middle, east, south, north)]
+            else:
+                middle = (south + north) // 2
+                halves = [(west, east, south, middle), (west, east, middle, north)]
+            several = map if executor is None else executor.map
+            parts = list(several(lambda half: self._eliminated(*half), halves))
+        unknowns = np.unique(np.concatenate([part[0] for part in parts]))
+        stiffness = np.zeros((len(unknowns), len(unknowns)))
+        for of_part, resistance, _ in parts:
+            places = np.searchsorted(unknowns, of_part)
+            stiffness[np.ix_(places, places)] += resistance
+        shared = np.isin(unknowns, self._shared(west, east, south, north))
+        children = tuple(front for _, _, front in parts if front is not None)
+        del parts
+        return self._front(unknowns, shared, stiffness, children)
+
+    def _front(self, unknowns: Indices, shared: Mask, stiffness: Array, children: tuple[_Front, ...]) -> _Part:
+        inner, outer = np.flatnonzero(~shared), np.flatnonzero(shared)
+        if not len(inner):
+            raise AssertionError("every union of element columns has a line inside")
+        (factorise,) = get_lapack_funcs(("potrf",), (stiffness,))
+        factor, failed = factorise(stiffness[np.ix_(inner, inner)], lower=1, clean=1)
+        if failed:
+            raise MeshError(
+                "the finite-element equations are not positive definite in double precision. A layer is too thin or "
+                "too soft beside its neighbours, its Poisson ratio too near 0.5, or the surface too curved for it."
+            )
+        # What inner unknowns add is a product with itself: products with inverses would lose twice as many digits.
+        coupling = solve_triangular(factor, stiffness[np.ix_(inner, outer)], lower=True, check_finite=False)
+        left = stiffness[np.ix_(outer, outer)]
+        left -= coupling.T @ coupling
+        from_outer = solve_triangular(factor, coupling, lower=True, trans=1, check_finite=False)
+        return unknowns[outer], left, _Front(unknowns[inner], unknowns[outer], factor, from_outer, children)
+
+    def _shared(self, west: int, east: int, south: int, north: int) -> Indices:
+        """Unknowns on those sides of a rectangle at which it meets others."""
+        rows, columns = slice(2 * south, 2 * north + 1), slice(2 * west, 2 * east + 1)
+        _, row_count, column_count = self._elements.shape
+        sides = [self.number[rows, 2 * x] for x, meets in ((west, west > 0), (east, east < column_count)) if meets]
+        sides += [self.number[2 * y, columns] for y, meets in ((south, south > 0), (north, north < row_count)) if meets]
+        found = np.concatenate([side.ravel() for side in sides]) if sides else np.empty(0, dtype=np.int64)
+        return found[found >= 0]
+
+    def _column(self, row: int, column: int) -> _Part:
+        """Stiffness of a column of elements on the clamped base."""
+        if row not in self._rows:
+            self._rows[row] = self._elements.stiffness_of_row(row)
+        of_elements = self._rows[row][column]
+        nodes = self.number[2 * row : 2 * row + NODES, 2 * column : 2 * column + NODES]
+        # Element degrees of freedom are ordered (z, y, x, component), those of the column (y, x, plane, component).
+        local = np.full((self._planes + 1, NODES, NODES, 3), -1)
+        local[1:] = np.arange(nodes.size).reshape(nodes.shape).transpose(2, 0, 1, 3)
+        stiffness = np.zeros((nodes.size, nodes.size))
+        for layer, of_element in enumerate(of_elements):
+            places = local[2 * layer : 2 * layer + NODES].ravel()
+            kept = places >= 0
+            stiffness[np.ix_(places[kept], places[kept])] += of_element[np.ix_(kept, kept)]
+        numbers = nodes.ravel()
+        free = np.flatnonzero(numbers >= 0)
+        free = free[np.argsort(numbers[free])]
+        self._on_column()
+        return numbers[free], stiffness[np.ix_(free, free)], None
+
+
+def _in_order(front: _Front | None) -> list[_Front]:
+    """Unions in the order of elimination."""
+    if front is None:
+        return []
+    return [one for child in front.children for one in _in_order(child)] + [front]
+
+
+def block_count(unknowns: int) -> int:
+    """How many blocks so many surface unknowns are solved in."""
+    return -(-unknowns // BLOCK)
+
+
+def factor_bytes(elements: tuple[int, int, int]) -> float:
+    """Memory that the factors take [bytes], for elements along (z, y, x); from the sizes of separators."""
+    return 8.0 * sum(_numbers_kept(elements[0], elements[2], elements[1]))
+
+
+def _numbers_kept(layers: int, wide: int, deep: int) -> Iterator[float]:
+    """Entries of the factors of each level of the tree, about."""
+    unions = 1
+    while wide * deep >= 1:
+        longer, shorter = max(wide, deep), min(wide, deep)
+        inner, outer = 6.0 * layers * (2 * shorter - 1), 6.0 * layers * 2 * (2 * (longer + shorter))
+        yield unions * (inner**2 + inner * (outer if unions > 1 else 0.0))
+        if longer == 1:
+            return
+        wide, deep = (longer + 1) // 2, shorter
+        unions *= 2

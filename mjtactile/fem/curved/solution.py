@@ -1,0 +1,91 @@
+"""A swept pad solved for every surface load, class by class, and its stress at points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from mjtactile._types import Array, Indices
+from mjtactile.fem.curved.dissection import DissectedPad, block_count
+from mjtactile.fem.curved.elements import SweptElements
+from mjtactile.fem.curved.stress_rows import StressRows
+from mjtactile.fem.mesh import SheetMesh
+from mjtactile.fem.stiffness import Parity, free_in_plane
+from mjtactile.fem.stress import DEVIATORIC_COUNT
+from mjtactile.fem.symmetry import MirrorPlanes
+
+#: Steps of progress that a block of loads counts as; a column of elements counts as one.
+_STEPS_OF_BLOCK = 40
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedBlock:
+    """Responses to unit forces on some of the surface's free degrees of freedom.
+
+    Attributes:
+        places: which of them, in the order (component, y, x).
+        deviatoric: coordinates at the points, see stress.py, (points, 5, forces) [Pa/N].
+        mean: mean stress at the points, (points, forces) [Pa/N].
+        surface: displacements of the surface's free degrees of freedom, (free, forces) [m/N].
+    """
+
+    places: Indices
+    deviatoric: Array
+    mean: Array
+    surface: Array
+
+
+class SweptPad:
+    """A swept pad with points at which its stress is wanted.
+
+    Args:
+        mesh: of the whole pad.
+        points: in the pad frame [m], shape (points, 3); on the part that stands for the whole.
+    """
+
+    def __init__(self, mesh: SheetMesh, points: Array) -> None:
+        half = float(mesh.x.vertices[-1]), float(mesh.y.vertices[-1])
+        feet = points * np.array([1.0, 1.0, -1.0]) if mesh.outer.is_flat else mesh.outer.feet(points, half)[0]
+        self.mesh, self._rows = mesh, StressRows(mesh, feet)
+        self._part = mesh.quarter()
+        self._elements = SweptElements(self._part)
+
+    def solve(self, parity: Parity, workers: int, on_step: Callable[[], None]) -> Iterator[SolvedBlock]:
+        """Responses to unit forces on all of the surface's free degrees of freedom in a class, some at a time.
+
+        Args:
+            parity: the class.
+            workers: threads; each takes a half of the pad while it is eliminated, then one block after another.
+            on_step: called after each bounded piece of work, see `swept_steps`, from several threads.
+
+        Raises:
+            MeshError: when the equations cannot be solved in double precision.
+        """
+        with ThreadPoolExecutor(workers) as executor:
+            equations = DissectedPad(self._elements, free_in_plane(self._part, parity), executor, on_step)
+            combine, recover = self._rows.rows(parity, equations.number)
+
+            def solved(places: Indices) -> SolvedBlock:
+                displacements = equations.displacements(places)
+                stress = (combine @ (recover @ displacements)).reshape(-1, DEVIATORIC_COUNT + 1, len(places))
+                surface = displacements[equations.surface]
+                for _ in range(_STEPS_OF_BLOCK):
+                    on_step()
+                return SolvedBlock(places, stress[:, :DEVIATORIC_COUNT], stress[:, DEVIATORIC_COUNT], surface)
+
+            blocks = equations.blocks()
+            # No more at a time than there are threads: finished blocks would pile up.
+            for first in range(0, len(blocks), workers):
+                yield from executor.map(solved, blocks[first : first + workers])
+
+
+def swept_steps(mesh: SheetMesh) -> int:
+    """How often `SweptPad.solve` reports progress, for all classes together."""
+    part, steps = mesh.quarter(), 0
+    for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
+        columns = part.x.element_count * part.y.element_count
+        steps += columns + _STEPS_OF_BLOCK * block_count(int(free_in_plane(part, parity).sum()))
+    return steps

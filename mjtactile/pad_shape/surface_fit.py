@@ -1,0 +1,262 @@
+"""Outer surfaces fitted to meshes: vertical rays through a rectangle, and a smoothing spline through what they hit.
+
+Facets are chords of the surface that somebody meant: their corners lie on it, the rest inside. What a ray hits is
+moved outwards by what normals at the facet's corners say of its curvature (Boubekeur and Alexa, Phong tessellation, ACM
+Trans. Graph. 27, 2008; with the share 1/2 that is exact for spheres, to the second order of the facet's size).
+
+The spline is quintic, so that curvatures are smooth, and its smoothing is that of P. Dierckx, Curve and Surface Fitting
+with Splines (1993), chapter 5, as scipy has it: few knots with which patch and mesh are, in the root mean square, no
+further apart than asked.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array, Indices
+from mjtactile.errors import PadError
+from mjtactile.pad_shape.surfaces import SurfacePatch
+
+if TYPE_CHECKING:
+    import trimesh
+
+#: Rays along each axis of the rectangle.
+_RAYS = 97
+#: How far the fit reaches beyond the rectangle, over its width, where the mesh goes on.
+_MARGIN = 0.04
+#: Degree of the splines.
+_DEGREE = 5
+#: Smoothing over how far the hits were moved off their facets, root mean square.
+_OF_FACETS = 0.1
+#: Share of the way to the tangent planes at a facet's corners that a hit is moved.
+_MOVED = 0.5
+#: Facets that meet at a larger angle meet at an edge that was meant [deg].
+_CREASE = 30.0
+#: Least smoothing over the rectangle's width, far above rounding.
+_LEAST_SMOOTHING = 1e-6
+#: Largest distance of patch and mesh over the rectangle's width: beyond it the mesh has a step, an edge or a fold.
+_MOST_DEVIATION = 0.02
+#: How far from orthonormal rounding may take a frame's axes.
+_FRAME_TOLERANCE = 1e-6
+
+
+def fitted_patch(
+    mesh: str | Path | trimesh.Trimesh,
+    size: tuple[float, float],
+    *,
+    frame: npt.ArrayLike | None = None,
+    scale: float = 1.0,
+    smoothing: float | None = None,
+) -> SurfacePatch:
+    """A smooth patch through the upper side of a mesh over a rectangle.
+
+    Args:
+        mesh: file that trimesh reads, or a mesh.
+        size: width of the rectangle along (x, y) of the frame [m].
+        frame: pose (4, 4) of the rectangle's frame in the mesh's coordinates, in metres; None for the mesh's own.
+        scale: metres per unit of the mesh.
+        smoothing: root mean square distance of patch and mesh that is allowed [m]; None for what the mesh's own facets
+            make of it.
+
+    Returns:
+        The patch, with its largest distance from what the rays hit over the rectangle as `deviation`.
+
+    Raises:
+        FileNotFoundError: when there is no such file.
+        PadError: when the mesh cannot be read, has a hole under the rectangle, or is not smooth there; the message says
+            where.
+    """
+    triangles = _triangles_in_frame(mesh, frame, scale)
+    lines = [_ray_line(triangles[..., axis], extent) for axis, extent in enumerate(size)]
+    heights, owner = _top_heights(triangles, *lines)
+    _refuse_holes(heights, lines)
+    raised = _raised(triangles, heights, owner, lines)
+    if smoothing is None:
+        facets = float(np.sqrt(np.mean((raised - heights) ** 2)))
+        smoothing = max(_OF_FACETS * facets, _LEAST_SMOOTHING * max(size))
+    elif not (np.isfinite(smoothing) and smoothing > 0.0):
+        raise PadError(f"smoothing = {smoothing!r}; expected a positive length in metres, such as 1e-5.")
+    patch = _spline(lines, raised, float(smoothing))
+    return _measured(patch, lines, heights, size)
+
+
+def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) -> Array:
+    """Corners (triangles, 3, 3) [m] in the frame."""
+    import trimesh
+
+    if isinstance(mesh, str | Path):
+        path = Path(mesh)
+        if not path.is_file():
+            raise FileNotFoundError(f"{path} does not exist. Give the file of a mesh, such as an STL.")
+        try:
+            mesh = trimesh.load(path, force="mesh")
+        except Exception as error:  # whatever a reader of some format raises
+            raise PadError(f"{path} cannot be read as a mesh: {error}") from error
+    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+        raise PadError("expected a mesh with triangles, or the name of a file of one.")
+    if not (np.isfinite(scale) and scale > 0.0):
+        raise PadError(f"scale = {scale!r}; expected metres per unit of the mesh: 1e-3 for millimetres.")
+    corners = np.asarray(mesh.triangles, dtype=float) * scale
+    if frame is None:
+        return corners
+    pose = np.asarray(frame, dtype=float)
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        raise PadError(f"frame has shape {pose.shape}; expected a pose (4, 4) with finite numbers.")
+    axes = pose[:3, :3]
+    if np.abs(axes.T @ axes - np.eye(3)).max() > _FRAME_TOLERANCE or np.linalg.det(axes) < 0.0:
+        raise PadError(
+            "the axes of the frame are not orthonormal and right-handed; expected a rotation and a position."
+        )
+    return (corners - pose[:3, 3]) @ axes
+
+
+def _ray_line(along: Array, extent: float) -> Array:
+    """Where rays go down along one axis: over the rectangle, and a margin where the mesh goes on."""
+    half, margin = extent / 2, _MARGIN * extent
+    reach = min(half + margin, float(along.max()), -float(along.min()))
+    return np.linspace(-1.0, 1.0, _RAYS) * (reach if reach >= half else half)
+
+
+def _top_heights(triangles: Array, x: Array, y: Array) -> tuple[Array, Indices]:
+    """Heights (rays y, rays x) at which vertical rays from above hit first, and what: NaN and -1 where nothing.
+
+    trimesh's own rays need rtree. These are vertical and on a grid, so that a triangle knows by its bounds which it may
+    meet.
+    """
+    heights = np.full((len(y), len(x)), -np.inf)
+    owner = np.full(heights.shape, -1)
+    slack = 1e-9
+    spans = []
+    for line, axis in ((x, 0), (y, 1)):
+        width = slack * (line[-1] - line[0])
+        spans.append(np.searchsorted(line, triangles[..., axis].min(axis=1) - width))
+        spans.append(np.searchsorted(line, triangles[..., axis].max(axis=1) + width, side="right"))
+    wide, deep = spans[1] - spans[0], spans[3] - spans[2]
+    for number in np.flatnonzero((wide > 0) & (deep > 0)).tolist():
+        columns, rows = slice(spans[0][number], spans[1][number]), slice(spans[2][number], spans[3][number])
+        a, b, c = triangles[number]
+        doubled = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        if doubled == 0.0:
+            continue
+        px, py = x[None, columns], y[rows, None]
+        of_b = ((px - a[0]) * (c[1] - a[1]) - (py - a[1]) * (c[0] - a[0])) / doubled
+        of_c = ((b[0] - a[0]) * (py - a[1]) - (b[1] - a[1]) * (px - a[0])) / doubled
+        height = a[2] + of_b * (b[2] - a[2]) + of_c * (c[2] - a[2])
+        inside = (of_b >= -slack) & (of_c >= -slack) & (of_b + of_c <= 1 + slack)
+        better = inside & (height > heights[rows, columns])
+        heights[rows, columns] = np.where(better, height, heights[rows, columns])
+        owner[rows, columns] = np.where(better, number, owner[rows, columns])
+    return np.where(owner >= 0, heights, np.nan), owner
+
+
+def _refuse_holes(heights: Array, lines: list[Array]) -> None:
+    missing = np.isnan(heights)
+    if not missing.any():
+        return
+    x, y = np.meshgrid(*lines)
+    place = np.unravel_index(np.argmin(np.where(missing, np.hypot(x, y), np.inf)), heights.shape)
+    raise PadError(
+        f"the mesh has nothing over x = {1e3 * x[place]:.4g} mm, y = {1e3 * y[place]:.4g} mm: it has a hole there, "
+        f"or ends. {int(missing.sum())} of {missing.size} rays hit nothing. Move the frame, whose z points out of the "
+        "pad; give a smaller size; or a scale: lengths are metres, and of a mesh in millimetres 1e-3."
+    )
+
+
+def _raised(triangles: Array, heights: Array, owner: Indices, lines: list[Array]) -> Array:
+    """Heights moved off the facets, onto the smooth surface through their corners."""
+    x, y = np.meshgrid(*lines)
+    places = np.stack([x, y, heights], axis=-1).reshape(-1, 3)
+    hit, of_ray = np.unique(owner, return_inverse=True)
+    normals = _corner_normals(triangles, hit)[of_ray.ravel()]
+    corners = triangles[owner.ravel()]
+    shares = _barycentric(corners, places)
+    away = np.einsum("pci,pci->pc", corners - places[:, None], normals)
+    moved = _MOVED * np.einsum("pc,pc,pci->pi", shares, away, normals)
+    upright = np.einsum("pc,pci->pi", shares, normals)
+    # Along the normal, as seen at the same place from above.
+    lifted = np.einsum("pi,pi->p", moved, upright) / np.where(upright[:, 2] > 0.0, upright[:, 2], np.inf)
+    return heights + lifted.reshape(heights.shape)
+
+
+def _barycentric(corners: Array, places: Array) -> Array:
+    """Shares (points, 3) of a triangle's corners in a point, as seen from above."""
+    a, b, c = (corners[:, k, :2] for k in range(3))
+    p = places[:, :2]
+
+    def doubled(u: Array, v: Array) -> Array:
+        return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+    whole = doubled(b - a, c - a)
+    of_b, of_c = doubled(p - a, c - a) / whole, doubled(b - a, p - a) / whole
+    return np.stack([1.0 - of_b - of_c, of_b, of_c], axis=1)
+
+
+def _corner_normals(triangles: Array, chosen: Indices) -> Array:
+    """Unit normals (chosen, 3 corners, 3) of the surface at the corners of some triangles.
+
+    Facets that share a corner and no crease with a triangle count by their angles there (Thuermer and Wuethrich,
+    Computing vertex normals from polygonal facets, J. Graphics Tools 3, 1998).
+    """
+    from scipy.sparse import csr_array
+
+    rounded = np.round(triangles.reshape(-1, 3) / (1e-9 * max(float(np.abs(triangles).max()), 1e-12)))
+    _, vertex = np.unique(rounded, axis=0, return_inverse=True)
+    vertex = vertex.ravel()
+    sides = np.roll(triangles, -1, axis=1) - triangles
+    lengths = np.linalg.norm(sides, axis=-1)
+    normals = np.cross(sides[:, 0], sides[:, 1])
+    areas = np.linalg.norm(normals, axis=1)
+    normals = normals / np.where(areas > 0.0, areas, 1.0)[:, None]
+    product = lengths * np.roll(lengths, 1, axis=1)
+    cosine = -np.einsum("fci,fci->fc", sides, np.roll(sides, 1, axis=1)) / np.where(product > 0.0, product, 1.0)
+    angles = np.arccos(np.clip(cosine, -1.0, 1.0)).ravel()
+    # Pairs of a chosen triangle's corner and a facet's corner at the same vertex.
+    wanted = (3 * chosen[:, None] + np.arange(3)).ravel()
+    count = int(vertex.max()) + 1
+    of_vertex = csr_array((np.ones(len(vertex)), (vertex, np.arange(len(vertex)))), shape=(count, len(vertex)))
+    pairs = of_vertex[vertex[wanted]].tocoo()
+    own, other = wanted[pairs.row] // 3, pairs.col // 3
+    smooth = np.einsum("pi,pi->p", normals[own], normals[other]) > np.cos(np.radians(_CREASE))
+    weights = angles[pairs.col] * smooth
+    sums = np.zeros((len(wanted), 3))
+    np.add.at(sums, pairs.row, weights[:, None] * normals[other])
+    length = np.linalg.norm(sums, axis=1, keepdims=True)
+    found = np.where(length > 0.0, sums / np.where(length > 0.0, length, 1.0), normals[wanted // 3])
+    return found.reshape(len(chosen), 3, 3)
+
+
+def _spline(lines: list[Array], heights: Array, smoothing: float) -> SurfacePatch:
+    from scipy.interpolate import RectBivariateSpline
+
+    x, y = lines
+    spline = RectBivariateSpline(
+        x,
+        y,
+        np.ascontiguousarray(heights.T),
+        kx=_DEGREE,
+        ky=_DEGREE,
+        s=heights.size * smoothing**2,  # type: ignore[arg-type]  # its stubs say int
+    )
+    knots_x, knots_y = spline.get_knots()
+    shape = len(knots_x) - _DEGREE - 1, len(knots_y) - _DEGREE - 1
+    return SurfacePatch(tuple(knots_x), tuple(knots_y), spline.get_coeffs().reshape(shape), _DEGREE)
+
+
+def _measured(patch: SurfacePatch, lines: list[Array], heights: Array, size: tuple[float, float]) -> SurfacePatch:
+    """The patch with its deviation along the normals, if that is no more than a smooth surface has."""
+    x, y = np.meshgrid(*lines)
+    away = np.abs(patch.height(x, y) - heights) / patch.stretch(x, y)
+    away = np.where((np.abs(x) <= size[0] / 2) & (np.abs(y) <= size[1] / 2), away, 0.0)
+    place = np.unravel_index(np.argmax(away), away.shape)
+    deviation = float(away[place])
+    if deviation > _MOST_DEVIATION * max(size):
+        raise PadError(
+            f"the mesh is no smooth graph over the rectangle: at x = {1e3 * x[place]:.4g} mm, y = {1e3 * y[place]:.4g} "
+            f"mm a smooth patch is {1e3 * deviation:.4g} mm away from it. It folds there, or has a step or an edge, or "
+            "smoothing is too large. Move or turn the frame, whose z points out of the pad, or give a smaller size."
+        )
+    return SurfacePatch(patch.knots_x, patch.knots_y, patch.coefficients, patch.degree, deviation)

@@ -1,0 +1,443 @@
+"""Outer surfaces of pads: smooth graphs z(x, y) in the pad frame, with their slopes and curvatures.
+
+A pad is swept from its outer surface along the inward normals: a point of it is X(x, y, d) = s(x, y) - d n(x, y), where
+s = (x, y, z(x, y)) is above the point (x, y) of the projection, n the unit normal out of the pad and d the depth.
+Derivatives of n are those of do Carmo, Differential Geometry of Curves and Surfaces (1976), section 3-3. Curvatures
+are positive where the surface bulges out of the pad: there an offset surface at depth d is shorter by 1 - d curvature.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array
+from mjtactile.errors import PadError
+
+#: Steepest slope of a surface against the plane it is a graph over [deg].
+MOST_SLOPE = 60.0
+#: Lines along each axis of the grid on which a surface is looked at.
+_CHECK_LINES = 65
+#: Steps of Newton's iteration from a point to its foot, and the length of the last, over half the pad's width: the
+#: iteration is of the second order, so that rounding is what is left.
+_MOST_STEPS, _CONVERGED = 50, 1e-11
+
+
+class Jet(NamedTuple):
+    """Height of a surface and its derivatives at some points, arrays of one shape."""
+
+    z: Array  #: height [m]
+    x: Array  #: dz/dx [-]
+    y: Array  #: dz/dy [-]
+    xx: Array  #: second derivatives [1/m]
+    xy: Array
+    yy: Array
+
+
+class Surface(ABC):
+    """A smooth graph z(x, y) in the pad frame; values that are equal are the same surface."""
+
+    #: Name under which descriptions know this kind of surface.
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def jet(self, x: Array, y: Array) -> Jet:
+        """Height and derivatives above points of the projection [m]; NaN where there is no surface."""
+
+    @property
+    @abstractmethod
+    def mirrors(self) -> tuple[bool, bool]:
+        """Whether the surface is its own mirror image under x -> -x, and under y -> -y."""
+
+    @property
+    @abstractmethod
+    def numbers(self) -> dict[str, Any]:
+        """Arguments that make this surface again, as plain numbers and lists."""
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The surface as plain values, see `surface_from`."""
+        return {"kind": self.kind, **self.numbers}
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the surface is the plane z = 0."""
+        return False
+
+    def height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
+        """Height z(x, y) [m]."""
+        return self.jet(*_points(x, y)).z
+
+    def normals(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
+        """Unit normals out of the pad, shape (..., 3)."""
+        jet = self.jet(*_points(x, y))
+        upright = np.stack([-jet.x, -jet.y, np.ones_like(jet.x)], axis=-1)
+        return upright / np.linalg.norm(upright, axis=-1, keepdims=True)
+
+    def stretch(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
+        """Area of the surface over the area of its projection [-], at least 1."""
+        jet = self.jet(*_points(x, y))
+        return np.sqrt(1.0 + jet.x**2 + jet.y**2)
+
+    def positions(self, x: npt.ArrayLike, y: npt.ArrayLike, depth: npt.ArrayLike = 0.0) -> Array:
+        """Points at a depth along the inward normals [m], shape (..., 3)."""
+        x, y, depth = np.broadcast_arrays(*_points(x, y), np.asarray(depth, dtype=float))
+        outer = np.stack([x, y, self.height(x, y)], axis=-1)
+        return outer - depth[..., None] * self.normals(x, y)
+
+    def derivatives(self, x: npt.ArrayLike, y: npt.ArrayLike, depth: npt.ArrayLike = 0.0) -> Array:
+        """Derivatives of `positions` by x, y and depth in the last axis, shape (..., 3, 3) [-]."""
+        x, y, depth = np.broadcast_arrays(*_points(x, y), np.asarray(depth, dtype=float))
+        jet = self.jet(x, y)
+        one, zero = np.ones_like(jet.z), np.zeros_like(jet.z)
+        length = np.sqrt(1.0 + jet.x**2 + jet.y**2)
+        normal = np.stack([-jet.x, -jet.y, one], axis=-1) / length[..., None]
+        columns = []
+        for tangent, (a, b) in (
+            (np.stack([one, zero, jet.x], axis=-1), (jet.xx, jet.xy)),
+            (np.stack([zero, one, jet.y], axis=-1), (jet.xy, jet.yy)),
+        ):
+            turned = np.stack([-a, -b, zero], axis=-1) / length[..., None]
+            turned -= normal * np.einsum("...i,...i->...", normal, turned)[..., None]
+            columns.append(tangent - depth[..., None] * turned)
+        return np.stack([*columns, -normal], axis=-1)
+
+    def curvatures(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
+        """Principal curvatures [1/m], the larger first, positive where the surface bulges out; shape (..., 2)."""
+        jet = self.jet(*_points(x, y))
+        square = 1.0 + jet.x**2 + jet.y**2
+        # First and second fundamental form of a graph, do Carmo, section 3-3, example 5.
+        gauss = (jet.xx * jet.yy - jet.xy**2) / square**2
+        mean = (1 + jet.x**2) * jet.yy - 2 * jet.x * jet.y * jet.xy + (1 + jet.y**2) * jet.xx
+        mean = -mean / (2 * square**1.5)
+        apart = np.sqrt(np.maximum(mean**2 - gauss, 0.0))
+        return np.stack([mean + apart, mean - apart], axis=-1)
+
+    def feet(self, points: Array, half_size: tuple[float, float]) -> tuple[Array, Array]:
+        """Where the normals through points meet the surface.
+
+        Args:
+            points: (n, 3) [m], pad frame.
+            half_size: half the pad's projected width along (x, y) [m]; feet are looked for there.
+
+        Returns:
+            (feet, miss): feet (n, 3), each (x, y, depth) [m]; and how far each point is from what its foot stands for
+            [m], shape (n,): rounding, but for points that have no foot over the pad.
+        """
+        half = np.array(half_size)
+        bound = np.clip(points[:, :2], -half, half)
+        feet = np.column_stack([bound, self.height(bound[:, 0], bound[:, 1]) - points[:, 2]])
+        feet[:, 2] *= self.normals(feet[:, 0], feet[:, 1])[:, 2]
+        for _ in range(_MOST_STEPS):
+            missed = points - self.positions(*feet.T)
+            step = np.linalg.solve(self.derivatives(*feet.T), missed[..., None])[..., 0]
+            moved = feet + step
+            moved[:, :2] = np.clip(moved[:, :2], -half, half)
+            ended = np.abs(moved - feet).max(initial=0.0) <= _CONVERGED * half.max()
+            feet = moved
+            if ended:
+                break
+        return feet, np.linalg.norm(points - self.positions(*feet.T), axis=-1)
+
+    def check(self, size: tuple[float, float], thickness: float) -> None:
+        """Refuse a surface that is no smooth graph over a pad, or whose inward normals meet within its thickness.
+
+        Args:
+            size: projected width along (x, y) [m].
+            thickness: along the normals [m].
+
+        Raises:
+            PadError: when the surface ends within the pad, is steeper than MOST_SLOPE, or has a radius of curvature
+                below the thickness; the message says where.
+        """
+        x, y = np.meshgrid(*(np.linspace(-extent / 2, extent / 2, _CHECK_LINES) for extent in size))
+        jet = self.jet(x, y)
+        _refuse_where(
+            ~np.isfinite(np.stack(jet)).all(axis=0),
+            np.hypot(x, y),
+            (x, y),
+            lambda _: "the surface has ended: there is none. Give a smaller pad size, or a larger surface",
+        )
+        slope = np.degrees(np.arctan(np.hypot(jet.x, jet.y)))
+        _refuse_where(
+            slope > MOST_SLOPE,
+            -slope,
+            (x, y),
+            lambda place: (
+                f"the surface has a slope of {slope[place]:.3g} degrees; expected at most {MOST_SLOPE:g}. Give a "
+                "smaller pad size, or turn the pad frame"
+            ),
+        )
+        bulge = self.curvatures(x, y)[..., 0]
+        _refuse_where(
+            bulge * thickness >= 1.0,
+            -bulge,
+            (x, y),
+            lambda place: (
+                f"the surface has a radius of curvature of {1e3 / bulge[place]:.4g} mm, but the pad is "
+                f"{thickness * 1e3:.4g} mm thick: its inner surface would fold. Give thinner layers or a surface that "
+                "is less curved"
+            ),
+        )
+
+
+def _points(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
+    return np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+
+
+def _refuse_where(wrong: Any, order: Array, where: tuple[Array, Array], said: Any) -> None:
+    """Raise with the first of the wrong places, in an order."""
+    if wrong.any():
+        place = np.unravel_index(np.argmin(np.where(wrong, order, np.inf)), wrong.shape)
+        x, y = (1e3 * float(axis[place]) for axis in where)
+        raise PadError(f"at x = {x:.4g} mm, y = {y:.4g} mm {said(place)}.")
+
+
+def _length(name: str, value: Any) -> float:
+    if isinstance(value, str | bytes | bool | np.bool_):
+        raise PadError(f"{name} = {value!r}; expected a positive length in metres.")
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise PadError(f"{name} = {value!r}; expected a positive length in metres.") from None
+    if not (math.isfinite(number) and number > 0.0):
+        raise PadError(f"{name} = {value!r}; expected a positive length in metres (12 mm is 12e-3).")
+    return number
+
+
+@dataclass(frozen=True)
+class Flat(Surface):
+    """The plane z = 0."""
+
+    kind: ClassVar[str] = "flat"
+
+    @property
+    def mirrors(self) -> tuple[bool, bool]:
+        """Both."""
+        return True, True
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """None are needed."""
+        return {}
+
+    @property
+    def is_flat(self) -> bool:
+        """It is."""
+        return True
+
+    def jet(self, x: Array, y: Array) -> Jet:
+        """Zero everywhere."""
+        zero = np.zeros(np.broadcast_shapes(x.shape, y.shape))
+        return Jet(zero, zero, zero, zero, zero, zero)
+
+
+class _Quadric(Surface):
+    """The upper half of x^2 / a^2 + y^2 / b^2 + (z + c)^2 / c^2 = 1, its apex in the origin; a or b may be infinite."""
+
+    @property
+    @abstractmethod
+    def _semi_axes(self) -> tuple[float, float, float]: ...
+
+    @property
+    def mirrors(self) -> tuple[bool, bool]:
+        """Both."""
+        return True, True
+
+    def jet(self, x: Array, y: Array) -> Jet:
+        """Height and derivatives; NaN outside the half's outline."""
+        a, b, c = self._semi_axes
+        p, q = a**-2, b**-2
+        square = 1.0 - p * x**2 - q * y**2
+        root = np.sqrt(np.where(square > 0.0, square, np.nan))
+        # c (root - 1) loses digits where the surface is nearly flat.
+        z = -c * (p * x**2 + q * y**2) / (1.0 + root)
+        xx = -c * p * (1.0 / root + p * x**2 / root**3)
+        yy = -c * q * (1.0 / root + q * y**2 / root**3)
+        return Jet(z, -c * p * x / root, -c * q * y / root, xx, -c * p * q * x * y / root**3, yy)
+
+
+@dataclass(frozen=True)
+class SphereCap(_Quadric):
+    """The top of a sphere: z = sqrt(R^2 - x^2 - y^2) - R.
+
+    Raises:
+        PadError: when the radius is no positive length.
+    """
+
+    radius: float  #: R [m]
+    kind: ClassVar[str] = "sphere"
+
+    def __post_init__(self) -> None:
+        """Normalise the number's type."""
+        object.__setattr__(self, "radius", _length("radius", self.radius))
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The radius."""
+        return {"radius": self.radius}
+
+    @property
+    def _semi_axes(self) -> tuple[float, float, float]:
+        return self.radius, self.radius, self.radius
+
+
+@dataclass(frozen=True)
+class CylinderSector(_Quadric):
+    """The top of a cylinder that lies along y: z = sqrt(R^2 - x^2) - R.
+
+    Raises:
+        PadError: when the radius is no positive length.
+    """
+
+    radius: float  #: R [m]
+    kind: ClassVar[str] = "cylinder"
+
+    def __post_init__(self) -> None:
+        """Normalise the number's type."""
+        object.__setattr__(self, "radius", _length("radius", self.radius))
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The radius."""
+        return {"radius": self.radius}
+
+    @property
+    def _semi_axes(self) -> tuple[float, float, float]:
+        return self.radius, math.inf, self.radius
+
+
+@dataclass(frozen=True)
+class EllipsoidCap(_Quadric):
+    """The top of an ellipsoid with its axes along x, y and z: z = c (sqrt(1 - x^2 / a^2 - y^2 / b^2) - 1).
+
+    Raises:
+        PadError: when the semi-axes are not three positive lengths.
+    """
+
+    semi_axes: tuple[float, float, float]  #: a, b, c [m]
+    kind: ClassVar[str] = "ellipsoid"
+
+    def __post_init__(self) -> None:
+        """Normalise number types."""
+        try:
+            a, b, c = self.semi_axes
+        except (TypeError, ValueError):
+            raise PadError(f"semi_axes = {self.semi_axes!r}; expected three lengths (a, b, c) in metres.") from None
+        object.__setattr__(self, "semi_axes", tuple(_length("semi-axis", axis) for axis in (a, b, c)))
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The semi-axes."""
+        return {"semi_axes": list(self.semi_axes)}
+
+    @property
+    def _semi_axes(self) -> tuple[float, float, float]:
+        return self.semi_axes
+
+
+@dataclass(frozen=True)
+class SurfacePatch(Surface):
+    """A smooth surface as a tensor product of B-splines, such as one fitted to a mesh by `Pad.from_mesh`.
+
+    Raises:
+        PadError: when knots, coefficients and degree make no spline whose curvature is continuous.
+    """
+
+    knots_x: tuple[float, ...]  #: along x [m], ascending
+    knots_y: tuple[float, ...]  #: along y [m], ascending
+    coefficients: tuple[tuple[float, ...], ...]  #: (along x, along y) [m]
+    degree: int = 5  #: of the splines; at least 3, for curvatures that are continuous
+    #: Largest distance of what it was fitted to [m]; not part of the value.
+    deviation: float = field(default=math.nan, compare=False)
+    kind: ClassVar[str] = "patch"
+
+    def __post_init__(self) -> None:
+        """Normalise number types and refuse what is no spline."""
+        try:
+            knots = [np.asarray(line, dtype=float) for line in (self.knots_x, self.knots_y)]
+            values = np.asarray(self.coefficients, dtype=float)
+        except (TypeError, ValueError):
+            raise PadError("knots and coefficients of a surface patch must be numbers in metres.") from None
+        degree = self.degree
+        if not (isinstance(degree, int) and not isinstance(degree, bool) and 3 <= degree <= 7):
+            raise PadError(f"degree = {degree!r} of a surface patch; expected a whole number from 3 to 7.")
+        counts = tuple(len(line) - degree - 1 for line in knots)
+        fits = all(line.ndim == 1 and np.isfinite(line).all() and (np.diff(line) >= 0).all() for line in knots)
+        if not (fits and values.shape == counts and min(counts) > degree and np.isfinite(values).all()):
+            raise PadError(
+                f"a surface patch with {len(self.knots_x)} and {len(self.knots_y)} knots has coefficients of shape "
+                f"{values.shape}; expected {counts}, with finite numbers and ascending knots."
+            )
+        for name, line in zip(("knots_x", "knots_y"), knots, strict=True):
+            object.__setattr__(self, name, tuple(line.tolist()))
+        object.__setattr__(self, "coefficients", tuple(map(tuple, values.tolist())))
+
+    @property
+    def mirrors(self) -> tuple[bool, bool]:
+        """Those under which knots and coefficients are their own mirror images, to the last bit."""
+        values = np.array(self.coefficients)
+        lines = np.array(self.knots_x), np.array(self.knots_y)
+        along = [
+            np.array_equal(line, -line[::-1]) and np.array_equal(values, np.flip(values, axis))
+            for axis, line in enumerate(lines)
+        ]
+        return along[0], along[1]
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Knots, coefficients and degree."""
+        return {
+            "knots_x": list(self.knots_x),
+            "knots_y": list(self.knots_y),
+            "coefficients": [list(row) for row in self.coefficients],
+            "degree": self.degree,
+        }
+
+    def jet(self, x: Array, y: Array) -> Jet:
+        """Height and derivatives; NaN outside the knots."""
+        x, y = np.broadcast_arrays(x, y)
+        places = np.stack([x, y], axis=-1)
+        orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        return Jet(*(np.asarray(self._spline(places, nu=nu, extrapolate=False)) for nu in orders))
+
+    @cached_property
+    def _spline(self) -> Any:
+        from scipy.interpolate import NdBSpline
+
+        knots = np.array(self.knots_x), np.array(self.knots_y)
+        return NdBSpline(knots, np.array(self.coefficients), self.degree)
+
+
+#: The plane, which pads have unless told otherwise.
+FLAT = Flat()
+_KINDS: dict[str, type[Surface]] = {
+    of_kind.kind: of_kind for of_kind in (Flat, SphereCap, CylinderSector, EllipsoidCap, SurfacePatch)
+}
+
+
+def surface_from(description: Any) -> Surface:
+    """The surface that `Surface.description` described.
+
+    Raises:
+        PadError: when the description is not one of a surface that there is.
+    """
+    if not isinstance(description, dict) or description.get("kind") not in _KINDS:
+        raise PadError(f'"surface" must be an object whose "kind" is one of {", ".join(_KINDS)}.')
+    values = {name: value for name, value in description.items() if name != "kind"}
+    of_kind = _KINDS[description["kind"]]
+    try:
+        made = of_kind(**values)
+    except TypeError:
+        raise PadError(
+            f'a surface of kind "{of_kind.kind}" does not have just the values {", ".join(sorted(values)) or "none"}.'
+        ) from None
+    if made.numbers.keys() != values.keys():
+        raise PadError(f'a surface of kind "{of_kind.kind}" needs {", ".join(sorted(made.numbers))}.')
+    return made

@@ -1,0 +1,153 @@
+"""Taxels anywhere in a pad: points with a ball each, given as an array or in a file."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mjtactile._types import Array
+from mjtactile.errors import PadError
+
+_WHAT = (
+    "expected one row (x, y, z) per taxel, in metres and in the pad frame; for a grid give "
+    "TaxelGrid(rows=13, columns=13)"
+)
+
+#: Most characters of a value in a message.
+_LONGEST_VALUE = 120
+
+
+@dataclass(frozen=True)
+class FreeTaxels:
+    """Taxels at points of their own; readings of such a pad have the shape (taxel,).
+
+    Args:
+        points: (n, 3) [m], pad frame: z is 0 in the middle of the sensing surface and negative inside the pad.
+        radii: of the ball that each taxel averages over [m], shape (n,); None for the pad's sampling radius.
+
+    Raises:
+        PadError: when the points are not finite rows of three, or a radius is no positive length.
+    """
+
+    points: tuple[tuple[float, float, float], ...]
+    radii: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Normalise number types and refuse what are no points."""
+        points = _numbers("points", self.points)
+        if points.ndim != 2 or points.shape[1] != 3 or not len(points):
+            raise PadError(f"taxels = {_shortened(self.points)}, points of shape {points.shape}; {_WHAT}.")
+        _refuse(~np.isfinite(points).all(axis=1), "has coordinates that are not finite", points)
+        object.__setattr__(self, "points", tuple(map(tuple, points.tolist())))
+        if self.radii is None:
+            return
+        radii = _numbers("radii", self.radii)
+        if radii.shape != (len(points),):
+            raise PadError(f"free taxels have radii of shape {radii.shape}; expected one per taxel, ({len(points)},).")
+        _refuse(~(np.isfinite(radii) & (radii > 0)), "has no positive radius in metres", points)
+        object.__setattr__(self, "radii", tuple(radii.tolist()))
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def positions(self) -> Array:
+        """Points [m], shape (n, 3)."""
+        return np.array(self.points)
+
+    def ball_radii(self, otherwise: float) -> Array:
+        """Radius of each taxel's ball [m], shape (n,); `otherwise` where none was given."""
+        return np.full(len(self), otherwise) if self.radii is None else np.array(self.radii)
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> FreeTaxels:
+        """Taxels from a file: CSV with columns x, y, z and, if wanted, radius; or JSON.
+
+        CSV may have a line of names, in any order; without one, columns stand in that order. JSON is a list of rows, or
+        an object with "points" and, if wanted, "radii". Lengths are metres.
+
+        Raises:
+            PadError: when there is no such file, or it holds no taxels.
+        """
+        path = Path(path)
+        try:
+            text = path.read_text()
+        except (OSError, ValueError) as error:  # a null character in a name, or bytes that are no text
+            raise PadError(
+                f"taxels in {str(path)!r} cannot be read ({error}). Give a CSV or JSON file, points, or "
+                "TaxelGrid(rows=13, columns=13)."
+            ) from error
+        try:
+            rows = _from_json(text) if path.suffix.lower() == ".json" else _from_csv(text)
+            return cls(*rows)
+        except (PadError, ValueError, RecursionError) as error:
+            raise PadError(f"{path} holds no taxels: {error}") from error
+
+
+def as_taxels(value: Any) -> Any:
+    """Free taxels from points or a file's name; anything else, such as a TaxelGrid, as it is."""
+    if isinstance(value, str | Path):
+        return FreeTaxels.from_file(value)
+    if isinstance(value, np.ndarray | list | tuple):
+        return FreeTaxels(value)  # type: ignore[arg-type]
+    return value
+
+
+def _shortened(values: Any) -> str:
+    said = repr(values)
+    return said if len(said) <= _LONGEST_VALUE else f"{said[:_LONGEST_VALUE]}..."
+
+
+def _numbers(name: str, values: npt.ArrayLike | None) -> Array:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise PadError(f"taxels = {_shortened(values)} have {name} that are no numbers; {_WHAT}.") from None
+
+
+def _refuse(wrong: Any, said: str, points: Array) -> None:
+    if wrong.any():
+        taxel = int(np.flatnonzero(wrong)[0])
+        raise PadError(f"taxel {taxel} at {tuple(points[taxel].tolist())} m {said}.")
+
+
+def _from_json(text: str) -> tuple[Any, Any]:
+    values = json.loads(text)
+    if isinstance(values, dict):
+        if not {"points"} <= values.keys() <= {"points", "radii"}:
+            raise PadError('expected an object with "points" and, if wanted, "radii".')
+        return values["points"], values.get("radii")
+    return values, None
+
+
+def _from_csv(text: str) -> tuple[Any, Any]:
+    rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)]
+    if not rows:
+        raise PadError("it is empty.")
+    names = [cell.strip().lower() for cell in rows[0]]
+    if all(_is_number(name) for name in names):
+        names = ["x", "y", "z", "radius"][: len(names)]
+    else:
+        rows = rows[1:]
+    if set(names) not in ({"x", "y", "z"}, {"x", "y", "z", "radius"}) or len(set(names)) < len(names):
+        raise PadError(f"its columns are {', '.join(names)}; expected x, y, z and, if wanted, radius.")
+    for number, row in enumerate(rows):
+        if len(row) != len(names) or not all(_is_number(cell) for cell in row):
+            raise PadError(f"row {number + 1} is {row}; expected {len(names)} numbers.")
+    table = np.array([[float(cell) for cell in row] for row in rows]).reshape(len(rows), len(names))
+    places = {name: table[:, place] for place, name in enumerate(names)}
+    return np.column_stack([places[name] for name in "xyz"]), places.get("radius")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return not math.isnan(float(text))
+    except ValueError:
+        return False
