@@ -323,31 +323,19 @@ bool ContactSearch::supported(const SearchLoad& load) const {
   return holds(convex_hull(std::move(corners)), load.through);
 }
 
-std::vector<Rim> ContactSearch::rims(const SearchLoad& load) const {
-  // The ends of every row have all corners of the hull among them.
+std::vector<Point> ContactSearch::covered() const {
+  // The ends of every row and column have all corners of the hull among them.
   std::vector<Point> ends;
-  for (std::size_t row = 0; row < kLines; ++row) {
-    std::size_t first = row * kLines, last = first + kLines;
-    while (first < last && !std::isfinite(raw_[first])) ++first;
-    while (last > first && !std::isfinite(raw_[last - 1])) --last;
-    for (std::size_t place = first; place < last; place += std::max<std::size_t>(last - 1 - first, 1)) {
-      ends.push_back(points_[place]);
-    }
-  }
-  const std::vector<Point> hull = convex_hull(std::move(ends));
-  std::vector<Rim> found;
-  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
-    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
-    const double length = std::hypot(b.x - a.x, b.y - a.y);
-    const double inward[2] = {-(b.y - a.y) / length, (b.x - a.x) / length};
-    Rim rim = {inward[0] * (load.through.x - a.x) + inward[1] * (load.through.y - a.y), 0.0, length,
-               {inward[0], inward[1]}};
-    for (const Point& corner : hull) {
-      rim.depth = std::max(rim.depth, inward[0] * (corner.x - a.x) + inward[1] * (corner.y - a.y));
-    }
-    found.push_back(rim);
-  }
-  return found;
+  const auto add_ends = [&](std::size_t begin, std::size_t step) {
+    std::size_t first = 0, last = kLines;
+    while (first < last && !std::isfinite(raw_[begin + first * step])) ++first;
+    while (last > first && !std::isfinite(raw_[begin + (last - 1) * step])) --last;
+    if (first == last) return;
+    ends.push_back(points_[begin + first * step]);
+    ends.push_back(points_[begin + (last - 1) * step]);
+  };
+  for (std::size_t line = 0; line < kLines; ++line) add_ends(line * kLines, 1), add_ends(line, kLines);
+  return convex_hull(std::move(ends));
 }
 
 Plane ContactSearch::resting(const SearchLoad& load) {

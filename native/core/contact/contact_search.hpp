@@ -40,14 +40,6 @@ struct SearchLoad {
   double least_area;   // that the force needs [m^2]
 };
 
-// A side of what a body covers, as a convex hull.
-struct Rim {
-  double distance;    // of the load's line, negative outside [m]
-  double depth;       // of the hull behind that side, and how long the side is [m]
-  double length;
-  double inward[2];   // its normal
-};
-
 class ContactSearch {
  public:
   // Look at a body from above; false where nothing of it faces the pad.
@@ -61,8 +53,8 @@ class ContactSearch {
   double lowest() const { return lowest_; }
   // Whether the load passes through what the spots span.
   bool supported(const SearchLoad& load) const;
-  // The sides of what the body covers.
-  std::vector<Rim> rims(const SearchLoad& load) const;
+  // Convex hull of what the body covers, counter-clockwise.
+  std::vector<Point> covered() const;
   // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
   Plane resting(const SearchLoad& load);
 

@@ -68,6 +68,22 @@ void centre_on(const Point& at, double cell, Region& region) {
   }
 }
 
+// Breadth of the strip of a depth along a hull's side.
+double breadth(const std::vector<Point>& hull, const double* inward, double depth) {
+  double first = INFINITY, least = INFINITY, most = -INFINITY;
+  const auto deep = [&](const Point& at) { return inward[0] * at.x + inward[1] * at.y; };
+  const auto along = [&](const Point& at) { return inward[0] * at.y - inward[1] * at.x; };
+  for (const Point& corner : hull) first = std::min(first, deep(corner));
+  const auto add = [&](double at) { least = std::min(least, at), most = std::max(most, at); };
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const double from = deep(a) - first - depth, to = deep(b) - first - depth;
+    if (from <= 0.0) add(along(a));
+    if ((from < 0.0) != (to < 0.0)) add(along(a) + from / (from - to) * (along(b) - along(a)));
+  }
+  return most - least;
+}
+
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
@@ -123,28 +139,39 @@ bool PatchPress::compact(const LawOptions& options) const {
 }
 
 // A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to sides that meet
-// tilts it onto their corner. Sides count the more the closer they are, so that nothing jumps where another is nearer.
+// tilts it onto their corner. Sides count the more the closer they are, and as far as they run beside the load: nothing
+// jumps where another is nearer, or where one is made of pieces.
 Plane PatchPress::first_plane(const SearchLoad& load) {
   Plane plane = {{0.0, 0.0}, load.through};
-  double all = 0.0, distance = 0.0, length = 0.0, inward[2] = {0.0, 0.0};
-  for (const Rim& rim : search_.rims(load)) {
-    const double weight = 1.0 - std::max(rim.distance, 1e-3 * rim.depth) / (kNearRim * rim.depth);
-    if (!(weight > 0.0)) continue;
+  const std::vector<Point> hull = search_.covered();
+  double all = 0.0, distance = 0.0, inward[2] = {0.0, 0.0};
+  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const double length = std::hypot(b.x - a.x, b.y - a.y);
+    const double along[2] = {(b.x - a.x) / length, (b.y - a.y) / length}, normal[2] = {-along[1], along[0]};
+    double depth = 0.0;
+    for (const Point& corner : hull) depth = std::max(depth, normal[0] * (corner.x - a.x) + normal[1] * (corner.y - a.y));
+    const double near = kNearRim * depth;
+    const double away = std::max(normal[0] * (load.through.x - a.x) + normal[1] * (load.through.y - a.y), 1e-3 * depth);
+    const double from = along[0] * (a.x - load.through.x) + along[1] * (a.y - load.through.y);
+    const double beside = std::min(from + length, near) - std::max(from, -near);
+    if (!(beside > 0.0 && away < near)) continue;
+    const double weight = beside * (1.0 - away / near);
     all += weight;
-    distance += weight * std::max(rim.distance, 1e-3 * rim.depth);
-    length += weight * rim.length;
-    for (int k = 0; k < 2; ++k) inward[k] += weight * rim.inward[k];
+    distance += weight * away;
+    for (int k = 0; k < 2; ++k) inward[k] += weight * normal[k];
   }
   const double size = std::hypot(inward[0], inward[1]);
   if (!(size > kOneSide * all)) return plane;
+  for (double& one : inward) one /= size;
   // How much the sides are one, from a corner's to that of a straight line.
   const double straight = std::max((size / all - kCorner) / (1.0 - kCorner), 0.0);
   double strip = kStrip * distance / all;
-  length /= all;
-  const double across = straight * length + (1.0 - straight) * std::sqrt(load.least_area);
+  const double length = straight * breadth(hull, inward, strip), corner = 1.0 - straight;
+  const double across = length + corner * std::sqrt(load.least_area);
   strip = std::max(strip, load.least_area / std::max(across, std::sqrt(load.least_area)));
-  const double level = load.force / (load.modulus * (straight * length + (1.0 - straight) * strip + strip));
-  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k] / size;
+  const double level = load.force / (load.modulus * (length + corner * strip + strip));
+  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k];
   return plane;
 }
 
