@@ -63,7 +63,8 @@ bool ContactSearch::look(const HeightMap& map) {
   for (std::size_t sample = 0; sample < kLines * kLines; ++sample) points_.push_back(grid_point(sample));
   map.heights(points_, raw_);
   bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
-  // A low point between those of the grid takes the place of its nearest.
+  // A low point between those of the grid takes the place of its nearest; of several as low the one nearest to it.
+  const double same = kSame * std::max(width, height) / kLines;
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
     if (!std::isfinite(height_there)) continue;
@@ -72,7 +73,9 @@ bool ContactSearch::look(const HeightMap& map) {
       return static_cast<std::size_t>(std::min(std::max(part * kLines, 0.0), kLines - 1.0));
     };
     const std::size_t place = nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
-    if (height_there < raw_[place]) points_[place] = at, raw_[place] = height_there;
+    const Point middle = grid_point(place), &kept = points_[place];
+    const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
+    if (height_there < raw_[place] - (nearer ? -same : same)) points_[place] = at, raw_[place] = height_there;
   }
   return any;
 }

@@ -143,12 +143,14 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   const SurfaceCompliance& compliance = pad_->compliance();
   press.keeps = face;
   press.flat = face != nullptr;
-  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace)) {
+  const bool whole = touch.map == nullptr && touch.geometry != nullptr && !touch.geometry->shapes().empty();
+  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace) &&
+      !(whole && press.face.tips_over())) {
     return true;
   }
   press.flat = false;
   if (touch.map != nullptr) return press.patch.solve(*touch.map, sheet(), compliance, options_, touch.wrench, press.workspace);
-  if (touch.geometry != nullptr && !touch.geometry->shapes().empty()) {
+  if (whole) {
     const double depth = pad_->depth();
     const double floor = -std::min(kDeeper * touch.sunk + kDeeperBy, depth);
     if (press.gap.place(touch.geometry->shapes(), touch.pose, sheet(), floor, depth) &&

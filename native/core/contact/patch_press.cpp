@@ -175,6 +175,10 @@ Plane PatchPress::first_plane(const SearchLoad& load) {
   return plane;
 }
 
+double PatchPress::tilt() const {
+  return std::hypot(seen_.slopes[0] + contact_.slopes()[0], seen_.slopes[1] + contact_.slopes()[1]);
+}
+
 void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                              const std::vector<double>& sunk, CellContact::Workspace& workspace) {
   heights_ = cells_.heights();

@@ -29,6 +29,8 @@ class PatchPress {
   // From where the heights are seen.
   const PatchFace::View& view() const { return seen_; }
   void integrate_shear(ShearIntegrals& integrals) const { cells_.integrate_shear(integrals); }
+  // Slope by which the body tilts from where it stands [-].
+  double tilt() const;
 
  private:
   // What is changed from look to look.
