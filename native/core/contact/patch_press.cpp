@@ -47,6 +47,9 @@ constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0;
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
+// A contact whose pressure is centred farther than this from the load, over its size, misses it; bodies tilt onto other
+// parts of theirs where the load passes at least so far inside, over what lies behind their rim.
+constexpr double kMissed = 0.01, kWellInside = 0.05;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
 // The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
@@ -84,6 +87,18 @@ double breadth(const std::vector<Point>& hull, const double* inward, double dept
   return most - least;
 }
 
+// How far a point lies inside a hull, over how far the hull reaches behind its nearest side.
+double inside(const std::vector<Point>& hull, const Point& at) {
+  double least = hull.size() > 2 ? INFINITY : 0.0;
+  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    double depth = 0.0;
+    for (const Point& corner : hull) depth = std::max(depth, left_of(a, b, corner));
+    least = std::min(least, left_of(a, b, at) / depth);
+  }
+  return least;
+}
+
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
@@ -106,14 +121,22 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
     return true;
   };
+  bool rested = !options.tilting;
   for (int look = 0; look < kLooks; ++look) {
     const View last = view;
-    if (look > 0 && !next_view(view)) break;
+    if (!rested && look > 0 && misses(load)) {
+      // Other parts of the body carry the load, onto which it has to tilt first.
+      view.plane = search_.resting(load);
+      rested = true;
+    } else if (look > 0 && !next_view(view)) {
+      break;
+    }
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
       // The body leans: it tilts until the force passes through what it rests on.
       view.plane = search_.resting(load);
       spots_ = search_.find(map, view.plane, load);
+      rested = true;
     }
     // Springs are pressed farther out than an elastic surface.
     if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
@@ -173,6 +196,18 @@ Plane PatchPress::first_plane(const SearchLoad& load) {
   const double level = load.force / (load.modulus * (length + corner * strip + strip));
   for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k];
   return plane;
+}
+
+bool PatchPress::misses(const SearchLoad& load) const {
+  double force = 0.0;
+  Point centre = {0.0, 0.0};
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    const double own = contact_.normal()[i];
+    force += own;
+    centre.x += own * cells_.face().centroids[i].x, centre.y += own * cells_.face().centroids[i].y;
+  }
+  const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
+  return away > kMissed * cells_.face().length && inside(search_.covered(), load.through) > kWellInside;
 }
 
 double PatchPress::tilt() const {

@@ -47,6 +47,8 @@ class PatchPress {
                        double coarser) const;
   const std::vector<Region>& taken_by_others(std::size_t number);
   bool next_view(View& view) const;
+  // Whether the contact leaves a part of the load's moment though the body stands about the load's line.
+  bool misses(const SearchLoad& load) const;
 
   ContactSearch search_;
   PatchFace cells_;
