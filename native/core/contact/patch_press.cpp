@@ -109,7 +109,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous};
+  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0};
   if (options.tilting) view.plane = first_plane(load);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
@@ -223,8 +223,9 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 }
 
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
-  const double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
-                                                : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
+  double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
+                                          : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
+  if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.loaded()));
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
@@ -319,6 +320,7 @@ bool PatchPress::next_view(View& view) const {
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     if (std::hypot(to[0], to[1]) > kMostSlope) return false;  // it falls over; no tilt would carry the load
     std::copy(to, to + 2, view.plane.slopes);
+    if (contact_.exact()) view.sinks = contact_.indentation() + std::max(lowest, 0.0);
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {

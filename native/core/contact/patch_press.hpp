@@ -37,6 +37,7 @@ class PatchPress {
   struct View {
     Plane plane;
     double generosity;   // cells reach up to so many times the level of the spots
+    double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
   };
   // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
   bool compact(const LawOptions& options) const;
