@@ -43,13 +43,13 @@ constexpr int kRounds = 10;
 constexpr double kMostSounded = 32.0;
 // A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
 // than this many levels at once, nor beyond this slope.
-constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0;
+constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFallen = 0.9;
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
 // A contact whose pressure is centred farther than this from the load, over its size, misses it; bodies tilt onto other
 // parts of theirs where the load passes at least so far inside, over what lies behind their rim.
-constexpr double kMissed = 0.01, kWellInside = 0.05;
+constexpr double kMissed = 0.01, kWellInside = 0.1;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
 // The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
@@ -225,7 +225,7 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
   double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
                                           : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
-  if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.loaded()));
+  if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
@@ -318,8 +318,11 @@ bool PatchPress::next_view(View& view) const {
   if (tilted) {
     const double share = std::min(1.0, kMostTilt * level / lifted);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
-    if (std::hypot(to[0], to[1]) > kMostSlope) return false;  // it falls over; no tilt would carry the load
-    std::copy(to, to + 2, view.plane.slopes);
+    const double slope = std::hypot(to[0], to[1]);
+    // It falls over: no tilt would carry the load, and farther than this none is looked at.
+    if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) return false;
+    const double least_share = std::min(1.0, kMostSlope / slope);
+    for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (contact_.exact()) view.sinks = contact_.indentation() + std::max(lowest, 0.0);
     return true;
   }
