@@ -19,7 +19,7 @@ import numpy as np
 
 import mjtactile
 from mjtactile._types import Array
-from mjtactile.fidelity import PRESETS, Fidelity, fidelity_text
+from mjtactile.fidelity import PRESETS, fidelity_text
 from mjtactile.influence.provenance import influence_fingerprint
 from mjtactile.plugin.attributes import OUTPUTS
 from mjtactile.sim.pad_geom import contact_attributes

@@ -60,6 +60,7 @@ bool ContactSearch::look(const HeightMap& map) {
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
   points_.clear();
+  moved_.clear();
   for (std::size_t sample = 0; sample < kLines * kLines; ++sample) points_.push_back(grid_point(sample));
   map.heights(points_, raw_);
   bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
@@ -75,7 +76,9 @@ bool ContactSearch::look(const HeightMap& map) {
     const std::size_t place = nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
     const Point middle = grid_point(place), &kept = points_[place];
     const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
-    if (height_there < raw_[place] - (nearer ? -same : same)) points_[place] = at, raw_[place] = height_there;
+    if (!(height_there < raw_[place] - (nearer ? -same : same))) continue;
+    points_[place] = at, raw_[place] = height_there;
+    moved_.push_back(at);
   }
   return any;
 }
@@ -327,17 +330,16 @@ bool ContactSearch::supported(const SearchLoad& load) const {
 }
 
 std::vector<Point> ContactSearch::covered() const {
-  // The ends of every row and column have all corners of the hull among them.
-  std::vector<Point> ends;
-  const auto add_ends = [&](std::size_t begin, std::size_t step) {
-    std::size_t first = 0, last = kLines;
-    while (first < last && !std::isfinite(raw_[begin + first * step])) ++first;
-    while (last > first && !std::isfinite(raw_[begin + (last - 1) * step])) --last;
-    if (first == last) return;
-    ends.push_back(points_[begin + first * step]);
-    ends.push_back(points_[begin + (last - 1) * step]);
-  };
-  for (std::size_t line = 0; line < kLines; ++line) add_ends(line * kLines, 1), add_ends(line, kLines);
+  // The ends of every row have all corners of the hull among them that are points of the grid.
+  std::vector<Point> ends = moved_;
+  for (std::size_t row = 0; row < kLines; ++row) {
+    std::size_t first = row * kLines, last = first + kLines;
+    while (first < last && !std::isfinite(raw_[first])) ++first;
+    while (last > first && !std::isfinite(raw_[last - 1])) --last;
+    if (first == last) continue;
+    ends.push_back(points_[first]);
+    ends.push_back(points_[last - 1]);
+  }
   return convex_hull(std::move(ends));
 }
 

@@ -79,7 +79,7 @@ class ContactSearch {
 
   static constexpr std::size_t kLines = 33;
   Rectangle bounds_ = {};
-  std::vector<Point> points_, closer_;
+  std::vector<Point> points_, closer_, moved_;  // `moved_`: of those that are none of the grid's
   std::vector<double> raw_, heights_;
   std::vector<std::uint32_t> order_;
   std::vector<std::size_t> parents_;
