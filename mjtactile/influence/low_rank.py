@@ -45,6 +45,8 @@ _SPACING = 0.45
 _MOST_DISCS = 150
 #: Columns that a load uses, of all: what the speed of a whole matrix is judged by.
 _USED_SHARE = 1 / 3
+#: Singular values that differ by less than this are equal: single precision leaves them six digits.
+_TIE = 1e-5
 
 
 def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: str) -> Tables:
@@ -105,22 +107,32 @@ def _sufficient_ranks(
 ) -> list[int | None]:
     """How many rows each class's basis needs for every control response to be within tolerance; None: more.
 
-    Rows of all classes are taken together in the order of their singular values; every class has one at least.
+    Rows of all classes are taken together in the order of their singular values; every class has one at least. Rows
+    of one strength are taken or left together: those of two classes that a turned pad exchanges come in pairs.
     """
     coefficients = [response @ basis.T for response, basis in zip(responses, bases, strict=True)]
     outside = sum(
         ((response - c @ basis) ** 2).sum(axis=1)
         for response, c, basis in zip(responses, coefficients, bases, strict=True)
     )
-    order = np.argsort(-np.concatenate(strengths), kind="stable")
+    together = np.concatenate(strengths)
+    order = np.argsort(-together, kind="stable")
+    in_order = together[order]
     squares = np.concatenate(coefficients, axis=1)[:, order] ** 2
     # Column n: the squared error left when the first n rows are taken.
     left = np.cumsum(np.pad(squares, ((0, 0), (0, 1)))[:, ::-1], axis=1)[:, ::-1] + np.reshape(outside, (-1, 1))
     enough = np.flatnonzero((left <= tolerance**2).all(axis=0))
     if not len(enough):
         return [None] * len(bases)
-    owner = np.repeat(np.arange(len(bases)), [len(s) for s in strengths])[order[: enough[0]]]
+    owner = np.repeat(np.arange(len(bases)), [len(s) for s in strengths])[order[: _ends_of_ties(in_order)[enough[0]]]]
     return [max(1, int(count)) for count in np.bincount(owner, minlength=len(bases))]
+
+
+def _ends_of_ties(descending: Array) -> npt.NDArray[np.intp]:
+    """For each count of leading values, from none to all, the least count from there on that parts no equal ones."""
+    parts = np.append(descending[1:] < (1.0 - _TIE) * descending[:-1], True)
+    ends = np.flatnonzero(parts) + 1
+    return np.concatenate([[0], ends[np.searchsorted(ends, np.arange(1, len(descending) + 1))]])
 
 
 def _row_weights(influence: InfluenceMatrices, sensing_layer: int, width: int) -> Array:

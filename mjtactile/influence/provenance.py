@@ -63,7 +63,10 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
     if fidelity.averaging != "points":
         description.append({"averaging": fidelity.averaging})
     if fidelity.loads != "nodes":
-        description.append({"loads": fidelity.loads})
+        # Columns of corners are fitted to loads that a class feels, no longer to rounding.
+        description.append({"loads": fidelity.loads, "fitted": "to what is felt"})
+    if fidelity.reduction > 0.0:
+        description.append({"ranks": "part no pairs"})
     if not pad.surface.is_flat:
         description.append({"swept": SWEPT_VERSION})
     return hashlib.sha256(json.dumps(description, sort_keys=True).encode()).hexdigest()

@@ -28,6 +28,8 @@ _SPACING = 0.75
 _MOST_DISCS = 150
 #: Weight of staying with the plain columns over the mean weight of the loads.
 _RIDGE = 0.01
+#: Loads of a class below this, over the largest, are rounding.
+_UNFELT = 1e-9
 
 
 class CornerColumns:
@@ -63,9 +65,10 @@ def _correction(full: Array, few: Array, kept: Mask) -> npt.NDArray[Any]:
         few: the same spread onto corners, (loads, columns of corners).
         kept: which columns are corners'.
     """
-    # Small and large discs count alike.
+    # Small and large discs count alike; those that a class does not feel, because they lie on a mirror, say nothing.
     size = np.linalg.norm(full, axis=1, keepdims=True)
-    full, few = (part / np.where(size > 0.0, size, 1.0) for part in (full, few))
+    felt = size[:, 0] > _UNFELT * size.max()
+    full, few = full[felt] / size[felt], few[felt] / size[felt]
     gram = few.T @ few
     gram[np.diag_indices(len(gram))] += _RIDGE * np.trace(gram) / len(gram)
     # The difference of both responses, and through it the columns' correction, is linear in the whole matrix.

@@ -83,10 +83,11 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
       continue;  // a contact without force presses nothing
     }
     for (int k = 0; k < 3; ++k) wrench[k] += force[k], wrench[3 + k] += moment[k];
-    if (-sign * normal[2] < kPresses) continue;
+    const double upright = -sign * normal[2];
+    if (upright < kPresses) continue;
     Touch& touch = touch_of(body);
     for (int k = 0; k < 3; ++k) touch.wrench[k] += force[k], touch.wrench[3 + k] += moment[k];
-    touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist));
+    touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);  // along the pad's normal
     const double* friction = &field<double>(contact, layout.contact_friction);
     touch.friction = std::max({touch.friction, friction[0], friction[1]});
     if (force[2] < 0.0) touch.points.push_back({arm[0], arm[1], -force[2]});

@@ -11,7 +11,7 @@ An error is the relative L2 difference from the reference on the same influence 
 torsion and from what slides, the reference does not: so a second error, "as carried", is taken from the reference's
 pressure with the shear that the core says it carries; it is the one that tells of pressures. States whose force the
 surface cannot carry within its bound on pressure are counted apart: there the reference moves the force, and by how
-much is a choice.
+much is a choice. So are states in which the reference turns a body by more than 45 degrees: it falls over.
 """
 
 from __future__ import annotations
@@ -61,6 +61,8 @@ FIDELITIES = ("fast", "balanced")
 DEEPEST, HARDEST, LEAST = 0.25, 0.05, 1e-3
 #: What the reference may leave of a moment, over force and root of the pressed area, and still carry it.
 LEFT = 1e-3
+#: Slope of a body that stands on the pad, at most: beyond that heights over the pad say nothing of how it turns.
+STEEPEST = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +131,9 @@ class State:
 
     @property
     def beyond(self) -> bool:
-        """Whether the wrench cannot be carried within the bound on pressure."""
-        return self.tilt == "free" and any(read.reference.left > LEFT for read in self.reads)
+        """Whether the wrench cannot be carried within the bound on pressure, or by a body that stands."""
+        found = [read.reference for read in self.reads]
+        return self.tilt == "free" and any(one.left > LEFT or one.slope > STEEPEST for one in found)
 
 
 # ------------------------------------------------------------------------------------------------------ states

@@ -11,6 +11,7 @@ import functools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 import meshes
 import mujoco
@@ -18,7 +19,8 @@ import numpy as np
 
 import mjtactile
 from mjtactile._types import Array
-from mjtactile.fidelity import PRESETS
+from mjtactile.fidelity import PRESETS, fidelity_text
+from mjtactile.influence.provenance import influence_fingerprint
 from mjtactile.plugin.attributes import OUTPUTS
 from mjtactile.sim.pad_geom import contact_attributes
 
@@ -147,21 +149,24 @@ class Scene:
 # ----------------------------------------------------------------------------------------------------- tables
 
 
-def prepare(names: Iterable[str], folder: Path) -> None:
+def prepare(names: Iterable[str], folder: Path, precision: str | None = None) -> None:
     """Build tables of pads in every fidelity that scenes ask for, and make the pads known. Seconds to minutes, once.
 
     Args:
         names: of the pads.
         folder: where files of tables are kept.
+        precision: of the tables, all of them of the mesh "draft" then; None for what each fidelity stores.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    _folder[0] = folder
+    _folder[0], _precision[0] = folder, precision
+    _attributes.cache_clear()
     for name in names:
         for fidelity in PADS[name].fidelities:
             _attributes(name, fidelity)
 
 
 _folder = [ROOT / "build" / "soak" / "pads"]
+_precision: list[str | None] = [None]
 
 
 @functools.cache
@@ -171,16 +176,16 @@ def _attributes(name: str, fidelity: str) -> dict[str, str]:
     The default pad is asked for by presets. Others are registered for "fast"; for "balanced" they come as files, which
     hold balanced tables of the mesh "draft": the preset's own mesh takes minutes.
     """
-    kind = PADS[name]
-    if kind.pad == mjtactile.Pad():
-        return {"pad": "default", "fidelity": fidelity}
-    known = "soak-" + name.replace(" ", "-")
-    if fidelity == "fast":
-        mjtactile.register_pad(known, kind.pad)
-        return {"pad": known, "fidelity": fidelity}
-    path = _folder[0] / f"{known}-{kind.pad.fingerprint[:12]}.safetensors"
+    pad, precision = PADS[name].pad, _precision[0]
+    standard, known = pad == mjtactile.Pad(), "soak-" + name.replace(" ", "-")
     chosen = dataclasses.replace(PRESETS[fidelity], mesh="draft")
-    influence = mjtactile.influence_matrices(kind.pad, fidelity=chosen)
+    if precision is not None or standard or fidelity == "fast":
+        if not standard:
+            mjtactile.register_pad(known, pad)
+        exact = precision and fidelity_text(dataclasses.replace(chosen, precision=precision))
+        return {"pad": "default" if standard else known, "fidelity": exact or fidelity}
+    path = _folder[0] / f"{known}-{influence_fingerprint(pad, chosen)[:12]}.safetensors"
+    influence = mjtactile.influence_matrices(pad, fidelity=chosen)
     if not path.is_file():
         influence.save(path)
     return {"pad": str(path)}
@@ -208,7 +213,7 @@ def mjcf(scene: Scene) -> str:
             inner = "".join(_geom(g, f"{name}-{k}", assets, extensions) for k, g in enumerate(body.geoms))
             world.append(_body(name, body, pad, inner))
         config = _attributes(pad.kind, pad.fidelity) | {"output": " ".join(ASKED)} | dict(pad.config)
-        keys = "".join(f'<config key="{key}" value="{value}"/>' for key, value in config.items())
+        keys = "".join(f'<config key="{key}" value={quoteattr(value)}/>' for key, value in config.items())
         sensors.append(
             f'<plugin name="touch{number}" plugin="mjtactile.pad" objtype="geom" objname="pad{number}">{keys}</plugin>'
         )

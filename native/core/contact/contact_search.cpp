@@ -60,10 +60,12 @@ bool ContactSearch::look(const HeightMap& map) {
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
   points_.clear();
+  moved_.clear();
   for (std::size_t sample = 0; sample < kLines * kLines; ++sample) points_.push_back(grid_point(sample));
   map.heights(points_, raw_);
   bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
-  // A low point between those of the grid takes the place of its nearest.
+  // A low point between those of the grid takes the place of its nearest; of several as low the one nearest to it.
+  const double same = kSame * std::max(width, height) / kLines;
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
     if (!std::isfinite(height_there)) continue;
@@ -72,7 +74,11 @@ bool ContactSearch::look(const HeightMap& map) {
       return static_cast<std::size_t>(std::min(std::max(part * kLines, 0.0), kLines - 1.0));
     };
     const std::size_t place = nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
-    if (height_there < raw_[place]) points_[place] = at, raw_[place] = height_there;
+    const Point middle = grid_point(place), &kept = points_[place];
+    const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
+    if (!(height_there < raw_[place] - (nearer ? -same : same))) continue;
+    points_[place] = at, raw_[place] = height_there;
+    moved_.push_back(at);
   }
   return any;
 }
@@ -323,31 +329,18 @@ bool ContactSearch::supported(const SearchLoad& load) const {
   return holds(convex_hull(std::move(corners)), load.through);
 }
 
-std::vector<Rim> ContactSearch::rims(const SearchLoad& load) const {
-  // The ends of every row have all corners of the hull among them.
-  std::vector<Point> ends;
+std::vector<Point> ContactSearch::covered() const {
+  // The ends of every row have all corners of the hull among them that are points of the grid.
+  std::vector<Point> ends = moved_;
   for (std::size_t row = 0; row < kLines; ++row) {
     std::size_t first = row * kLines, last = first + kLines;
     while (first < last && !std::isfinite(raw_[first])) ++first;
     while (last > first && !std::isfinite(raw_[last - 1])) --last;
-    for (std::size_t place = first; place < last; place += std::max<std::size_t>(last - 1 - first, 1)) {
-      ends.push_back(points_[place]);
-    }
+    if (first == last) continue;
+    ends.push_back(points_[first]);
+    ends.push_back(points_[last - 1]);
   }
-  const std::vector<Point> hull = convex_hull(std::move(ends));
-  std::vector<Rim> found;
-  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
-    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
-    const double length = std::hypot(b.x - a.x, b.y - a.y);
-    const double inward[2] = {-(b.y - a.y) / length, (b.x - a.x) / length};
-    Rim rim = {inward[0] * (load.through.x - a.x) + inward[1] * (load.through.y - a.y), 0.0, length,
-               {inward[0], inward[1]}};
-    for (const Point& corner : hull) {
-      rim.depth = std::max(rim.depth, inward[0] * (corner.x - a.x) + inward[1] * (corner.y - a.y));
-    }
-    found.push_back(rim);
-  }
-  return found;
+  return convex_hull(std::move(ends));
 }
 
 Plane ContactSearch::resting(const SearchLoad& load) {

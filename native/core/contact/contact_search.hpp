@@ -40,14 +40,6 @@ struct SearchLoad {
   double least_area;   // that the force needs [m^2]
 };
 
-// A side of what a body covers, as a convex hull.
-struct Rim {
-  double distance;    // of the load's line, negative outside [m]
-  double depth;       // of the hull behind that side, and how long the side is [m]
-  double length;
-  double inward[2];   // its normal
-};
-
 class ContactSearch {
  public:
   // Look at a body from above; false where nothing of it faces the pad.
@@ -61,8 +53,8 @@ class ContactSearch {
   double lowest() const { return lowest_; }
   // Whether the load passes through what the spots span.
   bool supported(const SearchLoad& load) const;
-  // The sides of what the body covers.
-  std::vector<Rim> rims(const SearchLoad& load) const;
+  // Convex hull of what the body covers, counter-clockwise.
+  std::vector<Point> covered() const;
   // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
   Plane resting(const SearchLoad& load);
 
@@ -87,7 +79,7 @@ class ContactSearch {
 
   static constexpr std::size_t kLines = 33;
   Rectangle bounds_ = {};
-  std::vector<Point> points_, closer_;
+  std::vector<Point> points_, closer_, moved_;  // `moved_`: of those that are none of the grid's
   std::vector<double> raw_, heights_;
   std::vector<std::uint32_t> order_;
   std::vector<std::size_t> parents_;

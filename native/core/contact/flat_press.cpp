@@ -1,6 +1,7 @@
 #include "contact/flat_press.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace mjtactile {
 namespace {
@@ -67,6 +68,11 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Rectan
     press_whole();
   }
   return true;
+}
+
+bool FlatPress::tips_over() const {
+  const double tilt = small_ ? part_.tilt() : std::hypot(whole_.slopes()[0], whole_.slopes()[1]);
+  return tilt > face_->most_slope;
 }
 
 void FlatPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,

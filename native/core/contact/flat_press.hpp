@@ -35,6 +35,8 @@ class FlatPress {
   const PatchFace::View& view() const { return part_.view(); }
   const Face& face() const { return small_ ? part_.face() : *face_; }
   const Placement& placement() const { return small_ ? kHere : placement_; }
+  // Whether the body tilts so far that other parts of it may touch as well.
+  bool tips_over() const;
 
  private:
   const Face* face_ = nullptr;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace mjtactile {
@@ -20,6 +21,8 @@ constexpr double kFacing = 0.9;
 constexpr double kNear = 0.8;
 // What of a body is deeper in the pad than where it presses, by this factor and length [m], stands beside the pad.
 constexpr double kDeeper = 1.5, kDeeperBy = 1e-4;
+// Share of the force that a contact bears at least where it bears all of it.
+constexpr double kBears = 0.99;
 // Where nothing of a body's geometry faces the pad, squares about its contact points bear it: their least side over the
 // facing gap, and their area over what the force needs at the pad's strength.
 constexpr double kLeastSpot = 4.0, kSpotArea = 1.5;
@@ -143,20 +146,31 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   const SurfaceCompliance& compliance = pad_->compliance();
   press.keeps = face;
   press.flat = face != nullptr;
-  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace)) {
+  const bool whole = touch.map == nullptr && touch.geometry != nullptr && !touch.geometry->shapes().empty();
+  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace) &&
+      !(whole && press.face.tips_over())) {
     return true;
   }
   press.flat = false;
   if (touch.map != nullptr) return press.patch.solve(*touch.map, sheet(), compliance, options_, touch.wrench, press.workspace);
-  if (touch.geometry != nullptr && !touch.geometry->shapes().empty()) {
-    const double depth = pad_->depth();
-    const double floor = -std::min(kDeeper * touch.sunk + kDeeperBy, depth);
-    if (press.gap.place(touch.geometry->shapes(), touch.pose, sheet(), floor, depth) &&
-        press.patch.solve(press.gap, sheet(), compliance, options_, touch.wrench, press.workspace)) {
-      return true;
-    }
+  if (whole) {
+    // Where what is left cannot bear the force, MuJoCo's contacts do not tell how deep the body stands in the pad.
+    const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
+    const double above = press_above(touch, press, -sunk);
+    if (above > kBears * pressing(touch)) return true;
+    const double all = sunk < pad_->depth() ? press_above(touch, press, -pad_->depth()) : above;
+    if (all > above || (above > 0.0 && press_above(touch, press, -sunk) > 0.0)) return true;
   }
   return press_points(touch, press);
+}
+
+// The contact of a body's own shapes as far as they stand above a floor; the force it bears, 0 where there is none.
+template <typename Value>
+double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
+  if (!press.gap.place(touch.geometry->shapes(), touch.pose, sheet(), floor, pad_->depth())) return 0.0;
+  if (!press.patch.solve(press.gap, sheet(), pad_->compliance(), options_, touch.wrench, press.workspace)) return 0.0;
+  const std::vector<double>& normal = press.patch.contact().normal();
+  return std::accumulate(normal.begin(), normal.end(), 0.0);
 }
 
 // Where geometry says nothing, each of MuJoCo's contact points bears its force on a square about it, as near as that

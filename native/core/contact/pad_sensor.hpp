@@ -139,6 +139,7 @@ class PadSensor {
   bool press_linear(const Touch& touch, const Face& face, const Placement& placement);
   bool solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
              const Placement& placement);
+  double press_above(const Touch& touch, BodyPress& press, double floor);
   bool press_points(const Touch& touch, BodyPress& press);
   void couple(const Touch* touches, std::size_t count);
   void finish(const Touch& touch, BodyPress& press);

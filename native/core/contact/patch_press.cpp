@@ -44,10 +44,13 @@ constexpr int kRounds = 10;
 constexpr double kMostSounded = 32.0;
 // A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
 // than this many levels at once, nor beyond this slope.
-constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0;
+constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFallen = 0.9;
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
+// A contact whose pressure is centred farther than this from the load, over its size, misses it; bodies tilt onto other
+// parts of theirs where the load passes at least so far inside, over what lies behind their rim.
+constexpr double kMissed = 0.01, kWellInside = 0.1;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
 // The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
@@ -83,6 +86,34 @@ void centre_on(const Point& at, double cell, Region& region) {
   }
 }
 
+// Breadth of the strip of a depth along a hull's side.
+double breadth(const std::vector<Point>& hull, const double* inward, double depth) {
+  double first = INFINITY, least = INFINITY, most = -INFINITY;
+  const auto deep = [&](const Point& at) { return inward[0] * at.x + inward[1] * at.y; };
+  const auto along = [&](const Point& at) { return inward[0] * at.y - inward[1] * at.x; };
+  for (const Point& corner : hull) first = std::min(first, deep(corner));
+  const auto add = [&](double at) { least = std::min(least, at), most = std::max(most, at); };
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const double from = deep(a) - first - depth, to = deep(b) - first - depth;
+    if (from <= 0.0) add(along(a));
+    if ((from < 0.0) != (to < 0.0)) add(along(a) + from / (from - to) * (along(b) - along(a)));
+  }
+  return most - least;
+}
+
+// How far a point lies inside a hull, over how far the hull reaches behind its nearest side.
+double inside(const std::vector<Point>& hull, const Point& at) {
+  double least = hull.size() > 2 ? INFINITY : 0.0;
+  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    double depth = 0.0;
+    for (const Point& corner : hull) depth = std::max(depth, left_of(a, b, corner));
+    least = std::min(least, left_of(a, b, at) / depth);
+  }
+  return least;
+}
+
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
@@ -93,7 +124,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous};
+  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0};
   if (options.tilting) view.plane = first_plane(load);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
@@ -106,14 +137,22 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
     return true;
   };
+  bool rested = !options.tilting;
   for (int look = 0; look < kLooks; ++look) {
     const View last = view;
-    if (look > 0 && !next_view(view)) break;
+    if (!rested && look > 0 && misses(load)) {
+      // Other parts of the body carry the load, onto which it has to tilt first.
+      view.plane = search_.resting(load);
+      rested = true;
+    } else if (look > 0 && !next_view(view)) {
+      break;
+    }
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
       // The body leans: it tilts until the force passes through what it rests on.
       view.plane = search_.resting(load);
       spots_ = search_.find(map, view.plane, load);
+      rested = true;
     }
     // Springs are pressed farther out than an elastic surface.
     if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
@@ -150,29 +189,56 @@ double PatchPress::likely_height() const {
 }
 
 // A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to sides that meet
-// tilts it onto their corner. Sides count the more the closer they are, so that nothing jumps where another is nearer.
+// tilts it onto their corner. Sides count the more the closer they are, and as far as they run beside the load: nothing
+// jumps where another is nearer, or where one is made of pieces.
 Plane PatchPress::first_plane(const SearchLoad& load) {
   Plane plane = {{0.0, 0.0}, load.through};
-  double all = 0.0, distance = 0.0, length = 0.0, inward[2] = {0.0, 0.0};
-  for (const Rim& rim : search_.rims(load)) {
-    const double weight = 1.0 - std::max(rim.distance, 1e-3 * rim.depth) / (kNearRim * rim.depth);
-    if (!(weight > 0.0)) continue;
+  const std::vector<Point> hull = search_.covered();
+  double all = 0.0, distance = 0.0, inward[2] = {0.0, 0.0};
+  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
+    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const double length = std::hypot(b.x - a.x, b.y - a.y);
+    const double along[2] = {(b.x - a.x) / length, (b.y - a.y) / length}, normal[2] = {-along[1], along[0]};
+    double depth = 0.0;
+    for (const Point& corner : hull) depth = std::max(depth, normal[0] * (corner.x - a.x) + normal[1] * (corner.y - a.y));
+    const double near = kNearRim * depth;
+    const double away = std::max(normal[0] * (load.through.x - a.x) + normal[1] * (load.through.y - a.y), 1e-3 * depth);
+    const double from = along[0] * (a.x - load.through.x) + along[1] * (a.y - load.through.y);
+    const double beside = std::min(from + length, near) - std::max(from, -near);
+    if (!(beside > 0.0 && away < near)) continue;
+    const double weight = beside * (1.0 - away / near);
     all += weight;
-    distance += weight * std::max(rim.distance, 1e-3 * rim.depth);
-    length += weight * rim.length;
-    for (int k = 0; k < 2; ++k) inward[k] += weight * rim.inward[k];
+    distance += weight * away;
+    for (int k = 0; k < 2; ++k) inward[k] += weight * normal[k];
   }
   const double size = std::hypot(inward[0], inward[1]);
   if (!(size > kOneSide * all)) return plane;
+  for (double& one : inward) one /= size;
   // How much the sides are one, from a corner's to that of a straight line.
   const double straight = std::max((size / all - kCorner) / (1.0 - kCorner), 0.0);
   double strip = kStrip * distance / all;
-  length /= all;
-  const double across = straight * length + (1.0 - straight) * std::sqrt(load.least_area);
+  const double length = straight * breadth(hull, inward, strip), corner = 1.0 - straight;
+  const double across = length + corner * std::sqrt(load.least_area);
   strip = std::max(strip, load.least_area / std::max(across, std::sqrt(load.least_area)));
-  const double level = load.force / (load.modulus * (straight * length + (1.0 - straight) * strip + strip));
-  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k] / size;
+  const double level = load.force / (load.modulus * (length + corner * strip + strip));
+  for (int k = 0; k < 2; ++k) plane.slopes[k] = -level / strip * inward[k];
   return plane;
+}
+
+bool PatchPress::misses(const SearchLoad& load) const {
+  double force = 0.0;
+  Point centre = {0.0, 0.0};
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    const double own = contact_.normal()[i];
+    force += own;
+    centre.x += own * cells_.face().centroids[i].x, centre.y += own * cells_.face().centroids[i].y;
+  }
+  const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
+  return away > kMissed * cells_.face().length && inside(search_.covered(), load.through) > kWellInside;
+}
+
+double PatchPress::tilt() const {
+  return std::hypot(seen_.slopes[0] + contact_.slopes()[0], seen_.slopes[1] + contact_.slopes()[1]);
 }
 
 void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
@@ -184,8 +250,9 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 }
 
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
-  const double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
-                                                : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
+  double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
+                                          : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
+  if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
@@ -281,8 +348,12 @@ bool PatchPress::next_view(View& view) const {
   if (tilted) {
     const double share = std::min(1.0, kMostTilt * level / lifted);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
-    if (std::hypot(to[0], to[1]) > kMostSlope) return false;  // it falls over; no tilt would carry the load
-    std::copy(to, to + 2, view.plane.slopes);
+    const double slope = std::hypot(to[0], to[1]);
+    // It falls over: no tilt would carry the load, and farther than this none is looked at.
+    if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) return false;
+    const double least_share = std::min(1.0, kMostSlope / slope);
+    for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
+    if (contact_.exact()) view.sinks = contact_.indentation() + std::max(lowest, 0.0);
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {

@@ -29,12 +29,15 @@ class PatchPress {
   // From where the heights are seen.
   const PatchFace::View& view() const { return seen_; }
   void integrate_shear(ShearIntegrals& integrals) const { cells_.integrate_shear(integrals); }
+  // Slope by which the body tilts from where it stands [-].
+  double tilt() const;
 
  private:
   // What is changed from look to look.
   struct View {
     Plane plane;
     double generosity;   // cells reach up to so many times the level of the spots
+    double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
   };
   // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
   bool compact(const LawOptions& options) const;
@@ -46,6 +49,8 @@ class PatchPress {
                        double coarser) const;
   const std::vector<Region>& taken_by_others(std::size_t number);
   bool next_view(View& view) const;
+  // Whether the contact leaves a part of the load's moment though the body stands about the load's line.
+  bool misses(const SearchLoad& load) const;
 
   ContactSearch search_;
   PatchFace cells_;

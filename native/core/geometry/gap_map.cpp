@@ -7,6 +7,8 @@ namespace mjtactile {
 namespace {
 
 constexpr std::size_t kFewEdges = 32;
+// How far corners that are looked at lie inside their outline, along an edge and across it, over the edge's length.
+constexpr double kInside = 1e-9, kAcross = 1e-11;
 
 }  // namespace
 
@@ -67,10 +69,13 @@ void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& 
   ends_ = ends;
   bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
   candidates_.clear();
-  for (const Point& corner : starts) {
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const Point& corner = starts[i];
     bounds_ = {std::min(bounds_.west, corner.x), std::min(bounds_.south, corner.y), std::max(bounds_.east, corner.x),
                std::max(bounds_.north, corner.y)};
-    if (sheet.holds(corner.x, corner.y)) candidates_.push_back(corner);
+    const double x = ends[i].x - corner.x, y = ends[i].y - corner.y;
+    const Point inside = {corner.x + kInside * x - kAcross * y, corner.y + kInside * y + kAcross * x};
+    if (sheet.holds(inside.x, inside.y)) candidates_.push_back(inside);
   }
   bounds_ = {std::max(bounds_.west, sheet.west), std::max(bounds_.south, sheet.south),
              std::min(bounds_.east, sheet.east), std::min(bounds_.north, sheet.north)};

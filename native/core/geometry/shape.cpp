@@ -12,6 +12,8 @@ constexpr double kParallel = 1e-12;
 constexpr double kReach = 0.3;
 // Points along the edges and generators on which shapes may touch.
 constexpr std::size_t kAlong = 17;
+// Share by which such points lie farther inside: whether the shape is over a point of its rim rounding would decide.
+constexpr double kInside = 1e-9;
 
 // Where a line is inside something convex; empty where enter > leave.
 struct Interval {
@@ -257,7 +259,7 @@ void PlacedShape::add_in_pad(const double* local, std::vector<Point>& points) co
   double at[2];
   for (int i = 0; i < 2; ++i) {
     at[i] = pose_.position[i];
-    for (int k = 0; k < 3; ++k) at[i] += pose_.rotation[3 * i + k] * local[k];
+    for (int k = 0; k < 3; ++k) at[i] += (1.0 - kInside) * pose_.rotation[3 * i + k] * local[k];
   }
   points.push_back({at[0], at[1]});
 }

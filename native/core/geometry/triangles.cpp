@@ -349,11 +349,14 @@ void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
   const auto offer = [&](std::vector<Spot>& candidates, const Spot& spot) {
     if (!(spot[2] >= floor_ && spot[2] <= ceiling_)) return;
     constexpr std::size_t finer = kFinest / kCandidates;
-    Spot& kept = candidates[finest_bucket(spot[1], 1) / finer * kCandidates + finest_bucket(spot[0], 0) / finer];
-    // Among level ones the first from the south-west: which triangle came first says nothing.
-    const bool level = spot[2] <= kept[2] + kLevel;
-    const bool before = spot[0] < kept[0] || (spot[0] == kept[0] && spot[1] < kept[1]);
-    if (spot[2] < kept[2] - kLevel || (level && before)) kept = spot;
+    const std::size_t column = finest_bucket(spot[0], 0) / finer, row = finest_bucket(spot[1], 1) / finer;
+    Spot& kept = candidates[row * kCandidates + column];
+    // Among level ones that nearest to the bucket's middle: which triangle came first says nothing.
+    const auto away = [&](const Spot& at) {
+      return std::hypot(at[0] - grid_.west - (static_cast<double>(column) + 0.5) * finer / per_[0],
+                        at[1] - grid_.south - (static_cast<double>(row) + 0.5) * finer / per_[1]);
+    };
+    if (spot[2] < kept[2] - kLevel || (spot[2] <= kept[2] + kLevel && away(spot) < away(kept))) kept = spot;
   };
   for (const Triangle& triangle : triangles_) {
     double corner[3][3];

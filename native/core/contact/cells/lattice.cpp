@@ -38,7 +38,8 @@ Lattice Region::lattice(double cell_area, double narrowest) const {
     const double size = width / static_cast<double>(columns);
     return {centre, angle, size, size / height, columns, 1, c, s};
   }
-  const double longer = stretch();
+  // Cells that may not be as narrow as a long contact would have them are shorter instead.
+  const double longer = std::min(stretch(), std::max(cell_area / (narrowest * narrowest), 1.0));
   const double size = std::max(std::sqrt(cell_area * longer), narrowest * longer);
   const std::size_t columns = cells(width, size), rows = cells(height, size / longer);
   const double fitting = std::max({width / static_cast<double>(columns), longer * height / static_cast<double>(rows),
