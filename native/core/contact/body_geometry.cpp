@@ -19,8 +19,9 @@ constexpr int kCircle = 64;
 constexpr double kBeside = 1e-3;
 // Share of the facing gap by which a side may always lean over its own width; slope to which a body tilts onto a side,
 // about 12 degrees, but no more than this share of the slope at which its next part comes down; and, over the width,
-// slope of a side of a body that keeps its orientation [m].
-constexpr double kLean = 0.5, kMostLean = 0.21, kLeanShare = 0.8, kLevel = 1e-7;
+// slope of a side of a body that keeps its orientation [m]. Parts that come down at steeper slopes than the last are not
+// looked for.
+constexpr double kLean = 0.5, kMostLean = 0.21, kLeanShare = 0.8, kLevel = 1e-7, kSteepest = 0.6;
 // Slope up to which a half space counts as flat where bodies do not tilt onto leaning sides.
 constexpr double kEndlessLean = 1e-3;
 
@@ -314,7 +315,7 @@ void outermost(const Shape& shape, const double* up, double height, double farth
     for (int i = 0; i < 3; ++i) {
       for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
     }
-    const double ceiling = height - dot(shape.local.position, up) + kMostLean / kLeanShare * farthest;
+    const double ceiling = height - dot(shape.local.position, up) + kSteepest * farthest;
     below(*shape.mesh, own.data(), ceiling, [&](std::uint32_t first, std::uint32_t count) {
       for (std::size_t k = 3 * static_cast<std::size_t>(first); k < 3 * (static_cast<std::size_t>(first) + count); ++k) {
         visit(in_body(shape.local, shape.mesh->vertices.data() + 3 * static_cast<std::size_t>(shape.mesh->faces[k])));
@@ -451,7 +452,9 @@ bool BodyGeometry::look_at(FlatSide& side) const {
   const double width = std::max(extent.high[0] - extent.low[0], extent.high[1] - extent.low[1]);
   side.most_slope = limits_.level ? kLevel / width : kLean * limits_.facing_gap / width;
   if (!limits_.level && limits_.leaning) {
-    side.most_slope = std::max(side.most_slope, std::min(kMostLean, kLeanShare * steepness(shapes_, side)));
+    const double others = kLeanShare * steepness(shapes_, side);
+    side.most_slope = std::max(side.most_slope, std::min(kMostLean, others));
+    side.tips_at = std::max(side.most_slope, others);
   }
   auto face = std::make_shared<Face>();
   FaceCells cells;
@@ -460,6 +463,7 @@ bool BodyGeometry::look_at(FlatSide& side) const {
   std::copy(side.rotation, side.rotation + 9, face->rotation);
   face->height = side.height;
   face->most_slope = side.most_slope;
+  face->tips_at = side.tips_at;
   side.whole = std::move(face);
   return true;
 }

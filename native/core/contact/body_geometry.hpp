@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct FlatSide {
   std::vector<std::uint8_t> shapes;    // whether each of the body's shapes has a part in it
   bool looked_at = false, usable = false;
   double most_slope = 0.0;             // beyond this the body no longer faces the pad with this side alone [-]
+  double tips_at = std::numeric_limits<double>::infinity();  // where it tilts so far on this side, others may touch [-]
   std::shared_ptr<const Face> whole;   // its cells; null where it is endless
 
   const double* up() const { return rotation + 6; }

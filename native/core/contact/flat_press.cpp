@@ -72,7 +72,7 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Rectan
 
 bool FlatPress::tips_over() const {
   const double tilt = small_ ? part_.tilt() : std::hypot(whole_.slopes()[0], whole_.slopes()[1]);
-  return tilt > face_->most_slope;
+  return tilt > face_->tips_at;
 }
 
 void FlatPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,

@@ -474,6 +474,7 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
     std::copy(side->rotation, side->rotation + 9, plane.rotation);
     plane.height = side->height;
     plane.most_slope = side->most_slope;
+    plane.tips_at = side->tips_at;
     if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, x, y)) > near) continue;
     if (side->whole != nullptr && over_sheet(*side->whole, placement)) return side->whole;
     const std::shared_ptr<const Face> cut = cut_face(touch, i, placement);
@@ -517,6 +518,7 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
       std::copy(whole.rotation, whole.rotation + 9, face->rotation);
       face->height = whole.height;
       face->most_slope = whole.most_slope;
+      face->tips_at = whole.tips_at;
       face->cut = true;
       face->quadrature = cutter_.quadrature();
     } else {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "geometry/pose.hpp"
@@ -20,6 +21,7 @@ struct Face {
   double rotation[9];   // body's frame to the face's, row-major
   double height;        // of the face in its own frame [m]
   double most_slope;    // beyond this the body no longer faces the pad with this face alone [-]
+  double tips_at = std::numeric_limits<double>::infinity();  // where it tilts so far on this face, others may touch [-]
   std::vector<Point> centroids;
   std::vector<double> areas;
   std::vector<Point> quadrature;         // points per cell whose mean integrates quadratic functions, or none
