@@ -157,8 +157,9 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
     // Where what is left cannot bear the force, MuJoCo's contacts do not tell how deep the body stands in the pad.
     const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
     const double above = press_above(touch, press, -sunk);
-    if (above > kBears * pressing(touch)) return true;
-    const double all = sunk < pad_->depth() ? press_above(touch, press, -pad_->depth()) : above;
+    const bool deeper = press.gap.bottom() < -sunk && sunk < pad_->depth();
+    if (above > kBears * pressing(touch) || (above > 0.0 && !deeper)) return true;
+    const double all = deeper ? press_above(touch, press, -pad_->depth()) : above;
     if (all > above || (above > 0.0 && press_above(touch, press, -sunk) > 0.0)) return true;
   }
   return press_points(touch, press);

@@ -18,6 +18,7 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   floor_ = floor;
   ceiling_ = ceiling;
   count_ = 0;
+  bottom_ = kNowhere;
   bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
   candidates_.clear();
   if (placed_.size() < shapes.size()) placed_.resize(shapes.size());
@@ -26,6 +27,7 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
     placed.place(shape, pose, sheet, floor, ceiling);
     const double *low = placed.low(), *high = placed.high();
     const bool over = low[0] < sheet.east && high[0] > sheet.west && low[1] < sheet.north && high[1] > sheet.south;
+    if (over) bottom_ = std::min(bottom_, placed.bottom());
     if (!over || !(low[2] <= ceiling) || !(high[2] >= floor)) continue;
     ++count_;
     bounds_ = {std::min(bounds_.west, low[0]), std::min(bounds_.south, low[1]), std::max(bounds_.east, high[0]),

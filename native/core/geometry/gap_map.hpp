@@ -20,10 +20,12 @@ class GapMap : public HeightMap {
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
   Rectangle bounds() const override { return bounds_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
+  // Height of the lowest point of the parts that reach over the sheet, below the floor or not [m].
+  double bottom() const { return bottom_; }
 
  private:
   Rectangle sheet_ = {}, bounds_ = {};
-  double floor_ = 0.0, ceiling_ = 0.0;
+  double floor_ = 0.0, ceiling_ = 0.0, bottom_ = 0.0;
   std::size_t count_ = 0;
   std::vector<PlacedShape> placed_;  // the first `count_` may be over the sheet
   std::vector<Point> candidates_;

@@ -38,6 +38,8 @@ class PlacedShape {
   // The box about it, in the pad frame [m]; infinite where the shape is.
   const double* low() const { return low_; }
   const double* high() const { return high_; }
+  // Height of its lowest point, over the part or not [m]; infinitely low for a half space.
+  double bottom() const { return kind_ == ShapeKind::triangles ? shadow_.bottom()[2] : low_[2]; }
   // Points of its lower side that stand lowest, or along which it may touch, whether over the part or not.
   void add_bottoms(std::vector<Point>& points);
 
