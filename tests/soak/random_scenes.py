@@ -182,8 +182,9 @@ def _attributes(name: str, fidelity: str) -> dict[str, str]:
     if precision is not None or standard or fidelity == "fast":
         if not standard:
             mjtactile.register_pad(known, pad)
-        exact = precision and fidelity_text(dataclasses.replace(chosen, precision=precision))
-        return {"pad": "default" if standard else known, "fidelity": exact or fidelity}
+        exact = dataclasses.replace(chosen, precision=precision) if precision else PRESETS[fidelity]
+        mjtactile.influence_matrices(pad, fidelity=exact)  # or each scene would, and say so
+        return {"pad": "default" if standard else known, "fidelity": fidelity_text(exact) if precision else fidelity}
     path = _folder[0] / f"{known}-{influence_fingerprint(pad, chosen)[:12]}.safetensors"
     influence = mjtactile.influence_matrices(pad, fidelity=chosen)
     if not path.is_file():
