@@ -28,6 +28,11 @@ double Region::stretch() const {
 }
 
 Lattice Region::lattice(double cell_area, double narrowest) const {
+  // A point or a line takes one narrowest cell across: nothing can be divided by its size.
+  if (!(width > 0.0) || !(height > 0.0)) {
+    return Region{centre, angle, width > 0.0 ? width : narrowest, height > 0.0 ? height : narrowest}.lattice(cell_area,
+                                                                                                             narrowest);
+  }
   const double c = std::cos(angle), s = std::sin(angle);
   const auto cells = [](double extent, double step) {
     return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(extent / step - kMostRounding)));
