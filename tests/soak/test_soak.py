@@ -33,6 +33,13 @@ def test_random_scenes_end_well(tmp_path):
 
 
 @FORKS
+def test_a_spot_without_extent_ends(tmp_path):
+    # Under law "uniform" a body of several parts lay on one point, whose lattice had no end.
+    run = soaked("--scenes", "1", "--seed", "130970", "--steps", "250", "--limit", "30", "--out", str(tmp_path))
+    assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-1000:]
+
+
+@FORKS
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="g++ on Linux only")
 @pytest.mark.skipif(os.uname().machine != "x86_64", reason="compiled for x86 only")
