@@ -35,10 +35,19 @@ void Pad::prepare(Maps<Value>& maps, const CornerSpread* corners) const {
   }
 }
 
-void Pad::set_signs(const double* signs) {
-  for (std::size_t i = 0; i < kClasses * kClasses; ++i) {
-    float_maps_.deviatoric.signs[i] = float_maps_.mean.signs[i] = static_cast<float>(signs[i]);
-    double_maps_.deviatoric.signs[i] = double_maps_.mean.signs[i] = signs[i];
+void Pad::set_mirrors(bool x, bool y, const double* signs) {
+  set_mirrors_of(float_maps_.deviatoric, x, y, signs);
+  set_mirrors_of(float_maps_.mean, x, y, signs);
+  set_mirrors_of(double_maps_.deviatoric, x, y, signs);
+  set_mirrors_of(double_maps_.mean, x, y, signs);
+}
+
+template <typename Value>
+void Pad::set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* signs) {
+  map.mirrored[0] = x, map.mirrored[1] = y;
+  const std::size_t count = map.class_count();
+  for (std::size_t image = 0; image < count; ++image) {
+    for (std::size_t c = 0; c < count; ++c) map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
   }
 }
 
@@ -84,7 +93,7 @@ void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
       layer.weights.push_back(static_cast<Value>(rows.weights[i]));
     }
   }
-  map.response_size += kClasses * layer.rows;
+  map.response_size += map.class_count() * layer.rows;
   map.taxels += rows.taxels;
   map.layers.push_back(std::move(layer));
 }
@@ -93,7 +102,7 @@ template <typename Value>
 void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, const std::int32_t* columns,
                        const double* signs, const MatrixFactors* layers) {
   typename StressMap<Value>::Class& of_class = map.classes[c];
-  const std::size_t quarter = 3 * (map.nodes_x / 2 + 1) * (map.nodes_y / 2 + 1);
+  const std::size_t quarter = 3 * map.part(map.nodes_x, 0) * map.part(map.nodes_y, 1);
   of_class.columns.assign(quarter, StressMap<Value>::kNone);
   for (std::size_t i = 0; i < quarter; ++i) {
     if (columns[i] >= 0) of_class.columns[i] = static_cast<std::uint32_t>(columns[i]);

@@ -61,6 +61,7 @@ void PatchFace::clear() {
   sounded_ = 0;
   cells_.clear();
   heights_.clear();
+  gradients_.clear();
   face_.centroids.clear();
   face_.areas.clear();
   face_.edges.clear();
@@ -173,12 +174,14 @@ std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size
     cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
     cell.sides[1] = covered.area / cell.sides[0];
   }
-  const double height = mean_height(view, cell, middle);
+  Point gradient;
+  const double height = mean_height(view, cell, middle, gradient);
   if (!std::isfinite(height)) return kNone;
   cells_.push_back(cell);
   face_.centroids.push_back(middle);
   face_.areas.push_back(cell.sides[0] * cell.sides[1]);
   heights_.push_back(height);
+  gradients_.push_back(gradient);
   return static_cast<std::int32_t>(cells_.size() - 1);
 }
 
@@ -268,8 +271,8 @@ bool PatchFace::search_ends(const Lattice& lattice, const View& view, double col
 }
 
 // Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes.
-double PatchFace::mean_height(const View& view, const Cell& cell, const Point& middle) const {
-  double sum = 0.0;
+double PatchFace::mean_height(const View& view, const Cell& cell, const Point& middle, Point& gradient) const {
+  double sum = 0.0, apart[2] = {0.0, 0.0};
   int count = 0;
   const double arms[2] = {cell.sides[0] / std::sqrt(6.0), cell.sides[1] / std::sqrt(6.0)};
   for (const double sign : {1.0, -1.0}) {
@@ -278,11 +281,15 @@ double PatchFace::mean_height(const View& view, const Cell& cell, const Point& m
       const Point at = {middle.x + along * (axis == 0 ? cell.cosine : -cell.sine),
                         middle.y + along * (axis == 0 ? cell.sine : cell.cosine)};
       const double height = seen(view, at);
+      apart[axis] += sign * height;   // infinite or NaN where there is no body on a side
       if (!std::isfinite(height)) continue;
       sum += height;
       ++count;
     }
   }
+  double slopes[2];
+  for (int axis = 0; axis < 2; ++axis) slopes[axis] = std::isfinite(apart[axis]) ? apart[axis] / (2.0 * arms[axis]) : 0.0;
+  gradient = {cell.cosine * slopes[0] - cell.sine * slopes[1], cell.sine * slopes[0] + cell.cosine * slopes[1]};
   return count > 0 ? sum / count : seen(view, middle);
 }
 

@@ -36,6 +36,23 @@ void norms_of(const double* const* classes, const double* signs, std::size_t poi
   kernels().norms_double(classes, signs, points, norms);
 }
 
+// The same of a sheet with fewer mirrors, which has as many images as classes.
+template <typename Value>
+void norms_of_few(const Value* const* classes, std::size_t count, const Value* signs, std::size_t points, Value* norms) {
+  for (std::size_t image = 0; image < count; ++image, norms += points) {
+    std::fill(norms, norms + points, Value(0));
+    for (std::size_t k = 0; k < kDeviatoric; ++k) {
+      const Value *first = classes[0] + k * points, *second = classes[count - 1] + k * points;
+      const Value other = count > 1 ? signs[kClasses * image + 1] : Value(0);
+      for (std::size_t i = 0; i < points; ++i) {
+        const Value sum = first[i] + other * second[i];
+        norms[i] += sum * sum;
+      }
+    }
+    for (std::size_t i = 0; i < points; ++i) norms[i] = std::sqrt(norms[i]);
+  }
+}
+
 }  // namespace
 
 template <typename Value>
@@ -134,7 +151,7 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
   if (scale == 0.0) return;
   const double negligible = scale * kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
   const Value back = static_cast<Value>(scale);
-  for (std::size_t c = 0; c < kClasses; ++c) {
+  for (std::size_t c = 0; c < class_count(); ++c) {
     // Scaled so that none is larger than 1: any magnitude keeps its digits in single precision.
     workspace.weights.clear();
     workspace.places.clear();
@@ -169,30 +186,34 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
 template <typename Value>
 double StressMap<Value>::fold(const double* forces, Workspace& workspace) const {
   workspace.folded.clear();
-  const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, quarter_x = middle_x + 1, quarter_y = middle_y + 1;
+  const std::size_t quarter_x = part(nodes_x, 0), quarter_y = part(nodes_y, 1), count = class_count();
+  // Where the part begins; without a mirror a node is its own only image.
+  const std::size_t middle_x = nodes_x - quarter_x, middle_y = nodes_y - quarter_y;
   double largest = 0.0;
   const auto is_empty = [this](const double* row) {
     return std::all_of(row, row + 3 * nodes_x, [](double force) { return force == 0.0; });
   };
   for (std::size_t y = 0; y < quarter_y; ++y) {
     const double* upper = forces + 3 * (middle_y + y) * nodes_x;
-    const double* lower = forces + 3 * (middle_y - y) * nodes_x;
+    const bool below = mirrored[1] && y > 0;
+    const double* lower = below ? forces + 3 * (middle_y - y) * nodes_x : upper;
     if (is_empty(upper) && is_empty(lower)) continue;
     for (std::size_t component = 0; component < 3; ++component) {
       // On a mirror a node is its own image.
       double share_y[kClasses], share_x[kClasses];
-      for (std::size_t c = 0; c < kClasses; ++c) {
+      for (std::size_t c = 0; c < count; ++c) {
         share_x[c] = classes[c].signs[component][0];
-        share_y[c] = y > 0 ? classes[c].signs[component][1] : 0.0;
+        share_y[c] = below ? classes[c].signs[component][1] : 0.0;
       }
       for (std::size_t x = 0; x < quarter_x; ++x) {
-        const std::size_t right = 3 * (middle_x + x) + component, left = 3 * (middle_x - x) + component;
+        const bool beside = mirrored[0] && x > 0;
+        const std::size_t right = 3 * (middle_x + x) + component, left = beside ? 3 * (middle_x - x) + component : right;
         const double images[4] = {upper[right], upper[left], lower[right], lower[left]};
         if (images[0] == 0.0 && images[1] == 0.0 && images[2] == 0.0 && images[3] == 0.0) continue;
         Folded one;
         one.place = static_cast<std::uint32_t>((component * quarter_y + y) * quarter_x + x);
-        for (std::size_t c = 0; c < kClasses; ++c) {
-          const double side = x > 0 ? share_x[c] * (images[1] + share_y[c] * images[3]) : 0.0;
+        for (std::size_t c = 0; c < count; ++c) {
+          const double side = beside ? share_x[c] * (images[1] + share_y[c] * images[3]) : 0.0;
           one.forces[c] = images[0] + share_y[c] * images[2] + side;
           if (classes[c].columns[one.place] != kNone) largest = std::max(largest, std::abs(one.forces[c]));
         }
@@ -208,10 +229,14 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
   for (const Layer& layer : layers) {
     workspace.norms.resize(kClasses * layer.points);
     const Value* of_classes[kClasses];
-    for (std::size_t c = 0; c < kClasses; ++c) {
+    for (std::size_t c = 0; c < class_count(); ++c) {
       of_classes[c] = response + layer.offset + c * layer.rows;
     }
-    norms_of(of_classes, signs, layer.points, workspace.norms.data());
+    if (class_count() == kClasses) {
+      norms_of(of_classes, signs, layer.points, workspace.norms.data());
+    } else {
+      norms_of_few(of_classes, class_count(), signs, layer.points, workspace.norms.data());
+    }
     for (const Share& share : layer.taxels) {
       Value sum = 0;
       for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
@@ -231,10 +256,11 @@ void StressMap<Value>::means(const Value* response, const bool odd[][2], double*
         double sum = 0.0;
         for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
           const std::size_t quadrant = layer.places[i] / layer.points, point = layer.places[i] % layer.points;
-          // Quadrants 1 and 3 lie at negative x, 2 and 3 at negative y.
-          const bool flipped = (odd[k][0] && quadrant % 2 == 1) != (odd[k][1] && quadrant / 2 == 1);
+          // With both mirrors, quadrants 1 and 3 lie at negative x, 2 and 3 at negative y.
+          const bool west = mirrored[0] && quadrant % 2 == 1, south = mirrored[1] && quadrant / (mirrored[0] ? 2 : 1) == 1;
+          const bool flipped = (odd[k][0] && west) != (odd[k][1] && south);
           double value = 0.0;
-          for (std::size_t c = 0; c < kClasses; ++c) {
+          for (std::size_t c = 0; c < class_count(); ++c) {
             value += static_cast<double>(signs[kClasses * quadrant + c]) *
                      static_cast<double>(response[layer.offset + c * layer.rows + k * layer.points + point]);
           }

@@ -1,7 +1,8 @@
 // From nodal forces on the surface to stress at sample points, and to von Mises readings.
 //
-// Everything is kept by the sheet's four symmetry classes (mjtactile/fem/symmetry.py): a load is folded into forces on a
-// quarter of the surface, one set per class, and each class has its own matrix to the stress at points of a quarter.
+// Everything is kept by the sheet's symmetry classes (mjtactile/fem/symmetry.py), four with both mirrors: a load is folded
+// into forces on a quarter of the surface, one set per class, and each class has its own matrix to the stress at points of
+// a quarter. Along an axis without a mirror the quarter is as long as the whole.
 // The response is linear in the load and adds up over loads; the readings, means of norms, come from it at the end.
 #pragma once
 
@@ -14,7 +15,7 @@
 
 namespace mjtactile {
 
-constexpr std::size_t kClasses = 4;
+constexpr std::size_t kClasses = 4;     // at most
 constexpr std::size_t kDeviatoric = 5;  // coordinates of deviatoric stress; their norm is the von Mises stress
 constexpr std::size_t kTensor = 6;      // components xx, yy, zz, xy, yz, zx of a stress tensor
 
@@ -89,7 +90,8 @@ class StressMap {
   // Of the surface, or its corners where loads are spread onto those.
   std::size_t nodes_x = 0, nodes_y = 0, response_size = 0, taxels = 0;
   std::vector<CornerSpread> spread;  // none or one
-  Value signs[kClasses * kClasses] = {};  // (quadrants, classes)
+  Value signs[kClasses * kClasses] = {};  // (quadrants, classes); 0 of those that are none
+  bool mirrored[2] = {true, true};        // whether the sheet is its own image under x -> -x, and under y -> -y
   std::vector<Layer> layers;
   Class classes[kClasses];
 
@@ -101,6 +103,9 @@ class StressMap {
   // sign under x -> -x and under y -> -y.
   void means(const Value* response, const bool odd[][2], double* means) const;
   std::size_t bytes() const;
+  std::size_t class_count() const { return (mirrored[0] ? 2u : 1u) * (mirrored[1] ? 2u : 1u); }
+  // Nodes of the part that stands for the whole, along an axis that has so many.
+  std::size_t part(std::size_t nodes, int axis) const { return mirrored[axis] ? nodes / 2 + 1 : nodes; }
 
  private:
   double fold(const double* forces, Workspace& workspace) const;

@@ -9,6 +9,18 @@
 
 namespace mjtactile {
 
+double Bend::nearness(std::size_t i, std::size_t j) const {
+  // A cell itself is longer by its stretch one way.
+  if (i == j) return 1.0 / std::sqrt(stretches[i]);
+  double along[3], chord = 0.0, out = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    along[k] = positions[3 * i + k] - positions[3 * j + k];
+    chord += along[k] * along[k];
+    out += along[k] * normal[k];
+  }
+  return std::sqrt(std::max(chord - out * out, 0.0) / chord);
+}
+
 std::size_t QuadraticSplines::at(double place, double* values) const {
   const auto after = std::upper_bound(ends_.begin() + 1, ends_.end() - 1, place);
   const auto piece = static_cast<std::size_t>(after - ends_.begin()) - 1, last = ends_.size() - 1;
@@ -115,7 +127,7 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
 
 void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const double* areas, std::size_t cells,
                                const double* inverse_distance, double scale, Workspace& workspace,
-                               Matrix& compliance) const {
+                               Matrix& compliance, const Bend* bend) const {
   weigh(points, per_cell, cells, workspace);
   compliance.resize(cells, cells);
   std::vector<double>& inverse_areas = workspace.smooth;
@@ -127,14 +139,18 @@ void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const
     const double* near = inverse_distance + i * cells;
     double* row = compliance[i];
     for (std::size_t j = i; j < cells; ++j) row[j] = own * near[j] * inverse_areas[j];
+    for (std::size_t j = i; bend != nullptr && j < cells; ++j) row[j] *= bend->nearness(i, j);
   }
   add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
+  for (std::size_t i = 0; bend != nullptr && i < cells; ++i) {
+    for (std::size_t j = i; j < cells; ++j) compliance[i][j] *= bend->stretches[i] * bend->stretches[j];
+  }
   mirror_upper(compliance);
 }
 
 void SurfaceCompliance::full(const double* centroids, const double* areas, std::size_t cells,
                              const double* inverse_distance, const ShearIntegrals& integrals, double cosine,
-                             double sine, Workspace& workspace, Matrix& compliance) const {
+                             double sine, Workspace& workspace, Matrix& compliance, const Bend* bend) const {
   weigh(centroids, 1, cells, workspace);
   compliance.resize(3 * cells, 3 * cells);
   // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
@@ -144,7 +160,8 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
     double *x = compliance[i], *y = compliance[cells + i], *z = compliance[2 * cells + i];
     for (std::size_t j = 0; j < cells; ++j) {
       const std::size_t at = i * cells + j;
-      const double per_area = factor_ / (areas[i] * areas[j]), distance = inverse_distance[at];
+      const double nearer = bend == nullptr ? 1.0 : bend->nearness(i, j);
+      const double per_area = nearer * factor_ / (areas[i] * areas[j]), distance = inverse_distance[at];
       const double xx = cc * integrals.xx[at] - 2.0 * cs * integrals.xy[at] + ss * integrals.yy[at];
       const double yy = ss * integrals.xx[at] + 2.0 * cs * integrals.xy[at] + cc * integrals.yy[at];
       const double xy = cs * (integrals.xx[at] - integrals.yy[at]) + (cc - ss) * integrals.xy[at];
@@ -166,12 +183,18 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
                     compliance[a * cells] + b * cells, compliance.stride());
     }
   }
+  for (std::size_t i = 0; bend != nullptr && i < cells; ++i) {
+    for (std::size_t j = 0; j < cells; ++j) {
+      compliance[2 * cells + i][2 * cells + j] *= bend->stretches[i] * bend->stretches[j];
+      for (std::size_t a = 0; a < 2; ++a) compliance[a * cells + i][2 * cells + j] *= bend->stretches[j];
+    }
+  }
   mirror_upper(compliance);
 }
 
 void SurfaceCompliance::add_sinking(const double* points, std::size_t count, const double* centroids,
                                     const double* areas, const double* forces, std::size_t cells, Workspace& workspace,
-                                    double* sunk) const {
+                                    double* sunk, const Bend* bent, const Bend* pressed) const {
   // The mean of 1/r over a square of side s from its middle is 4 ln(1 + sqrt 2) / s.
   const double own = 4.0 * std::log(1.0 + std::sqrt(2.0));
   constexpr std::size_t kOver = QuadraticSplines::kOver;
@@ -186,7 +209,7 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
     }
   };
   for (std::size_t j = 0; j < cells; ++j) {
-    const double force = forces[j];
+    const double force = pressed == nullptr ? forces[j] : forces[j] * pressed->stretches[j];
     over_splines(centroids + 2 * j, [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
   }
   for (std::size_t p = 0; p < splines(); ++p) {
@@ -196,10 +219,13 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
     double sum = 0.0;
     for (std::size_t j = 0; j < cells; ++j) {
       const double x = points[2 * i] - centroids[2 * j], y = points[2 * i + 1] - centroids[2 * j + 1];
-      sum += forces[j] / std::sqrt(x * x + y * y + areas[j] / (own * own));
+      const double z = bent == nullptr ? 0.0 : bent->positions[3 * i + 2] - pressed->positions[3 * j + 2];
+      const double force = pressed == nullptr ? forces[j] : forces[j] * pressed->stretches[j];
+      sum += force / std::sqrt(x * x + y * y + z * z + areas[j] / (own * own));
     }
-    sunk[i] += factor_ * sum;
-    over_splines(points + 2 * i, [&](std::size_t p, double value) { sunk[i] += value * workspace.smooth[p]; });
+    double sinks = factor_ * sum;
+    over_splines(points + 2 * i, [&](std::size_t p, double value) { sinks += value * workspace.smooth[p]; });
+    sunk[i] += bent == nullptr ? sinks : sinks * bent->stretches[i];
   }
 }
 
