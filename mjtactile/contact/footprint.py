@@ -45,7 +45,7 @@ class Footprint:
         reach: heights further than this above the lowest are out of reach [m].
         bounded: whether the body may touch within the outline only, as whoever made it said; otherwise the outline is
             traced from the gap function, which knows better.
-        stands: whether the body stands where it is said to; otherwise it is lowered along z until it touches.
+        upright: on a curved pad, height z of the body's lower side in the pad frame [m], where it stands.
     """
 
     outline: Polygon | MultiPolygon
@@ -54,7 +54,7 @@ class Footprint:
     lowest: float = 0.0
     reach: float = 0.0
     bounded: bool = False
-    stands: bool = False
+    upright: GapFunction | None = None
 
     @classmethod
     def from_outline(cls, outline: BaseGeometry, surface: SurfaceGrid) -> Footprint:
@@ -74,7 +74,8 @@ class Footprint:
     def _of_face(cls, area: Polygon | MultiPolygon, surface: SurfaceGrid) -> Footprint:
         if surface.outer.is_flat:
             return cls(area, surface)
-        return cls(area, surface, lambda x, _: np.zeros_like(x), 0.0, _reach(surface), bounded=True)
+        height = surface.outer.height
+        return cls(area, surface, lambda x, _: np.zeros_like(x), 0.0, _reach(surface), bounded=True, upright=height)
 
     @classmethod
     def from_gap(
@@ -111,7 +112,13 @@ class Footprint:
                 raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
         else:
             area = area_on_sheet(outline, sheet)
-        return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
+        upright: GapFunction | None = None
+        if not surface.outer.is_flat:
+
+            def upright(x: Array, y: Array) -> Array:
+                return checked(x, y) - lowest + surface.outer.height(x, y)
+
+        return cls(area, surface, checked, lowest, reach, outline is not None, upright)
 
     @classmethod
     def from_height(
@@ -137,7 +144,7 @@ class Footprint:
             return cls.from_gap(height, surface, outline=outline)
         checked = _checked(height)
         made = cls.from_gap(lambda x, y: checked(x, y) - surface.outer.height(x, y), surface, outline=outline)
-        return replace(made, stands=True)
+        return replace(made, upright=checked)
 
     def heights(self, points: Array) -> Array:
         """Height of the body above the surface at first touch at points (n, 2) [m]; over a curved pad, z in its frame.
@@ -147,25 +154,29 @@ class Footprint:
         if self.gap is None:
             return np.zeros(len(points))
         x, y = points[:, 0], points[:, 1]
-        heights = np.asarray(self.gap(x, y)) - self.lowest
         west, south, east, north = self._bounds
-        within = (x >= west) & (x <= east) & (y >= south) & (y <= north) & (heights <= self.reach)
+        within = (x >= west) & (x <= east) & (y >= south) & (y <= north)
+        if self.upright is not None:
+            heights = np.asarray(self.upright(x, y))
+        else:
+            heights = np.asarray(self.gap(x, y)) - self.lowest
+            within &= heights <= self.reach
         if self.bounded:
             within &= shapely.intersects_xy(self.outline, x, y)
-        if not self.surface.outer.is_flat:
-            heights = heights + self.surface.outer.height(x, y) + (self.lowest if self.stands else 0.0)
         return np.where(within, heights, np.inf)
 
     def height(self, x: float, y: float) -> float:
         """The same at one point (x, y) [m], of a curved body."""
         assert self.gap is not None
-        if not self.surface.outer.is_flat:
-            return float(self.heights(np.array([[x, y]]))[0])
         west, south, east, north = self._bounds
         if not (west <= x <= east and south <= y <= north):
             return math.inf
-        height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
-        if height > self.reach or (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
+        if self.upright is not None:
+            height = float(np.asarray(self.upright(np.array([x]), np.array([y])))[0])
+        else:
+            height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
+            height = height if height <= self.reach else math.inf
+        if (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
             return math.inf
         return height
 

@@ -1,12 +1,20 @@
 #include "plugin/contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace mjtactile::mujoco {
 namespace {
 
-// Contacts whose normal leans further from the pad's than this (its cosine) press on the pad from beside.
+// Contacts whose normal leans further from the surface's than this (its cosine) press on the pad from beside.
 constexpr double kPresses = 0.70710678118654752440;
+
+// The surface's normal, out of the pad, above a point of its plane.
+void normal_at(const OuterSurface& outer, const double* point, double* normal) {
+  const SurfacePoint at = outer.at(point[0], point[1]);
+  const double size = std::sqrt(1.0 + at.slopes[0] * at.slopes[0] + at.slopes[1] * at.slopes[1]);
+  normal[0] = -at.slopes[0] / size, normal[1] = -at.slopes[1] / size, normal[2] = 1.0 / size;
+}
 
 // rotation^T * vector
 void turned_back(const double* rotation, const double* vector, double* out) {
@@ -43,7 +51,7 @@ Touch& Contacts::touch_of(int body) {
 }
 
 void Contacts::gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
-                      int geom) {
+                      int geom, const OuterSurface& outer) {
   count = 0;
   std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
@@ -83,14 +91,17 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
       continue;  // a contact without force presses nothing
     }
     for (int k = 0; k < 3; ++k) wrench[k] += force[k], wrench[3 + k] += moment[k];
-    const double upright = -sign * normal[2];
+    double out[3];
+    normal_at(outer, arm, out);
+    const double upright = -sign * (normal[0] * out[0] + normal[1] * out[1] + normal[2] * out[2]);
     if (upright < kPresses) continue;
     Touch& touch = touch_of(body);
     for (int k = 0; k < 3; ++k) touch.wrench[k] += force[k], touch.wrench[3 + k] += moment[k];
     touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);  // along the pad's normal
     const double* friction = &field<double>(contact, layout.contact_friction);
     touch.friction = std::max({touch.friction, friction[0], friction[1]});
-    if (force[2] < 0.0) touch.points.push_back({arm[0], arm[1], -force[2]});
+    const double pressing = -(force[0] * out[0] + force[1] * out[1] + force[2] * out[2]);
+    if (pressing > 0.0) touch.points.push_back({arm[0], arm[1], pressing});
   }
   std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Touch& a, const Touch& b) { return a.body < b.body; });

@@ -25,7 +25,8 @@ struct Contacts {
 
   // Read off a state. Contacts that press on the pad's sides or on its rim from beside, or that do not press, are in
   // the wrench alone. Contacts of other geoms of the pad's body are none of the pad's.
-  void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data, int geom);
+  void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data, int geom,
+              const OuterSurface& outer);
 
  private:
   Touch& touch_of(int body);

@@ -98,6 +98,7 @@ class Reader {
       : geom_(geom),
         context_(std::move(context)),
         geometry_(layout, side_limits(options_of(resolved), resolved.facing_gap)),
+        outer_(resolved.pad->pad->outer()),
         sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
   void prepare(const Model* model) { geometry_.prepare(model, geom_); }
   // Keeps what does not touch any more only because it sleeps.
@@ -107,7 +108,7 @@ class Reader {
   void read(const Model* model, const Data* data, const Steadiness& before, bool press) {
     before_ = before;
     const bool sleeping = keep_sleeping(model, data);
-    contacts_.gather(layout, functions, model, data, geom_);
+    contacts_.gather(layout, functions, model, data, geom_, outer_);
     if (sleeping) add_sleeping();
     if (!press) return;
     const auto start = std::chrono::steady_clock::now();
@@ -163,6 +164,7 @@ class Reader {
   int geom_;
   std::shared_ptr<Context> context_;
   ModelGeometry geometry_;
+  OuterSurface outer_;
   AnySensor sensor_;
   Steadiness before_;
   Contacts contacts_;

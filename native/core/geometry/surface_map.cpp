@@ -6,8 +6,9 @@
 namespace mjtactile {
 namespace {
 
-// Steps of the secant method from the surface to a body above it.
-constexpr int kSteps = 4;
+// Steps of the secant method from the surface to a body above it, and the length of the last over the body's width.
+constexpr int kSteps = 6;
+constexpr double kSame = 1e-9;
 // Lines along each side on which it is looked how far a body reaches, and the margin about what they see, over it.
 constexpr int kLines = 9;
 constexpr double kMargin = 0.02;
@@ -89,8 +90,10 @@ void TurnedMap::heights(const std::vector<Point>& points, std::vector<double>& t
     SeenSurface seen;
     if (!plane_->look(points[i].x, points[i].y, seen)) continue;
     const SurfacePoint under = plane_->surface().at(seen.x, seen.y);
-    lines_.push_back({i, seen.height, seen.height, 0.0, axes[8] - under.slopes[0] * axes[6] - under.slopes[1] * axes[7]});
+    const double rises = axes[8] - under.slopes[0] * axes[6] - under.slopes[1] * axes[7];
+    lines_.push_back({i, seen.height, seen.height, 0.0, rises});
   }
+  const double near = kSame * (bounds_.east - bounds_.west);
   for (int step = 0; step < kSteps && !lines_.empty(); ++step) {
     look(points);
     std::size_t kept = 0;
@@ -103,6 +106,10 @@ void TurnedMap::heights(const std::vector<Point>& points, std::vector<double>& t
       line.last = line.w;
       line.missed = missed;
       if (missed != 0.0 && std::isfinite(slope) && slope != 0.0) line.w += missed / slope;
+      if (std::abs(line.w - line.last) <= near) {
+        to[line.place] = line.w;
+        continue;
+      }
       lines_[kept++] = line;
     }
     lines_.resize(kept);
