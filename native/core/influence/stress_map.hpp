@@ -66,20 +66,17 @@ class StressMap {
     std::vector<Value> weights;
   };
   struct Class {
-    std::vector<std::uint32_t> columns;   // quarter's degree of freedom (component, y, x) -> column, or kNone
+    // Of the quarter's degrees of freedom (y, x, component), rows of `row_stride`: the column, and 1, or 0 where it has none.
+    std::vector<std::uint32_t> columns;
+    std::vector<double> allowed;
     std::vector<std::vector<Columns<Value>>> factors;  // per layer: forces to stress, or to coefficients and those on
     double signs[3][2];                   // of each force component under x -> -x and y -> -y
   };
-  static constexpr std::uint32_t kNone = 0xffffffffu;
-
-  // Forces of each class on one degree of freedom (component, y, x) of the quarter.
-  struct Folded {
-    std::uint32_t place;
-    double forces[kClasses];
-  };
   struct Workspace {
     std::vector<std::uint32_t> places;
-    std::vector<Folded> folded;
+    std::vector<std::size_t> rows;     // of the quarter, in which there are forces
+    std::vector<double> folded;        // forces of each class, as its columns
+    double largest[kClasses] = {};     // of each class [N]
     std::vector<double> spread_rows, corners;
     std::vector<Value> weights, sums, norms;
     std::vector<std::uint32_t> every;  // 0, 1, 2, ...
@@ -93,6 +90,10 @@ class StressMap {
   std::vector<Layer> layers;
   Class classes[kClasses];
 
+  // Take over so many columns (component, y, x of the quarter), negative for none, and signs of each component under x -> -x and
+  // y -> -y; returns in which order the columns are wanted: those of nodes side by side after each other.
+  std::vector<std::size_t> set_columns(Class& of_class, std::size_t count, const std::int32_t* columns,
+                                       const double* parities) const;
   // response += that to nodal forces (surface nodes y, nodes x, 3) [N].
   void add_response(const double* forces, Workspace& workspace, Value* response) const;
   // Readings (taxels of all layers) [Pa] of a response of deviatoric stress.
@@ -103,7 +104,9 @@ class StressMap {
   std::size_t bytes() const;
 
  private:
+  std::size_t row_stride() const;
   double fold(const double* forces, Workspace& workspace) const;
+  std::size_t keep(std::size_t c, double scale, Workspace& workspace) const;
 };
 
 }  // namespace mjtactile

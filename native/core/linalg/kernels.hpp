@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "linalg/half.hpp"
 
@@ -34,6 +35,19 @@ struct Kernels {
   void (*eliminate)(const double* upper, std::size_t upper_row, double* c, std::size_t c_row, std::size_t columns);
   // U^-1 x in place of x (size).
   void (*solve_upper)(const double* upper, std::size_t upper_row, std::size_t size, double* x);
+
+  // Forces (nodes, 3) on a row of nodes and on its image, folded about their middle node: for each class c and node x from
+  // the middle on, to[c][3 x + k] = allowed[c][3 x + k] * (u(x) + t l(x) + s (u(-x) + t l(-x))), s and t being
+  // signs[c][0][k] and signs[c][1][k], without u(-x) and l(-x) for the middle node. largest[c] becomes the largest of
+  // those, or stays. One number beyond the last may be written.
+  void (*fold_row)(const double* upper, const double* lower, std::size_t middle, const double (*signs)[2][4],
+                   const double* const* allowed, double* const* to, double* largest);
+  // Of forces (count, whole vectors of 16) those that are neither 0 nor below `least`: their columns, and themselves
+  // times `factor`; how many. Places and weights have room for 16 more.
+  std::size_t (*keep_float)(const double* forces, const std::uint32_t* columns, std::size_t count, double least,
+                            double factor, std::uint32_t* places, float* weights);
+  std::size_t (*keep_double)(const double* forces, const std::uint32_t* columns, std::size_t count, double least,
+                             double factor, std::uint32_t* places, double* weights);
 
   // norms[q * points + p] = |sum_c signs[4 q + c] * classes[c][k * points + p]| over k < 5: the von Mises stress of
   // every folded point in every quadrant, from the four symmetry classes.

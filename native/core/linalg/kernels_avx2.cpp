@@ -61,6 +61,10 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm256_sqrt_pd(a); }
 };
 
+template <typename Value>
+std::size_t keep(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
+constexpr auto keep_floats = keep<float>;
+
 constexpr std::size_t kSumVectors = 8;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product
 

@@ -244,6 +244,92 @@ inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t 
   }
 }
 
+// Four numbers at once, such as the three components of a force and one of no meaning.
+struct Four {
+#ifdef __AVX2__
+  __m256d lanes;
+  static Four load(const double* at) { return {_mm256_loadu_pd(at)}; }
+  static Four load_three(const double* at) { return {_mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0))}; }
+  static Four all(double value) { return {_mm256_set1_pd(value)}; }
+  void store(double* at) const { _mm256_storeu_pd(at, lanes); }
+  Four operator+(const Four& b) const { return {_mm256_add_pd(lanes, b.lanes)}; }
+  Four operator-(const Four& b) const { return {_mm256_sub_pd(lanes, b.lanes)}; }
+  Four operator*(const Four& b) const { return {_mm256_mul_pd(lanes, b.lanes)}; }
+  Four plus(const Four& a, const Four& b) const { return {_mm256_fmadd_pd(a.lanes, b.lanes, lanes)}; }
+  Four or_size_of(const Four& b) const {
+    return {_mm256_max_pd(_mm256_andnot_pd(_mm256_set1_pd(-0.0), b.lanes), lanes)};
+  }
+#else
+  double lanes[4];
+  template <typename Of>
+  static Four each(Of&& of) {
+    return {{of(0), of(1), of(2), of(3)}};
+  }
+  static Four load(const double* at) { return {{at[0], at[1], at[2], at[3]}}; }
+  static Four load_three(const double* at) { return {{at[0], at[1], at[2], 0.0}}; }
+  static Four all(double value) { return {{value, value, value, value}}; }
+  void store(double* at) const { std::memcpy(at, lanes, sizeof lanes); }
+  Four operator+(const Four& b) const {
+    return each([&](int k) { return lanes[k] + b.lanes[k]; });
+  }
+  Four operator-(const Four& b) const {
+    return each([&](int k) { return lanes[k] - b.lanes[k]; });
+  }
+  Four operator*(const Four& b) const {
+    return each([&](int k) { return lanes[k] * b.lanes[k]; });
+  }
+  // This and a times b.
+  Four plus(const Four& a, const Four& b) const {
+    return each([&](int k) { return lanes[k] + a.lanes[k] * b.lanes[k]; });
+  }
+  // This or the size of b, whichever is larger.
+  Four or_size_of(const Four& b) const {
+    return each([&](int k) { return lanes[k] < std::abs(b.lanes[k]) ? std::abs(b.lanes[k]) : lanes[k]; });
+  }
+#endif
+};
+
+inline void fold_row(const double* upper, const double* lower, std::size_t middle, const double (*signs)[2][4],
+                     const double* const* allowed, double* const* to, double* largest) {
+  constexpr std::size_t kFolds = 4;
+  Four most[kFolds], across[kFolds], along[kFolds];
+  for (std::size_t c = 0; c < kFolds; ++c) {
+    most[c] = Four::all(0.0);
+    across[c] = Four::load(signs[c][0]);
+    along[c] = Four::load(signs[c][1]);
+  }
+  for (std::size_t x = 0; x <= middle; ++x) {
+    const std::size_t right = 3 * (middle + x), left = 3 * (middle - x);
+    const Four u = Four::load_three(upper + right), l = Four::load_three(lower + right);
+    const Four other_u = x > 0 ? Four::load_three(upper + left) : Four::all(0.0);
+    const Four other_l = x > 0 ? Four::load_three(lower + left) : Four::all(0.0);
+    for (std::size_t c = 0; c < kFolds; ++c) {
+      const Four force = u.plus(along[c], l).plus(across[c], other_u.plus(along[c], other_l)) *
+                         Four::load_three(allowed[c] + 3 * x);
+      force.store(to[c] + 3 * x);
+      most[c] = most[c].or_size_of(force);
+    }
+  }
+  for (std::size_t c = 0; c < kFolds; ++c) {
+    double parts[4];
+    most[c].store(parts);
+    for (const double part : parts) largest[c] = largest[c] < part ? part : largest[c];
+  }
+}
+
+template <typename Value>
+std::size_t keep(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
+                 std::uint32_t* places, Value* weights) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    // Written anyhow, and kept where it counts: without a branch that goes now this way, now that.
+    places[kept] = columns[i];
+    weights[kept] = static_cast<Value>(forces[i] * factor);
+    kept += static_cast<std::size_t>(!(std::abs(forces[i]) < least) & (forces[i] != 0.0));
+  }
+  return kept;
+}
+
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
@@ -322,6 +408,9 @@ inline Kernels make_kernels(const char* name) {
           factor_small,
           eliminate,
           solve_upper,
+          fold_row,
+          keep_floats,
+          keep<double>,
           norms_of<float>,
           norms_of<double>,
           integrate_inverse_distance,

@@ -41,6 +41,10 @@ struct Lanes {
   static Type root(Type a) { return std::sqrt(a); }
 };
 
+template <typename Value>
+std::size_t keep(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
+constexpr auto keep_floats = keep<float>;
+
 constexpr std::size_t kSumVectors = 4;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product
 
