@@ -121,7 +121,7 @@ std::size_t Columns<Value>::bytes() const {
 
 template <typename Value>
 template <typename Stored>
-void Columns<Value>::add_scaled(const std::vector<Stored>& stored, const std::uint32_t* places, const Value* weights,
+void Columns<Value>::add_scaled(const AlignedVector<Stored>& stored, const std::uint32_t* places, const Value* weights,
                                 std::size_t count, Value* sums) const {
   const Stored* columns[kChunk];
   Value scaled[kChunk];
@@ -177,7 +177,8 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
 
 template <typename Value>
 std::size_t StressMap<Value>::row_stride() const {
-  return (3 * (nodes_x / 2 + 1) + kAligned - 1) / kAligned * kAligned;
+  const std::size_t used = 3 * (nodes_x / 2 + 1) + 1;  // a number more is written
+  return (used + kAligned - 1) / kAligned * kAligned;
 }
 
 template <typename Value>
@@ -207,7 +208,7 @@ double StressMap<Value>::fold(const double* forces, Workspace& workspace) const 
   const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, stride = row_stride(), width = 3 * nodes_x;
   const std::size_t quarter = (middle_y + 1) * stride;
   workspace.rows.clear();
-  workspace.folded.resize(kClasses * quarter);  // what pads its rows stays 0
+  workspace.folded.resize(kClasses * quarter);
   std::fill(workspace.largest, workspace.largest + kClasses, 0.0);
   double about[kClasses][2][4] = {}, on_mirror[kClasses][2][4] = {};  // on a mirror a node is its own image
   for (std::size_t c = 0; c < kClasses; ++c) {
@@ -228,6 +229,7 @@ double StressMap<Value>::fold(const double* forces, Workspace& workspace) const 
       to[c] = workspace.folded.data() + c * quarter + y * stride;
     }
     kernels().fold_row(upper, lower, middle_x, y > 0 ? about : on_mirror, allowed, to, workspace.largest);
+    for (double* row : to) std::fill(row + 3 * (middle_x + 1), row + stride, 0.0);
   }
   return *std::max_element(workspace.largest, workspace.largest + kClasses);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "influence/corner_spread.hpp"
+#include "linalg/aligned.hpp"
 #include "linalg/half.hpp"
 
 namespace mjtactile {
@@ -39,13 +40,14 @@ class Columns {
   void set_half(std::size_t column, const double* values, double largest);
   void set_byte(std::size_t column, const double* values, double largest);
   template <typename Stored>
-  void add_scaled(const std::vector<Stored>& stored, const std::uint32_t* places, const Value* weights,
+  void add_scaled(const AlignedVector<Stored>& stored, const std::uint32_t* places, const Value* weights,
                   std::size_t count, Value* sums) const;
 
   std::size_t count_, rows_, stride_;
-  std::vector<Byte> bytes_;
-  std::vector<Half> halves_;
-  std::vector<Value> values_, scales_;
+  AlignedVector<Byte> bytes_;
+  AlignedVector<Half> halves_;
+  AlignedVector<Value> values_;
+  std::vector<Value> scales_;
 };
 
 // One taxel's share in the norms of its sample points.
@@ -78,7 +80,8 @@ class StressMap {
     std::vector<double> folded;        // forces of each class, as its columns
     double largest[kClasses] = {};     // of each class [N]
     std::vector<double> spread_rows, corners;
-    std::vector<Value> weights, sums, norms;
+    std::vector<Value> weights;
+    AlignedVector<Value> sums, norms;
     std::vector<std::uint32_t> every;  // 0, 1, 2, ...
   };
 

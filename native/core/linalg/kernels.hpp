@@ -22,6 +22,11 @@ struct Kernels {
   void (*add_double)(const double* const* columns, const double* weights, std::size_t count, std::size_t rows,
                      double* sums);
 
+  // sums[r] += sum_ij weights[columns i + j] * from[i row + j column + r], r < count, i < rows, j < columns; `anew`: in
+  // place of what sums hold.
+  void (*add_window)(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
+                     const double* weights, std::size_t count, bool anew, double* sums);
+
   // c += a b: a(i, k) = a[i * a_row + k * a_column] (rows, depth), b (depth, columns) and c (rows, columns) row by row.
   void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                        double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);

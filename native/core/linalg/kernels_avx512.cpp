@@ -57,6 +57,10 @@ struct Lanes<double> {
   static Type all(double value) { return _mm512_set1_pd(value); }
   static Type load(const double* at) { return _mm512_loadu_pd(at); }
   static void store(double* at, Type value) { _mm512_storeu_pd(at, value); }
+  // The first of the lanes.
+  static __mmask8 first(std::size_t count) { return static_cast<__mmask8>((1u << count) - 1u); }
+  static Type load_first(const double* at, std::size_t count) { return _mm512_maskz_loadu_pd(first(count), at); }
+  static void store_first(double* at, std::size_t count, Type value) { _mm512_mask_storeu_pd(at, first(count), value); }
   static Type multiply(Type a, Type b) { return _mm512_mul_pd(a, b); }
   static Type multiply_add(Type a, Type b, Type c) { return _mm512_fmadd_pd(a, b, c); }
   static Type root(Type a) { return _mm512_maskz_sqrt_pd(0xff, a); }

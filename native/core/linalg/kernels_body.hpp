@@ -99,6 +99,46 @@ void add_columns(const Stored* const* columns, const Value* weights, std::size_t
   }
 }
 
+// Of a run that ends within the last vector the first `count` numbers are kept there.
+template <std::size_t kVectors, bool kEnds>
+void add_window_tile(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
+                     const double* weights, std::size_t count, bool anew, double* sums) {
+  using L = Lanes<double>;
+  const auto load = [count](const double* at) { return kEnds ? L::load_first(at, count) : L::load(at); };
+  typename L::Type tile[kVectors];
+  for (std::size_t v = 0; v < kVectors; ++v) tile[v] = anew ? L::all(0) : load(sums + v * L::width);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double* line = from + i * row;
+    for (std::size_t j = 0; j < columns; ++j, line += column) {
+      const typename L::Type weight = L::all(*weights++);
+      for (std::size_t v = 0; v < kVectors; ++v) tile[v] = L::multiply_add(weight, load(line + v * L::width), tile[v]);
+    }
+  }
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    if (kEnds) {
+      L::store_first(sums + v * L::width, count, tile[v]);
+    } else {
+      L::store(sums + v * L::width, tile[v]);
+    }
+  }
+}
+
+inline void add_window(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
+                       const double* weights, std::size_t count, bool anew, double* sums) {
+  constexpr std::size_t kWidth = Lanes<double>::width;
+  std::size_t r = 0;
+  for (; r + 4 * kWidth <= count; r += 4 * kWidth) {
+    add_window_tile<4, false>(from + r, rows, row, columns, column, weights, 0, anew, sums + r);
+  }
+  for (; r + 2 * kWidth <= count; r += 2 * kWidth) {
+    add_window_tile<2, false>(from + r, rows, row, columns, column, weights, 0, anew, sums + r);
+  }
+  for (; r + kWidth <= count; r += kWidth) {
+    add_window_tile<1, false>(from + r, rows, row, columns, column, weights, 0, anew, sums + r);
+  }
+  if (r < count) add_window_tile<1, true>(from + r, rows, row, columns, column, weights, count - r, anew, sums + r);
+}
+
 // One tile of c += a b, `kRows` by `kVectors` vectors: its sums stay in registers.
 template <std::size_t kRows, std::size_t kVectors>
 void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
@@ -403,6 +443,7 @@ inline Kernels make_kernels(const char* name) {
           add_columns<Half, float>,
           add_columns<float, float>,
           add_columns<double, double>,
+          add_window,
           multiply_add_matrices,
           dot,
           factor_small,

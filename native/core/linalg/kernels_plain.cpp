@@ -36,6 +36,8 @@ struct Lanes {
     return widened<Value>(*at);
   }
   static void store(Value* at, Type value) { *at = value; }
+  static Type load_first(const Value* at, std::size_t) { return *at; }
+  static void store_first(Value* at, std::size_t, Type value) { *at = value; }
   static Type multiply(Type a, Type b) { return a * b; }
   static Type multiply_add(Type a, Type b, Type c) { return a * b + c; }
   static Type root(Type a) { return std::sqrt(a); }
