@@ -87,6 +87,8 @@ class PatchFace {
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
   std::vector<double> heights_, offsets_, nodes_;
+  std::vector<Point> points_;            // that are looked at together, and what stands over them
+  std::vector<double> found_;
 };
 
 }  // namespace mjtactile

@@ -62,8 +62,9 @@ struct Kernels {
   // 1/r integrated twice along each axis, at (x, y): differences of it are integrals over pairs of rectangles.
   void (*integrate_inverse_distance)(const double* x, const double* y, std::size_t count, double* values);
 
-  // values[i] becomes 1 / sqrt(values[i]).
-  void (*inverse_roots)(double* values, std::size_t count);
+  // Sum of 1 / sqrt(max(square, least)) over squares of distances from each of some points to each of others.
+  double (*sum_inverse_distances)(const double* x, const double* y, std::size_t count, const double* to_x,
+                                  const double* to_y, std::size_t to_count, double least);
 };
 
 // The kernels in use: the best that the processor has, or those asked for with `use_kernels`.

@@ -433,8 +433,25 @@ inline void integrate_inverse_distance(const double* x, const double* y, std::si
   }
 }
 
-inline void inverse_roots(double* values, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) values[i] = 1.0 / std::sqrt(values[i]);
+// Every point of the first list is set against four of the second at once, of which the last ones may be none.
+inline double sum_inverse_distances(const double* x, const double* y, std::size_t count, const double* to_x,
+                                    const double* to_y, std::size_t to_count, double least) {
+  constexpr std::size_t kAtOnce = 4;
+  double sums[kAtOnce] = {};
+  for (std::size_t j = 0; j < to_count; j += kAtOnce) {
+    double u[kAtOnce], v[kAtOnce], share[kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const std::size_t at = j + k < to_count ? j + k : j;
+      u[k] = to_x[at], v[k] = to_y[at], share[k] = j + k < to_count ? 1.0 : 0.0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        const double away = u[k] - x[i], aside = v[k] - y[i], square = away * away + aside * aside;
+        sums[k] += share[k] / std::sqrt(square > least ? square : least);
+      }
+    }
+  }
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
 inline Kernels make_kernels(const char* name) {
@@ -455,5 +472,5 @@ inline Kernels make_kernels(const char* name) {
           norms_of<float>,
           norms_of<double>,
           integrate_inverse_distance,
-          inverse_roots};
+          sum_inverse_distances};
 }
