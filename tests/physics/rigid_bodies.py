@@ -11,7 +11,7 @@ from shapely import Point, Polygon
 
 from mjtactile._types import Array
 from mjtactile.contact import compliance as compliances
-from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.contact.press import CellForces

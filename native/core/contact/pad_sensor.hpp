@@ -183,7 +183,7 @@ class PadSensor {
   std::vector<std::uint8_t> solved_;
   FaceCells cutter_;
   SurfaceShear shear_;
-  std::vector<Value> response_, mean_response_;
+  AlignedVector<Value> response_, mean_response_;
   std::vector<double> forces_, total_, weights_, means_, part_forces_;
   std::vector<Point> starts_, ends_;
   UniformPress uniform_;

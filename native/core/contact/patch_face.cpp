@@ -44,6 +44,11 @@ bool between_nodes(const double* over, bool along, double line, double& low, dou
   return low < high;
 }
 
+// A height over a point as it is from where the view is.
+double seen_from(const PatchFace::View& view, const Point& at, double height) {
+  return height - view.slopes[0] * (at.x - view.middle.x) - view.slopes[1] * (at.y - view.middle.y) - view.lowest;
+}
+
 bool within(const Region& region, const Point& at) {
   const double c = std::cos(region.angle), s = std::sin(region.angle);
   const double x = at.x - region.centre.x, y = at.y - region.centre.y;
@@ -68,8 +73,7 @@ void PatchFace::clear() {
 }
 
 double PatchFace::seen(const View& view, const Point& at) const {
-  return view.map->height(at.x, at.y) - view.slopes[0] * (at.x - view.middle.x) -
-         view.slopes[1] * (at.y - view.middle.y) - view.lowest;
+  return seen_from(view, at, view.map->height(at.x, at.y));
 }
 
 // More cells on the sides on which the body goes on beyond the lattice, until it does nowhere.
@@ -109,11 +113,15 @@ void PatchFace::sound(Lattice lattice, const View& view, const std::vector<Regio
   first_nodes_.push_back(first);
   firsts_.push_back(places_.size());
   nodes_.resize(first + across * (2 * lattice.rows + 1));
+  points_.clear();
   for (std::size_t row = 0; row <= 2 * lattice.rows; ++row) {
     for (std::size_t column = 0; column < across; ++column) {
-      const Point at = lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2);
-      nodes_[first + row * across + column] = seen(view, at) - view.highest;
+      points_.push_back(lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2));
     }
+  }
+  view.map->heights(points_, found_);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    nodes_[first + i] = seen_from(view, points_[i], found_[i]) - view.highest;
   }
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
     const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);

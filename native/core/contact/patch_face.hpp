@@ -90,6 +90,8 @@ class PatchFace {
   std::vector<CellRectangle> rectangles_;
   std::vector<double> heights_, offsets_, nodes_;
   std::vector<Point> gradients_;
+  std::vector<Point> points_;            // that are looked at together, and what stands over them
+  std::vector<double> found_;
 };
 
 }  // namespace mjtactile

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "influence/corner_spread.hpp"
+#include "linalg/aligned.hpp"
 #include "linalg/half.hpp"
 
 namespace mjtactile {
@@ -40,13 +41,14 @@ class Columns {
   void set_half(std::size_t column, const double* values, double largest);
   void set_byte(std::size_t column, const double* values, double largest);
   template <typename Stored>
-  void add_scaled(const std::vector<Stored>& stored, const std::uint32_t* places, const Value* weights,
+  void add_scaled(const AlignedVector<Stored>& stored, const std::uint32_t* places, const Value* weights,
                   std::size_t count, Value* sums) const;
 
   std::size_t count_, rows_, stride_;
-  std::vector<Byte> bytes_;
-  std::vector<Half> halves_;
-  std::vector<Value> values_, scales_;
+  AlignedVector<Byte> bytes_;
+  AlignedVector<Half> halves_;
+  AlignedVector<Value> values_;
+  std::vector<Value> scales_;
 };
 
 // One taxel's share in the norms of its sample points.
@@ -67,22 +69,20 @@ class StressMap {
     std::vector<Value> weights;
   };
   struct Class {
-    std::vector<std::uint32_t> columns;   // quarter's degree of freedom (component, y, x) -> column, or kNone
+    // Of the quarter's degrees of freedom (y, x, component), rows of `row_stride`: the column, and 1, or 0 where it has none.
+    std::vector<std::uint32_t> columns;
+    std::vector<double> allowed;
     std::vector<std::vector<Columns<Value>>> factors;  // per layer: forces to stress, or to coefficients and those on
     double signs[3][2];                   // of each force component under x -> -x and y -> -y
   };
-  static constexpr std::uint32_t kNone = 0xffffffffu;
-
-  // Forces of each class on one degree of freedom (component, y, x) of the quarter.
-  struct Folded {
-    std::uint32_t place;
-    double forces[kClasses];
-  };
   struct Workspace {
     std::vector<std::uint32_t> places;
-    std::vector<Folded> folded;
+    std::vector<std::size_t> rows;     // of the quarter, in which there are forces
+    std::vector<double> folded;        // forces of each class, as its columns
+    double largest[kClasses] = {};     // of each class [N]
     std::vector<double> spread_rows, corners;
-    std::vector<Value> weights, sums, norms;
+    std::vector<Value> weights;
+    AlignedVector<Value> sums, norms;
     std::vector<std::uint32_t> every;  // 0, 1, 2, ...
   };
 
@@ -95,6 +95,10 @@ class StressMap {
   std::vector<Layer> layers;
   Class classes[kClasses];
 
+  // Take over so many columns (component, y, x of the quarter), negative for none, and signs of each component under x -> -x and
+  // y -> -y; returns in which order the columns are wanted: those of nodes side by side after each other.
+  std::vector<std::size_t> set_columns(Class& of_class, std::size_t count, const std::int32_t* columns,
+                                       const double* parities) const;
   // response += that to nodal forces (surface nodes y, nodes x, 3) [N].
   void add_response(const double* forces, Workspace& workspace, Value* response) const;
   // Readings (taxels of all layers) [Pa] of a response of deviatoric stress.
@@ -108,7 +112,11 @@ class StressMap {
   std::size_t part(std::size_t nodes, int axis) const { return mirrored[axis] ? nodes / 2 + 1 : nodes; }
 
  private:
+  std::size_t row_stride() const;
   double fold(const double* forces, Workspace& workspace) const;
+  double fold_row(const double* upper, const double* lower, const double shares[2][4], const double* allowed,
+                  double* to) const;
+  std::size_t keep(std::size_t c, double scale, Workspace& workspace) const;
 };
 
 }  // namespace mjtactile

@@ -8,6 +8,24 @@
 #include "linalg/small.hpp"
 
 namespace mjtactile {
+namespace {
+
+// Entries along a row that are worked on at once, and those that are not told apart.
+constexpr std::size_t kPanel = 32, kWhole = 8;
+
+}  // namespace
+
+QuadraticSplines::QuadraticSplines(std::vector<double> ends) : ends_(std::move(ends)) {
+  if (ends_.size() < 2) return;
+  const std::size_t last = ends_.size() - 1;
+  for (std::size_t piece = 0; piece < last; ++piece) {
+    const double low = ends_[piece], high = ends_[piece + 1];
+    const double before = ends_[piece > 0 ? piece - 1 : 0], beyond = ends_[std::min(piece + 2, last)];
+    // De Boor's recurrence, with the outermost ends counted three times.
+    pieces_.push_back({low, high, 1.0 / ((high - low) * (high - before)), 1.0 / ((high - low) * (beyond - low))});
+  }
+  per_ = static_cast<double>(last) / (ends_.back() - ends_.front());
+}
 
 double Bend::nearness(std::size_t i, std::size_t j) const {
   // A cell itself is longer by its stretch one way.
@@ -22,15 +40,16 @@ double Bend::nearness(std::size_t i, std::size_t j) const {
 }
 
 std::size_t QuadraticSplines::at(double place, double* values) const {
-  const auto after = std::upper_bound(ends_.begin() + 1, ends_.end() - 1, place);
-  const auto piece = static_cast<std::size_t>(after - ends_.begin()) - 1, last = ends_.size() - 1;
-  const double low = ends_[piece], high = ends_[piece + 1];
-  const double before = ends_[piece > 0 ? piece - 1 : 0], beyond = ends_[std::min(piece + 2, last)];
-  // De Boor's recurrence, with the outermost ends counted three times.
-  values[0] = (high - place) * (high - place) / ((high - low) * (high - before));
-  values[2] = (place - low) * (place - low) / ((high - low) * (beyond - low));
+  // Pieces are about as long as each other: the right one is next to where it would be if they were.
+  const double about = (place - ends_.front()) * per_, most = static_cast<double>(pieces_.size() - 1);
+  std::size_t number = about > 0.0 ? static_cast<std::size_t>(std::min(about, most)) : 0;
+  while (number > 0 && place < ends_[number]) --number;
+  while (number + 1 < pieces_.size() && place >= ends_[number + 1]) ++number;
+  const Piece& piece = pieces_[number];
+  values[0] = (piece.high - place) * (piece.high - place) * piece.falling;
+  values[2] = (place - piece.low) * (place - piece.low) * piece.rising;
   values[1] = 1.0 - values[0] - values[2];
-  return piece;
+  return number;
 }
 
 SurfaceCompliance::SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder)
@@ -97,31 +116,32 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
     first = std::min(first, window.row);
     last = std::max(last, window.row + window.rows);
   }
-  const std::size_t begin = first * columns, size = (last - first) * columns;
+  // From a whole vector on, so that none straddles two lines of the cache.
+  const std::size_t begin = first * columns / kWhole * kWhole, size = last * columns - begin;
   Matrix &through = workspace.through, &transposed = workspace.transposed;
   through.resize(cells, size);
-  const auto lines = [&](const Window& window, const auto& line_of) {
-    workspace.lines.clear();
-    for (std::size_t row = window.row; row < window.row + window.rows; ++row) {
-      for (std::size_t column = window.column; column < window.column + window.columns; ++column) {
-        workspace.lines.push_back(line_of(row * columns + column));
-      }
+  // Panel by panel: what of all splines lies in one stays in the first-level cache while all cells go by.
+  for (std::size_t from = 0; from < size; from += kPanel) {
+    const std::size_t count = std::min(kPanel, size - from);
+    for (std::size_t i = 0; i < cells; ++i) {
+      const Window& window = workspace.windows[i];
+      const double* lines = remainder + (window.row * columns + window.column) * stride + begin + from;
+      kernels().add_window(lines, window.rows, columns * stride, window.columns, stride,
+                           workspace.values.data() + window.first, count, true, through[i] + from);
     }
-    return workspace.lines.size();
-  };
-  for (std::size_t i = 0; i < cells; ++i) {
-    const Window& window = workspace.windows[i];
-    const std::size_t count = lines(window, [&](std::size_t p) { return remainder + p * stride + begin; });
-    std::fill(through[i], through[i] + size, 0.0);
-    kernels().add_double(workspace.lines.data(), workspace.values.data() + window.first, count, size, through[i]);
   }
   transpose(through, transposed);
-  for (std::size_t j = 0; j < cells; ++j) {
-    const Window& window = workspace.windows[j];
-    const std::size_t from = upper ? j : 0;
-    const std::size_t count = lines(window, [&](std::size_t p) { return transposed[p - begin] + from; });
-    kernels().add_double(workspace.lines.data(), workspace.values.data() + window.first, count, cells - from,
-                         block + j * block_stride + from);
+  const std::size_t row = transposed.stride();
+  for (std::size_t from = 0; from < cells; from += kPanel) {
+    const std::size_t end = std::min(from + kPanel, cells);
+    for (std::size_t j = 0; j < (upper ? end : cells); ++j) {
+      const Window& window = workspace.windows[j];
+      const std::size_t start = upper ? std::max(from, j / kWhole * kWhole) : from;
+      const double* lines = transposed.data() + (window.row * columns + window.column - begin) * row + start;
+      kernels().add_window(lines, window.rows, columns * row, window.columns, row,
+                           workspace.values.data() + window.first, end - start, false,
+                           block + j * block_stride + start);
+    }
   }
 }
 

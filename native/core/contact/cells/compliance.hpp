@@ -16,7 +16,7 @@ class QuadraticSplines {
   static constexpr std::size_t kOver = 3;
 
   // `ends`: of the pieces, ascending [m]. Beyond the first and the last the outermost pieces go on.
-  explicit QuadraticSplines(std::vector<double> ends) : ends_(std::move(ends)) {}
+  explicit QuadraticSplines(std::vector<double> ends);
 
   std::size_t count() const { return ends_.size() + 1; }
   // The first of the splines that are not zero at a place, and their values.
@@ -24,6 +24,11 @@ class QuadraticSplines {
 
  private:
   std::vector<double> ends_;
+  struct Piece {
+    double low, high, falling, rising;  // what squares of the distance to its ends are multiplied by
+  };
+  std::vector<Piece> pieces_;
+  double per_ = 0.0;  // pieces per length, on the average [1/m]
 };
 
 // Cells on a curved surface: their places (cells, 3) [m] in the pad frame, and how much longer the way along the normal (3)
@@ -70,7 +75,6 @@ class SurfaceCompliance {
     std::vector<Window> windows;
     std::vector<Place> places;
     std::vector<double> values, coefficients, smooth;
-    std::vector<const double*> lines;
     Matrix through, transposed;
   };
 

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from mjtactile._types import Array
-from mjtactile.contact.half_space import bent_responses, flat_responses
+from mjtactile.contact.cells.half_space import bent_responses, flat_responses
 from mjtactile.fem.line import Line
 from mjtactile.fem.symmetry import fold_forces
 from mjtactile.influence.matrices import InfluenceMatrices
