@@ -19,7 +19,7 @@ from mjtactile.geometry.planar import areal
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
-from mjtactile.pad import Pad, require_flat
+from mjtactile.pad import Pad
 from mjtactile.plugin.attributes import plugin_sensor
 from mjtactile.plugin.health import Health
 from mjtactile.plugin.reader import NativeReader
@@ -30,7 +30,7 @@ from mjtactile.sim.wrench import contact_wrenches, geom_frame
 
 
 class TactileSensor:
-    """Readings of a pad that is a box geom of a MuJoCo model; its +z face senses.
+    """Readings of a pad that is a geom of a MuJoCo model: a box whose +z face senses, or a mesh of a curved pad.
 
     Contact forces come from MuJoCo, footprints from the geometry of what touches: a body's colliding geoms as they
     stand now, or in their place those of its geoms whose names end in "_tactile". The compiled core solves every
@@ -52,8 +52,7 @@ class TactileSensor:
         facing_gap: what is no further than this above a body's first touch belongs to its face [m].
 
     Raises:
-        SceneError: when the model has no such geom, or it is not a box of the pad's size.
-        PadError: when the pad is curved.
+        SceneError: when the model has no such geom, or it has not the pad's shape.
         ContactError: when there is no such law, tangential or tilt, or they do not go together.
     """
 
@@ -81,7 +80,6 @@ class TactileSensor:
                 influence, self._sensordata = found.attributes.influence(), found.readings
                 law, tangential, friction, tilt = found.attributes.contact
         self.pad = pad if pad is not None else (influence.pad if influence is not None else Pad())
-        require_flat(self.pad, "TactileSensor")
         self.geom = pad_geom(model, geom, self.pad)
         if influence is not None and influence.pad != self.pad:
             raise SceneError(

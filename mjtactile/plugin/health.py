@@ -18,6 +18,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from mjtactile._types import Array
 from mjtactile.errors import ContactWarning
 
 #: Numbers of which `Health` is made.
@@ -70,12 +71,13 @@ class Health(NamedTuple):
 
 @dataclass(frozen=True)
 class Names:
-    """Names that warnings use: of the pad, its limits in words, and of the model's bodies."""
+    """Names that warnings use: of the pad, its limits in words, the model's bodies; the core reads `kept`."""
 
     pad: str
     pressure: str
     indentation: str
     bodies: tuple[str, ...]
+    kept: Array | None = None
 
     def body(self, number: int) -> str:
         """A body by its name; by its number where it has none."""
