@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile._types import Array
+from mjtactile._types import Array, Indices
 from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.contact.options import contact_options
@@ -24,9 +24,10 @@ from mjtactile.plugin.attributes import plugin_sensor
 from mjtactile.plugin.health import Health
 from mjtactile.plugin.reader import NativeReader
 from mjtactile.plugin.reading import Reading
-from mjtactile.sim.footprints import GapImprints, SectionImprints
-from mjtactile.sim.geoms import pad_geom
-from mjtactile.sim.wrench import contact_wrenches, geom_frame
+from mjtactile.sim.curved_outline import curved_outline
+from mjtactile.sim.footprints import GapImprints, SectionImprints, geoms_in_pad
+from mjtactile.sim.geoms import geom_shape, pad_geom, pressing_geoms
+from mjtactile.sim.wrench import PadFrame, contact_wrenches, geom_frame
 
 
 class TactileSensor:
@@ -145,13 +146,6 @@ class TactileSensor:
         """
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
-        if not BY_NAME[self.law].shapes:
-            imprints = SectionImprints(self.model, self.geom, self.influence.surface, facing_gap=self.facing_gap)
-        else:
-            level = self.tilt == "fixed"
-            imprints = GapImprints(
-                self.model, self.geom, self.influence.surface, facing_gap=self.facing_gap, level=level
-            )
         outlines = []
         for body, wrench in contacts.by_body(self.model).items():
             if not wrench.any() or body < 0:
@@ -159,8 +153,22 @@ class TactileSensor:
             known = contacts.geoms[contacts.geoms >= 0]  # flexes are no geoms
             touching = known[self.model.geom_bodyid[known] == body]
             try:
-                outlines.append(imprints.footprint(data, frame, body, touching).outline)
+                outlines.append(self._outline_of(data, frame, body, touching))
             except FootprintError as error:
                 name = self.model.body(body).name or f"number {body}"
                 warnings.warn(f"body '{name}' has no outline over the pad: {error}", ContactWarning, stacklevel=2)
         return areal(shapely.union_all(outlines))
+
+    def _outline_of(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
+        """What of one body faces the pad, some of whose geoms touch it."""
+        model, gap = self.model, self.facing_gap
+        if not self.pad.surface.is_flat:
+            placed = geoms_in_pad(data, frame, pressing_geoms(model, body, touching))
+            shapes = [(geom_shape(model, geom), pose) for geom, pose in placed.items()]
+            return curved_outline(shapes, self.pad, facing_gap=gap)
+        if BY_NAME[self.law].shapes:
+            level = self.tilt == "fixed"
+            imprints = GapImprints(model, self.geom, self.influence.surface, facing_gap=gap, level=level)
+        else:
+            imprints = SectionImprints(model, self.geom, self.influence.surface, facing_gap=gap)
+        return imprints.footprint(data, frame, body, touching).outline
