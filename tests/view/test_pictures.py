@@ -74,7 +74,7 @@ def test_the_force_s_arrow_is_mujoco_s_contact_force(frame: Frame):
 
 
 def test_the_centre_of_pressure_lies_on_a_curved_surface():
-    pad = Pad(size=(12e-3, 12e-3), surface=SphereCap(12e-3))
+    pad = Pad(surface=SphereCap(15e-3))
     place = pad.surface.positions(3e-3, -2e-3)
     force = np.array([0.3, -0.2, -1.0])
     wrench = np.concatenate([force, np.cross(place, force)])
