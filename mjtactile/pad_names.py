@@ -80,12 +80,21 @@ def pad_from_file(path: str | Path) -> Pad:
     except (OSError, ValueError, RecursionError) as error:
         raise PadError(f"cannot read {str(path)!r} as a pad's TOML file: {error}") from error
     try:
-        return _pad_of_file(values, path.parent)
+        return pad_from_values(values, path.parent)
     except PadError as error:
         raise PadError(f"{path}: {error}") from error
 
 
-def _pad_of_file(values: dict[str, Any], folder: Path) -> Pad:
+def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
+    """A pad from the values of a TOML file, see `pad_from_file`.
+
+    Args:
+        values: by name.
+        folder: in which files that it names lie.
+
+    Raises:
+        PadError: when there is a value that a pad does not have, or the pad cannot exist.
+    """
     whole = json.loads(pad_text(Pad())) | values
     taxels, surface = whole["taxels"], whole.pop("surface", None)
     if isinstance(taxels, str):
