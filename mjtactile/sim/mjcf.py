@@ -51,7 +51,7 @@ _DENSITY = "965"  # PDMS [kg/m3]
 def pad_mjcf(pad: Pad | None = None) -> str:
     """A model that holds just the pad, for `MjSpec.attach` and `<attach>`: body, geom `pad`, site `pad_surface`."""
     root, pad = document("pad"), pad or Pad()
-    _add_pad_meshes(root, pad)
+    add_pad_meshes(root, pad, "pad")
     ET.SubElement(root, "worldbody").append(_pad_body(pad))
     return text_of(root)
 
@@ -94,7 +94,7 @@ def press_mjcf(
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "headlight", ambient="0.3 0.3 0.3", diffuse="0.6 0.6 0.6")
     _add_mesh(root, indenter)
-    _add_pad_meshes(root, pad)
+    add_pad_meshes(root, pad, "pad")
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0 -0.05 0.1", dir="0 0.45 -0.9", diffuse="0.5 0.5 0.5")
     ET.SubElement(world, "camera", name="oblique", pos="0 -0.035 0.025", xyaxes="1 0 0 0 0.58 0.81", fovy="30")
@@ -133,12 +133,9 @@ def _pad_body(pad: Pad) -> ET.Element:
     body = ET.Element("body", name="pad")
     half = pad.thickness / 2
     look = contact_attributes("press") | {"name": "pad"}
-    if pad.surface.is_flat:
-        size, pos = (pad.size[0] / 2, pad.size[1] / 2, half), (0.0, 0.0, -half)
-        shapes = [{"type": "box", "size": numbers(size), "pos": numbers(pos)}]
-    else:
-        shapes = [{"name": name, "type": "mesh", "mesh": name} for name in piece_names("pad", pad_solid(pad))]
-    for shape in shapes:
+    size, pos = (pad.size[0] / 2, pad.size[1] / 2, half), (0.0, 0.0, -half)
+    box = {"type": "box", "size": numbers(size), "pos": numbers(pos)}
+    for shape in [box] if pad.surface.is_flat else mesh_geoms(pad, "pad", "pad"):
         ET.SubElement(body, "geom", look | shape | {"density": _DENSITY, "rgba": "0.75 0.8 0.85 1"})
     ET.SubElement(body, "site", name="pad_surface", size="0.0002", group="4")
     return body
@@ -149,12 +146,32 @@ def _add_mesh(root: ET.Element, indenter: Indenter) -> None:
         _add_asset(root, f"{indenter.name}_solid", indenter.solid.vertices, indenter.solid.faces)
 
 
-def _add_pad_meshes(root: ET.Element, pad: Pad) -> None:
+def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
+    """Meshes of a curved pad, called `<name>`, `<name>_piece_1` and so on; of a flat one none.
+
+    Args:
+        root: of the model.
+        pad: whose shape they have; their frame is the pad frame.
+        name: of the first.
+    """
     if pad.surface.is_flat:
         return
     solid = pad_solid(pad)
-    for name, piece in zip(piece_names("pad", solid), solid.pieces, strict=True):
-        _add_asset(root, name, piece.vertices, piece.faces)
+    for mesh, piece in zip(piece_names(name, solid), solid.pieces, strict=True):
+        _add_asset(root, mesh, piece.vertices, piece.faces)
+
+
+def mesh_geoms(pad: Pad, name: str, mesh: str) -> list[dict[str, str]]:
+    """Attributes of the geoms of a curved pad: names, kind and meshes of `add_pad_meshes`.
+
+    Args:
+        pad: curved.
+        name: of the pad's geom.
+        mesh: name of its first mesh.
+    """
+    solid = pad_solid(pad)
+    both = zip(piece_names(name, solid), piece_names(mesh, solid), strict=True)
+    return [{"name": geom, "type": "mesh", "mesh": of_mesh} for geom, of_mesh in both]
 
 
 def _add_asset(root: ET.Element, name: str, vertices: Array, faces: Indices) -> None:
