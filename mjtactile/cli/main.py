@@ -30,7 +30,7 @@ from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
 from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite
 from mjtactile.cli.reproduce import reproduce
-from mjtactile.cli.view import preview, view
+from mjtactile.cli.view import hands, preview, view
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT, fidelity_text
 
@@ -118,6 +118,7 @@ app.command(rich_help_panel="Touch")(dataset)
 app.command(rich_help_panel="Touch")(record)
 app.command(rich_help_panel="Touch")(envs)
 app.command(rich_help_panel="Touch")(preview)
+app.command(rich_help_panel="Touch")(hands)
 app.add_typer(grasp_app, name="grasp", rich_help_panel=_MEASURE)
 app.command(rich_help_panel=_MEASURE)(evaluate)
 app.command(rich_help_panel=_MEASURE)(reproduce)

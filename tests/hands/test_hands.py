@@ -184,3 +184,10 @@ def test_what_is_not_there_is_named(geoms_alone):
         attach_hand(spec, "panda", prefix="x_")
     with pytest.raises(SceneError, match=r"hand 'panda' has no pad 'thumb'. Available: finger1, finger2"):
         attach_hand(spec, "panda", only=["thumb"])
+
+
+def test_the_page_lists_the_catalogue_as_it_is():
+    from mjtactile.hands.listing import catalogue_table, shapes_table
+
+    page = (Path(__file__).parents[2] / "docs" / "hands.md").read_text()
+    assert f"{catalogue_table()}\n\n{shapes_table()}" in page, "run: mjtactile hands --page docs/hands.md"
