@@ -144,6 +144,7 @@ tables: $(VENV)/installed-dev
 	$(BIN)/mjtactile bench trade --page docs/benchmarks.md --out benchmarks/trade.json --figure docs/images/trade.png
 	$(BIN)/mjtactile bench envs --page docs/environments.md
 	$(BIN)/mjtactile envs --page docs/environments.md
+	$(BIN)/mjtactile hands --page docs/hands.md
 	$(BIN)/mjtactile bench today --page README.md
 
 # Every shipped recogniser anew, from presses to weights; two at a time. `make weights SHIP=1` puts them in the package.

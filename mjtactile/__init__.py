@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from mjtactile.influence.matrices import InfluenceMatrices, load_influence
     from mjtactile.influence.surface_load import ContactState, SurfaceLoad
     from mjtactile.pad import Layer, Pad, TaxelGrid, force_vector
-    from mjtactile.pad_names import pad_text, register_pad
+    from mjtactile.pad_names import pad_from_file, pad_text, register_pad
     from mjtactile.pad_shape.surfaces import CylinderSector, EllipsoidCap, Flat, SphereCap, SurfacePatch
     from mjtactile.pad_shape.taxels import FreeTaxels
     from mjtactile.plugin.attributes import plugin_health
@@ -105,7 +105,7 @@ _MODULE_OF = {
         "influence.matrices": ("InfluenceMatrices", "load_influence"),
         "influence.surface_load": ("ContactState", "SurfaceLoad"),
         "pad": ("Layer", "Pad", "TaxelGrid", "force_vector"),
-        "pad_names": ("pad_text", "register_pad"),
+        "pad_names": ("pad_from_file", "pad_text", "register_pad"),
         "plugin.health": ("Health", "set_warnings"),
         "plugin.attributes": ("plugin_health",),
         "fidelity": ("MESHES", "PRESETS", "Fidelity", "MeshDensity"),
@@ -169,6 +169,7 @@ __all__ = [
     "influence_matrices",
     "load_influence",
     "mesh_indenter",
+    "pad_from_file",
     "pad_text",
     "plugin_health",
     "press",

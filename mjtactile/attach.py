@@ -9,7 +9,7 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
-from mjtactile.pad import Pad, require_flat
+from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
@@ -33,15 +33,17 @@ def attach_pad(
 ) -> mujoco.MjsGeom:
     """Add a tactile pad to a body.
 
-    Adds a box geom `<name>_pad`, a site `<name>_surface` in the middle of its sensing surface, and a sensor `<name>` of
-    the plugin "mjtactile.pad". The pad should stand a little above the body's own geoms: it does not feel what touches
-    those. It touches what the body's own geoms touch, and the model's defaults do not change it.
+    Adds a geom `<name>_pad`, a site `<name>_surface` in the pad frame, and a sensor `<name>` of the plugin
+    "mjtactile.pad". The geom is a box, or of a curved pad a mesh of the same name in the shape of the pad; of one with
+    hollows several, `<name>_pad_piece_1` and so on (docs/curved.md). The pad should stand a little above the body's own
+    geoms: it does not feel what touches those. It touches what the body's own geoms touch, and the model's defaults do
+    not change it.
 
     Args:
         spec: of the model; compile it afterwards.
         body: name of the body; "world" for the world.
         name: of the sensor.
-        pos: where the middle of the sensing surface stands in the body's frame [m], shape (3,).
+        pos: where the pad frame's origin, the middle of the sensing surface, stands in the body's frame [m], (3,).
         quat: orientation of the pad frame there, z out of the pad, (w, x, y, z).
         pad: a pad, the name of a registered one, or a file of saved influence matrices; by default the paper's. The
             model holds the numbers of a pad, so that it can be saved and opened anywhere; of a file it holds the name.
@@ -59,7 +61,6 @@ def attach_pad(
 
     Raises:
         SceneError: when there is no such body, pad, fidelity, output or contact, or the name is taken.
-        PadError: when the pad is curved.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -67,12 +68,11 @@ def attach_pad(
     _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
-    require_flat(made, "attach_pad")
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
     config["visual"] = "on" if visual else "off"
     config |= {} if law is None else {"law": law}
     config |= {} if friction is None else {"friction": f"{friction:.17g}"}
-    geom = add_pad_geom(parent, name, made, *place, contact)
+    geom = add_pad_geom(spec, parent, name, made, place, contact)
     add_pad_sensor(spec, name, config)
     return geom
 

@@ -1,8 +1,9 @@
-"""Pads by what models call them: a name known in this process, or one line of text that holds the whole pad."""
+"""Pads by name, as one line of text that holds the whole pad, and as TOML files of the same values."""
 
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ _PAD = frozenset({"size", "layers", "taxels", "depths", "sampling_radius"})
 _LAYER = frozenset({"thickness", "young", "poisson"})
 _TAXELS = frozenset({"rows", "columns", "pitch", "centre"})
 _FREE = frozenset({"points", "radii"})
+_MESH = frozenset({"kind", "file", "scale", "frame", "smoothing"})
 _LARGEST = 10**18  # of whole numbers: far more than any pad has, and no error in floating point
 
 _pads: dict[str, Pad] = {"default": Pad()}
@@ -58,19 +60,82 @@ def pad_from_text(text: str) -> Pad:
         raise PadError(
             f"the pad's text is not JSON ({error}): {_short(text)}. Write it with mjtactile.pad_text."
         ) from error
+    return _pad_of(values)
+
+
+def pad_from_file(path: str | Path) -> Pad:
+    """A pad from a TOML file: the values of `pad_text`, of which any may be left out that the default pad has.
+
+    Lengths are metres, moduli pascals. Besides what the text form knows, `taxels` may name a file of points, and
+    `surface` a mesh that a patch is fitted to, `{kind = "mesh", file = "tip.stl", scale = 1e-3, frame = [...]}`
+    with the arguments of `Pad.from_mesh`; both lie beside the file.
+
+    Raises:
+        PadError: when the file cannot be read, has a value that a pad does not have, or describes a pad that cannot
+            exist.
+    """
+    path = Path(path)
+    try:
+        values = tomllib.loads(path.read_text())
+    except (OSError, ValueError, RecursionError) as error:
+        raise PadError(f"cannot read {str(path)!r} as a pad's TOML file: {error}") from error
+    try:
+        return pad_from_values(values, path.parent)
+    except PadError as error:
+        raise PadError(f"{path}: {error}") from error
+
+
+def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
+    """A pad from the values of a TOML file, see `pad_from_file`.
+
+    Args:
+        values: by name.
+        folder: in which files that it names lie.
+
+    Raises:
+        PadError: when there is a value that a pad does not have, or the pad cannot exist.
+    """
+    whole = json.loads(pad_text(Pad())) | values
+    taxels, surface = whole["taxels"], whole.pop("surface", None)
+    if isinstance(taxels, str):
+        free = FreeTaxels.from_file(folder / taxels)
+        taxels = {"points": [list(point) for point in free.points], "radii": free.radii and list(free.radii)}
+    elif isinstance(taxels, dict) and "points" in taxels:
+        taxels = {"radii": None} | taxels
+    elif isinstance(taxels, dict):
+        taxels = json.loads(pad_text(Pad()))["taxels"] | taxels
+    whole["taxels"] = taxels
+    if isinstance(surface, dict) and surface.get("kind") == "mesh":
+        given = _checked("a mesh as surface", {"scale": 1.0, "frame": None, "smoothing": None} | surface, _MESH)
+        stack = _arguments(whole)
+        del stack["surface"]
+        how = {name: given[name] for name in ("scale", "frame", "smoothing")}
+        try:
+            return Pad.from_mesh(folder / str(given["file"]), **how, **stack)
+        except FileNotFoundError as error:
+            raise PadError(f"there is no mesh {given['file']!r} beside the file.") from error
+    return _pad_of(whole if surface is None else whole | {"surface": surface})
+
+
+def _pad_of(values: Any) -> Pad:
+    return Pad(**_arguments(values))
+
+
+def _arguments(values: Any) -> dict[str, Any]:
+    """Arguments of Pad."""
     curved = isinstance(values, dict) and "surface" in values
     values = _checked("the pad", values, _PAD | {"surface"} if curved else _PAD)
     layers = values["layers"]
     if not isinstance(layers, list):
         raise PadError(f'"layers" = {_short(layers)}; expected a list of layers, top first.')
-    return Pad(
-        size=_numbers("size", values["size"]),
-        layers=tuple(_layer(layer) for layer in layers),
-        taxels=_taxels(values["taxels"]),
-        depths=_numbers("depths", values["depths"]),
-        sampling_radius=_number("sampling_radius", values["sampling_radius"]),
-        surface=surface_from(values["surface"]) if curved else FLAT,
-    )
+    return {
+        "size": _numbers("size", values["size"]),
+        "layers": tuple(_layer(layer) for layer in layers),
+        "taxels": _taxels(values["taxels"]),
+        "depths": _numbers("depths", values["depths"]),
+        "sampling_radius": _number("sampling_radius", values["sampling_radius"]),
+        "surface": surface_from(values["surface"]) if curved else FLAT,
+    }
 
 
 def _taxels(values: Any) -> TaxelGrid | FreeTaxels:
@@ -142,9 +207,14 @@ def register_pad(name: str, pad: Pad) -> None:
 
 
 def named_pad(name: str) -> Pad | None:
-    """The pad behind a name or a pad's text; None for a file."""
+    """The pad behind a name, a pad's text or its TOML file; None for a file of saved influence matrices."""
     if name in _pads:
         return _pads[name]
+    if Path(name).suffix.lower() == ".toml" and not is_pad_text(name):
+        try:
+            return pad_from_file(name)
+        except PadError as error:
+            raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
     if is_pad_text(name):
         try:
             return pad_from_text(name)

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from shapely import MultiPolygon, Polygon
 
-from mjtactile._types import Array
+from mjtactile._types import Array, Indices
 from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.contact.options import contact_options
@@ -19,18 +19,19 @@ from mjtactile.geometry.planar import areal
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
-from mjtactile.pad import Pad, require_flat
+from mjtactile.pad import Pad
 from mjtactile.plugin.attributes import plugin_sensor
 from mjtactile.plugin.health import Health
 from mjtactile.plugin.reader import NativeReader
 from mjtactile.plugin.reading import Reading
-from mjtactile.sim.footprints import GapImprints, SectionImprints
-from mjtactile.sim.geoms import pad_geom
-from mjtactile.sim.wrench import contact_wrenches, geom_frame
+from mjtactile.sim.curved_outline import curved_outline
+from mjtactile.sim.footprints import GapImprints, SectionImprints, geoms_in_pad
+from mjtactile.sim.geoms import geom_shape, pad_geom, pressing_geoms
+from mjtactile.sim.wrench import PadFrame, contact_wrenches, geom_frame
 
 
 class TactileSensor:
-    """Readings of a pad that is a box geom of a MuJoCo model; its +z face senses.
+    """Readings of a pad that is a geom of a MuJoCo model: a box whose +z face senses, or a mesh of a curved pad.
 
     Contact forces come from MuJoCo, footprints from the geometry of what touches: a body's colliding geoms as they
     stand now, or in their place those of its geoms whose names end in "_tactile". The compiled core solves every
@@ -52,8 +53,7 @@ class TactileSensor:
         facing_gap: what is no further than this above a body's first touch belongs to its face [m].
 
     Raises:
-        SceneError: when the model has no such geom, or it is not a box of the pad's size.
-        PadError: when the pad is curved.
+        SceneError: when the model has no such geom, or it has not the pad's shape.
         ContactError: when there is no such law, tangential or tilt, or they do not go together.
     """
 
@@ -81,7 +81,6 @@ class TactileSensor:
                 influence, self._sensordata = found.attributes.influence(), found.readings
                 law, tangential, friction, tilt = found.attributes.contact
         self.pad = pad if pad is not None else (influence.pad if influence is not None else Pad())
-        require_flat(self.pad, "TactileSensor")
         self.geom = pad_geom(model, geom, self.pad)
         if influence is not None and influence.pad != self.pad:
             raise SceneError(
@@ -147,13 +146,6 @@ class TactileSensor:
         """
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
-        if not BY_NAME[self.law].shapes:
-            imprints = SectionImprints(self.model, self.geom, self.influence.surface, facing_gap=self.facing_gap)
-        else:
-            level = self.tilt == "fixed"
-            imprints = GapImprints(
-                self.model, self.geom, self.influence.surface, facing_gap=self.facing_gap, level=level
-            )
         outlines = []
         for body, wrench in contacts.by_body(self.model).items():
             if not wrench.any() or body < 0:
@@ -161,8 +153,22 @@ class TactileSensor:
             known = contacts.geoms[contacts.geoms >= 0]  # flexes are no geoms
             touching = known[self.model.geom_bodyid[known] == body]
             try:
-                outlines.append(imprints.footprint(data, frame, body, touching).outline)
+                outlines.append(self._outline_of(data, frame, body, touching))
             except FootprintError as error:
                 name = self.model.body(body).name or f"number {body}"
                 warnings.warn(f"body '{name}' has no outline over the pad: {error}", ContactWarning, stacklevel=2)
         return areal(shapely.union_all(outlines))
+
+    def _outline_of(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
+        """What of one body faces the pad, some of whose geoms touch it."""
+        model, gap = self.model, self.facing_gap
+        if not self.pad.surface.is_flat:
+            placed = geoms_in_pad(data, frame, pressing_geoms(model, body, touching))
+            shapes = [(geom_shape(model, geom), pose) for geom, pose in placed.items()]
+            return curved_outline(shapes, self.pad, facing_gap=gap)
+        if BY_NAME[self.law].shapes:
+            level = self.tilt == "fixed"
+            imprints = GapImprints(model, self.geom, self.influence.surface, facing_gap=gap, level=level)
+        else:
+            imprints = SectionImprints(model, self.geom, self.influence.surface, facing_gap=gap)
+        return imprints.footprint(data, frame, body, touching).outline

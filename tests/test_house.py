@@ -28,6 +28,7 @@ MANY_OPTIONS = {
     "mjtactile.contact.wrench_basis.WrenchBasis.__init__",
     "mjtactile.envs.many.TactileVectorEnv.__init__",
     "mjtactile.envs.many.make_vec",
+    "mjtactile.hands.attach_hand.attach_hand",
     "mjtactile.pad.Pad.from_mesh",
     "mjtactile.sensor.TactileSensor.__init__",
     "mjtactile.view.viewer.Viewer.__init__",

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 #: Markers of tables by the command that writes them, where it is not called `mjtactile bench NAME`.
-MARKERS = {"mjtactile envs": "environments"}
+MARKERS = {"mjtactile envs": "environments", "mjtactile hands": "hands"}
 
 
 def name_of(page: Path) -> str:
@@ -66,7 +66,7 @@ def test_make_tables_writes_every_table_of_the_benchmarks():
     written = {
         (MARKERS.get(name, name.removeprefix("mjtactile bench ")), page) for name, page in commands_that_write_tables()
     }
-    for page in ("README.md", "docs/benchmarks.md", "docs/environments.md"):
+    for page in ("README.md", "docs/benchmarks.md", "docs/environments.md", "docs/hands.md"):
         markers = re.findall(r"^<!-- bench (.+) -->$", (ROOT / page).read_text(), flags=re.MULTILINE)
         assert markers
         assert {(marker, page) for marker in markers} <= written

@@ -28,9 +28,9 @@ from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
-from mjtactile.cli.options import AsJson, FidelityOption, finite
+from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite
 from mjtactile.cli.reproduce import reproduce
-from mjtactile.cli.view import preview, view
+from mjtactile.cli.view import hands, preview, view
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT, fidelity_text
 
@@ -39,6 +39,7 @@ Examples:
 
     mjtactile press star --force 100gf --tilt 15   # a punch into the pad
     mjtactile press tool.stl --force 0.5N --json   # a mesh of your own
+    mjtactile press sphere --pad dome.toml --figure dome.png   # a pad of your own
     mjtactile doctor                               # is all in place?
     mjtactile COMMAND --help                       # a command's options
 """
@@ -68,19 +69,21 @@ def press(
     law: Annotated[str | None, typer.Option(help="uniform, foundation or elastic.  [default: the fidelity's]")] = None,
     tangential: Annotated[str, typer.Option(help="Shear: proportional, stick or coulomb.")] = "proportional",
     friction: Annotated[float | None, typer.Option(help="Bound of the shear.  [default: none, or MuJoCo's]")] = None,
+    pad: PadOption = None,
     out: Annotated[Path | None, typer.Option(help="Write arrays to this .npz file.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw readings, section and scene to this file.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Press an indenter into the pad in MuJoCo and read the taxels."""
+    """Press an indenter into a pad in MuJoCo and read the taxels."""
     from mjtactile._files import check_apart, check_figure, check_writable
     from mjtactile.cli.press import PressProblem, run_press
-    from mjtactile.pad import force_vector
+    from mjtactile.pad import Pad, force_vector
+    from mjtactile.pad_names import pad_from_file
     from mjtactile.units import parse_force, parse_millimetres
 
     force_on_indenter = force_vector(parse_force(force), tilt, azimuth)
     place = parse_millimetres("shift", shift)
-    check_apart({"the mesh": Path(shape), "--out": out, "--figure": figure})
+    check_apart({"the mesh": Path(shape), "--pad": pad, "--out": out, "--figure": figure})
     if out is not None:
         check_writable(out)
     if figure is not None:
@@ -89,6 +92,7 @@ def press(
         PressProblem(
             shape=shape,
             force=force_on_indenter,
+            pad=Pad() if pad is None else pad_from_file(pad),
             fidelity=fidelity,
             law=law,
             tangential=tangential,
@@ -114,6 +118,7 @@ app.command(rich_help_panel="Touch")(dataset)
 app.command(rich_help_panel="Touch")(record)
 app.command(rich_help_panel="Touch")(envs)
 app.command(rich_help_panel="Touch")(preview)
+app.command(rich_help_panel="Touch")(hands)
 app.add_typer(grasp_app, name="grasp", rich_help_panel=_MEASURE)
 app.command(rich_help_panel=_MEASURE)(evaluate)
 app.command(rich_help_panel=_MEASURE)(reproduce)

@@ -24,6 +24,10 @@ FidelityOption = Annotated[
     str,
     typer.Option(help="Of the readings: fast, balanced, precise or accurate.", autocompletion=lambda: list(PRESETS)),
 ]
+PadOption = Annotated[
+    Path | None,
+    typer.Option("--pad", help="TOML file of the pad: see the docs, curved pads.  [default: the paper's pad]"),
+]
 WorkersOption = Annotated[int, typer.Option(min=1, help="Processes, one core each; the results do not depend on it.")]
 RayOption = Annotated[bool, typer.Option("--ray", help="Let Ray distribute the work; a worker lost costs only time.")]
 RayAddressOption = Annotated[

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _MILLI = 1e3
 _KILO = 1e-3
 _COLOURS = "magma"
+#: Of a line along a pad's surface.
+_CURVE_POINTS = 121
 
 
 def press_figure(
@@ -84,41 +86,49 @@ def _draw_map(axes: Axes, pad: Pad, reading: Array, depth: float, outline: Polyg
 
 
 def _draw_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
-    """Readings of the row with the highest one, against depth; the contact is drawn on top of the pad."""
+    """Readings of the row with the highest one, where they are taken; the contact is drawn on top of the pad."""
     row = int(np.unravel_index(np.argmax(readings), readings.shape)[1])
-    x, z = pad.grid.x * _MILLI, -np.array(pad.depths) * _MILLI
-    half_width, thickness = pad.size[0] / 2 * _MILLI, pad.thickness * _MILLI
-    axes.add_patch(_rectangle(-half_width, -thickness, 2 * half_width, thickness))
+    y, half_width = float(pad.grid.y[row]), pad.size[0] / 2
+    across = np.linspace(-half_width, half_width, _CURVE_POINTS)
+    top, base = _curve(pad, across, y, 0.0), _curve(pad, across, y, pad.thickness)
+    axes.add_patch(_area(np.concatenate([top.T, base.T[::-1]])))
     for height in pad.interfaces:
-        axes.axhline(height * _MILLI, color="0.5", linewidth=0.8, linestyle="--")
+        axes.plot(*_curve(pad, across, y, -height), color="0.5", linewidth=0.8, linestyle="--")
+    x, z = np.stack([_curve(pad, pad.grid.x, y, depth) for depth in pad.depths], axis=1)
     values = readings[:, row] * _KILO
-    if len(z) > 1 and len(x) > 1:
+    if min(x.shape) > 1:
         shading = axes.pcolormesh(x, z, values, shading="gouraud", cmap=_COLOURS, vmin=0.0)
     else:
-        shading = axes.scatter(*(g.ravel() for g in np.meshgrid(x, z)), c=values.ravel(), cmap=_COLOURS, vmin=0.0)
-    grid_x, grid_z = np.meshgrid(x, z)
-    axes.plot(grid_x.ravel(), grid_z.ravel(), ".", color="white", markersize=2)
-    cut = outline.intersection(_line_at(pad, float(pad.grid.y[row])))
+        shading = axes.scatter(x.ravel(), z.ravel(), c=values.ravel(), cmap=_COLOURS, vmin=0.0)
+    axes.plot(x.ravel(), z.ravel(), ".", color="white", markersize=2)
+    cut = outline.intersection(_line_at(pad, y))
     for part in getattr(cut, "geoms", [cut]):
         if not part.is_empty:
-            left, _, right, _ = (_MILLI * bound for bound in part.bounds)
-            axes.plot([left, right], [0.0, 0.0], color="tab:orange", linewidth=4, solid_capstyle="butt")
+            left, _, right, _ = part.bounds
+            pressed = _curve(pad, np.linspace(left, right, _CURVE_POINTS), y, 0.0)
+            axes.plot(*pressed, color="tab:orange", linewidth=4, solid_capstyle="butt")
+    low, high = float(base[1].min()), float(top[1].max())
     axes.set(
-        title=f"section at y = {pad.grid.y[row] * _MILLI:g} mm",
+        title=f"section at y = {y * _MILLI:g} mm",
         xlabel="x [mm]",
         ylabel="z [mm]",
-        xlim=(-half_width, half_width),
-        ylim=(-thickness, 0.08 * thickness),
+        xlim=(-half_width * _MILLI, half_width * _MILLI),
+        ylim=(low, high + 0.08 * (high - low)),
         aspect="equal",
     )
     axes.figure.colorbar(shading, ax=axes, shrink=0.6, orientation="horizontal").set_label("von Mises [kPa]")
 
 
-def _rectangle(x: float, y: float, width: float, height: float):
-    require("figures")
-    from matplotlib.patches import Rectangle
+def _curve(pad: Pad, x: Array, y: float, depth: float) -> Array:
+    """A line along x at a depth below the outer surface, seen along y: x and z [mm], (2, n)."""
+    return pad.surface.positions(x, np.full_like(x, y), depth).T[[0, 2]] * _MILLI
 
-    return Rectangle((x, y), width, height, facecolor="0.92", edgecolor="0.3")
+
+def _area(corners: Array):
+    require("figures")
+    from matplotlib.patches import Polygon as Patch
+
+    return Patch(corners, facecolor="0.92", edgecolor="0.3")
 
 
 def _line_at(pad: Pad, y: float):

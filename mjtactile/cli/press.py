@@ -158,6 +158,7 @@ def run_press(problem: PressProblem) -> PressReport:
         ContactError: unknown law, or one that does not go with the shear asked for.
         SceneError: the indenter is off the pad, or the press does not settle.
     """
+    _ = problem.pad.grid  # which the report is drawn on, or it says what to do instead
     # The scene comes first: what is wrong with it shows before minutes may go into a table.
     chosen = as_fidelity(problem.fidelity)
     contact = {"law": problem.law, "tangential": problem.tangential}

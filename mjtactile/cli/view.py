@@ -1,4 +1,4 @@
-"""The command line: `mjtactile view` and `mjtactile preview`, which show a model and its pads."""
+"""The command line: `mjtactile view`, `preview` and `hands`: models and their pads, and hands of the catalogue."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import mujoco
 import typer
 
-from mjtactile.cli.options import finite
+from mjtactile.cli.options import PageOption, finite
 
 
 def view(
@@ -90,3 +90,15 @@ def _compiled(path: Path) -> mujoco.MjModel:
         return mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
         raise SceneError(f"cannot open {path}: {error}") from error
+
+
+def hands(page: PageOption = None) -> None:
+    """List the hands that mjtactile.hands.attach_hand knows, and their pads."""
+    from mjtactile.cli.benchmarks.tables import table_on_page
+
+    write = table_on_page(page, "hands")
+    from mjtactile.hands.listing import catalogue_table, shapes_table
+
+    text = f"{catalogue_table()}\n\n{shapes_table()}"
+    typer.echo(text)
+    write(text)

@@ -14,18 +14,18 @@ import numpy as np
 
 from mjtactile._native import library, pointer
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.errors import MeshError, PadError, PresetError, SceneError
+from mjtactile.errors import MeshError, PresetError, SceneError
 from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.pad import Pad, require_flat
+from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, no_such_value
 from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.plugin.engine import Instance, attribute_names, running_layout
 from mjtactile.plugin.health import HEALTH_NUMBERS, Health
 from mjtactile.plugin.model_copy import ModelCopy
 from mjtactile.plugin.reading import Reading, fill_instance, rows_of_readings
-from mjtactile.sim.geoms import check_pad_box
+from mjtactile.sim.geoms import check_pad_geom
 from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names, plugin_config
 
 #: What a sensor can put out.
@@ -95,18 +95,8 @@ def _chosen_fidelity(text: str) -> Fidelity:
 def _loaded(pad: Pad | str, fidelity: Fidelity | None) -> InfluenceMatrices:
     """Tables of a pad or of a file; a pad that is named in two ways is loaded once."""
     if isinstance(pad, str):
-        influence = load_influence(pad, fidelity=fidelity)
-        _require_flat(influence.pad)
-        return influence
-    _require_flat(pad)
+        return load_influence(pad, fidelity=fidelity)
     return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
-
-
-def _require_flat(pad: Pad) -> None:
-    try:
-        require_flat(pad, "a sensor of the plugin")
-    except PadError as error:
-        raise SceneError(f'{PLUGIN}: attribute "pad": {error}') from error
 
 
 class PluginSensor(NamedTuple):
@@ -201,7 +191,7 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
         contacts_know_friction=True,
     )
     copy = ModelCopy(model, running_layout())
-    check_pad_box(copy, geom, pad)
+    check_pad_geom(copy, geom, pad)
     how = Reading(
         influence=influence, options=options, friction=attributes.friction, stress="stress" in attributes.outputs
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from mjtactile.plugin.mujoco_layout import MujocoLayout
 
-_KINDS = {"int": np.int32, "mjtNum": np.float64, "char": np.int8}
+_KINDS = {"int": np.int32, "float": np.float32, "mjtNum": np.float64, "char": np.int8}
 
 
 class _Named:
@@ -24,7 +24,7 @@ class _Named:
 
 
 class ModelCopy:
-    """Kinds, sizes and names of a model's geoms, and names of its bodies; attributes as MjModel's.
+    """Kinds, sizes, meshes and names of a model's geoms, and names of its bodies; attributes as MjModel's.
 
     Args:
         address: of the model.
@@ -34,6 +34,10 @@ class ModelCopy:
         nbody: bodies of the model.
         geom_type: kinds of its geoms, (geoms,).
         geom_size: half lengths and radii of its geoms [m], (geoms, 3).
+        geom_dataid: their meshes, (geoms,).
+        mesh_vertadr, mesh_vertnum: where vertices of the meshes begin, and how many they are, (meshes,).
+        mesh_vert: vertices [m], (vertices, 3).
+        mesh_pos, mesh_quat: how MuJoCo moved the meshes [m] and turned them, (meshes, 3) and (meshes, 4).
     """
 
     def __init__(self, address: int, layout: MujocoLayout) -> None:
@@ -55,7 +59,10 @@ class ModelCopy:
             return np.frombuffer(raw, dtype=kind).reshape(shape)
 
         self.nbody = size("nbody")
-        self.geom_type, self.geom_size = array("geom_type"), array("geom_size")
+        self.geom_type, self.geom_size = array("geom_type").ravel(), array("geom_size")
+        self.geom_dataid, self.mesh_vert = array("geom_dataid").ravel(), array("mesh_vert")
+        self.mesh_vertadr, self.mesh_vertnum = array("mesh_vertadr").ravel(), array("mesh_vertnum").ravel()
+        self.mesh_pos, self.mesh_quat = array("mesh_pos"), array("mesh_quat")
         self._geoms, self._bodies = array("name_geomadr").ravel(), array("name_bodyadr").ravel()
         self._names = array("names").tobytes()
 

@@ -27,9 +27,9 @@ _POINTER = 8
 _FIELDS = (
     ("mjModel", ("nsensor", "nbody", "npair", "geom_type", "geom_bodyid", "geom_contype", "geom_conaffinity",
                  "geom_dataid", "geom_size", "geom_pos", "geom_quat", "body_geomnum", "body_geomadr", "mesh_vertadr",
-                 "mesh_vertnum", "mesh_faceadr", "mesh_facenum", "mesh_vert", "mesh_face", "hfield_nrow",
-                 "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2", "names",
-                 "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid", "sensor_adr",
+                 "mesh_vertnum", "mesh_faceadr", "mesh_facenum", "mesh_vert", "mesh_face", "mesh_pos", "mesh_quat",
+                 "hfield_nrow", "hfield_ncol", "hfield_adr", "hfield_size", "hfield_data", "pair_geom1", "pair_geom2",
+                 "names", "name_geomadr", "sensor_plugin", "sensor_objtype", "sensor_objid", "sensor_adr",
                  "plugin_stateadr")),
     ("mjData", ("ncon", "contact", "xpos", "xmat", "geom_xpos", "geom_xmat", "sensordata", "plugin_data",
                 "plugin_state")),

@@ -34,6 +34,13 @@ Geometry = TypeVar("Geometry")
 _SAME_TOUCH = 1e-6
 
 
+def geoms_in_pad(data: mujoco.MjData, frame: PadFrame, geoms: Indices) -> dict[int, Pose]:
+    """Poses of geoms in the pad frame, by id."""
+    positions = (data.geom_xpos[geoms] - frame.position) @ frame.rotation
+    rotations = frame.rotation.T @ data.geom_xmat[geoms].reshape(-1, 3, 3)
+    return {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
+
+
 class Imprints(ABC, Generic[Geometry]):
     """Footprints on one pad; shapes of geoms are kept from one call to the next.
 
@@ -64,11 +71,7 @@ class Imprints(ABC, Generic[Geometry]):
             FootprintError: when nothing of it is over the sensing surface.
             SceneError: when one of its geoms has no solid or surface to press with.
         """
-        geoms = self._pressing(body, touching)
-        positions = (data.geom_xpos[geoms] - frame.position) @ frame.rotation
-        rotations = frame.rotation.T @ data.geom_xmat[geoms].reshape(-1, 3, 3)
-        placed = {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
-        return self._made(placed)
+        return self._made(geoms_in_pad(data, frame, self._pressing(body, touching)))
 
     def _colliding(self, body: int) -> Indices:
         """A body's geoms that may collide with the pad."""

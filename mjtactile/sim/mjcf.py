@@ -3,7 +3,7 @@
 Lengths are metres, forces newtons. What every model here shares:
 
 - The pad is a box geom of priority 1, so its contact settings hold whatever presses on it; its site `pad_surface`
-  is the pad frame.
+  is the pad frame. A curved pad is a mesh geom of its shape instead.
 - An indenter's body carries its true solid as geom in group 2, `<name>_tactile`. If it presses with a flat face, that
   geom does not collide; small sphere feet `<name>_foot_<i>` in group 3 do. MuJoCo places at most four contact points
   between two convex geoms, and meshes collide as their convex hull, so without feet the pressure of a star or even
@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from mjtactile._types import Array
+from mjtactile._types import Array, Indices
 from mjtactile.geometry.indenter import Indenter
 from mjtactile.geometry.planar import support_points
-from mjtactile.pad import Pad, require_flat
+from mjtactile.pad import Pad
 from mjtactile.sim.geoms import SHOWN
-from mjtactile.sim.pad_geom import contact_attributes
+from mjtactile.sim.pad_geom import contact_attributes, piece_names
+from mjtactile.sim.pad_solid import pad_solid
 
 #: Mass of an indenter [kg]. Much lighter ones lose contact under 1 N at a 1 ms step.
 INDENTER_MASS = 15e-3
@@ -49,8 +50,9 @@ _DENSITY = "965"  # PDMS [kg/m3]
 
 def pad_mjcf(pad: Pad | None = None) -> str:
     """A model that holds just the pad, for `MjSpec.attach` and `<attach>`: body, geom `pad`, site `pad_surface`."""
-    root = document("pad")
-    ET.SubElement(root, "worldbody").append(_pad_body(pad or Pad()))
+    root, pad = document("pad"), pad or Pad()
+    add_pad_meshes(root, pad, "pad")
+    ET.SubElement(root, "worldbody").append(_pad_body(pad))
     return text_of(root)
 
 
@@ -66,7 +68,7 @@ def press_mjcf(
     indenter: Indenter,
     *,
     pad: Pad | None = None,
-    shift: tuple[float, float] = (0.0, 0.0),
+    shift: tuple[float, ...] = (0.0, 0.0),
     rotate_deg: float = 0.0,
     feet: Array | None = None,
     tilt_free: bool = False,
@@ -79,27 +81,30 @@ def press_mjcf(
     Args:
         indenter: what presses.
         pad: what it presses on; the default pad if None.
-        shift: where the indenter's origin stands in the pad frame [m].
+        shift: where the indenter's origin stands in the pad frame [m], (x, y); and z, where it touches the pad at
+            another height than 0.
         rotate_deg: turned counter-clockwise by this, before the shift [deg].
-        feet: where a flat indenter's feet stand in its own frame, shape (n, 2) [m]; spread over its face if None.
+        feet: where a flat indenter's feet stand in its own frame, shape (n, 2) [m]; spread over its face if None. On a
+            curved pad it has none and collides as it is.
         tilt_free: whether a ball joint at the indenter's origin lets it tilt and turn.
     """
-    root = document("press_free" if tilt_free else "press")
+    root, pad = document("press_free" if tilt_free else "press"), pad or Pad()
     ET.SubElement(root, "option", OPTION)
     ET.SubElement(root, "statistic", center="0 0 0", extent="0.02")
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "headlight", ambient="0.3 0.3 0.3", diffuse="0.6 0.6 0.6")
     _add_mesh(root, indenter)
+    add_pad_meshes(root, pad, "pad")
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0 -0.05 0.1", dir="0 0.45 -0.9", diffuse="0.5 0.5 0.5")
     ET.SubElement(world, "camera", name="oblique", pos="0 -0.035 0.025", xyaxes="1 0 0 0 0.58 0.81", fovy="30")
-    world.append(_pad_body(pad or Pad()))
-    carrier = ET.SubElement(world, "body", name="press", pos=numbers((*shift, START_GAP)))
+    world.append(_pad_body(pad))
+    carrier = ET.SubElement(world, "body", name="press", pos=numbers((*shift[:2], sum(shift[2:]) + START_GAP)))
     for axis, direction in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")):
         ET.SubElement(carrier, "joint", name=f"press_{axis}", type="slide", axis=direction)
     if tilt_free:
         ET.SubElement(carrier, "joint", _GIMBAL, name="press_tilt", type="ball")
-    body = _indenter_body(indenter, feet)
+    body = _indenter_body(indenter, feet, on_feet=pad.surface.is_flat)
     half = math.radians(rotate_deg) / 2
     body.set("quat", numbers((math.cos(half), 0.0, 0.0, math.sin(half))))
     carrier.append(body)
@@ -125,42 +130,63 @@ def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
 
 
 def _pad_body(pad: Pad) -> ET.Element:
-    require_flat(pad, "a model with a pad")
     body = ET.Element("body", name="pad")
     half = pad.thickness / 2
-    ET.SubElement(
-        body,
-        "geom",
-        contact_attributes("press"),
-        name="pad",
-        type="box",
-        size=numbers((pad.size[0] / 2, pad.size[1] / 2, half)),
-        pos=numbers((0.0, 0.0, -half)),
-        density=_DENSITY,
-        rgba="0.75 0.8 0.85 1",
-    )
+    look = contact_attributes("press") | {"name": "pad"}
+    size, pos = (pad.size[0] / 2, pad.size[1] / 2, half), (0.0, 0.0, -half)
+    box = {"type": "box", "size": numbers(size), "pos": numbers(pos)}
+    for shape in [box] if pad.surface.is_flat else mesh_geoms(pad, "pad", "pad"):
+        ET.SubElement(body, "geom", look | shape | {"density": _DENSITY, "rgba": "0.75 0.8 0.85 1"})
     ET.SubElement(body, "site", name="pad_surface", size="0.0002", group="4")
     return body
 
 
 def _add_mesh(root: ET.Element, indenter: Indenter) -> None:
-    if indenter.primitive is not None:
+    if indenter.primitive is None:
+        _add_asset(root, f"{indenter.name}_solid", indenter.solid.vertices, indenter.solid.faces)
+
+
+def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
+    """Meshes of a curved pad, called `<name>`, `<name>_piece_1` and so on; of a flat one none.
+
+    Args:
+        root: of the model.
+        pad: whose shape they have; their frame is the pad frame.
+        name: of the first.
+    """
+    if pad.surface.is_flat:
         return
-    ET.SubElement(
-        ET.SubElement(root, "asset"),
-        "mesh",
-        name=f"{indenter.name}_solid",
-        inertia="exact",
-        vertex=numbers(indenter.solid.vertices.ravel()),
-        face=" ".join(map(str, indenter.solid.faces.ravel())),
-    )
+    solid = pad_solid(pad)
+    for mesh, piece in zip(piece_names(name, solid), solid.pieces, strict=True):
+        _add_asset(root, mesh, piece.vertices, piece.faces)
 
 
-def _indenter_body(indenter: Indenter, feet: Array | None) -> ET.Element:
+def mesh_geoms(pad: Pad, name: str, mesh: str) -> list[dict[str, str]]:
+    """Attributes of the geoms of a curved pad: names, kind and meshes of `add_pad_meshes`.
+
+    Args:
+        pad: curved.
+        name: of the pad's geom.
+        mesh: name of its first mesh.
+    """
+    solid = pad_solid(pad)
+    both = zip(piece_names(name, solid), piece_names(mesh, solid), strict=True)
+    return [{"name": geom, "type": "mesh", "mesh": of_mesh} for geom, of_mesh in both]
+
+
+def _add_asset(root: ET.Element, name: str, vertices: Array, faces: Indices) -> None:
+    assets = root.find("asset")
+    if assets is None:
+        assets = ET.SubElement(root, "asset")
+    text = {"vertex": numbers(vertices.ravel()), "face": " ".join(map(str, faces.ravel()))}
+    ET.SubElement(assets, "mesh", {"name": name, "inertia": "exact", **text})
+
+
+def _indenter_body(indenter: Indenter, feet: Array | None, *, on_feet: bool = True) -> ET.Element:
     """The indenter's body; its weight is compensated, so that it does not add to the force commanded."""
     body = ET.Element("body", name=indenter.name, gravcomp="1")
-    body.append(_solid_geom(indenter))
-    if indenter.outline is not None:
+    body.append(_solid_geom(indenter, collides=indenter.outline is None or not on_feet))
+    if indenter.outline is not None and on_feet:
         for i, (x, y) in enumerate(support_points(indenter.outline) if feet is None else feet):
             ET.SubElement(
                 body,
@@ -175,11 +201,11 @@ def _indenter_body(indenter: Indenter, feet: Array | None) -> ET.Element:
     return body
 
 
-def _solid_geom(indenter: Indenter) -> ET.Element:
+def _solid_geom(indenter: Indenter, *, collides: bool) -> ET.Element:
     # What does not collide presses only under a name that says so (geoms.py).
-    name = f"{indenter.name}_solid" if indenter.outline is None else f"{indenter.name}{SHOWN}"
+    name = f"{indenter.name}_solid" if collides else f"{indenter.name}{SHOWN}"
     geom = ET.Element("geom", name=name, group="2", mass=numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
-    if indenter.outline is not None:
+    if not collides:
         geom.attrib |= {"contype": "0", "conaffinity": "0"}
     if indenter.primitive is None:
         geom.attrib |= {"type": "mesh", "mesh": f"{indenter.name}_solid"}

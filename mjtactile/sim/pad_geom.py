@@ -15,6 +15,7 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
+from mjtactile.sim.pad_solid import PadSolid, pad_solid
 
 #: Parameters of a stiff contact, and what the others have in their place; `contact_constants` has the reasons.
 _STIFF: dict[str, Any] = {
@@ -111,49 +112,102 @@ def contact_attributes(contact: str, *names: str) -> dict[str, str]:
     return {name: " ".join(f"{value:g}" for value in np.atleast_1d(constants[name])) for name in wanted}
 
 
+#: Geoms of one pad that is not convex: `<pad>`, `<pad>_piece_1` and so on.
+PIECE = "_piece_"
+
+
 def add_pad_geom(
+    spec: mujoco.MjSpec,
     body: mujoco.MjsBody,
     name: str,
     pad: Pad,
-    position: Array,
-    quat: Array,
+    place: tuple[Array, Array],
     contact: str,
 ) -> mujoco.MjsGeom:
-    """A pad's box `<name>_pad` and the site `<name>_surface` on it, without anything from the model's defaults.
+    """A pad's geom `<name>_pad` and the site `<name>_surface` on it, without anything from the model's defaults.
+
+    A flat pad is a box. A curved one is a mesh in the pad frame, which MuJoCo collides as its convex hull; where its
+    surface has hollows, several, of which those after the first are called `<name>_pad_piece_1` and so on. MuJoCo moves
+    a mesh's frame to its centre of mass, so the pad frame is the geom's frame, moved back (`sim.wrench.geom_frame`).
 
     Args:
+        spec: of the model.
         body: it is part of.
         name: of the pad.
         pad: whose size it has.
-        position: middle of the sensing surface in the body's frame [m], (3,).
-        quat: unit quaternion of the pad frame there, (4,).
+        place: of the pad frame in the body's frame: position [m], (3,), and unit quaternion, (4,).
         contact: see `contact_constants`.
 
     Raises:
         SceneError: when there is no such contact.
     """
-    constants = contact_constants(contact)
+    position, quat = place
     contype, conaffinity = collision_groups(body)
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, quat)
+    look: dict[str, Any] = {"contype": contype, "conaffinity": conaffinity, "rgba": _COLOUR, "density": _DENSITY}
+    look |= {"quat": quat, **contact_constants(contact)}
     # Made from the default class of an empty model: MuJoCo's own values in every field that this version has.
     blank = mujoco.MjSpec()
-    geom = body.add_geom(
-        blank.default,
-        name=f"{name}_pad",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2],
-        pos=position - rotation.reshape(3, 3)[:, 2] * pad.thickness / 2,
-        quat=quat,
-        rgba=_COLOUR,
-        density=_DENSITY,
-        contype=contype,
-        conaffinity=conaffinity,
-        **constants,
-    )
+    if pad.surface.is_flat:
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, quat)
+        geom = body.add_geom(
+            blank.default,
+            name=f"{name}_pad",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2],
+            pos=position - rotation.reshape(3, 3)[:, 2] * pad.thickness / 2,
+            **look,
+        )
+    else:
+        meshes = _add_meshes(spec, f"{name}_pad", pad_solid(pad))
+        look |= {"type": mujoco.mjtGeom.mjGEOM_MESH, "pos": position}
+        geom = body.add_geom(blank.default, name=f"{name}_pad", meshname=meshes[0], **look)
+        for mesh in meshes[1:]:
+            body.add_geom(blank.default, name=mesh, meshname=mesh, **look)
     size = [0.0002, *blank.default.site.size[1:]]  # a ball's radius
     body.add_site(blank.default, name=f"{name}_surface", pos=position, quat=quat, size=size, group=4)
     return geom
+
+
+def pad_pieces(model: Any, geom: int) -> list[int]:
+    """Ids of the geoms that are one pad: its own, and `<name>_piece_1` and so on of one with hollows.
+
+    Args:
+        model: compiled model, or a `ModelCopy` of one.
+        geom: id of the pad's geom.
+    """
+    pieces = [geom]
+    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
+        return pieces
+    beginning = f"{model.geom(geom).name}{PIECE}"
+    # They stand behind one another, since they were added to one body.
+    for other in range(geom + 1, len(model.geom_type)):
+        if not model.geom(other).name.startswith(beginning):
+            break
+        pieces.append(other)
+    return pieces
+
+
+def piece_names(pad: str, solid: PadSolid) -> list[str]:
+    """Names of the geoms and meshes of a curved pad: its own, and `<name>_piece_1` and so on."""
+    return [pad, *(f"{pad}{PIECE}{number}" for number in range(1, len(solid.pieces)))]
+
+
+def _add_meshes(spec: mujoco.MjSpec, name: str, solid: PadSolid) -> list[str]:
+    """A pad's meshes, without anything from the model's defaults; their names."""
+    names = piece_names(name, solid)
+    for mesh, piece in zip(names, solid.pieces, strict=True):
+        if spec.mesh(mesh) is not None:
+            raise SceneError(f"the model has a mesh '{mesh}' already. Give the pad another name.")
+        spec.add_mesh(
+            mujoco.MjSpec().default,
+            name=mesh,
+            scale=[1.0, 1.0, 1.0],
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT,
+            uservert=piece.vertices.ravel().tolist(),
+            userface=piece.faces.ravel().tolist(),
+        )
+    return names
 
 
 def collision_groups(body: mujoco.MjsBody) -> tuple[int, int]:

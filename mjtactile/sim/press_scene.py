@@ -18,7 +18,9 @@ from shapely import Polygon
 from mjtactile._types import Array
 from mjtactile.errors import IndenterError, SceneError
 from mjtactile.geometry.indenter import Indenter, mesh_indenter, punch
-from mjtactile.geometry.planar import areal, support_points
+from mjtactile.geometry.planar import areal, polygons_of, support_points
+from mjtactile.geometry.primitives import Pose
+from mjtactile.geometry.triangle_mesh import TriangleSurface
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import press_mjcf
 from mjtactile.sim.wrench import contact_wrenches, site_frame
@@ -30,6 +32,8 @@ FORCE_TOLERANCE = 1e-4
 STEADY_STEPS = 5
 #: Simulated time after which a press that has not settled is given up [s].
 TIME_LIMIT = 0.2
+#: Points along each axis at which a curved pad is looked at for its first touch.
+_LOOKS = 129
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +58,9 @@ def press_spec(
     indenter = _as_indenter(shape)
     pad = pad or Pad()
     feet = _feet(indenter, pad, shift, rotate_deg)
-    text = press_mjcf(indenter, pad=pad, shift=shift, rotate_deg=rotate_deg, feet=feet, tilt_free=tilt_free)
+    height = 0.0 if pad.surface.is_flat else _touching_height(indenter, pad, shift, rotate_deg)
+    place = (*shift, height)
+    text = press_mjcf(indenter, pad=pad, shift=place, rotate_deg=rotate_deg, feet=feet, tilt_free=tilt_free)
     return mujoco.MjSpec.from_string(text)
 
 
@@ -74,12 +80,13 @@ def press_scene(
         shape: one of the seven punches by name, an `Indenter`, or a watertight mesh in metres.
         shift: where the indenter's origin stands in the pad frame [m].
         rotate_deg: turned counter-clockwise about its origin by this, before the shift [deg].
-        pad: its size and thickness are used; the default pad if None.
+        pad: its shape is used; the default pad if None. Flat faces stand on feet, but collide as they are with a
+            curved pad.
         tilt_free: whether the indenter may tilt and turn about its origin, through which the force then passes.
 
     Raises:
         IndenterError: unknown shape, or a mesh that is no solid.
-        SceneError: the indenter is off the pad.
+        SceneError: the indenter is off the pad, or its face has a hole and the pad is curved.
     """
     return press_spec(shape, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free).compile()
 
@@ -142,6 +149,14 @@ def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: 
         )
     if indenter.outline is None:
         return None
+    if not pad.surface.is_flat:
+        if any(polygon.interiors for polygon in polygons_of(loaded)):
+            raise SceneError(
+                f"indenter '{indenter.name}' has a hole in its face, which MuJoCo would fill where it collides with a "
+                "curved pad. Press with one that has none, or build the scene of convex pieces and read it with "
+                "TactileSensor."
+            )
+        return None
     inside = _rectangle(pad, EDGE_MARGIN)
     if inside.contains(face):
         return support_points(indenter.outline)
@@ -153,6 +168,19 @@ def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: 
         ) from error
     turn = math.radians(rotate_deg)
     return (feet - shift) @ np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+
+
+def _touching_height(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float) -> float:
+    """At which height of its origin an indenter touches a curved pad [m], pad frame."""
+    turn = math.radians(rotate_deg)
+    rotation = np.array(
+        [[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], [0.0, 0.0, 1.0]]
+    )
+    x, y = np.meshgrid(*(np.linspace(-side / 2, side / 2, _LOOKS) for side in pad.size))
+    solid = indenter.solid
+    body = TriangleSurface(np.asarray(solid.vertices, dtype=float), np.asarray(solid.faces), closed=True)
+    above = body.heights(Pose(np.array([*shift, 0.0]), rotation), x.ravel(), y.ravel(), -1.0)
+    return float(np.max(pad.surface.height(x, y).ravel() - above))
 
 
 def _rectangle(pad: Pad, margin: float) -> Polygon:

@@ -15,6 +15,7 @@ from mjtactile._files import check_figure, save_figure
 from mjtactile._installed import require
 from mjtactile.errors import SceneError
 from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names
+from mjtactile.sim.pad_geom import pad_pieces
 from mjtactile.sim.render import render_scene
 from mjtactile.sim.wrench import PadFrame, geom_frame
 
@@ -27,6 +28,7 @@ _DISTANCES = (3.5, 18.0)
 _LEAN = 0.8
 _AMBIENT = 0.5  # light on what no lamp shines on [-]
 _SIDE = 480  # of each picture [pixels]
+_BOX, _MESH = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
 def preview_pad(
@@ -66,9 +68,11 @@ def preview_pad(
         if model.nkey:
             mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_forward(model, data)
-    frame = geom_frame(model, data, geom)
-    hidden = set(np.flatnonzero(~np.isin(model.geom_group, groups)).tolist()) - {geom}
-    diagonal = float(np.linalg.norm(2 * model.geom_size[geom, :2]))
+    frame, pieces = geom_frame(model, data, geom), pad_pieces(model, geom)
+    hidden = set(np.flatnonzero(~np.isin(model.geom_group, groups)).tolist()) - set(pieces)
+    diagonal = 2.0 * float(model.geom_rbound[geom])
+    if model.geom_type[geom] == _BOX:
+        diagonal = float(np.linalg.norm(2 * model.geom_size[geom, :2]))
     pictures = [
         render_scene(
             model,
@@ -76,7 +80,7 @@ def preview_pad(
             _SIDE,
             _SIDE,
             camera=_camera(frame, distance * diagonal),
-            mark=partial(_mark, pad=geom, hidden=hidden, frame=frame, length=0.2 * distance * diagonal),
+            mark=partial(_mark, pieces=pieces, hidden=hidden, frame=frame, length=0.2 * distance * diagonal),
         )
         for distance in _DISTANCES
     ]
@@ -87,11 +91,11 @@ def preview_pad(
 
 
 def _pad_geom(model: mujoco.MjModel, pad: str) -> int:
-    """Id of the box geom of that name, or of the pad's sensor of that name."""
+    """Id of the pad's geom of that name, or of the pad's sensor of that name."""
     sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, pad)
     felt = is_pad_sensor(model, sensor)
     geom = int(model.sensor_objid[sensor]) if felt else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, pad)
-    if geom < 0 or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
+    if geom < 0 or model.geom_type[geom] not in (_BOX, _MESH):
         raise SceneError(f"the model has no pad '{pad}'. Available: {', '.join(pad_sensor_names(model)) or 'none'}.")
     return geom
 
@@ -109,12 +113,12 @@ def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
     return view
 
 
-def _mark(scene: Any, pad: int, hidden: set[int], frame: PadFrame, length: float) -> None:
+def _mark(scene: Any, pieces: list[int], hidden: set[int], frame: PadFrame, length: float) -> None:
     """Colour the pad in a scene, add its axes as arrows, and add light."""
     if scene.nlight:
         scene.lights[0].ambient[:] = np.maximum(scene.lights[0].ambient, _AMBIENT)
     for shown in scene.geoms[: scene.ngeom]:
-        if shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid == pad:
+        if shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid in pieces:
             shown.rgba[:] = _PAD_COLOUR
         elif shown.objtype == mujoco.mjtObj.mjOBJ_GEOM and shown.objid in hidden:
             shown.rgba[3] = 0.0

@@ -12,8 +12,9 @@ import numpy as np
 
 from mjtactile._types import Array, Indices
 from mjtactile.errors import SceneError
+from mjtactile.sim.pad_geom import pad_pieces
 
-_BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
+_BOX, _MESH = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_MESH)
 _NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # the axes that follow each axis, and those after them
 
 
@@ -50,7 +51,9 @@ def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
 
 
 def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFrame:
-    """The pad frame of a box geom: the centre of its +z face.
+    """The pad frame of a pad's geom: of a box the centre of its +z face, of a mesh that of its vertices as written.
+
+    MuJoCo moves a mesh to its centre of mass and turns it to its axes of inertia, and says by how much.
 
     Args:
         model: compiled model.
@@ -58,12 +61,17 @@ def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFram
         geom: id of the geom.
 
     Raises:
-        SceneError: the geom is not a box.
+        SceneError: the geom is neither a box nor a mesh.
     """
+    if model.geom_type[geom] == _MESH:
+        mesh, turn = int(model.geom_dataid[geom]), np.empty(9)
+        mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh])
+        rotation = data.geom_xmat[geom].reshape(3, 3) @ turn.reshape(3, 3).T
+        return PadFrame(data.geom_xpos[geom] - rotation @ model.mesh_pos[mesh], rotation)
     if model.geom_type[geom] != _BOX:
         raise SceneError(
-            f"geom '{model.geom(geom).name}' is not a box, so nothing says where its sensing surface is. "
-            "Put a site there, z out of the pad, and pass site_frame(data, site id)."
+            f"geom '{model.geom(geom).name}' is neither a box nor a mesh, so nothing says where its sensing surface "
+            "is. Put a site there, z out of the pad, and pass site_frame(data, site id)."
         )
     rotation = data.geom_xmat[geom].reshape(3, 3)
     return PadFrame(data.geom_xpos[geom] + rotation[:, 2] * model.geom_size[geom, 2], rotation)
@@ -82,13 +90,16 @@ def contact_wrenches(
         model: compiled model.
         data: its state after `mj_step` or `mj_forward`.
         pad_geom: id of the pad's geom. Contacts of other geoms of the same body are none of the pad's.
-        frame: the pad frame; the +z face of the pad's box geom if None.
+        frame: the pad frame; that of the pad's geom if None.
     Returns: wrenches per touching geom; empty without contact.
     """
     contact = data.contact
     pairs = contact.geom.reshape(-1, 2)
-    pad_is_second = pairs[:, 1] == pad_geom
-    touching = ((pairs[:, 0] == pad_geom) | pad_is_second).nonzero()[0]
+    if len(pieces := pad_pieces(model, pad_geom)) == 1:
+        pad_is_first, pad_is_second = (pairs == pad_geom).T
+    else:
+        pad_is_first, pad_is_second = np.isin(pairs, pieces).T
+    touching = (pad_is_first | pad_is_second).nonzero()[0]
     if len(touching) == 0:
         return PadContacts(np.empty(0, np.int64), np.empty((0, 6)))
     origin, rotation = geom_frame(model, data, pad_geom) if frame is None else frame

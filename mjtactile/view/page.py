@@ -132,6 +132,7 @@ class PadMarks:
     """
 
     def __init__(self, server: viser.ViserServer, number: int, sensor: TactileSensor) -> None:
+        self._pad = sensor.pad
         scene, root, size = server.scene, f"/pads/{number}", min(sensor.pad.size)
         self._frame = scene.add_frame(root, show_axes=False)
         nothing = np.zeros((1, 2, 3), dtype=np.float32)
@@ -145,11 +146,10 @@ class PadMarks:
     def show(self, pad: ShownPad, controls: Controls) -> None:
         """Bring them up to date."""
         self._frame.position, self._frame.wxyz = pad.position, pad.quat
-        _show_lines(self._force, _one(force_arrow(pad.wrench, controls.force_length)))
-        _show_lines(self._twist, _one(twist_arrow(pad.wrench, controls.twist_length)))
-        flat = np.full((*pad.outline.shape[:2], 3), _LIFT)
-        flat[..., :2] = pad.outline
-        _show_lines(self._outline, flat)
+        _show_lines(self._force, _one(force_arrow(pad.wrench, controls.force_length, self._pad)))
+        _show_lines(self._twist, _one(twist_arrow(pad.wrench, controls.twist_length, self._pad)))
+        height = self._pad.surface.height(pad.outline[..., 0], pad.outline[..., 1]) + _LIFT
+        _show_lines(self._outline, np.concatenate([pad.outline, height[..., None]], axis=-1))
 
 
 def _one(arrow: Array | None) -> Array:

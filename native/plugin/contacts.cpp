@@ -2,10 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <string>
+
+#include "plugin/model_geometry.hpp"
 
 namespace mjtactile::mujoco {
 namespace {
 
+// What names of a pad's further geoms begin with, after the name of its first.
+constexpr char kPiece[] = "_piece_";
 // Contacts whose normal leans further from the surface's than this (its cosine) press on the pad from beside.
 constexpr double kPresses = 0.70710678118654752440;
 
@@ -26,13 +32,45 @@ void turned_back(const double* rotation, const double* vector, double* out) {
 }  // namespace
 
 Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom) {
-  Frame frame;
+  Frame frame = {};
   const double* position = field<const double*>(data, layout.data_geom_xpos) + 3 * geom;
   const double* rotation = field<const double*>(data, layout.data_geom_xmat) + 9 * geom;
+  if (field<const int*>(model, layout.model_geom_type)[geom] == kMesh) {
+    const int mesh = field<const int*>(model, layout.model_geom_dataid)[geom];
+    const double* moved = field<const double*>(model, layout.model_mesh_pos) + 3 * mesh;
+    const Pose turn = pose_of(moved, field<const double*>(model, layout.model_mesh_quat) + 4 * mesh);
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        frame.rotation[3 * i + j] = 0.0;
+        for (int k = 0; k < 3; ++k) frame.rotation[3 * i + j] += rotation[3 * i + k] * turn.rotation[3 * j + k];
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      frame.origin[i] = position[i];
+      for (int k = 0; k < 3; ++k) frame.origin[i] -= frame.rotation[3 * i + k] * moved[k];
+    }
+    return frame;
+  }
   const double half = field<const double*>(model, layout.model_geom_size)[3 * geom + 2];
   std::copy(rotation, rotation + 9, frame.rotation);
   for (int i = 0; i < 3; ++i) frame.origin[i] = position[i] + rotation[3 * i + 2] * half;
   return frame;
+}
+
+std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom) {
+  std::vector<int> pieces = {geom};
+  if (field<const int*>(model, layout.model_geom_type)[geom] != kMesh) return pieces;
+  const char* names = field<const char*>(model, layout.model_names);
+  const int* name = field<const int*>(model, layout.model_name_geomadr);
+  const int* body = field<const int*>(model, layout.model_geom_bodyid);
+  const int end = field<const int*>(model, layout.model_body_geomadr)[body[geom]] +
+                  field<const int*>(model, layout.model_body_geomnum)[body[geom]];
+  const std::string beginning = std::string(names + name[geom]) + kPiece;
+  for (int other = geom + 1; other < end; ++other) {
+    if (std::strncmp(names + name[other], beginning.c_str(), beginning.size()) != 0) break;
+    pieces.push_back(other);
+  }
+  return pieces;
 }
 
 Touch& Contacts::touch_of(int body) {
@@ -51,19 +89,20 @@ Touch& Contacts::touch_of(int body) {
 }
 
 void Contacts::gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
-                      int geom, const OuterSurface& outer) {
+                      const std::vector<int>& pieces, const OuterSurface& surface) {
   count = 0;
   std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
   if (contacts == 0) return;
   const char* contact = field<const char*>(data, layout.data_contact);
-  Frame frame;
+  Frame frame = {};
   bool placed = false;
   for (int i = 0; i < contacts; ++i, contact += layout.contact_size) {
     const int* pair = &field<int>(contact, layout.contact_geom);
-    const bool second = pair[1] == geom;
-    if (!second && pair[0] != geom) continue;
-    if (!placed) frame = pad_frame(layout, model, data, geom);
+    const auto is_pad = [&](int one) { return std::find(pieces.begin(), pieces.end(), one) != pieces.end(); };
+    const bool second = is_pad(pair[1]);
+    if (!second && !is_pad(pair[0])) continue;
+    if (!placed) frame = pad_frame(layout, model, data, pieces.front());
     placed = true;
     const int other = second ? pair[0] : pair[1];
     const int body = other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other];
@@ -92,15 +131,15 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     }
     for (int k = 0; k < 3; ++k) wrench[k] += force[k], wrench[3 + k] += moment[k];
     double out[3];
-    normal_at(outer, arm, out);
-    const double upright = -sign * (normal[0] * out[0] + normal[1] * out[1] + normal[2] * out[2]);
+    normal_at(surface, arm, out);
+    const auto along = [&](const double* one) { return out[0] * one[0] + out[1] * one[1] + out[2] * one[2]; };
+    const double upright = -sign * along(normal), pressing = -along(force);
     if (upright < kPresses) continue;
     Touch& touch = touch_of(body);
     for (int k = 0; k < 3; ++k) touch.wrench[k] += force[k], touch.wrench[3 + k] += moment[k];
-    touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);  // along the pad's normal
+    touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);
     const double* friction = &field<double>(contact, layout.contact_friction);
     touch.friction = std::max({touch.friction, friction[0], friction[1]});
-    const double pressing = -(force[0] * out[0] + force[1] * out[1] + force[2] * out[2]);
     if (pressing > 0.0) touch.points.push_back({arm[0], arm[1], pressing});
   }
   std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),

@@ -46,6 +46,8 @@ std::shared_ptr<const SharedMesh> shared_mesh(std::uint64_t key, double facing_g
   return found;
 }
 
+}  // namespace
+
 Pose pose_of(const double* position, const double* quaternion) {
   const double w = quaternion[0], x = quaternion[1], y = quaternion[2], z = quaternion[3];
   Pose pose;
@@ -56,8 +58,6 @@ Pose pose_of(const double* position, const double* quaternion) {
   std::copy(rotation, rotation + 9, pose.rotation);
   return pose;
 }
-
-}  // namespace
 
 bool ModelGeometry::Geom::operator==(const Geom& other) const {
   return number == other.number && kind == other.kind && data == other.data && heights == other.heights &&

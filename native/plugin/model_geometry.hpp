@@ -11,6 +11,9 @@
 
 namespace mjtactile::mujoco {
 
+// From a position [m] and a unit quaternion (w, x, y, z).
+Pose pose_of(const double* position, const double* quaternion);
+
 // What presses of a body: its geoms that collide with the pad. Geoms that show its true shape press in their place where
 // their names end in "_tactile".
 class ModelGeometry {

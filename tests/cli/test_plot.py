@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+from shapely import Point
 
 from mjtactile.cli.plot import press_figure
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad_shape.surfaces import SphereCap
 
 
 @pytest.mark.parametrize(
@@ -34,3 +36,25 @@ def test_without_a_picture_the_scene_is_left_out():
 def test_a_single_row_of_taxels_can_be_drawn():
     pad = Pad(taxels=TaxelGrid(rows=1, columns=1), depths=(1e-3,))
     press_figure(pad, np.ones((1, 1, 1)), indenter_outline("star")).canvas.draw()
+
+
+def test_the_section_of_a_dome_is_curved_and_shows_taxels_where_they_are():
+    layers = Layer(thickness=1e-3, young=1e6, poisson=0.4), Layer(thickness=2e-3, young=3e6, poisson=0.4)
+    taxels = TaxelGrid(rows=5, columns=7, pitch=(1.5e-3, 2e-3))
+    pad = Pad(size=(12e-3, 12e-3), layers=layers, taxels=taxels, depths=(1e-3, 2e-3), surface=SphereCap(12e-3))
+    readings = np.ones(pad.reading_shape)
+    readings[0, 3, 2] = 2.0  # the section goes through row 3, at y = 2 mm
+    figure = press_figure(pad, readings, Point(1e-3, 2e-3).buffer(1e-3))
+    (section,) = [axes for axes in figure.axes if "section at y = 2 mm" in axes.get_title()]
+    interface, dots, pressed = (np.asarray(line.get_data()) for line in section.lines)
+    # Around the sphere's middle, seen along y, points at depth d of the row's plane lie on a circle of their own.
+    middle = -12.0
+    through = 12.0**2 - 2.0**2
+    for line, depth in ((interface, 1.0), (pressed, 0.0)):
+        share = 1 - depth / 12.0
+        np.testing.assert_allclose(line[0] ** 2 + (line[1] - middle) ** 2, share**2 * through, rtol=1e-9)
+    points = np.concatenate([pad.taxel_points(k).reshape(5, 7, 3)[3] for k in range(2)]) * 1e3
+    np.testing.assert_allclose(dots.T, points[:, [0, 2]], atol=1e-9)
+    assert pressed[0].min() == pytest.approx(0.0, abs=1e-6)
+    assert pressed[0].max() == pytest.approx(2.0, abs=1e-6)
+    figure.canvas.draw()

@@ -14,7 +14,7 @@ from shapely import Point, box
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
 import mjtactile
-from mjtactile.errors import FootprintError, PadError, SceneError, StaleInfluenceError
+from mjtactile.errors import FootprintError, PadError, StaleInfluenceError
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence import cache
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
@@ -24,7 +24,6 @@ from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.pad_names import pad_text
 from mjtactile.pad_shape.surfaces import EllipsoidCap, SphereCap
 from mjtactile.pad_shape.taxels import FreeTaxels
-from mjtactile.sim.mjcf import pad_mjcf
 
 DOME = replace(LAYERED_PAD, surface=EllipsoidCap((11e-3, 8e-3, 9e-3)))
 MESH = Fidelity(mesh=COARSE)
@@ -109,31 +108,6 @@ def test_contact_refuses_curved_pads(dome):
             mjtactile.contact_load(dome, footprint, force=(0, 0, -0.1), law=law)
         with pytest.raises(PadError, match="flat pads only so far"):
             mjtactile.WrenchBasis(dome, footprint, law=law)
-
-
-def test_mujocos_doors_refuse_curved_pads(dome, tmp_path):
-    spec = mujoco.MjSpec()
-    with pytest.raises(PadError, match="attach_pad takes flat pads only so far"):
-        mjtactile.attach_pad(spec, body="world", name="tip", pad=DOME)
-    with pytest.raises(PadError, match="a model with a pad takes flat pads only"):
-        pad_mjcf(DOME)
-    with pytest.raises(PadError, match="flat pads only"):
-        mjtactile.press_scene("circle", pad=DOME)
-    model = mujoco.MjModel.from_xml_string(pad_mjcf(LAYERED_PAD))
-    with pytest.raises(PadError, match="TactileSensor takes flat pads only so far"):
-        mjtactile.TactileSensor(model, DOME)
-    with pytest.raises(PadError, match="TactileSensor takes flat pads only so far"):
-        mjtactile.TactileSensor(model, influence=dome)
-
-
-def test_the_plugin_refuses_curved_pads_before_it_builds_their_tables(dome, tmp_path):
-    from mjtactile.plugin.attributes import _loaded
-
-    with pytest.raises(SceneError, match='attribute "pad": a sensor of the plugin takes flat pads only so far'):
-        _loaded(DOME, MESH)
-    dome.save(tmp_path / "dome.safetensors")
-    with pytest.raises(SceneError, match="flat pads only so far"):
-        _loaded(str(tmp_path / "dome.safetensors"), None)
 
 
 def test_datasets_environments_and_pytorch_refuse_curved_pads(dome):

@@ -46,6 +46,7 @@ EXAMPLES = {
     "policy": Example("tutorials/policy.md", pads=False),
     "dataset": Example("tutorials/dataset.md", pads=False),
     "own_pad": Example("tutorials/own-pad.md"),
+    "curved_pad": Example("tutorials/curved-pad.md", pads=False),
     "forces_that_add_up": Example("forces.md"),
     "mujoco_rollout": Example("clients/mujoco-rollout.md"),
     "stable_baselines3_grasp": Example("clients/stable-baselines3.md", slow=True),

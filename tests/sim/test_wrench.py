@@ -198,11 +198,11 @@ def test_the_pad_frame_of_a_box_is_its_upper_face():
         np.testing.assert_allclose(a, b, atol=1e-15)
 
 
-def test_only_a_box_has_a_face_to_guess():
+def test_only_boxes_and_meshes_say_where_a_pad_senses():
     model = mujoco.MjModel.from_xml_string("""
         <mujoco><worldbody><geom name="dome" size="1"/>
           <body pos="0 0 1.5"><freejoint/><geom size="1" mass="1"/></body></worldbody></mujoco>""")
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    with pytest.raises(SceneError, match=r"'dome' is not a box.*pass site_frame"):
+    with pytest.raises(SceneError, match=r"'dome' is neither a box nor a mesh.*pass site_frame"):
         contact_wrenches(model, data, 0)

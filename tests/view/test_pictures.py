@@ -12,6 +12,7 @@ from PIL import Image
 from pressed_boxes import WEIGHT, boxes_on_pads, pressed
 
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.surfaces import SphereCap
 from mjtactile.view.arrows import centre_of_pressure, force_arrow, twist_arrow
 from mjtactile.view.frame import Frame, pads_of, take_frame
 from mjtactile.view.heat_map import LEAST_SCALE, Scale, heat_map, heat_map_html, palette
@@ -70,6 +71,18 @@ def test_the_force_s_arrow_is_mujoco_s_contact_force(frame: Frame):
         assert np.allclose(arrow[1] - arrow[0], [0.0, 0.0, -0.01 * force], atol=1e-5)
         assert np.allclose(arrow[0], 0.0, atol=1e-4)
     assert force_arrow(np.zeros(6), 0.01) is None
+
+
+def test_the_centre_of_pressure_lies_on_a_curved_surface():
+    pad = Pad(surface=SphereCap(15e-3))
+    place = pad.surface.positions(3e-3, -2e-3)
+    force = np.array([0.3, -0.2, -1.0])
+    wrench = np.concatenate([force, np.cross(place, force)])
+    np.testing.assert_allclose(centre_of_pressure(wrench, pad), place, atol=1e-9)
+    arrow = force_arrow(wrench, 0.01, pad)
+    assert arrow is not None
+    np.testing.assert_allclose(arrow, [place, place + 0.01 * force], atol=1e-9)
+    assert twist_arrow(wrench, 5.0, pad) is None
 
 
 def test_the_centre_of_pressure_and_the_twist_about_it():

@@ -13,12 +13,15 @@ import numpy as np
 
 from mjtactile.fidelity import Fidelity, fidelity_text
 from mjtactile.pad import Pad
-from mjtactile.pad_names import PLUGIN
-from mjtactile.sim.mjcf import document, numbers, text_of
+from mjtactile.pad_names import PLUGIN, pad_text
+from mjtactile.pad_shape.surfaces import SphereCap
+from mjtactile.sim.mjcf import add_pad_meshes, document, mesh_geoms, numbers, text_of
 from mjtactile.sim.pad_geom import contact_attributes
 
 #: Contact of links and of what hands hold: as the pads', but for friction and priority, which objects bring themselves.
 CONTACT = contact_attributes("hand", "condim", "solref", "solimp")
+#: Mesh of every fingertip's pad, where it is curved.
+_MESH = "fingertip_pad"
 _PAD_DENSITY = "965"  # PDMS [kg/m^3]
 #: Colours of links and palms.
 GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
@@ -29,7 +32,7 @@ class FingertipPads:
     """Which pad every fingertip of a hand has, and how it is read.
 
     Attributes:
-        pad: its size and thickness are those of the pads' geoms.
+        pad: its shape is that of the pads' geoms; flat, as recognisers know it, or curved.
         name: by which the plugin knows the pad: `pad_text(pad)`, or a name of `register_pad`.
         fidelity: of the readings, a preset by name or a Fidelity.
     """
@@ -41,6 +44,9 @@ class FingertipPads:
 
 #: The default pad, read with preset "fast".
 DEFAULT_PADS = FingertipPads()
+_DOME = Pad(surface=SphereCap(14e-3))
+#: The same with a round surface. Recognisers and experiments know flat pads.
+CURVED_PADS = FingertipPads(pad=_DOME, name=pad_text(_DOME))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +72,7 @@ class HandModel:
         root = document(model, module=self.module)
         ET.SubElement(root, "compiler", angle="radian")
         ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
+        add_pad_meshes(root, pads.pad, _MESH)
         body = ET.SubElement(ET.SubElement(root, "worldbody"), "body", name=self.name, gravcomp="1")
         ET.SubElement(body, "geom", {"name": "palm", **self.palm, "rgba": _DARK})
         ET.SubElement(body, "site", name="grasp", pos=numbers((0.0, 0.0, -self.reach)), size="0.001", group="4")
@@ -91,22 +98,18 @@ def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, 
     Args:
         body: it is added to.
         name: of the sensor.
-        pad: its size and thickness.
-        surface: where the middle of its sensing surface stands in the body's frame [m].
+        pad: its shape.
+        surface: where the pad frame's origin stands in the body's frame [m].
         rotation: of the pad frame there, (3, 3), axes as columns.
     """
     axes = numbers(rotation[:, :2].T.ravel())
-    centre = np.array(surface) - rotation[:, 2] * pad.thickness / 2
-    ET.SubElement(
-        body,
-        "geom",
-        contact_attributes("hand"),  # friction counts against objects of lower priority only
-        name=f"{name}_pad",
-        type="box",
-        size=numbers((pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2)),
-        pos=numbers(centre),
-        xyaxes=axes,
-        density=_PAD_DENSITY,
-        rgba="0.75 0.8 0.85 1",
-    )
+    look = contact_attributes("hand")  # friction counts against objects of lower priority only
+    if pad.surface.is_flat:
+        size = numbers((pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2))
+        centre = np.array(surface) - rotation[:, 2] * pad.thickness / 2
+        shapes = [{"name": f"{name}_pad", "type": "box", "size": size, "pos": numbers(centre)}]
+    else:
+        shapes = [one | {"pos": numbers(surface)} for one in mesh_geoms(pad, f"{name}_pad", _MESH)]
+    for shape in shapes:
+        ET.SubElement(body, "geom", look | shape, xyaxes=axes, density=_PAD_DENSITY, rgba="0.75 0.8 0.85 1")
     ET.SubElement(body, "site", name=f"{name}_surface", pos=numbers(surface), xyaxes=axes, size="0.0002", group="4")

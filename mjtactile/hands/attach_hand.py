@@ -1,0 +1,78 @@
+"""All pads of a hand, attached in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import mujoco
+
+from mjtactile.attach import attach_pad
+from mjtactile.errors import SceneError
+from mjtactile.fidelity import Fidelity
+from mjtactile.hands.catalogue import Hand, HandPad, hand
+from mjtactile.hands.model_files import check_geom
+
+
+def attach_hand(
+    spec: mujoco.MjSpec,
+    name: str | Hand,
+    *,
+    fidelity: str | Fidelity = "fast",
+    prefix: str = "",
+    only: Collection[str] | None = None,
+    output: str = "von_mises",
+    visual: bool = False,
+) -> dict[str, mujoco.MjsGeom]:
+    """Attach the pads of a hand of the catalogue to a model that holds it.
+
+    Args:
+        spec: of the model; compile it afterwards.
+        name: of the hand, one of `HANDS`; or a Hand.
+        fidelity: of all pads; the first time, their tables are built.
+        prefix: what the names of the hand's bodies begin with in this model, such as "gripper0_right_" in robosuite;
+            names of pads begin with it too.
+        only: names of the pads that are wanted, without prefix; all if None.
+        output: see `attach_pad`.
+        visual: see `attach_pad`.
+
+    Returns:
+        The pads' geoms by the names of their sensors, prefix included.
+
+    Raises:
+        SceneError: when there is no such hand or pad, or the model lacks one of the hand's bodies, or the geoms that
+            the hand's table counts on: nothing is attached then.
+    """
+    chosen = hand(name) if isinstance(name, str) else name
+    pads = _wanted(chosen, only)
+    bodies = {body.name for body in spec.bodies}
+    if lacking := sorted({one.body for one in pads if prefix + one.body not in bodies}):
+        raise SceneError(
+            f"the model has no body '{prefix}{lacking[0]}', which hand '{chosen.name}' has: {chosen.model} "
+            f"({chosen.source}). Load that model, or pass prefix=... if its bodies are called otherwise here. "
+            f"Available: {sorted(body for body in bodies if body)}."
+        )
+    for expected in chosen.expects:
+        if expected.body in {one.body for one in pads}:
+            check_geom(spec, chosen, expected, prefix)
+    return {
+        f"{prefix}{one.name}": attach_pad(
+            spec,
+            body=prefix + one.body,
+            name=prefix + one.name,
+            pos=one.pos,
+            quat=one.quat,
+            pad=one.pad,
+            fidelity=fidelity,
+            output=output,
+            visual=visual,
+            contact=chosen.contact,
+        )
+        for one in pads
+    }
+
+
+def _wanted(chosen: Hand, only: Collection[str] | None) -> list[HandPad]:
+    names = [one.name for one in chosen.pads]
+    if unknown := sorted(set(only or ()) - set(names)):
+        raise SceneError(f"hand '{chosen.name}' has no pad '{unknown[0]}'. Available: {', '.join(names)}.")
+    return [one for one in chosen.pads if only is None or one.name in only]

@@ -1,0 +1,146 @@
+"""Tables of hands: which pads, on which bodies, and where. Lengths are metres."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mjtactile._types import Array
+from mjtactile.errors import SceneError
+from mjtactile.pad import Pad
+from mjtactile.pad_names import pad_from_values
+
+_TABLES = Path(__file__).parent / "tables"
+#: Hands by name.
+HANDS = tuple(sorted(path.stem for path in _TABLES.glob("*.toml")))
+
+
+@dataclass(frozen=True, kw_only=True)
+class HandPad:
+    """A pad on a body of a hand.
+
+    Attributes:
+        name: of the pad.
+        shape: name of its shape in the hand's table.
+        pad: what it is.
+        body: it belongs to.
+        pos: of the pad frame in the body's frame [m].
+        quat: of the pad frame there (w, x, y, z).
+    """
+
+    name: str
+    shape: str
+    pad: Pad
+    body: str
+    pos: tuple[float, float, float]
+    quat: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedGeom:
+    """A geom of a hand's model that the table counts on: of another version of the model, bodies may have moved.
+
+    Attributes:
+        body: it belongs to.
+        kind: "box" or "capsule".
+        size: half lengths, or radius and half length [m].
+        pos: of its middle in the body's frame [m].
+    """
+
+    body: str
+    kind: str
+    size: tuple[float, ...]
+    pos: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hand:
+    """A hand and its pads.
+
+    Attributes:
+        name: by which `attach_hand` knows it.
+        title: its name to people.
+        model: which files of whom describe it.
+        source: where to get them.
+        hashes: SHA-256 of the files for which the table was made, by their names; where they were at hand.
+        expects: geoms that the model must have.
+        tested: how far it was tried.
+        contact: of its pads, see `attach_pad`.
+        proud: how far surfaces of each shape stand over what collides under them [m], least and most.
+        pads: in the order they are attached.
+    """
+
+    name: str
+    title: str
+    model: str
+    source: str
+    hashes: Mapping[str, str]
+    expects: tuple[ExpectedGeom, ...]
+    tested: str
+    contact: str
+    proud: Mapping[str, tuple[float, float]]
+    pads: tuple[HandPad, ...]
+
+    @property
+    def taxels(self) -> int:
+        """Of all pads together."""
+        return sum(int(np.prod(one.pad.reading_shape)) for one in self.pads)
+
+
+@cache
+def hand(name: str) -> Hand:
+    """A hand by name.
+
+    Raises:
+        SceneError: when there is no such hand; the message lists those there are.
+    """
+    if name not in HANDS:
+        raise SceneError(f"hand {name!r} does not exist. Available: {', '.join(HANDS)}.")
+    values = tomllib.loads((_TABLES / f"{name}.toml").read_text())
+    pads = {shape: pad_from_values(values["skin"] | of_shape, _TABLES) for shape, of_shape in values["shapes"].items()}
+    return Hand(
+        name=name,
+        title=values["title"],
+        model=values["model"],
+        source=values["source"],
+        hashes=values.get("hashes", {}),
+        expects=tuple(
+            ExpectedGeom(body=one["body"], kind=one["type"], size=tuple(one["size"]), pos=tuple(one["pos"]))
+            for one in values.get("expects", ())
+        ),
+        tested=values["tested"],
+        contact=values.get("contact", "stiff"),
+        proud={shape: (low * 1e-3, high * 1e-3) for shape, (low, high) in values["proud_mm"].items()},
+        pads=tuple(_placed(one, pads) for one in values["pads"]),
+    )
+
+
+def _placed(values: dict[str, Any], pads: dict[str, Pad]) -> HandPad:
+    x, y, z = values["pos"]
+    return HandPad(
+        name=values["name"],
+        shape=values["shape"],
+        pad=pads[values["shape"]],
+        body=values["body"],
+        pos=(x, y, z),
+        quat=_quaternion(np.array(values["normal"]), np.array(values["along"])),
+    )
+
+
+def _quaternion(normal: Array, along: Array) -> tuple[float, float, float, float]:
+    """Of the pad frame whose z is along `normal`, and whose y is as near to `along` as that allows."""
+    import mujoco
+
+    z = normal / np.linalg.norm(normal)
+    y = along - z * (z @ along)
+    y /= np.linalg.norm(y)
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.column_stack([np.cross(y, z), y, z]).ravel())
+    w, i, j, k = quat.tolist()
+    return w, i, j, k

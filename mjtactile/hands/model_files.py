@@ -1,0 +1,68 @@
+"""Whether a model of a hand is the one its table was made for: its file by checksum, its geoms by size and place."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from mjtactile.errors import SceneError
+from mjtactile.hands.catalogue import ExpectedGeom, Hand, hand
+
+_KINDS = {"box": mujoco.mjtGeom.mjGEOM_BOX, "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE}
+#: Geoms are the same up to this [m].
+_SAME = 1e-5
+
+
+def check_model(name: str | Hand, path: str | Path) -> None:
+    """Refuse a model's file that is not the one a hand's table was made for.
+
+    Args:
+        name: of the hand, one of `HANDS`; or a Hand.
+        path: of the file.
+
+    Raises:
+        SceneError: when the table knows no file of that name, the file cannot be read, or it is another one.
+    """
+    chosen = hand(name) if isinstance(name, str) else name
+    path = Path(path)
+    if path.name not in chosen.hashes:
+        known = ", ".join(chosen.hashes) or f"none; it belongs to {chosen.model}"
+        raise SceneError(f"hand '{chosen.name}' knows no file {path.name!r}. Known: {known}.")
+    try:
+        found = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise SceneError(f"cannot read {path} ({error}). Get it from {chosen.source}.") from error
+    if found != chosen.hashes[path.name]:
+        raise SceneError(
+            f"{path} is another version of {path.name} than the table of hand '{chosen.name}' was made for: SHA-256 "
+            f"{found}, expected {chosen.hashes[path.name]}. Bodies may have moved: look at every pad with "
+            "mjtactile.preview_pad, or take the version of " + chosen.source + "."
+        )
+
+
+def check_geom(spec: mujoco.MjSpec, chosen: Hand, expected: ExpectedGeom, prefix: str) -> None:
+    """Refuse a model whose body has no geom that a hand's table counts on.
+
+    Args:
+        spec: of the model, which has the body.
+        chosen: the hand.
+        expected: the geom.
+        prefix: of the names of the hand's bodies in this model.
+
+    Raises:
+        SceneError: when the body has no such geom.
+    """
+    wanted = np.array([*expected.size, *expected.pos])
+    for geom in spec.body(prefix + expected.body).geoms:
+        if geom.type == _KINDS[expected.kind]:
+            found = np.array([*geom.size[: len(expected.size)], *geom.pos])
+            if np.abs(found - wanted).max() <= _SAME:
+                return
+    raise SceneError(
+        f"body '{prefix}{expected.body}' has no {expected.kind} of size {list(expected.size)} m at "
+        f"{list(expected.pos)} m: this is another version of {chosen.model} than the table of hand '{chosen.name}' was "
+        "made for. Attach pads one by one with mjtactile.attach_pad and look at them with mjtactile.preview_pad."
+    )
