@@ -44,7 +44,7 @@ def resting_ball(outer: Surface, place: tuple[float, float], radius: float = BAL
 
 
 def pressed_ball(influence: InfluenceMatrices, place=(1.2e-3, -0.7e-3), shear=(0.0, 0.0), torsion=0.0, **options):
-    """A ball pressed with .2 N along the normal above a place, with shear along the surface: the load, and its wrench."""
+    """A ball pressed with .2 N along the normal above a place, with shear along the surface: load and wrench."""
     outer = influence.surface.outer
     axes, at = outer.frames(*place), outer.positions(*place)
     force = axes.T @ np.array([*shear, -0.2])
@@ -107,9 +107,7 @@ def as_patch(surface: Surface) -> SurfacePatch:
 def test_a_patch_feels_as_the_surface_it_follows(dome):
     patch = in_double_precision(replace(DOME, surface=as_patch(DOME.surface)), COARSE)
     assert len(patch.mirrors.classes) == 1
-    expected, found = (
-        one.readings(pressed_ball(one, shear=(0.03, -0.02), law="elastic")[0]) for one in (dome, patch)
-    )
+    expected, found = (one.readings(pressed_ball(one, shear=(0.03, -0.02), law="elastic")[0]) for one in (dome, patch))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * expected.max())
 
 

@@ -97,9 +97,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.MeshWarning", "ignore
 @pytest.mark.parametrize("mesh", MESHES)
 @pytest.mark.parametrize("surface", ["sphere", "cylinder along y"])
 def test_readings_under_tractions_are_calculixs(surface, mesh):
-    cases = {
-        name: case for name, case in CASES.items() if case["surface"] == surface and "footprint_projected" in case
-    }
+    cases = {name: case for name, case in CASES.items() if case["surface"] == surface and "footprint_projected" in case}
     assert cases
     influence = influence_on(surface, mesh)
     for name, case in cases.items():
