@@ -41,6 +41,12 @@ struct Kernels {
   // U^-1 x in place of x (size).
   void (*solve_upper)(const double* upper, std::size_t upper_row, std::size_t size, double* x);
 
+  // Heights (whole eights) become that of a triangle over their points where it is over them, no less than the floor and
+  // less than they are. With s = triangle[0] x + triangle[1] y + triangle[2] and t of the next three likewise, it is over
+  // them where s, t and 1 - s - t are no less than `least`, and as high as triangle[6] + triangle[7] s + triangle[8] t.
+  void (*lower_by_triangle)(const double* triangle, const double* x, const double* y, std::size_t count, double least,
+                            double floor, double* heights);
+
   // Forces (nodes, 3) on a row of nodes and on its image, folded about their middle node: for each class c and node x from
   // the middle on, to[c][3 x + k] = allowed[c][3 x + k] * (u(x) + t l(x) + s (u(-x) + t l(-x))), s and t being
   // signs[c][0][k] and signs[c][1][k], without u(-x) and l(-x) for the middle node. largest[c] becomes the largest of

@@ -370,6 +370,23 @@ std::size_t keep(const double* forces, const std::uint32_t* columns, std::size_t
   return kept;
 }
 
+inline void lower_by_triangle(const double* triangle, const double* x, const double* y, std::size_t count, double least,
+                              double floor, double* heights) {
+  constexpr std::size_t kAtOnce = 8;
+  for (std::size_t i = 0; i < count; i += kAtOnce) {
+    double found[kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const double s = triangle[0] * x[i + k] + triangle[1] * y[i + k] + triangle[2];
+      const double t = triangle[3] * x[i + k] + triangle[4] * y[i + k] + triangle[5];
+      const double here = triangle[6] + triangle[7] * s + triangle[8] * t, rest = 1.0 - (s + t);
+      const double less = s < t ? s : t, inside = less < rest ? less : rest, before = heights[i + k];
+      const double lower = here < before ? here : before, within = inside >= least ? lower : before;
+      found[k] = here >= floor ? within : before;
+    }
+    std::memcpy(heights + i, found, sizeof found);
+  }
+}
+
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
@@ -466,6 +483,7 @@ inline Kernels make_kernels(const char* name) {
           factor_small,
           eliminate,
           solve_upper,
+          lower_by_triangle,
           fold_row,
           keep_floats,
           keep<double>,
