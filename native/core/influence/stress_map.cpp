@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
+#include "linalg/dense.hpp"
 #include "linalg/kernels.hpp"
 
 namespace mjtactile {
@@ -43,17 +43,6 @@ void norms_of(const float* const* classes, const float* signs, std::size_t point
 }
 void norms_of(const double* const* classes, const double* signs, std::size_t points, double* norms) {
   kernels().norms_double(classes, signs, points, norms);
-}
-
-// Whether all numbers of a run are zero.
-bool is_empty(const double* run, std::size_t count) {
-  std::uint64_t any = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint64_t bits;
-    std::memcpy(&bits, run + i, sizeof bits);
-    any |= bits << 1;  // without the sign
-  }
-  return any == 0;
 }
 
 }  // namespace
@@ -147,7 +136,7 @@ void Columns<Value>::add(const std::uint32_t* places, const Value* weights, std:
 template <typename Value>
 void StressMap<Value>::add_response(const double* forces, Workspace& workspace, Value* response) const {
   if (!spread.empty()) {
-    spread.front().spread(forces, workspace.spread_rows, workspace.corners);
+    spread.front().spread(forces, workspace.spread_row, workspace.corners);
     forces = workspace.corners.data();
   }
   const double scale = fold(forces, workspace);
@@ -220,7 +209,7 @@ double StressMap<Value>::fold(const double* forces, Workspace& workspace) const 
   for (std::size_t y = 0; y <= middle_y; ++y) {
     const double* upper = forces + (middle_y + y) * width;
     const double* lower = forces + (middle_y - y) * width;
-    if (is_empty(upper, width) && is_empty(lower, width)) continue;
+    if (is_zero(upper, width) && is_zero(lower, width)) continue;
     workspace.rows.push_back(y);
     const double* allowed[kClasses];
     double* to[kClasses];

@@ -79,7 +79,7 @@ class StressMap {
     std::vector<std::size_t> rows;     // of the quarter, in which there are forces
     std::vector<double> folded;        // forces of each class, as its columns
     double largest[kClasses] = {};     // of each class [N]
-    std::vector<double> spread_rows, corners;
+    std::vector<double> spread_row, corners;
     std::vector<Value> weights;
     AlignedVector<Value> sums, norms;
     std::vector<std::uint32_t> every;  // 0, 1, 2, ...

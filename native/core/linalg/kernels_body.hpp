@@ -291,7 +291,18 @@ struct Four {
   static Four load(const double* at) { return {_mm256_loadu_pd(at)}; }
   static Four load_three(const double* at) { return {_mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0))}; }
   static Four all(double value) { return {_mm256_set1_pd(value)}; }
+  static Four of(double a, double b, double c, double d) { return {_mm256_setr_pd(a, b, c, d)}; }
+  static void transpose(Four rows[4]) {
+    const __m256d a = _mm256_unpacklo_pd(rows[0].lanes, rows[1].lanes), b = _mm256_unpackhi_pd(rows[0].lanes, rows[1].lanes);
+    const __m256d c = _mm256_unpacklo_pd(rows[2].lanes, rows[3].lanes), d = _mm256_unpackhi_pd(rows[2].lanes, rows[3].lanes);
+    rows[0].lanes = _mm256_permute2f128_pd(a, c, 0x20), rows[1].lanes = _mm256_permute2f128_pd(b, d, 0x20);
+    rows[2].lanes = _mm256_permute2f128_pd(a, c, 0x31), rows[3].lanes = _mm256_permute2f128_pd(b, d, 0x31);
+  }
   void store(double* at) const { _mm256_storeu_pd(at, lanes); }
+  void store_three(double* at) const {
+    _mm_storeu_pd(at, _mm256_castpd256_pd128(lanes));
+    _mm_store_sd(at + 2, _mm256_extractf128_pd(lanes, 1));
+  }
   Four operator+(const Four& b) const { return {_mm256_add_pd(lanes, b.lanes)}; }
   Four operator-(const Four& b) const { return {_mm256_sub_pd(lanes, b.lanes)}; }
   Four operator*(const Four& b) const { return {_mm256_mul_pd(lanes, b.lanes)}; }
@@ -308,7 +319,14 @@ struct Four {
   static Four load(const double* at) { return {{at[0], at[1], at[2], at[3]}}; }
   static Four load_three(const double* at) { return {{at[0], at[1], at[2], 0.0}}; }
   static Four all(double value) { return {{value, value, value, value}}; }
+  static Four of(double a, double b, double c, double d) { return {{a, b, c, d}}; }
+  static void transpose(Four rows[4]) {
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < i; ++j) std::swap(rows[i].lanes[j], rows[j].lanes[i]);
+    }
+  }
   void store(double* at) const { std::memcpy(at, lanes, sizeof lanes); }
+  void store_three(double* at) const { std::memcpy(at, lanes, 3 * sizeof *lanes); }
   Four operator+(const Four& b) const {
     return each([&](int k) { return lanes[k] + b.lanes[k]; });
   }
@@ -328,6 +346,72 @@ struct Four {
   }
 #endif
 };
+
+// Powers of xi are lanes; the fourth holds what lies to the left.
+inline void add_edge_moments(const double* start, const double* end, const double* origin, const double* per,
+                             const double* from, const double* traction, double* moments) {
+  constexpr double kOutward = 0.38729833462074168852, kThird = 1.0 / 3.0;
+  constexpr double kGauss[3] = {0.5 - kOutward, 0.5, 0.5 + kOutward};
+  constexpr double kShares[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  const double half = 1.0 / per[0], along[2] = {end[0] - start[0], end[1] - start[1]};
+  Four sums[3] = {Four::all(0.0), Four::all(0.0), Four::all(0.0)};
+  for (int g = 0; g < 3; ++g) {
+    const double at = (start[0] + kGauss[g] * along[0] - origin[0]) * per[0] - 1.0;
+    const double xi = at < -1.0 ? -1.0 : at > 1.0 ? 1.0 : at, square = xi * xi;
+    const double eta = (start[1] + kGauss[g] * along[1] - origin[1]) * per[1] - 1.0;
+    const Four left = Four::of(half * (xi - from[0]), half * (square - from[1]) * 0.5,
+                               half * (square * xi - from[2]) * kThird, 1.0);
+    const double power = along[1] * kShares[g], next = power * eta;
+    sums[0] = sums[0].plus(Four::all(power), left);
+    sums[1] = sums[1].plus(Four::all(next), left);
+    sums[2] = sums[2].plus(Four::all(next * eta), left);
+  }
+  for (int m = 0; m < 3; ++m) {
+    const Four own = Four::all(traction[m]);
+    for (int b = 0; b < 3; ++b, moments += 4) Four::load(moments).plus(own, sums[b]).store(moments);
+  }
+}
+
+// Of moments the sums with the three quadratic shape functions on [-1, 1].
+inline void on_shapes(const Four& constant, const Four& linear, const Four& square, Four* sums) {
+  const Four half = Four::all(0.5);
+  sums[0] = half * (square - linear);
+  sums[1] = constant - square;
+  sums[2] = half * (square + linear);
+}
+
+inline void add_element_forces(const double* moments, double half, const double* part, double* right, std::size_t row,
+                               double* forces) {
+  const Four whole = Four::of(2.0 * half, 0.0, half * (2.0 / 3.0), 0.0);
+  const Four before = Four::of(half * part[0], half * part[1], half * part[2], 0.0);
+  Four across[3][3];  // by force: sums with the shape functions along y
+  for (int m = 0; m < 3; ++m) {
+    Four along[3];
+    for (int b = 0; b < 3; ++b, moments += 4, ++right) {
+      along[b] = Four::load(moments).plus(Four::all(*right), whole).plus(Four::all(moments[3]), before);
+      *right += moments[3];
+    }
+    on_shapes(along[0], along[1], along[2], across[m]);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    Four powers[4] = {across[0][k], across[1][k], across[2][k], Four::all(0.0)}, nodes[3];
+    Four::transpose(powers);
+    on_shapes(powers[0], powers[1], powers[2], nodes);
+    double* to = forces + k * row;
+    for (std::size_t l = 0; l < 3; ++l, to += 3) (Four::load_three(to) + nodes[l]).store_three(to);
+  }
+}
+
+inline void gather_threes(const double* from, const std::uint32_t* starts, const std::uint32_t* nodes,
+                          const double* weights, std::size_t corners, double* to) {
+  for (std::size_t c = 0; c < corners; ++c, to += 3) {
+    Four sum = Four::all(0.0);
+    for (std::uint32_t i = starts[c]; i < starts[c + 1]; ++i) {
+      sum = sum.plus(Four::all(weights[i]), Four::load_three(from + 3 * std::size_t{nodes[i]}));
+    }
+    sum.store_three(to);
+  }
+}
 
 inline void fold_row(const double* upper, const double* lower, std::size_t middle, const double (*signs)[2][4],
                      const double* const* allowed, double* const* to, double* largest) {
@@ -484,6 +568,9 @@ inline Kernels make_kernels(const char* name) {
           eliminate,
           solve_upper,
           lower_by_triangle,
+          add_edge_moments,
+          add_element_forces,
+          gather_threes,
           fold_row,
           keep_floats,
           keep<double>,
