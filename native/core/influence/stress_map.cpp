@@ -250,13 +250,21 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
       of_classes[c] = response + layer.offset + c * layer.rows;
     }
     norms_of(of_classes, signs, layer.points, workspace.norms.data());
-    for (const Share& share : layer.taxels) {
-      Value sum = 0;
-      for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
-        sum += layer.weights[i] * workspace.norms[layer.places[i]];
+    const Value* norms = workspace.norms.data();
+    const std::uint32_t* places = layer.places.data();
+    const Value* weights = layer.weights.data();
+    const std::size_t count = layer.taxels.size();
+    if (layer.single) {
+      for (std::size_t t = 0; t < count; ++t) readings[t] = static_cast<double>(weights[t] * norms[places[t]]);
+    } else {
+      for (std::size_t t = 0; t < count; ++t) {
+        const Share& share = layer.taxels[t];
+        Value sum = 0;
+        for (std::uint32_t i = share.first; i < share.first + share.count; ++i) sum += weights[i] * norms[places[i]];
+        readings[t] = static_cast<double>(sum);
       }
-      *readings++ = static_cast<double>(sum);
     }
+    readings += count;
   }
 }
 

@@ -64,6 +64,7 @@ class StressMap {
     std::size_t rows = 0;                 // room for a class's coordinates * points, whole vectors
     std::size_t offset = 0;               // of its class 0 in the response; classes follow each other
     std::vector<Share> taxels;            // per taxel, in reading order
+    bool single = false;                  // whether each of them has one entry, in their order
     std::vector<std::uint32_t> places;    // norm number quadrant * points + point
     std::vector<Value> weights;
   };
