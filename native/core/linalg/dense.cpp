@@ -70,6 +70,11 @@ bool is_zero(const double* run, std::size_t count) {
   return any == 0;
 }
 
+void add_product(const Matrix& symmetric, const double* x, double* sums) {
+  const std::size_t size = symmetric.rows();
+  kernels().add_window(symmetric.data(), 1, 0, size, symmetric.stride(), x, size, false, sums);
+}
+
 void transpose(const Matrix& from, Matrix& to) {
   to.resize(from.columns(), from.rows());
   // Square by square: both sides of one stay in the first-level cache.

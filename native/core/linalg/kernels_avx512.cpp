@@ -92,6 +92,7 @@ inline std::size_t keep_floats(const double* forces, const std::uint32_t* column
 
 constexpr std::size_t kSumVectors = 16;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 4;  // of a tile of a matrix product
+constexpr std::size_t kTallRows = 16;  // of one that is a vector wide
 
 #include "linalg/kernels_body.hpp"
 

@@ -161,74 +161,67 @@ void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, con
   }
 }
 
-template <std::size_t kRows>
-void multiply_rows(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
-                   double* c, std::size_t c_row, std::size_t columns, std::size_t depth) {
-  using L = Lanes<double>;
-  std::size_t j = 0;
-  for (; j + kTileVectors * L::width <= columns; j += kTileVectors * L::width) {
-    multiply_tile<kRows, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
+// Rows by kRows tiles of kVectors vectors as far as they go; the first row that is left.
+template <std::size_t kRows, std::size_t kVectors>
+std::size_t multiply_down(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                          double* c, std::size_t c_row, std::size_t first, std::size_t rows, std::size_t depth) {
+  for (; first + kRows <= rows; first += kRows) {
+    multiply_tile<kRows, kVectors>(a + first * a_row, a_row, a_column, b, b_row, c + first * c_row, c_row, depth);
   }
-  for (; j + L::width <= columns; j += L::width) {
-    multiply_tile<kRows, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
-  }
-  for (; j < columns; ++j) {
-    for (std::size_t i = 0; i < kRows; ++i) {
-      double sum = c[i * c_row + j];
-      for (std::size_t k = 0; k < depth; ++k) sum += a[i * a_row + k * a_column] * b[k * b_row + j];
-      c[i * c_row + j] = sum;
-    }
-  }
+  return first;
 }
 
+// Wide tiles of few rows first; where columns do not fill them, as many sums go on side by side in narrow tiles of more.
 inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_t a_column, const double* b,
                                   std::size_t b_row, double* c, std::size_t c_row, std::size_t rows,
                                   std::size_t columns, std::size_t depth) {
-  constexpr std::size_t kRows = 4;
-  std::size_t i = 0;
-  for (; i + kRows <= rows; i += kRows) {
-    multiply_rows<kRows>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  using L = Lanes<double>;
+  std::size_t j = 0;
+  for (; j + kTileVectors * L::width <= columns; j += kTileVectors * L::width) {
+    std::size_t i = multiply_down<4, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, 0, rows, depth);
+    multiply_down<1, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, i, rows, depth);
   }
-  for (; i < rows; ++i) {
-    multiply_rows<1>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  for (; j + L::width <= columns; j += L::width) {
+    std::size_t i = multiply_down<kTallRows, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, 0, rows, depth);
+    i = multiply_down<4, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, i, rows, depth);
+    multiply_down<1, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, i, rows, depth);
+  }
+  for (std::size_t i = 0; i < rows; ++i) {
+    for (std::size_t k = j; k < columns; ++k) {
+      double sum = c[i * c_row + k];
+      for (std::size_t d = 0; d < depth; ++d) sum += a[i * a_row + d * a_column] * b[d * b_row + k];
+      c[i * c_row + k] = sum;
+    }
   }
 }
 
-// Columns of `kVectors` vectors: each row waits in registers until those above it are taken off.
-template <std::size_t kRows, std::size_t kVectors>
-void eliminate_columns(const double* upper, std::size_t upper_row, const double* inverse, double* c,
-                       std::size_t c_row) {
+// A column of vectors: each row waits in registers until those above it are taken off.
+inline void eliminate_column(const double (*shares)[kFactorRows], double* c, std::size_t c_row) {
   using L = Lanes<double>;
-  typename L::Type rows[kRows][kVectors];
-  for (std::size_t i = 0; i < kRows; ++i) {
-    for (std::size_t v = 0; v < kVectors; ++v) rows[i][v] = L::load(c + i * c_row + v * L::width);
-  }
-  for (std::size_t i = 0; i < kRows; ++i) {
-    for (std::size_t v = 0; v < kVectors; ++v) {
-      rows[i][v] = L::multiply(L::all(inverse[i]), rows[i][v]);
-      L::store(c + i * c_row + v * L::width, rows[i][v]);
-    }
-    for (std::size_t below = i + 1; below < kRows; ++below) {
-      const typename L::Type share = L::all(-upper[i * upper_row + below]);
-      for (std::size_t v = 0; v < kVectors; ++v) rows[below][v] = L::multiply_add(share, rows[i][v], rows[below][v]);
+  typename L::Type rows[kFactorRows];
+  for (std::size_t i = 0; i < kFactorRows; ++i) rows[i] = L::load(c + i * c_row);
+  for (std::size_t i = 0; i < kFactorRows; ++i) {
+    rows[i] = L::multiply(L::all(shares[i][i]), rows[i]);
+    L::store(c + i * c_row, rows[i]);
+    for (std::size_t below = i + 1; below < kFactorRows; ++below) {
+      rows[below] = L::multiply_add(L::all(shares[i][below]), rows[i], rows[below]);
     }
   }
 }
 
 inline void eliminate(const double* upper, std::size_t upper_row, double* c, std::size_t c_row, std::size_t columns) {
   using L = Lanes<double>;
-  double inverse[kFactorRows];
-  for (std::size_t i = 0; i < kFactorRows; ++i) inverse[i] = 1.0 / upper[i * upper_row + i];
-  std::size_t j = 0;
-  for (; j + L::width <= columns; j += L::width) {
-    eliminate_columns<kFactorRows, 1>(upper, upper_row, inverse, c + j, c_row);
+  double shares[kFactorRows][kFactorRows];  // what each row takes off those below it
+  for (std::size_t i = 0; i < kFactorRows; ++i) {
+    shares[i][i] = 1.0 / upper[i * upper_row + i];
+    for (std::size_t below = i + 1; below < kFactorRows; ++below) shares[i][below] = -upper[i * upper_row + below];
   }
+  std::size_t j = 0;
+  for (; j + L::width <= columns; j += L::width) eliminate_column(shares, c + j, c_row);
   for (; j < columns; ++j) {
     for (std::size_t i = 0; i < kFactorRows; ++i) {
-      const double value = c[i * c_row + j] *= inverse[i];
-      for (std::size_t below = i + 1; below < kFactorRows; ++below) {
-        c[below * c_row + j] -= upper[i * upper_row + below] * value;
-      }
+      const double value = c[i * c_row + j] *= shares[i][i];
+      for (std::size_t below = i + 1; below < kFactorRows; ++below) c[below * c_row + j] += shares[i][below] * value;
     }
   }
 }
@@ -268,11 +261,13 @@ inline double dot(const double* a, const double* b, std::size_t count) {
   for (; i + L::width <= count; i += L::width) {
     sums[0] = L::multiply_add(L::load(a + i), L::load(b + i), sums[0]);
   }
-  double parts[kSums * L::width], sum = 0.0;
-  for (std::size_t s = 0; s < kSums; ++s) L::store(parts + s * L::width, sums[s]);
-  for (std::size_t k = 0; k < L::width; ++k) {
-    sum += (parts[k] + parts[L::width + k]) + (parts[2 * L::width + k] + parts[3 * L::width + k]);
+  double parts[L::width], sum = 0.0;
+  for (std::size_t s = 0; s < kSums / 2; ++s) sums[s] = L::multiply_add(L::all(1.0), sums[s], sums[kSums / 2 + s]);
+  L::store(parts, L::multiply_add(L::all(1.0), sums[0], sums[1]));
+  for (std::size_t half = L::width / 2; half > 0; half /= 2) {
+    for (std::size_t k = 0; k < half; ++k) parts[k] += parts[half + k];
   }
+  sum = parts[0];
   for (; i < count; ++i) sum += a[i] * b[i];
   return sum;
 }
