@@ -59,7 +59,9 @@ def test_a_table_that_comes_with_the_package_is_measured_from_there(tmp_path, mo
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     case = press_case(DESIGN["case"][0])
     influence = influence_matrices(fidelity="fast")
-    bench = Bench([case], [], moves=1, shift=0.0, wrenches=1, truth={case.name: influence.readings(case.load(influence))})
+    bench = Bench(
+        [case], [], moves=1, shift=0.0, wrenches=1, truth={case.name: influence.readings(case.load(influence))}
+    )
     found = measure(Choice.of(as_fidelity("fast")), bench)
     assert found["table_bytes"] == sum(path.stat().st_size for path in SHIPPED.iterdir())
     # The truth are its own readings.
