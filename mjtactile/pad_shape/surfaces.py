@@ -85,7 +85,7 @@ class Surface(ABC):
         jet, normals = self.jet(*_points(x, y)), self.normals(x, y)
         tangent = np.stack([np.ones_like(jet.x), np.zeros_like(jet.x), jet.x], axis=-1)
         tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
-        across: Array = np.cross(normals, tangent)
+        across = np.asarray(np.cross(normals, tangent), dtype=float)
         return np.stack([tangent, across, normals], axis=-2)
 
     def stretch(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:

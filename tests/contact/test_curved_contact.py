@@ -34,7 +34,7 @@ def dome() -> InfluenceMatrices:
 
 def resting_ball(outer: Surface, place: tuple[float, float], radius: float = BALL):
     """Height of a ball that touches a surface above a place."""
-    centre = outer.positions(*place, -radius)
+    centre = outer.positions(place[0], place[1], -radius)
 
     def height(x, y):
         square = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
@@ -99,7 +99,8 @@ def as_patch(surface: Surface) -> SurfacePatch:
     """The same surface over the pad as splines, which know of no mirrors."""
     lines = [np.linspace(-half, half, 33) for half in (5.2e-3, 3.7e-3)]
     heights = surface.height(*np.meshgrid(*lines, indexing="ij"))
-    knots_x, knots_y, coefficients = RectBivariateSpline(*lines, heights, kx=5, ky=5).tck
+    spline = RectBivariateSpline(lines[0], lines[1], heights, kx=5, ky=5)
+    (knots_x, knots_y), coefficients = spline.get_knots(), spline.get_coeffs()
     shape = len(knots_x) - 6, len(knots_y) - 6
     return SurfacePatch(tuple(knots_x), tuple(knots_y), tuple(map(tuple, np.reshape(coefficients, shape))))
 
@@ -177,9 +178,9 @@ def test_a_ball_rolled_about_the_centre_gives_rolled_readings(degrees):
     radius, turn = 12e-3, Rotation.from_euler("y", degrees, degrees=True)
     outer, centre = SphereCap(radius), np.array([0.0, 0.0, -radius])
     across = np.stack(np.meshgrid(np.linspace(-1.5e-3, 1.5e-3, 5), np.linspace(-1e-3, 1e-3, 3)), axis=-1).reshape(-1, 2)
-    still = outer.positions(*across.T, 1.5e-3)
+    still = outer.positions(across[:, 0], across[:, 1], 1.5e-3)
     rolled = turn.apply(still - centre) + centre
-    taxels = FreeTaxels(np.concatenate([still, rolled]), np.full(2 * len(still), 0.4e-3))
+    taxels = FreeTaxels(np.concatenate([still, rolled]), np.full(2 * len(still), 0.4e-3))  # type: ignore[arg-type]
     pad = Pad(
         size=(14e-3, 10e-3), layers=(Layer(thickness=3e-3, young=3e6, poisson=0.49),), taxels=taxels, surface=outer
     )

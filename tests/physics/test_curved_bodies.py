@@ -55,7 +55,7 @@ def pressed(influence: InfluenceMatrices, height, place: np.ndarray, force: floa
 
 def ball(outer: Surface, place: np.ndarray, radius: float):
     """Height of a ball that touches a surface above a place."""
-    centre = outer.positions(*place, -radius)
+    centre = outer.positions(place[0], place[1], -radius)
 
     def height(x, y):
         square = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
