@@ -73,6 +73,7 @@ class PatchFace {
   bool search_ends(const Lattice& lattice, const View& view, double column, double row, bool along, double line,
                    double& low, double& high) const;
   double mean_height(const View& view, const Cell& cell, const Point& middle) const;
+  static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
   void integrate();
   void add_edges();
