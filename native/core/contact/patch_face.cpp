@@ -20,7 +20,7 @@ constexpr double kTrimLines[] = {0.0, -0.25, 0.25, -0.45, 0.45};
 constexpr double kSlanted = 2.25;
 // How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
 constexpr double kBeyond = 0.25;
-constexpr std::size_t kGrowths = 8;
+constexpr std::size_t kGrowths = 12;
 // Over the room up to the sheet's edge: rounding must not decide whether a rectangle that ends there is beyond it.
 constexpr double kFlush = 1e-9;
 
@@ -63,6 +63,7 @@ void PatchFace::clear() {
   sounded_ = 0;
   cells_.clear();
   heights_.clear();
+  goes_on_.clear();
   face_.centroids.clear();
   face_.areas.clear();
   face_.edges.clear();
@@ -80,8 +81,7 @@ void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice
     return seen(view, at) <= view.highest &&
            std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return within(one, at); });
   };
-  const std::size_t most = std::min(kGrowths, 1 + std::min(lattice.columns, lattice.rows) / 2);
-  for (std::size_t growth = 0; growth < most; ++growth) {
+  for (std::size_t growth = 0; growth < kGrowths; ++growth) {
     const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
     bool beyond[4] = {};   // west, east, south, north
     for (double row = 0.5; row < rows; ++row) {
@@ -178,6 +178,7 @@ std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size
   const double height = mean_height(view, cell, middle);
   if (!std::isfinite(height)) return kNone;
   cells_.push_back(cell);
+  goes_on_.push_back(nodes.finite > nodes.under ? 1 : 0);
   face_.centroids.push_back(middle);
   face_.areas.push_back(cell.sides[0] * cell.sides[1]);
   heights_.push_back(height);

@@ -44,6 +44,8 @@ class PatchFace {
   // The cells as a face in the pad frame, and mean heights of the body over each, seen from the view's plane [m].
   const Face& face() const { return face_; }
   const std::vector<double>& heights() const { return heights_; }
+  // Whether each cell ends where the body stands higher than counts, rather than where it ends.
+  const std::vector<std::uint8_t>& goes_on() const { return goes_on_; }
 
  private:
   class ShearByOffset;
@@ -88,6 +90,7 @@ class PatchFace {
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
   std::vector<double> heights_, offsets_, nodes_;
+  std::vector<std::uint8_t> goes_on_;
 };
 
 }  // namespace mjtactile
