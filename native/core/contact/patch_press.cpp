@@ -159,12 +159,13 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   bool last_is_best = true;
   for (int look = 0; look < kLooks; ++look) {
     const View last = view;
+    if (look > 0 && presses_all()) break;
     if (!last_is_best) {
       // It tilted too far onto what lies there.
       for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
     } else if (!rested && look > 0 && misses(load)) {
       // Other parts of the body carry the load, onto which it has to tilt first.
-      view.plane = search_.resting(load);
+      view.plane = resting(load);
       rested = true;
     } else if (look > 0 && !next_view(view)) {
       break;
@@ -172,7 +173,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
       // The body leans: it tilts until the force passes through what it rests on.
-      view.plane = search_.resting(load);
+      view.plane = resting(load);
       spots_ = search_.find(map, view.plane, load);
       rested = true;
     }
@@ -197,6 +198,25 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   if (last_is_best) return true;
   spots_ = search_.find(map, best.plane, load);
   return press();
+}
+
+bool PatchPress::presses_all() const {
+  const std::vector<std::uint8_t>&pressed = contact_.pressed(), &goes_on = cells_.goes_on();
+  return search_.sees_all() && std::find(pressed.begin(), pressed.end(), 0) == pressed.end() &&
+         std::find(goes_on.begin(), goes_on.end(), 1) == goes_on.end();
+}
+
+// How the body rests on springs; farther than it may tilt none is looked at.
+Plane PatchPress::resting(const SearchLoad& load) {
+  Plane plane = search_.resting(load);
+  const double slope = std::hypot(plane.slopes[0], plane.slopes[1]);
+  for (double& one : plane.slopes) one *= std::min(1.0, kMostSlope / std::max(slope, kMostSlope));
+  return plane;
+}
+
+void PatchPress::place_again(const SurfaceCompliance& compliance, const LawOptions& options,
+                             CellContact::Workspace& workspace) {
+  contact_.place(cells_.face(), kHere, compliance, options, workspace);
 }
 
 bool PatchPress::compact(const LawOptions& options) const {

@@ -22,6 +22,9 @@ class PatchPress {
   void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                    const std::vector<double>& sunk, CellContact::Workspace& workspace);
 
+  // Cells into a workspace in which others were placed since.
+  void place_again(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
+
   const CellContact& contact() const { return contact_; }
   // Of the body above the cells, seen from where it tilts to [m].
   const std::vector<double>& heights() const { return heights_; }
@@ -40,6 +43,9 @@ class PatchPress {
     double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
     double from[2];      // slopes that the last look found away from its plane; 0 where none was
   };
+  // Whether all cells press, and no other would: the body has nothing else over the sheet.
+  bool presses_all() const;
+  Plane resting(const SearchLoad& load);
   // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
   bool compact(const LawOptions& options) const;
   double likely_height() const;
