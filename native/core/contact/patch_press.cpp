@@ -52,9 +52,9 @@ constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
 constexpr double kGoesOn = 0.5;
 // A look whose contact has more energy than another's by this share of its own is the worse one: cells differ by less.
 constexpr double kWorse = 0.1;
-// A contact whose pressure is centred farther than this from the load, over its size, misses it; bodies tilt onto other
-// parts of theirs where the load passes at least so far inside, over what lies behind their rim.
-constexpr double kMissed = 0.01, kWellInside = 0.1;
+// A contact whose pressure is centred farther than this from the load, over its size, misses it. Where the load passes the
+// rim the first plane has tilted the body onto that already; elsewhere it tilts onto other parts of its own.
+constexpr double kMissed = 0.01;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
 // The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
@@ -187,7 +187,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       return press();
     }
     if (!contact_.exact()) {
-      last_is_best = true;
+      last_is_best = look == 0;  // an earlier look found a contact
       break;
     }
     const bool compares = options.tilting && options.law->couples() && !is_off(load);
@@ -196,7 +196,8 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     if (last_is_best) best = view, least = compares ? found : kNowhere;
   }
   if (last_is_best) return true;
-  spots_ = search_.find(map, best.plane, load);
+  view = best;
+  spots_ = search_.find(map, view.plane, load);
   return press();
 }
 
@@ -295,7 +296,7 @@ bool PatchPress::is_off(const SearchLoad& load) const {
 }
 
 bool PatchPress::misses(const SearchLoad& load) const {
-  return is_off(load) && inside(search_.covered(), load.through) > kWellInside;
+  return is_off(load) && inside(search_.covered(), load.through) > kNearRim;
 }
 
 double PatchPress::tilt() const {
