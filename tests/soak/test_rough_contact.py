@@ -103,6 +103,20 @@ def test_no_grip_is_read_harder_than_the_pad_bears(name):
         assert 1e3 < readings.max() <= TOP_MODULUS
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("fidelity", ["fast", "balanced"])
+def test_a_load_on_the_sheets_corner_is_carried_as_near_to_it_as_can_be(fidelity):
+    model, data = load("grip by a corner", fidelity=fidelity, output="carried")
+    mujoco.mj_forward(model, data)
+    for sensor, side in (("touch", 1.0), ("touch2", -1.0)):
+        carried = data.sensor(sensor).data
+        # The load goes through the corner: the triangle that bears it under the modulus lies there, its middle a third in.
+        leg = np.sqrt(2 * -carried[2] / TOP_MODULUS)
+        through = np.array([-carried[4], side * carried[3]]) / carried[2]
+        # Cells are an eighth of the leg, and do not end where the triangle does: a few per cent of it.
+        np.testing.assert_allclose(through, 7.5e-3 - leg / 3, atol=0.02 * leg)
+
+
 def test_an_edge_at_45_degrees_is_read_below_the_pads_modulus():
     for name in CASES:
         if name.startswith("edge"):

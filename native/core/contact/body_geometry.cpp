@@ -126,9 +126,10 @@ double least_along(const Shape& shape, const double* up) {
   }
 }
 
-// Boxes of a mesh's triangles that reach below a height along a direction of the mesh's frame; visit(first, count).
-template <typename Visit>
-void below(const TriangleMesh& mesh, const double* up, double height, Visit&& visit) {
+// Smallest boxes of a mesh's triangles that reach below a height along a direction of the mesh's frame, unless they or one
+// around them are passed over; visit(first, count), pass(box, least).
+template <typename Visit, typename Pass>
+void below(const TriangleMesh& mesh, const double* up, double height, Visit&& visit, Pass&& pass) {
   std::vector<std::uint32_t> stack;
   if (!mesh.boxes.empty()) stack.push_back(0);
   while (!stack.empty()) {
@@ -137,8 +138,8 @@ void below(const TriangleMesh& mesh, const double* up, double height, Visit&& vi
     const MeshBox& box = mesh.boxes[number];
     double least = 0.0;
     for (int k = 0; k < 3; ++k) least += std::min(up[k] * box.low[k], up[k] * box.high[k]);
-    if (least > height) continue;
-    if (box.count > 0) {
+    if (least > height || pass(box, least)) continue;
+    if (box.second == 0) {
       visit(box.first, box.count);
     } else {
       stack.push_back(number + 1);
@@ -184,7 +185,7 @@ double area_beside(const Shape& shape, const double* up, double height, double g
       }
       sum += std::abs(seen) * std::min(std::max(share, 0.0), 1.0);
     }
-  });
+  }, [](const MeshBox&, double) { return false; });
   return sum;
 }
 
@@ -280,9 +281,10 @@ double distance_to(const std::vector<Point>& hull, const Point& at) {
   return least;
 }
 
-// Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame; visit(point).
-template <typename Visit>
-void outermost(const Shape& shape, const double* up, double height, double farthest, Visit&& visit) {
+// Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame; visit(point). Those within a
+// distance of a point that rise no less than that above the height are passed over: pass(point, distance, rise).
+template <typename Visit, typename Pass>
+void outermost(const Shape& shape, const double* up, double height, double farthest, Visit&& visit, Pass&& pass) {
   const double* size = shape.size;
   const auto at = [&](double x, double y, double z) {
     const double point[3] = {x, y, z};
@@ -315,12 +317,20 @@ void outermost(const Shape& shape, const double* up, double height, double farth
     for (int i = 0; i < 3; ++i) {
       for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
     }
-    const double ceiling = height - dot(shape.local.position, up) + kSteepest * farthest;
-    below(*shape.mesh, own.data(), ceiling, [&](std::uint32_t first, std::uint32_t count) {
+    const double plane = height - dot(shape.local.position, up);
+    const auto passed = [&](const MeshBox& box, double least) {
+      double middle[3], square = 0.0;
+      for (int k = 0; k < 3; ++k) {
+        middle[k] = (box.low[k] + box.high[k]) / 2;
+        square += (box.high[k] - middle[k]) * (box.high[k] - middle[k]);
+      }
+      return pass(in_body(shape.local, middle), std::sqrt(square), least - plane);
+    };
+    below(*shape.mesh, own.data(), plane + kSteepest * farthest, [&](std::uint32_t first, std::uint32_t count) {
       for (std::size_t k = 3 * static_cast<std::size_t>(first); k < 3 * (static_cast<std::size_t>(first) + count); ++k) {
         visit(in_body(shape.local, shape.mesh->vertices.data() + 3 * static_cast<std::size_t>(shape.mesh->faces[k])));
       }
-    });
+    }, passed);
   }
 }
 
@@ -341,12 +351,18 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   }
   double least = kNowhere;
   for (const Shape& shape : shapes) {
-    outermost(shape, side.up(), side.height, farthest, [&](const Vector& point) {
+    const auto away = [&](const Vector& point) {
+      return distance_to(hull, {dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())});
+    };
+    const auto visit = [&](const Vector& point) {
       const double rise = dot(side.up(), point.data()) - side.height;
       if (rise <= kFlatness) return;
-      const Point at = {dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())};
-      const double away = distance_to(hull, at);
-      if (away > 0.0) least = std::min(least, rise / away);
+      const double distance = away(point);
+      if (distance > 0.0) least = std::min(least, rise / distance);
+    };
+    // Nothing within a box is less steep than its lowest over its farthest.
+    outermost(shape, side.up(), side.height, farthest, visit, [&](const Vector& middle, double around, double rise) {
+      return rise > kFlatness && rise >= least * (away(middle) + around);
     });
   }
   return least;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace mjtactile {
 namespace {
@@ -111,24 +112,24 @@ std::size_t ContactSearch::root(std::size_t sample) {
 void ContactSearch::flood(const SearchLoad& load) {
   order_.clear();
   for (std::uint32_t i = 0; i < heights_.size(); ++i) {
-    if (std::isfinite(heights_[i])) order_.push_back(i);
+    if (std::isfinite(heights_[i])) order_.emplace_back(heights_[i], i);
   }
-  const auto higher = [this](std::uint32_t a, std::uint32_t b) {
-    return heights_[a] != heights_[b] ? heights_[a] > heights_[b] : a > b;
-  };
-  std::make_heap(order_.begin(), order_.end(), higher);
+  std::make_heap(order_.begin(), order_.end(), std::greater<>());
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
   spacing_ = std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south) / kLines;
   parents_.resize(heights_.size());
   under_.assign(heights_.size(), 0);
   const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   double around = 0.0, area = 0.0;
+  sees_all_ = true;
   for (auto end = order_.end(); end != order_.begin();) {
-    const std::size_t sample = order_.front();
-    const double height = heights_[sample];
+    const auto [height, sample] = order_.front();
     const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
-    if (carried && height > level_ + kSame * spacing_) break;
-    std::pop_heap(order_.begin(), end--, higher);
+    if (carried && height > level_ + kSame * spacing_) {
+      sees_all_ = false;
+      break;
+    }
+    std::pop_heap(order_.begin(), end--, std::greater<>());
     level_ = height;
     area += cell;
     under_[sample] = 1;
@@ -184,12 +185,12 @@ Point ContactSearch::point_of(const Part& part, std::size_t place) const {
   const double u = (static_cast<double>(place % part.columns) + 0.5) / static_cast<double>(part.columns) - 0.5;
   const double v = (static_cast<double>(place / part.columns) + 0.5) / static_cast<double>(part.rows) - 0.5;
   const double x = u * part.region.width, y = v * part.region.height;
-  const double c = std::cos(part.region.angle), s = std::sin(part.region.angle);
-  return {part.region.centre.x + c * x - s * y, part.region.centre.y + s * x + c * y};
+  return {part.region.centre.x + part.cosine * x - part.sine * y, part.region.centre.y + part.sine * x + part.cosine * y};
 }
 
 void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
   part.columns = part.rows = kCloser;
+  part.cosine = std::cos(part.region.angle), part.sine = std::sin(part.region.angle);
   part.cell = part.region.area() / static_cast<double>(part.columns * part.rows);
   closer_.clear();
   for (std::size_t place = 0; place < part.columns * part.rows; ++place) closer_.push_back(point_of(part, place));

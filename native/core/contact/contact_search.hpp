@@ -51,6 +51,8 @@ class ContactSearch {
   // The same where no area is needed.
   double loaded() const { return loaded_; }
   double lowest() const { return lowest_; }
+  // Whether all that faces the pad lies under the level at which spots are gathered: no other plane sees more.
+  bool sees_all() const { return sees_all_; }
   // Whether the load passes through what the spots span.
   bool supported(const SearchLoad& load) const;
   // Convex hull of what the body covers, counter-clockwise.
@@ -61,6 +63,7 @@ class ContactSearch {
  private:
   struct Part {          // a connected part of what is under the level
     Region region;       // looked at
+    double cosine, sine; // of its angle
     std::size_t columns, rows;
     double cell;         // area that each of its points stands for [m^2]
     std::vector<double> heights;
@@ -81,7 +84,7 @@ class ContactSearch {
   Rectangle bounds_ = {};
   std::vector<Point> points_, closer_, moved_;  // `moved_`: of those that are none of the grid's
   std::vector<double> raw_, heights_;
-  std::vector<std::uint32_t> order_;
+  std::vector<std::pair<double, std::uint32_t>> order_;   // heights and samples
   std::vector<std::size_t> parents_;
   std::vector<std::uint8_t> under_, under_closer_;
   std::vector<std::vector<Point>> members_;
@@ -91,6 +94,7 @@ class ContactSearch {
   std::vector<Spot> spots_;
   std::vector<Point> chosen_;
   double level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, spacing_ = 0.0;
+  bool sees_all_ = false;
   SpringBed springs_;
   std::vector<double> stiffness_, modes_, bed_heights_;
 };

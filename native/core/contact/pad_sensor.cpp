@@ -160,8 +160,16 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
     const double above = press_above(touch, press, -sunk);
     const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
     if (above > kBears * pressing(touch) || (above > 0.0 && !deeper)) return true;
-    const double all = deeper ? press_above(touch, press, -pad_->depth()) : above;
-    if (all > above || (above > 0.0 && press_above(touch, press, -sunk) > 0.0)) return true;
+    if (!deeper) return press_points(touch, press);
+    std::swap(press.patch, press.other_patch);
+    std::swap(press.gap, press.other_gap);
+    if (press_above(touch, press, -pad_->depth()) > above) return true;
+    if (above > 0.0) {
+      std::swap(press.patch, press.other_patch);
+      std::swap(press.gap, press.other_gap);
+      press.patch.place_again(compliance, options_, press.workspace);
+      return true;
+    }
   }
   return press_points(touch, press);
 }

@@ -118,6 +118,8 @@ class PadSensor {
     FlatPress face;
     PatchPress patch;
     GapMap gap;
+    PatchPress other_patch;              // of a contact that may be the better one
+    GapMap other_gap;
     FlatMap spots;
     CellContact::Workspace workspace;
     std::shared_ptr<const Face> keeps;   // the face in use

@@ -20,7 +20,9 @@ constexpr double kTrimLines[] = {0.0, -0.25, 0.25, -0.45, 0.45};
 constexpr double kSlanted = 2.25;
 // How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
 constexpr double kBeyond = 0.25;
-constexpr std::size_t kGrowths = 8;
+constexpr std::size_t kGrowths = 12;
+// Over the room up to the sheet's edge: rounding must not decide whether a rectangle that ends there is beyond it.
+constexpr double kFlush = 1e-9;
 
 // Where a line through a cell runs below 0, in parts of the cell from its middle; `over`: heights at its 3 x 3 nodes.
 bool between_nodes(const double* over, bool along, double line, double& low, double& high) {
@@ -67,6 +69,7 @@ void PatchFace::clear() {
   cells_.clear();
   heights_.clear();
   gradients_.clear();
+  goes_on_.clear();
   face_.centroids.clear();
   face_.areas.clear();
   face_.edges.clear();
@@ -83,8 +86,7 @@ void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice
     return seen(view, at) <= view.highest &&
            std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return within(one, at); });
   };
-  const std::size_t most = std::min(kGrowths, 1 + std::min(lattice.columns, lattice.rows) / 2);
-  for (std::size_t growth = 0; growth < most; ++growth) {
+  for (std::size_t growth = 0; growth < kGrowths; ++growth) {
     const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
     bool beyond[4] = {};   // west, east, south, north
     for (double row = 0.5; row < rows; ++row) {
@@ -186,6 +188,7 @@ std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size
   const double height = mean_height(view, cell, middle, gradient);
   if (!std::isfinite(height)) return kNone;
   cells_.push_back(cell);
+  goes_on_.push_back(nodes.finite > nodes.under ? 1 : 0);
   face_.centroids.push_back(middle);
   face_.areas.push_back(cell.sides[0] * cell.sides[1]);
   heights_.push_back(height);
@@ -341,22 +344,36 @@ std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::si
   return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
 }
 
+// A rectangle that stands for a part must not reach over the sheet's edge, where it would carry nothing: it is turned along
+// the edge, as wide as there is room for, and as long as its area asks.
+void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell) {
+  const double c = cell.cosine, s = cell.sine, area = cell.sides[0] * cell.sides[1];
+  const double room[2] = {2.0 * std::min(middle.x - sheet.west, sheet.east - middle.x),
+                          2.0 * std::min(middle.y - sheet.south, sheet.north - middle.y)};
+  const double reached[2] = {std::abs(c) * cell.sides[0] + std::abs(s) * cell.sides[1],
+                             std::abs(s) * cell.sides[0] + std::abs(c) * cell.sides[1]};
+  if (reached[0] <= (1.0 + kFlush) * room[0] && reached[1] <= (1.0 + kFlush) * room[1]) return;
+  double sides[2] = {std::hypot(c * cell.sides[0], s * cell.sides[1]), std::hypot(s * cell.sides[0], c * cell.sides[1])};
+  const double smaller = std::sqrt(area / (sides[0] * sides[1]));
+  for (double& side : sides) side *= smaller;
+  for (int k = 0; k < 2; ++k) {
+    if (sides[k] <= room[k]) continue;
+    sides[k] = room[k];
+    sides[1 - k] = std::min(area / sides[k], room[1 - k]);
+  }
+  // Cells along the edge keep their axes: pairs of parallel ones are integrated in closed form.
+  const bool upright = std::abs(s) > std::abs(c);
+  if (std::min(std::abs(s), std::abs(c)) > kFlush) cell.cosine = upright ? 0.0 : 1.0, cell.sine = upright ? 1.0 : 0.0;
+  cell.sides[0] = sides[upright ? 1 : 0];
+  cell.sides[1] = sides[upright ? 0 : 1];
+}
+
 void PatchFace::finish(const Rectangle& sheet) {
   double area = 0.0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
-    if (!cell.whole) {
-      // A rectangle that stands for a part must not reach over the sheet's edge, where it would carry nothing.
-      const Point& middle = face_.centroids[i];
-      const double c = std::abs(cell.cosine), s = std::abs(cell.sine);
-      const double x = (c * cell.sides[0] + s * cell.sides[1]) / 2, y = (s * cell.sides[0] + c * cell.sides[1]) / 2;
-      const double room_x = std::min(middle.x - sheet.west, sheet.east - middle.x);
-      const double room_y = std::min(middle.y - sheet.south, sheet.north - middle.y);
-      const double share = std::min({1.0, room_x / x, room_y / y});
-      cell.sides[0] *= share;
-      cell.sides[1] *= share;
-      face_.areas[i] = cell.sides[0] * cell.sides[1];
-    }
+    if (!cell.whole) keep_on(sheet, face_.centroids[i], cell);
+    face_.areas[i] = cell.sides[0] * cell.sides[1];
     area += face_.areas[i];
   }
   face_.length = std::sqrt(area);

@@ -46,6 +46,8 @@ class PatchFace {
   const std::vector<double>& heights() const { return heights_; }
   // How these grow over each cell, along x and y [-].
   const std::vector<Point>& gradients() const { return gradients_; }
+  // Whether each cell ends where the body stands higher than counts, rather than where it ends.
+  const std::vector<std::uint8_t>& goes_on() const { return goes_on_; }
 
  private:
   class ShearByOffset;
@@ -75,6 +77,7 @@ class PatchFace {
   bool search_ends(const Lattice& lattice, const View& view, double column, double row, bool along, double line,
                    double& low, double& high) const;
   double mean_height(const View& view, const Cell& cell, const Point& middle, Point& gradient) const;
+  static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
   void integrate();
   void add_edges();
@@ -93,6 +96,7 @@ class PatchFace {
   std::vector<Point> gradients_;
   std::vector<Point> points_;            // that are looked at together, and what stands over them
   std::vector<double> found_;
+  std::vector<std::uint8_t> goes_on_;
 };
 
 }  // namespace mjtactile

@@ -50,9 +50,13 @@ constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFal
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
-// A contact whose pressure is centred farther than this from the load, over its size, misses it; bodies tilt onto other
-// parts of theirs where the load passes at least so far inside, over what lies behind their rim.
-constexpr double kMissed = 0.01, kWellInside = 0.1;
+// Share of the cells where the body goes on that press where the contact does, too.
+constexpr double kGoesOn = 0.5;
+// A look whose contact has more energy than another's by this share of its own is the worse one: cells differ by less.
+constexpr double kWorse = 0.1;
+// A contact whose pressure is centred farther than this from the load, over its size, misses it. Where the load passes the
+// rim the first plane has tilted the body onto that already; elsewhere it tilts onto other parts of its own.
+constexpr double kMissed = 0.01;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
 // The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
@@ -104,6 +108,18 @@ double breadth(const std::vector<Point>& hull, const double* inward, double dept
   return most - least;
 }
 
+// Share of a tilt that is taken after another one: where it goes back, as far as a straight line between the two says
+// (Anderson, J. ACM 12, 1965, with one step kept), where it goes on, all of it.
+double secant_share(const double* slopes, const double* before) {
+  double along = 0.0, square = 0.0;
+  for (int k = 0; k < 2; ++k) {
+    along += slopes[k] * (slopes[k] - before[k]);
+    square += (slopes[k] - before[k]) * (slopes[k] - before[k]);
+  }
+  const bool back = slopes[0] * before[0] + slopes[1] * before[1] < 0.0;
+  return back ? 1.0 - along / square : 1.0;
+}
+
 // How far a point lies inside a hull, over how far the hull reaches behind its nearest side.
 double inside(const std::vector<Point>& hull, const Point& at) {
   double least = hull.size() > 2 ? INFINITY : 0.0;
@@ -128,7 +144,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0};
+  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, {0.0, 0.0}};
   if (options.tilting) view.plane = first_plane(load);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
@@ -143,11 +159,18 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     return true;
   };
   bool rested = !options.tilting;
+  View best = view;
+  double least = kNowhere;
+  bool last_is_best = true;
   for (int look = 0; look < kLooks; ++look) {
     const View last = view;
-    if (!rested && look > 0 && misses(load)) {
+    if (look > 0 && presses_all()) break;
+    if (!last_is_best) {
+      // It tilted too far onto what lies there.
+      for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
+    } else if (!rested && look > 0 && misses(load)) {
       // Other parts of the body carry the load, onto which it has to tilt first.
-      view.plane = search_.resting(load);
+      view.plane = resting(load);
       rested = true;
     } else if (look > 0 && !next_view(view)) {
       break;
@@ -155,7 +178,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
       // The body leans: it tilts until the force passes through what it rests on.
-      view.plane = search_.resting(load);
+      view.plane = resting(load);
       spots_ = search_.find(map, view.plane, load);
       rested = true;
     }
@@ -168,9 +191,38 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       spots_ = search_.find(map, view.plane, load);
       return press();
     }
-    if (!contact_.exact()) break;
+    if (!contact_.exact()) {
+      last_is_best = look == 0;  // an earlier look found a contact
+      break;
+    }
+    const bool compares = options.tilting && options.law->couples() && !is_off(load);
+    const double found = energy(load);
+    last_is_best = !compares || !(found > least + kWorse * contact_.energy());
+    if (last_is_best) best = view, least = compares ? found : kNowhere;
   }
-  return true;
+  if (last_is_best) return true;
+  view = best;
+  spots_ = search_.find(map, view.plane, load);
+  return press();
+}
+
+bool PatchPress::presses_all() const {
+  const std::vector<std::uint8_t>&pressed = contact_.pressed(), &goes_on = cells_.goes_on();
+  return search_.sees_all() && std::find(pressed.begin(), pressed.end(), 0) == pressed.end() &&
+         std::find(goes_on.begin(), goes_on.end(), 1) == goes_on.end();
+}
+
+// How the body rests on springs; farther than it may tilt none is looked at.
+Plane PatchPress::resting(const SearchLoad& load) {
+  Plane plane = search_.resting(load);
+  const double slope = std::hypot(plane.slopes[0], plane.slopes[1]);
+  for (double& one : plane.slopes) one *= std::min(1.0, kMostSlope / std::max(slope, kMostSlope));
+  return plane;
+}
+
+void PatchPress::place_again(const SurfaceCompliance& compliance, const LawOptions& options,
+                             CellContact::Workspace& workspace) {
+  contact_.place(cells_.face(), kHere, compliance, options, workspace);
 }
 
 // Above each cell, on a curved pad where the cell's own normal meets the body.
@@ -241,7 +293,13 @@ Plane PatchPress::first_plane(const SearchLoad& load) {
   return plane;
 }
 
-bool PatchPress::misses(const SearchLoad& load) const {
+double PatchPress::energy(const SearchLoad& load) const {
+  double sum = contact_.energy() + load.force * search_.lowest();
+  for (std::size_t i = 0; i < heights_.size(); ++i) sum += contact_.normal()[i] * heights_[i];
+  return sum;
+}
+
+bool PatchPress::is_off(const SearchLoad& load) const {
   double force = 0.0;
   Point centre = {0.0, 0.0};
   for (std::size_t i = 0; i < heights_.size(); ++i) {
@@ -250,7 +308,11 @@ bool PatchPress::misses(const SearchLoad& load) const {
     centre.x += own * cells_.face().centroids[i].x, centre.y += own * cells_.face().centroids[i].y;
   }
   const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
-  return away > kMissed * cells_.face().length && inside(search_.covered(), load.through) > kWellInside;
+  return away > kMissed * cells_.face().length;
+}
+
+bool PatchPress::misses(const SearchLoad& load) const {
+  return is_off(load) && inside(search_.covered(), load.through) > kNearRim;
 }
 
 double PatchPress::tilt() const {
@@ -346,11 +408,13 @@ const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
 // not tilted away from them.
 bool PatchPress::next_view(View& view) const {
   const double* slopes = contact_.slopes();
-  std::size_t pressed = 0;
+  std::size_t pressed = 0, at_end = 0, ends = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;
   for (std::size_t i = 0; i < heights_.size(); ++i) {
+    ends += cells_.goes_on()[i];
     if (!contact_.pressed()[i]) continue;
     ++pressed;
+    at_end += cells_.goes_on()[i];
     lowest = std::min(lowest, heights_[i]);
     const Point& at = cells_.face().centroids[i];
     const double lift = slopes[0] * at.x + slopes[1] * at.y;
@@ -359,17 +423,20 @@ bool PatchPress::next_view(View& view) const {
   }
   const double level = std::max(search_.loaded(), contact_.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
+  // Where cells press that end for the height alone, the contact goes on beyond them.
+  const bool beyond = static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
   const bool tilted = lifted > kSmallTilt * level;
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
   if (tilted) {
-    const double share = std::min(1.0, kMostTilt * level / lifted);
+    const double share = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.from);
+    std::copy(slopes, slopes + 2, view.from);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     const double slope = std::hypot(to[0], to[1]);
     // It falls over: no tilt would carry the load, and farther than this none is looked at.
     if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) return false;
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
-    if (contact_.exact()) view.sinks = contact_.indentation() + std::max(lowest, 0.0);
+    if (contact_.exact()) view.sinks = beyond ? 0.0 : contact_.indentation() + std::max(lowest, 0.0);
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {

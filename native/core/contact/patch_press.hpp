@@ -24,6 +24,9 @@ class PatchPress {
   void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                    const std::vector<double>& sunk, CellContact::Workspace& workspace);
 
+  // Cells into a workspace in which others were placed since.
+  void place_again(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
+
   const CellContact& contact() const { return contact_; }
   // How the cells lie on a curved pad.
   const BentCells& bent() const { return bent_; }
@@ -42,7 +45,11 @@ class PatchPress {
     Plane plane;
     double generosity;   // cells reach up to so many times the level of the spots
     double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
+    double from[2];      // slopes that the last look found away from its plane; 0 where none was
   };
+  // Whether all cells press, and no other would: the body has nothing else over the sheet.
+  bool presses_all() const;
+  Plane resting(const SearchLoad& load);
   // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
   bool compact(const LawOptions& options) const;
   double likely_height() const;
@@ -54,7 +61,11 @@ class PatchPress {
                        double coarser) const;
   const std::vector<Region>& taken_by_others(std::size_t number);
   bool next_view(View& view) const;
-  // Whether the contact leaves a part of the load's moment though the body stands about the load's line.
+  // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
+  // the one that has least is the body's, whatever cells it was looked for on.
+  double energy(const SearchLoad& load) const;
+  // Whether the contact leaves a part of the load's moment; and whether it does though the body stands about its line.
+  bool is_off(const SearchLoad& load) const;
   bool misses(const SearchLoad& load) const;
 
   ContactSearch search_;

@@ -118,9 +118,12 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
 
 // How deep the surface lies under the pressed cells, and whether the tilt found is one.
 void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix& between) {
-  indentation_ = 0.0;
+  indentation_ = energy_ = 0.0;
   for (std::size_t i = 0; i < found_.normal.size(); ++i) {
-    if (found_.normal[i] > 0.0) indentation_ = std::max(indentation_, depth(face, law, between, i));
+    if (!(found_.normal[i] > 0.0)) continue;
+    const double deep = depth(face, law, between, i);
+    indentation_ = std::max(indentation_, deep);
+    energy_ += found_.normal[i] * deep / 2;
   }
   double widest = 0.0;
   for (const Point& point : points_) widest = std::max(widest, std::hypot(point.x, point.y));

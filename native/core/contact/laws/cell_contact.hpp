@@ -86,6 +86,7 @@ class CellContact {
     return law.depth(face, found_, between, cell);
   }
   double indentation() const { return indentation_; }    // of the surface where it is deepest [m]
+  double energy() const { return energy_; }              // of the surface, as deep as it lies [J]
   // Tilt of the body under what was pressed with, along x and y; 0 where the contact leaves it open.
   const double* slopes() const { return found_.slopes; }
   // Normal forces on the cells under what was pressed with [N].
@@ -104,7 +105,7 @@ class CellContact {
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
   bool tilting_ = true, curved_ = false, linear_ = false, exact_ = false;
   double pressed_area_ = 0.0, force_ = 0.0, length_ = 1.0, strength_ = 0.0;
-  double indentation_ = 0.0, wanted_[kMostMotions] = {};
+  double indentation_ = 0.0, energy_ = 0.0, wanted_[kMostMotions] = {};
   LawContact found_;
   std::vector<double> gram_;      // motions times motions of the shear under each of the pressures
 };
