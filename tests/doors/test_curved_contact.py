@@ -139,7 +139,7 @@ def test_a_dome_of_a_metre_reads_what_a_flat_pad_reads():
 
 @pytest.mark.parametrize("name", ["tip"])
 def test_what_rolls_about_a_cylinders_axis_reads_alike(name):
-    """Contact at x = R sin(15 degrees) is the one at the top, turned: so is its wrench, but for half the angle of facets."""
+    """Contact at x = R sin(15 degrees) is the one at the top, turned, but for half of a facet's angle."""
     pad = CURVED[name]
     top = ball_over(attached(pad), "t", pad, (0.0, 0.0), 0.2)[1]
     aside = ball_over(attached(pad), "t", pad, (8e-3 * np.sin(np.radians(15.0)), 0.0), 0.2)[1]
