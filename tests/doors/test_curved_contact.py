@@ -126,6 +126,17 @@ def test_what_presses_on_a_domes_side_is_in_the_wrench_alone():
     assert (carried == 0).all()
 
 
+def test_what_presses_where_the_surface_leans_by_more_than_45_degrees_is_read():
+    pad = BULGES["tip"]
+    place = (5.85e-3, 0.0)
+    assert pad.surface.normals(*place)[2] < np.cos(np.radians(46.5))
+    _, data = ball_over(attached(pad), "t", pad, place, 0.05)
+    readings, wrench, carried = parts(data, pad)
+    assert np.linalg.norm(wrench[:3]) == pytest.approx(0.05, rel=0.05)
+    assert readings.max() > 0.0
+    assert np.linalg.norm(carried[:3]) > 0.0
+
+
 def test_a_dome_of_a_metre_reads_what_a_flat_pad_reads():
     """Curvature alone makes .31 % of it (docs/curved.md); where the ball stands differs by the facets, 2 um."""
     flat = stack(BULGES["dome"])
