@@ -18,7 +18,7 @@ from mjtactile._types import Array
 from mjtactile.errors import NativeError
 
 #: Version of the functions in native/api/api.h that this module calls.
-API_VERSION = 9
+API_VERSION = 10
 #: Functions that give back a handle, and those that give back a number of something.
 _MADE = tuple(
     f"mjt_{name}"

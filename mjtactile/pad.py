@@ -194,7 +194,8 @@ class Pad:
         object.__setattr__(self, "taxels", as_taxels(self.taxels))
         free = isinstance(self.taxels, FreeTaxels)
         # Free taxels have depths of their own: only the default, which nobody asked for, may stand beside them.
-        depths = () if free and self.depths in ((), _DEPTHS) else _tuple_of_depths(self.depths)
+        unasked = isinstance(self.depths, tuple | list) and tuple(self.depths) in ((), _DEPTHS)
+        depths = () if free and unasked else _tuple_of_depths(self.depths)
         object.__setattr__(self, "depths", depths)
         object.__setattr__(self, "sampling_radius", _number("sampling_radius", self.sampling_radius, " in metres"))
         _require(

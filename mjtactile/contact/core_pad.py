@@ -6,7 +6,7 @@ import ctypes
 
 from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
-from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.cells.compliance import surface_compliance
 from mjtactile.contact.linear_range import linear_range, saturation
 from mjtactile.contact.options import ContactOptions
 from mjtactile.errors import NativeError

@@ -1,10 +1,10 @@
-"""What faces the pad: the covered part of its surface, and how far above it the body is."""
+"""What faces the pad: the covered part of its surface, seen from above, and how far above it the body is."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,7 @@ from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.planar import area_on_sheet, areal
 
-#: Height of the body above the pad's surface at first touch [m] at points x, y [m]; infinite where there is no body.
+#: Height of the body above the pad's surface, or above its plane, [m] at points x, y [m]; infinite where there is no body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
 
 #: What is further than this above the first touch cannot come into contact, over the sheet's thickness.
@@ -35,16 +35,17 @@ FACING_GAP = 50e-6
 
 @dataclass(frozen=True, eq=False)
 class Footprint:
-    """A covered area of one pad's surface; make it with `Footprint.from_outline` or `Footprint.from_gap`.
+    """A covered area of one pad's surface; make it with `from_outline`, `from_gap` or `from_height`.
 
     Attributes:
         outline: where the body may touch, in the pad frame [m], cut at the sheet's edge.
         surface: the grid it is integrated on.
-        gap: height of the body above the surface at first touch; None for a flat face.
+        gap: height of the body above the surface, along z; None for a flat face on a flat pad.
         lowest: least height, where the body touches first [m].
         reach: heights further than this above the lowest are out of reach [m].
         bounded: whether the body may touch within the outline only, as whoever made it said; otherwise the outline is
             traced from the gap function, which knows better.
+        upright: on a curved pad, height z of the body's lower side in the pad frame [m], where it stands.
     """
 
     outline: Polygon | MultiPolygon
@@ -53,21 +54,28 @@ class Footprint:
     lowest: float = 0.0
     reach: float = 0.0
     bounded: bool = False
+    upright: GapFunction | None = None
 
     @classmethod
     def from_outline(cls, outline: BaseGeometry, surface: SurfaceGrid) -> Footprint:
-        """Footprint of a flat face.
+        """Footprint of a flat face; on a curved pad, of a face as curved as the pad is below it.
 
         Args:
-            outline: polygon or multipolygon in the pad frame [m], holes allowed. What overhangs the sheet carries
-                nothing.
+            outline: polygon or multipolygon in the pad frame, seen from above [m], holes allowed. What overhangs the
+                pad carries nothing.
             surface: the pad's surface grid, `influence.surface`, which integrates loads.
 
         Raises:
-            FootprintError: when the outline is not a valid area, or covers none of the sheet; or the surface is curved.
+            FootprintError: when the outline is not a valid area, or covers none of the pad.
         """
-        _require_flat(surface)
-        return cls(area_on_sheet(outline, surface.sheet), surface)
+        return cls._of_face(area_on_sheet(outline, surface.sheet), surface)
+
+    @classmethod
+    def _of_face(cls, area: Polygon | MultiPolygon, surface: SurfaceGrid) -> Footprint:
+        if surface.outer.is_flat:
+            return cls(area, surface)
+        height = surface.outer.height
+        return cls(area, surface, lambda x, _: np.zeros_like(x), 0.0, _reach(surface), bounded=True, upright=height)
 
     @classmethod
     def from_gap(
@@ -82,8 +90,8 @@ class Footprint:
 
         Args:
             gap: function of x and y [m] in the pad frame, arrays of shape (n,): height of the rigid surface above the
-                pad at first touch [m]; infinite where there is no body. Only differences of height matter: the body
-                is lowered until it touches the sheet.
+                pad's own, along z [m]; infinite where there is no body. Only differences of height matter: the body
+                is lowered until it touches the pad.
             surface: the pad's surface grid, `influence.surface`.
             outline: polygon within which the body may touch [m], where it is known; by default it is traced from the
                 gap function, which rounds corners off by a tenth of a millimetre on the paper's pad.
@@ -91,33 +99,68 @@ class Footprint:
 
         Raises:
             FootprintError: when the gap function is NaN or minus infinity somewhere, gives another number of heights
-                than points, or covers none of the sheet; or the surface is curved.
+                than points, or covers none of the pad.
         """
-        _require_flat(surface)
         checked = _checked(gap)
         sheet = surface.sheet
         bounds = sheet.bounds if outline is None else area_on_sheet(outline, sheet).bounds
         lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
-        reach = REACH * surface.thickness
+        reach = _reach(surface)
         if outline is None:
             area = region_below(checked, lowest + reach, bounds)
             if area.area == 0.0:
                 raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
         else:
             area = area_on_sheet(outline, sheet)
-        return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
+        upright: GapFunction | None = None
+        if not surface.outer.is_flat:
+
+            def upright(x: Array, y: Array) -> Array:
+                return checked(x, y) - lowest + surface.outer.height(x, y)
+
+        return cls(area, surface, checked, lowest, reach, outline is not None, upright)
+
+    @classmethod
+    def from_height(
+        cls,
+        height: GapFunction,
+        surface: SurfaceGrid,
+        *,
+        outline: BaseGeometry | None = None,
+    ) -> Footprint:
+        """Footprint of a body where it stands over a pad, curved or flat.
+
+        Args:
+            height: function of x and y [m] in the pad frame, arrays of shape (n,): height z of the body's lower side
+                [m], pad frame; infinite where there is no body. It should touch the pad, or stand a little over or in
+                it: it is moved along the pad's normal where the force goes in until it carries that.
+            surface: the pad's surface grid, `influence.surface`.
+            outline: polygon within which the body may touch, seen from above [m], where it is known.
+
+        Raises:
+            FootprintError: as `from_gap`.
+        """
+        if surface.outer.is_flat:
+            return cls.from_gap(height, surface, outline=outline)
+        checked = _checked(height)
+        made = cls.from_gap(lambda x, y: checked(x, y) - surface.outer.height(x, y), surface, outline=outline)
+        return replace(made, upright=checked)
 
     def heights(self, points: Array) -> Array:
-        """Height of the body above the surface at first touch at points (n, 2) [m].
+        """Height of the body above the surface at first touch at points (n, 2) [m]; over a curved pad, z in its frame.
 
-        Infinite out of reach and, of a curved body, off the sheet, or off its outline where that was given.
+        Infinite out of reach and, of a curved body, off the pad, or off its outline where that was given.
         """
         if self.gap is None:
             return np.zeros(len(points))
         x, y = points[:, 0], points[:, 1]
-        heights = np.asarray(self.gap(x, y)) - self.lowest
         west, south, east, north = self._bounds
-        within = (x >= west) & (x <= east) & (y >= south) & (y <= north) & (heights <= self.reach)
+        within = (x >= west) & (x <= east) & (y >= south) & (y <= north)
+        if self.upright is not None:
+            heights = np.asarray(self.upright(x, y))
+        else:
+            heights = np.asarray(self.gap(x, y)) - self.lowest
+            within &= heights <= self.reach
         if self.bounded:
             within &= shapely.intersects_xy(self.outline, x, y)
         return np.where(within, heights, np.inf)
@@ -128,8 +171,12 @@ class Footprint:
         west, south, east, north = self._bounds
         if not (west <= x <= east and south <= y <= north):
             return math.inf
-        height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
-        if height > self.reach or (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
+        if self.upright is not None:
+            height = float(np.asarray(self.upright(np.array([x]), np.array([y])))[0])
+        else:
+            height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
+            height = height if height <= self.reach else math.inf
+        if (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
             return math.inf
         return height
 
@@ -139,11 +186,11 @@ class Footprint:
 
     @cached_property
     def lowest_part(self) -> Footprint:
-        """A flat footprint for laws that ignore a curved body's shape: the outline of its lowest part."""
+        """A footprint for laws that ignore a body's shape: a face with the outline of its lowest part."""
         if self.gap is None:
             return self
         area = self._below(FACING_GAP)
-        return Footprint(self.outline if area.area == 0.0 else area, self.surface)
+        return Footprint._of_face(self.outline if area.area == 0.0 else area, self.surface)
 
     @property
     def area(self) -> float:
@@ -171,12 +218,15 @@ class Footprint:
         return areal(region_below(self.gap, self.lowest + height, self.outline.bounds).intersection(self.outline))
 
 
-def _require_flat(surface: SurfaceGrid) -> None:
-    if not surface.outer.is_flat:
-        raise FootprintError(
-            f"footprints are made on flat pads only so far, and this surface is a {surface.outer.kind}. What is known "
-            "to press on a curved pad can be read: SurfaceLoad.from_tractions(influence, outline, traction)."
-        )
+def _reach(surface: SurfaceGrid) -> float:
+    """Height above the first touch from which on nothing is in reach [m], along z."""
+    steepest = 1.0 if surface.outer.is_flat else float(np.max(surface.outer.stretch(*_corners(surface))))
+    return REACH * surface.thickness * steepest
+
+
+def _corners(surface: SurfaceGrid) -> tuple[Array, Array]:
+    x, y = np.meshgrid(surface.x.vertices[[0, -1]], surface.y.vertices[[0, -1]])
+    return x.ravel(), y.ravel()
 
 
 def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:

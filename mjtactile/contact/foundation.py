@@ -42,7 +42,7 @@ def _calibrate(influence: InfluenceMatrices) -> tuple[Array, Array]:
     areas, stiffnesses = [], []
     for radius in np.array(_RADII) * min(east - west, north - south) / 2:
         disc = shapely.Point(0.0, 0.0).buffer(radius, quad_segs=_QUADRANT_SEGMENTS)
-        state = press.loads([Footprint(disc, surface)], [wrench])[0].load.state
+        state = press.loads([Footprint.from_outline(disc, surface)], [wrench])[0].load.state
         areas.append(disc.area)
         stiffnesses.append(1.0 / (state.indentation * disc.area))
     return np.array(areas), np.array(stiffnesses)

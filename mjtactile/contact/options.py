@@ -16,7 +16,6 @@ from mjtactile.errors import ContactError
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
-from mjtactile.pad import require_flat
 
 __all__ = ["LAWS", "TANGENTIALS", "TILTS", "ContactOptions", "Wrench", "contact_options", "wanted_wrench"]
 
@@ -99,10 +98,7 @@ def contact_options(
 
     Raises:
         ContactError: for names and numbers that make no sense, alone or together.
-        PadError: when the pad is curved.
     """
-    if not isinstance(influence, Fidelity):
-        require_flat(influence.pad, "contact")
     fidelity = influence if isinstance(influence, Fidelity) else influence.fidelity
     law = fidelity.law if law is None else law
     cells = fidelity.cells if cells is None else cells
@@ -138,8 +134,10 @@ def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayL
     """
     wanted = _vector("force", force)
     if moment is None:
-        (x, y), (along, across, normal) = footprint.centroid, wanted
-        return Wrench(wanted, np.array([y * normal, -x * normal, x * across - y * along]), moment_given=False)
+        (x, y), (along, across, normal), outer = footprint.centroid, wanted, footprint.surface.outer
+        z = 0.0 if outer.is_flat else float(outer.height(x, y))
+        moment = np.array([y * normal - z * across, z * along - x * normal, x * across - y * along])
+        return Wrench(wanted, moment, moment_given=False)
     return Wrench(wanted, _vector("moment", moment))
 
 

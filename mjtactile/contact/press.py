@@ -14,7 +14,7 @@ import shapely
 from mjtactile._native import library, pointer
 from mjtactile._types import Array
 from mjtactile.contact.core_pad import core_names, give_shear, give_springs, press_pad
-from mjtactile.contact.face_cells import placed_cells
+from mjtactile.contact.cells.face_cells import placed_cells
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.errors import ContactError

@@ -13,14 +13,14 @@ import numpy.typing as npt
 
 from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array, Indices
-from mjtactile.fem.stiffness import PARITIES
-from mjtactile.fem.symmetry import QUADRANT_SIGNS, QUADRANTS
 from mjtactile.influence.layout import PadTables
 from mjtactile.influence.stress_matrix import read_matrix
 from mjtactile.influence.table import table_name
-from mjtactile.pad import require_flat
+from mjtactile.pad_shape.surfaces import Quadric, Surface
 
 _PRECISIONS = ("float16", "float32", "float64", "int8")
+#: Lines along each axis on which the core knows a patch; bicubic in between, it is off by less than a nanometre.
+_PATCH_LINES = 129
 #: Forces within two to this power, up or down, of 1 N are read as they are.
 _COMMON_POWERS = 20
 
@@ -34,21 +34,21 @@ class CorePad:
     Attributes:
         handle: what the core's functions take.
 
-    Raises:
-        PadError: when the pad is curved, which the core does not know so far.
     """
 
     def __init__(self, influence: PadTables) -> None:
-        require_flat(influence.pad, "contact")
         grid = influence.surface
-        ends, signs = [contiguous(line.vertices) for line in (grid.x, grid.y)], contiguous(QUADRANT_SIGNS)
+        ends, mirrors = [contiguous(line.vertices) for line in (grid.x, grid.y)], influence.mirrors
+        signs = contiguous(mirrors.signs)
         handle = library().mjt_pad_new(
             ctypes.c_int(_PRECISIONS.index(influence.fidelity.precision)),
             ctypes.c_int(influence.fidelity.loads == "corners"),
             *(part for line in ends for part in sized(line)),
+            *(ctypes.c_int(mirrored) for mirrored in (mirrors.x, mirrors.y)),
             pointer(signs),
         )
         self.handle = ctypes.c_void_p(handle)
+        _set_outer(self.handle, grid.outer, (grid.x.vertices, grid.y.vertices))
         self._taxels, self._given, self._giving = influence.pad.reading_shape, set[str](), threading.Lock()
         self._finalizer = weakref.finalize(self, library().mjt_pad_free, self.handle)
 
@@ -73,6 +73,20 @@ class CorePad:
         forces = contiguous(np.ldexp(forces, -power) if power else forces)
         library().mjt_readings(self.handle, pointer(forces), pointer(readings))
         return np.ldexp(readings, power) if power else readings
+
+
+def _set_outer(handle: ctypes.c_void_p, outer: Surface, ends: tuple[Array, Array]) -> None:
+    """Tell the core of a curved surface: what makes a quadric, or heights and slopes on a fine grid."""
+    if outer.is_flat:
+        return
+    if isinstance(outer, Quadric):
+        a, b, c = outer.principal_axes
+        library().mjt_pad_set_quadric(handle, *(ctypes.c_double(number) for number in (a**-2, b**-2, c)))
+        return
+    lines = [np.linspace(line[0], line[-1], _PATCH_LINES) for line in ends]
+    jet = outer.jet(*np.meshgrid(*lines))
+    jets = contiguous(np.stack([jet.z, jet.x, jet.y, jet.xy], axis=-1))
+    library().mjt_pad_set_patch(handle, *(part for line in lines for part in sized(line)), pointer(jets))
 
 
 _pads: weakref.WeakKeyDictionary[PadTables, dict[bool, CorePad]] = weakref.WeakKeyDictionary()
@@ -102,7 +116,7 @@ def _with_matrices(influence: PadTables, stress: bool) -> CorePad:
     orders = [_by_taxel(influence, k) for k in range(influence.pad.sensing_layers)]
     for k, order in enumerate(orders):
         _add_layer(pad, influence, k, order)
-    for number in range(len(PARITIES)):
+    for number in range(len(influence.mirrors.classes)):
         _set_class(pad, influence, number, orders, "deviatoric")
         if stress:
             _set_class(pad, influence, number, orders, "mean")
@@ -112,7 +126,7 @@ def _with_matrices(influence: PadTables, stress: bool) -> CorePad:
 def _by_taxel(influence: PadTables, sensing_layer: int) -> Indices:
     """Folded sample points in an order that keeps those of one taxel together."""
     average: Any = influence.averages[sensing_layer]
-    points = average.shape[1] // len(QUADRANTS)
+    points = average.shape[1] // len(influence.mirrors.images)
     taxel = np.full(points, average.shape[0], dtype=np.int64)
     rows = np.repeat(np.arange(average.shape[0]), np.diff(average.indptr))
     np.minimum.at(taxel, average.indices % points, rows)
@@ -137,7 +151,7 @@ def _add_layer(pad: CorePad, influence: PadTables, sensing_layer: int, order: In
 
 
 def _set_class(pad: CorePad, influence: PadTables, number: int, orders: list[Indices], kind: str) -> None:
-    parity, free = PARITIES[number], influence.columns[number]
+    parity, free = influence.mirrors.classes[number], influence.columns[number]
     quarter = influence.mesh.quarter()
     column_of = np.full((3, quarter.y.node_count, quarter.x.node_count), -1, dtype=np.int32)
     column_of.ravel()[free] = np.arange(len(free))

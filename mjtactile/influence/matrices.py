@@ -74,8 +74,6 @@ class InfluenceMatrices(PadTables):
         """
         if _is_empty(load):
             return np.zeros((0, *self.pad.reading_shape))
-        if not self.pad.surface.is_flat:  # the compiled core knows flat sheets only
-            return self.readings_of(self.point_response(load))
         single = not isinstance(load, Sequence)
         batch, core = nodal_batch([load] if single else load, self.surface), core_pad(self)
         readings = [core.readings(forces) for forces in batch]

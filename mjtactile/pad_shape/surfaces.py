@@ -80,6 +80,13 @@ class Surface(ABC):
         upright = np.stack([-jet.x, -jet.y, np.ones_like(jet.x)], axis=-1)
         return upright / np.linalg.norm(upright, axis=-1, keepdims=True)
 
+    def frames(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
+        """Axes of the surface, rows of (..., 3, 3): its tangent above x, one across it, and the normal out of the pad."""
+        jet, normals = self.jet(*_points(x, y)), self.normals(x, y)
+        tangent = np.stack([np.ones_like(jet.x), np.zeros_like(jet.x), jet.x], axis=-1)
+        tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
+        return np.stack([tangent, np.cross(normals, tangent), normals], axis=-2)
+
     def stretch(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
         """Area of the surface over the area of its projection [-], at least 1."""
         jet = self.jet(*_points(x, y))
@@ -238,12 +245,13 @@ class Flat(Surface):
         return Jet(zero, zero, zero, zero, zero, zero)
 
 
-class _Quadric(Surface):
+class Quadric(Surface):
     """The upper half of x^2 / a^2 + y^2 / b^2 + (z + c)^2 / c^2 = 1, its apex in the origin; a or b may be infinite."""
 
     @property
     @abstractmethod
-    def _semi_axes(self) -> tuple[float, float, float]: ...
+    def principal_axes(self) -> tuple[float, float, float]:
+        """a, b and c [m]."""
 
     @property
     def mirrors(self) -> tuple[bool, bool]:
@@ -252,7 +260,7 @@ class _Quadric(Surface):
 
     def jet(self, x: Array, y: Array) -> Jet:
         """Height and derivatives; NaN outside the half's outline."""
-        a, b, c = self._semi_axes
+        a, b, c = self.principal_axes
         p, q = a**-2, b**-2
         square = 1.0 - p * x**2 - q * y**2
         root = np.sqrt(np.where(square > 0.0, square, np.nan))
@@ -264,7 +272,7 @@ class _Quadric(Surface):
 
 
 @dataclass(frozen=True)
-class SphereCap(_Quadric):
+class SphereCap(Quadric):
     """The top of a sphere: z = sqrt(R^2 - x^2 - y^2) - R.
 
     Raises:
@@ -284,12 +292,13 @@ class SphereCap(_Quadric):
         return {"radius": self.radius}
 
     @property
-    def _semi_axes(self) -> tuple[float, float, float]:
+    def principal_axes(self) -> tuple[float, float, float]:
+        """Half the quadric's widths along x, y and z [m]."""
         return self.radius, self.radius, self.radius
 
 
 @dataclass(frozen=True)
-class CylinderSector(_Quadric):
+class CylinderSector(Quadric):
     """The top of a cylinder that lies along y: z = sqrt(R^2 - x^2) - R.
 
     Raises:
@@ -309,12 +318,13 @@ class CylinderSector(_Quadric):
         return {"radius": self.radius}
 
     @property
-    def _semi_axes(self) -> tuple[float, float, float]:
+    def principal_axes(self) -> tuple[float, float, float]:
+        """Half the quadric's widths along x, y and z [m]."""
         return self.radius, math.inf, self.radius
 
 
 @dataclass(frozen=True)
-class EllipsoidCap(_Quadric):
+class EllipsoidCap(Quadric):
     """The top of an ellipsoid with its axes along x, y and z: z = c (sqrt(1 - x^2 / a^2 - y^2 / b^2) - 1).
 
     Raises:
@@ -338,7 +348,8 @@ class EllipsoidCap(_Quadric):
         return {"semi_axes": list(self.semi_axes)}
 
     @property
-    def _semi_axes(self) -> tuple[float, float, float]:
+    def principal_axes(self) -> tuple[float, float, float]:
+        """Half the quadric's widths along x, y and z [m]."""
         return self.semi_axes
 
 

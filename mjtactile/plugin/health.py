@@ -18,7 +18,6 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from mjtactile._types import Array
 from mjtactile.errors import ContactWarning
 
 #: Numbers of which `Health` is made.
@@ -71,13 +70,12 @@ class Health(NamedTuple):
 
 @dataclass(frozen=True)
 class Names:
-    """Names that warnings use: of the pad, its limits in words, the model's bodies; the core reads `kept`."""
+    """Names that warnings use: of the pad, its limits in words, and of the model's bodies."""
 
     pad: str
     pressure: str
     indentation: str
     bodies: tuple[str, ...]
-    kept: Array | None = None
 
     def body(self, number: int) -> str:
         """A body by its name; by its number where it has none."""

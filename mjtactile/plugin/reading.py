@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjtactile._types import Array
 from mjtactile.contact.core_pad import core_names
 from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.linear_range import linear_range
@@ -19,8 +18,6 @@ from mjtactile.plugin.health import Names, register
 
 #: Poses are the same up to this, where a wrench basis may answer [m or rad].
 POSE_TOLERANCE = 1e-6
-#: Points along each axis at which the core knows the normals of a curved pad: on a dome of 12 mm, some .1 mm apart.
-_SAMPLES = 129
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,19 +66,7 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     if isinstance(geometry.taxels, TaxelGrid):  # what draws them asks for it
         to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre
     to.tilting = options.tilting
-    surface = None if geometry.surface.is_flat else _sampled_surface(geometry)
-    if surface is not None:
-        to.surface, (to.surface_rows, to.surface_columns) = surface.ctypes.data, surface.shape[:2]
-        to.half_size[:] = geometry.size[0] / 2, geometry.size[1] / 2
     pressure, indentation = linear_range(geometry)
     to.context = register(
-        Names(pad, f"over {pressure:.3g} Pa on the average", f"deeper than {indentation * 1e3:.3g} mm", bodies, surface)
+        Names(pad, f"over {pressure:.3g} Pa on the average", f"deeper than {indentation * 1e3:.3g} mm", bodies)
     )
-
-
-def _sampled_surface(pad: Pad) -> Array:
-    """Height [m] and unit normal of a pad's outer surface on a grid over it, (rows, columns, 4)."""
-    x, y = (np.linspace(-side / 2, side / 2, _SAMPLES) for side in pad.size)
-    grid = np.meshgrid(x, y)
-    heights, normals = pad.surface.height(*grid), pad.surface.normals(*grid)
-    return np.ascontiguousarray(np.concatenate([heights[..., None], normals], axis=-1))

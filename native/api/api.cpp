@@ -56,7 +56,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 9; }
+int mjt_version(void) { return 10; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
@@ -67,12 +67,22 @@ const char* mjt_kernels(void) { return kernels().name; }
 int mjt_use_kernels(const char* name) { return use_kernels(name) ? 1 : 0; }
 
 mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
-                     const double* ends_y, const double* quadrant_signs) {
+                     const double* ends_y, int mirror_x, int mirror_y, const double* quadrant_signs) {
   const CornerSpread spread({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y});
   auto* made = new mjt_pad{std::make_shared<Pad>(SurfaceGrid({ends_x, ends_x + count_x}, {ends_y, ends_y + count_y}),
                                                  static_cast<Precision>(precision), corners ? &spread : nullptr)};
-  made->pad->set_signs(quadrant_signs);
+  made->pad->set_mirrors(mirror_x != 0, mirror_y != 0, quadrant_signs);
   return made;
+}
+
+void mjt_pad_set_quadric(mjt_pad* pad, double p, double q, double c) {
+  const SurfaceGrid& grid = pad->pad->surface();
+  pad->pad->set_outer(OuterSurface::quadric({grid.low_x(), grid.low_y(), grid.high_x(), grid.high_y()}, p, q, c));
+}
+
+void mjt_pad_set_patch(mjt_pad* pad, size_t count_x, const double* x, size_t count_y, const double* y,
+                       const double* jets) {
+  pad->pad->set_outer(OuterSurface::patch({x, x + count_x}, {y, y + count_y}, {jets, jets + 4 * count_x * count_y}));
 }
 
 void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturation) {

@@ -21,9 +21,15 @@ MJT_API int mjt_use_kernels(const char* name);
 /* Whether there is a contact law, and a tangential choice, of these names. */
 MJT_API int mjt_knows(const char* law, const char* tangential);
 
-/* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. */
+/* precision: 0 half, 1 single, 2 double, 3 bytes. corners: whether loads are spread onto the elements' corners. Signs:
+   of the classes of the mirrors x -> -x and y -> -y that the pad has, (quadrants, classes). */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
-                             const double* ends_y, const double* quadrant_signs);
+                             const double* ends_y, int mirror_x, int mirror_y, const double* quadrant_signs);
+/* The outer surface of a curved pad, before anything is pressed on it: the upper half of p x^2 + q y^2 + ((z + c) / c)^2 = 1,
+   p and q in 1/m^2; or a patch by (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of a grid, (count_y, count_x, 4). */
+MJT_API void mjt_pad_set_quadric(mjt_pad* pad, double p, double q, double c);
+MJT_API void mjt_pad_set_patch(mjt_pad* pad, size_t count_x, const double* x, size_t count_y, const double* y,
+                               const double* jets);
 /* Mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]; the reading [Pa]
    at which taxels saturate, by sensing layer. */
 MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturation);

@@ -69,6 +69,7 @@ struct mjt_press {
   CellContact basis;                 // whose parts were asked for last, and the face they are on
   std::shared_ptr<const Face> basis_face;
   CellContact::Workspace workspace;
+  BentCells::Workspace bent;
   std::vector<double> forces, unit;
 };
 
@@ -103,9 +104,15 @@ void set_motion(const mjt_press& press, const SolvedCells& solved, const double*
   const double* placed = solved.workspace->placed.data();
   double gram[9] = {}, right[3] = {};
   const double length = solved.face->length;
+  double at[3] = {point[0], point[1], 0.0};
+  if (solved.bent != nullptr) {   // seen from the tangent plane
+    const TangentPlane& plane = solved.bent->plane();
+    const double on_surface[3] = {point[0], point[1], plane.surface().at(point[0], point[1]).z};
+    plane.into(on_surface, at);
+  }
   for (std::size_t i = 0; i < solved.face->cells(); ++i) {
     if (!(solved.forces[3 * i + 2] < 0.0)) continue;
-    const double modes[3] = {1.0, (placed[2 * i] - point[0]) / length, (placed[2 * i + 1] - point[1]) / length};
+    const double modes[3] = {1.0, (placed[2 * i] - at[0]) / length, (placed[2 * i + 1] - at[1]) / length};
     const double down = depth(press, solved, i) + height(solved, i);
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t b = 0; b < 3; ++b) gram[3 * a + b] += modes[a] * modes[b];
@@ -119,6 +126,12 @@ void set_motion(const mjt_press& press, const SolvedCells& solved, const double*
   to.indentation = right[0];
   to.slopes[0] = right[1] / length;
   to.slopes[1] = right[2] / length;
+  if (solved.bent == nullptr) return;
+  // What turns about the plane's axes turns about the pad's.
+  const double turn[3] = {-to.slopes[1], to.slopes[0], 0.0};
+  double on_pad[3];
+  solved.bent->plane().turn_out_of(turn, on_pad);
+  to.slopes[0] = on_pad[1], to.slopes[1] = -on_pad[0];
 }
 
 // Edges with pressure on one side only; visit(edge, whether it is on the left).
@@ -130,16 +143,28 @@ void rim(const SolvedCells& solved, Visit&& visit) {
   }
 }
 
+// Of a cell on the pad's surface [m^2].
+double area(const SolvedCells& solved, std::size_t cell) {
+  return solved.bent == nullptr ? solved.face->areas[cell] : solved.face->areas[cell] * solved.bent->stretches()[cell];
+}
+
+// Where a point of the cells' face is on the pad.
+Point on_pad(const SolvedCells& solved, const double* at) {
+  if (solved.bent == nullptr) return solved.placement({at[0], at[1]});
+  const SeenSurface seen = solved.bent->plane().beyond(at[0], at[1]);
+  return {seen.x, seen.y};
+}
+
 void describe(const mjt_press& press, const SolvedCells& solved, const double* point, mjt_pressed& to) {
   const Face& face = *solved.face;
   for (std::size_t i = 0; i < face.cells(); ++i) {
     const double* force = solved.forces + 3 * i;
     if (!(force[2] < 0.0)) continue;
-    to.area += face.areas[i];
+    to.area += area(solved, i);
     to.peak = std::max(to.peak, -force[2] / face.areas[i]);
-    if (std::hypot(force[0], force[1]) < (1.0 - kSlips) * press.options.friction * -force[2]) to.stick += face.areas[i];
+    if (std::hypot(force[0], force[1]) < (1.0 - kSlips) * press.options.friction * -force[2]) to.stick += area(solved, i);
   }
-  CellContact::sum(*solved.workspace, face.cells(), solved.forces, to.carried);
+  std::copy(solved.carried, solved.carried + 6, to.carried);
   to.bounded = solved.contact->exact() ? 0 : 1;
   to.cells = static_cast<std::int32_t>(face.cells());
   rim(solved, [&](const CellEdge&, bool) { ++to.edges; });
@@ -168,7 +193,11 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
       if (press.touches.size() == 1) {  // its forces are those of all
         std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
       } else {
-        solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
+        if (solved.bent == nullptr) {
+          solved.contact->nodal_forces(*solved.face, press.pad->surface(), solved.forces, press.workspace, nodal);
+        } else {
+          solved.bent->nodal_forces(*solved.face, press.pad->surface(), solved.forces, to.carried, press.bent, nodal);
+        }
       }
     } else if (last - first == 1) {   // law "uniform" without cells, or nothing
       std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
@@ -205,7 +234,7 @@ mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangen
   LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
   // There is no geometry whose faces a gap could tell, and no pose that stays.
-  auto* made = new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}};
+  auto* made = new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
   made->sensor.keep_nodal_forces(true, true);
   made->sensor.set_patience(kPatience);
   made->sensor.carry_any_torsion();
@@ -247,10 +276,16 @@ void mjt_press_cells(const mjt_press* press, size_t body, double* centroids, dou
   const SolvedCells& solved = press->solved[body];
   if (solved.contact == nullptr) return;
   const size_t cells = solved.face->cells();
-  const auto& placed = solved.workspace->placed;
+  const auto& placed = solved.bent == nullptr ? solved.workspace->placed : solved.bent->on_pad();
   if (centroids != nullptr) std::copy(placed.begin(), placed.begin() + static_cast<std::ptrdiff_t>(2 * cells), centroids);
-  if (areas != nullptr) std::copy(solved.face->areas.begin(), solved.face->areas.end(), areas);
-  if (forces != nullptr) std::copy(solved.forces, solved.forces + 3 * cells, forces);
+  for (size_t i = 0; areas != nullptr && i < cells; ++i) areas[i] = area(solved, i);
+  for (size_t i = 0; forces != nullptr && i < cells; ++i) {
+    if (solved.bent == nullptr) {
+      std::copy(solved.forces + 3 * i, solved.forces + 3 * i + 3, forces + 3 * i);
+    } else {
+      solved.bent->force_on(i, solved.forces + 3 * i, forces + 3 * i);
+    }
+  }
   for (size_t i = 0; heights != nullptr && i < cells; ++i) heights[i] = height(solved, i);
 }
 
@@ -260,7 +295,7 @@ size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_
   for (const CellEdge& edge : solved.face->edges) {
     if (ends == nullptr) break;
     for (const double* end : {edge.start, edge.end}) {
-      const Point at = solved.placement({end[0], end[1]});
+      const Point at = on_pad(solved, end);
       *ends++ = at.x, *ends++ = at.y;
     }
     *sides++ = edge.left, *sides++ = edge.right;
@@ -275,7 +310,7 @@ void mjt_press_rim(const mjt_press* press, size_t body, double* ends) {
   const SolvedCells& solved = press->solved[body];
   if (solved.contact == nullptr) return;
   rim(solved, [&](const CellEdge& edge, bool left) {
-    const Point start = solved.placement({edge.start[0], edge.start[1]}), end = solved.placement({edge.end[0], edge.end[1]});
+    const Point start = on_pad(solved, edge.start), end = on_pad(solved, edge.end);
     for (const Point& point : {left ? start : end, left ? end : start}) *ends++ = point.x, *ends++ = point.y;
   });
 }

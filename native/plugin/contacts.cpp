@@ -1,6 +1,7 @@
 #include "plugin/contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -14,6 +15,13 @@ constexpr char kPiece[] = "_piece_";
 // Contacts whose normal leans further from the surface's than this (its cosine) press on the pad from beside.
 constexpr double kPresses = 0.70710678118654752440;
 
+// The surface's normal, out of the pad, above a point of its plane.
+void normal_at(const OuterSurface& outer, const double* point, double* normal) {
+  const SurfacePoint at = outer.at(point[0], point[1]);
+  const double size = std::sqrt(1.0 + at.slopes[0] * at.slopes[0] + at.slopes[1] * at.slopes[1]);
+  normal[0] = -at.slopes[0] / size, normal[1] = -at.slopes[1] / size, normal[2] = 1.0 / size;
+}
+
 // rotation^T * vector
 void turned_back(const double* rotation, const double* vector, double* out) {
   for (int i = 0; i < 3; ++i) {
@@ -24,7 +32,7 @@ void turned_back(const double* rotation, const double* vector, double* out) {
 }  // namespace
 
 Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom) {
-  Frame frame;
+  Frame frame = {};
   const double* position = field<const double*>(data, layout.data_geom_xpos) + 3 * geom;
   const double* rotation = field<const double*>(data, layout.data_geom_xmat) + 9 * geom;
   if (field<const int*>(model, layout.model_geom_type)[geom] == kMesh) {
@@ -87,7 +95,7 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
   const int contacts = field<int>(data, layout.data_ncon);
   if (contacts == 0) return;
   const char* contact = field<const char*>(data, layout.data_contact);
-  Frame frame;
+  Frame frame = {};
   bool placed = false;
   for (int i = 0; i < contacts; ++i, contact += layout.contact_size) {
     const int* pair = &field<int>(contact, layout.contact_geom);
@@ -122,10 +130,9 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
       continue;  // a contact without force presses nothing
     }
     for (int k = 0; k < 3; ++k) wrench[k] += force[k], wrench[3 + k] += moment[k];
-    const OuterSurface::Point under = surface.at(arm[0], arm[1]);
-    const auto along = [&](const double* one) {
-      return under.normal[0] * one[0] + under.normal[1] * one[1] + under.normal[2] * one[2];
-    };
+    double out[3];
+    normal_at(surface, arm, out);
+    const auto along = [&](const double* one) { return out[0] * one[0] + out[1] * one[1] + out[2] * one[2]; };
     const double upright = -sign * along(normal), pressing = -along(force);
     if (upright < kPresses) continue;
     Touch& touch = touch_of(body);

@@ -5,7 +5,6 @@
 
 #include "contact/pad_sensor.hpp"
 #include "plugin/mujoco_view.hpp"
-#include "plugin/outer_surface.hpp"
 
 namespace mjtactile::mujoco {
 

@@ -17,7 +17,6 @@
 #include "plugin/contacts.hpp"
 #include "plugin/model_geometry.hpp"
 #include "plugin/mujoco_view.hpp"
-#include "plugin/outer_surface.hpp"
 
 namespace mjtactile::mujoco {
 namespace {
@@ -100,8 +99,7 @@ class Reader {
       : geom_(geom),
         context_(std::move(context)),
         geometry_(layout, side_limits(options_of(resolved), resolved.facing_gap)),
-        surface_(resolved.surface, static_cast<std::size_t>(resolved.surface_rows),
-                 static_cast<std::size_t>(resolved.surface_columns), resolved.half_size),
+        surface_(resolved.pad->pad->outer()),
         sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
   void prepare(const Model* model) { geometry_.prepare(model, geom_); }
   // Keeps what does not touch any more only because it sleeps.
@@ -255,14 +253,16 @@ class Instance {
   struct Tile {
     double position[3], rotation[9], stretch[2];
   };
-  static Tile tile_above(const OuterSurface::Point& under, double x, double y) {
-    const double* n = under.normal;
+  static Tile tile_above(const SurfacePoint& under, double x, double y) {
+    const double upright[3] = {-under.slopes[0], -under.slopes[1], 1.0};
+    const double size = std::sqrt(upright[0] * upright[0] + upright[1] * upright[1] + 1.0);
+    const double n[3] = {upright[0] / size, upright[1] / size, 1.0 / size};
     // Along x, seen from above, and along the surface; and what is perpendicular to both.
     const double length = std::sqrt(n[0] * n[0] + n[2] * n[2]);
     const double along[3] = {n[2] / length, 0.0, -n[0] / length};
     const double across[3] = {n[1] * along[2] - n[2] * along[1], n[2] * along[0] - n[0] * along[2],
                               n[0] * along[1] - n[1] * along[0]};
-    Tile tile = {{x + kHover * n[0], y + kHover * n[1], under.height + kHover * n[2]}, {},
+    Tile tile = {{x + kHover * n[0], y + kHover * n[1], under.z + kHover * n[2]}, {},
                  {1.0 / along[0], 1.0 / across[1]}};
     for (int i = 0; i < 3; ++i) {
       tile.rotation[3 * i] = along[i];

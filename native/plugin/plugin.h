@@ -16,11 +16,6 @@ typedef struct mjt_instance {
   double friction, tolerance, facing_gap, strength;
   int taxels, layers, rows, columns;
   double pitch[2], centre[2]; /* of the taxels [m] */
-  /* Of a curved pad: samples (surface_rows, surface_columns, 4) of its outer surface's height [m] and unit normal, over a
-     rectangle of this half size [m]. They are copied, and stay until the context is released. Null for a flat pad. */
-  const double* surface;
-  int surface_rows, surface_columns;
-  double half_size[2];
   char law[16], tangential[16];
   int cells, tilting, visual, output_count;
   int outputs[MJT_MOST_OUTPUTS];

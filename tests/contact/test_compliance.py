@@ -10,7 +10,7 @@ from scipy.interpolate import RegularGridInterpolator
 from shapely import Point, Polygon
 from small_pads import COARSE, in_double_precision
 
-from mjtactile.contact.compliance import SurfaceCompliance, surface_compliance
+from mjtactile.contact.cells.compliance import SurfaceCompliance, surface_compliance
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from shapely import MultiLineString, MultiPolygon, Polygon, affinity
 
 import mjtactile
-from mjtactile.contact.face_cells import placed_cells
+from mjtactile.contact.cells.face_cells import placed_cells
 
 PAD = mjtactile.Pad()
 #: What sums of a few hundred areas cost in rounding.

@@ -11,7 +11,7 @@ from shapely import Point, affinity, box
 
 import mjtactile
 from mjtactile import _native as native
-from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.cells.compliance import surface_compliance
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid, oriented_edges
 from mjtactile.geometry.planar import areal

@@ -12,7 +12,7 @@ from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Polygon
 
 import mjtactile
-from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.cells.compliance import surface_compliance
 
 #: Largest difference of compliances over the largest: sums of some hundred terms in another order.
 SAME_COMPLIANCE = 1e-9

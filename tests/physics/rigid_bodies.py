@@ -10,8 +10,8 @@ from half_space import HalfSpaceIntegrals, half_space_compliance
 from shapely import Point, Polygon
 
 from mjtactile._types import Array
-from mjtactile.contact import compliance as compliances
-from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.contact.cells import compliance as compliances
+from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.contact.footprint import Footprint, GapFunction
 from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.contact.press import CellForces

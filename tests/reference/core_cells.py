@@ -12,7 +12,7 @@ from shapely import Polygon
 
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
-from mjtactile.contact.face_cells import CoreCells, rings_of
+from mjtactile.contact.cells.face_cells import CoreCells, rings_of
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.surface_load import Area
 

@@ -26,7 +26,7 @@ from dense_surface import compliance, nodal_forces, sinking
 from shapely import Polygon
 
 from mjtactile._types import Array, Indices, Mask
-from mjtactile.contact.compliance import SurfaceCompliance, surface_compliance
+from mjtactile.contact.cells.compliance import SurfaceCompliance, surface_compliance
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad

@@ -8,7 +8,7 @@ import numpy as np
 from dense_cells import Cells, Lattice
 
 from mjtactile._types import Array
-from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.fem.line import Line
 from mjtactile.fem.surface_grid import SurfaceGrid
 

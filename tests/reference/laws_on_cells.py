@@ -14,7 +14,7 @@ from core_cells import FaceCells
 from half_space import HalfSpaceIntegrals, half_space_compliance
 
 from mjtactile._types import Array
-from mjtactile.contact.compliance import SurfaceCompliance
+from mjtactile.contact.cells.compliance import SurfaceCompliance
 
 _EXCHANGES = 100
 

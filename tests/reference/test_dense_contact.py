@@ -11,7 +11,7 @@ from dense_surface import mean_inverse_distance
 from shapely import affinity
 
 import mjtactile
-from mjtactile.contact.compliance import surface_compliance
+from mjtactile.contact.cells.compliance import surface_compliance
 
 FORCE = 0.5
 DOWN = np.array([0.0, 0.0, -FORCE])

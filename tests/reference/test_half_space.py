@@ -11,7 +11,7 @@ from core_cells import face_cells
 from half_space import HalfSpaceIntegrals
 from shapely import Polygon, affinity, box
 
-from mjtactile.contact.compliance import half_space
+from mjtactile.contact.cells.half_space import half_space
 from mjtactile.fem.surface_grid import oriented_edges
 
 TRIANGLE = Polygon([(0.0, 0.0), (1.0, 0.1), (0.3, 0.8)])

@@ -9,8 +9,8 @@ from laws_on_cells import Cells, coulomb, full_compliance, normal_compliance, pl
 from shapely import box
 
 import mjtactile
-from mjtactile.contact.compliance import surface_compliance
-from mjtactile.contact.face_cells import placed_cells
+from mjtactile.contact.cells.compliance import surface_compliance
+from mjtactile.contact.cells.face_cells import placed_cells
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.foundation import foundation_springs
 from mjtactile.contact.options import Wrench, contact_options

@@ -59,9 +59,13 @@ bool ContactSearch::look(const HeightMap& map) {
   bounds_ = map.bounds();
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
-  points_.clear();
+  points_.resize(kLines * kLines);
   moved_.clear();
-  for (std::size_t sample = 0; sample < kLines * kLines; ++sample) points_.push_back(grid_point(sample));
+  Point diagonal[kLines];
+  for (std::size_t line = 0; line < kLines; ++line) diagonal[line] = grid_point(line * (kLines + 1));
+  for (std::size_t sample = 0; sample < kLines * kLines; ++sample) {
+    points_[sample] = {diagonal[sample % kLines].x, diagonal[sample / kLines].y};
+  }
   map.heights(points_, raw_);
   bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
   // A low point between those of the grid takes the place of its nearest; of several as low the one nearest to it.

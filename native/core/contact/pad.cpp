@@ -1,6 +1,7 @@
 #include "contact/pad.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace mjtactile {
@@ -11,9 +12,10 @@ constexpr std::size_t kAligned = 16;
 std::size_t padded(std::size_t rows) { return (rows + kAligned - 1) / kAligned * kAligned; }
 
 template <typename Value>
-Columns<Value> filled(const double* matrix, std::size_t count, std::size_t rows, Precision precision) {
-  Columns<Value> columns(count, rows, precision);
-  for (std::size_t j = 0; j < count; ++j) columns.set(j, matrix + j * rows);
+Columns<Value> filled(const double* matrix, const std::vector<std::size_t>& order, std::size_t rows,
+                      Precision precision) {
+  Columns<Value> columns(order.size(), rows, precision);
+  for (std::size_t j = 0; j < order.size(); ++j) columns.set(j, matrix + order[j] * rows);
   return columns;
 }
 
@@ -35,10 +37,19 @@ void Pad::prepare(Maps<Value>& maps, const CornerSpread* corners) const {
   }
 }
 
-void Pad::set_signs(const double* signs) {
-  for (std::size_t i = 0; i < kClasses * kClasses; ++i) {
-    float_maps_.deviatoric.signs[i] = float_maps_.mean.signs[i] = static_cast<float>(signs[i]);
-    double_maps_.deviatoric.signs[i] = double_maps_.mean.signs[i] = signs[i];
+void Pad::set_mirrors(bool x, bool y, const double* signs) {
+  set_mirrors_of(float_maps_.deviatoric, x, y, signs);
+  set_mirrors_of(float_maps_.mean, x, y, signs);
+  set_mirrors_of(double_maps_.deviatoric, x, y, signs);
+  set_mirrors_of(double_maps_.mean, x, y, signs);
+}
+
+template <typename Value>
+void Pad::set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* signs) {
+  map.mirrored[0] = x, map.mirrored[1] = y;
+  const std::size_t count = map.class_count();
+  for (std::size_t image = 0; image < count; ++image) {
+    for (std::size_t c = 0; c < count; ++c) map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
   }
 }
 
@@ -84,7 +95,7 @@ void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
       layer.weights.push_back(static_cast<Value>(rows.weights[i]));
     }
   }
-  map.response_size += kClasses * layer.rows;
+  map.response_size += map.class_count() * layer.rows;
   map.taxels += rows.taxels;
   map.layers.push_back(std::move(layer));
 }
@@ -93,12 +104,7 @@ template <typename Value>
 void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, const std::int32_t* columns,
                        const double* signs, const MatrixFactors* layers) {
   typename StressMap<Value>::Class& of_class = map.classes[c];
-  const std::size_t quarter = 3 * (map.nodes_x / 2 + 1) * (map.nodes_y / 2 + 1);
-  of_class.columns.assign(quarter, StressMap<Value>::kNone);
-  for (std::size_t i = 0; i < quarter; ++i) {
-    if (columns[i] >= 0) of_class.columns[i] = static_cast<std::uint32_t>(columns[i]);
-  }
-  std::copy(signs, signs + 6, &of_class.signs[0][0]);
+  const std::vector<std::size_t> order = map.set_columns(of_class, count, columns, signs);
 
   // A left factor mixes patterns of very different strength and is small: half precision at least.
   const Precision left = precision_ == Precision::byte ? Precision::half : precision_;
@@ -106,9 +112,14 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
   for (std::size_t k = 0; k < map.layers.size(); ++k) {
     const std::size_t rank = layers[k].rank, rows = map.coordinates * map.layers[k].points;
     std::vector<Columns<Value>> factors;
-    if (rank > 0) factors.push_back(filled<Value>(layers[k].left, count, rank, left));
-    const double* last = rank > 0 ? layers[k].right : layers[k].left;
-    factors.push_back(filled<Value>(last, rank > 0 ? rank : count, rows, precision_));
+    if (rank > 0) {
+      std::vector<std::size_t> every(rank);
+      std::iota(every.begin(), every.end(), std::size_t{0});
+      factors.push_back(filled<Value>(layers[k].left, order, rank, left));
+      factors.push_back(filled<Value>(layers[k].right, every, rows, precision_));
+    } else {
+      factors.push_back(filled<Value>(layers[k].left, order, rows, precision_));
+    }
     of_class.factors.push_back(std::move(factors));
   }
 }

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "contact/cells/compliance.hpp"
+#include "geometry/outer_surface.hpp"
 #include "influence/stress_map.hpp"
 #include "influence/surface_grid.hpp"
 
 namespace mjtactile {
 
-// How a layer's taxels average their sample points: sparse rows (taxels, 4 quadrants * points).
+// How a layer's taxels average their sample points: sparse rows (taxels, quadrants * points).
 struct AveragingRows {
   std::size_t points, taxels;
   const std::int32_t* starts;   // (taxels + 1)
@@ -45,10 +46,12 @@ class Pad {
     range_ = range;
     saturation_ = std::move(saturation);
   }
+  // Of a curved pad.
+  void set_outer(OuterSurface outer) { outer_ = std::move(outer); }
   void set_compliance(SurfaceCompliance compliance) { compliance_ = std::move(compliance); }
 
-  // In this order: the quadrants' signs (quadrants, classes) and every layer; then every class.
-  void set_signs(const double* signs);
+  // In this order: the mirrors, with the quadrants' signs (quadrants, classes), and every layer; then every class.
+  void set_mirrors(bool x, bool y, const double* signs);
   void add_layer(const AveragingRows& rows);
   // `columns`: quarter's degree of freedom (component, y, x), of corners where loads act there, -> column or -1; `signs`: (3 components, 2 axes).
   // `mean`: matrices to the mean stress, wanted for whole tensors only, in place of those to deviatoric stress.
@@ -56,6 +59,7 @@ class Pad {
                  const MatrixFactors* layers, bool mean);
 
   const SurfaceGrid& surface() const { return surface_; }
+  const OuterSurface& outer() const { return outer_; }
   const SurfaceCompliance& compliance() const { return compliance_; }
   SurfaceCompliance& compliance() { return compliance_; }
   const LinearRange& range() const { return range_; }
@@ -94,12 +98,15 @@ class Pad {
   template <typename Value>
   void prepare(Maps<Value>& maps, const CornerSpread* corners) const;
   template <typename Value>
+  void set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* signs);
+  template <typename Value>
   void add_layer_to(StressMap<Value>& map, const AveragingRows& rows);
   template <typename Value>
   void set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, const std::int32_t* columns,
                     const double* signs, const MatrixFactors* layers);
 
   SurfaceGrid surface_;
+  OuterSurface outer_;
   SurfaceCompliance compliance_;
   Precision precision_;
   LinearRange range_ = {};

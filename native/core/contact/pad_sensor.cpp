@@ -111,20 +111,21 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   solved_.assign(count, 0);
   std::size_t solved = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Touch& touch = touches[i];
+    const Touch& touch = curved() ? turned(touches[i], *presses_[i]) : touches[i];
     if (!(pressing(touch) > 0.0)) {
-      note_carried(touch, std::array<double, 6>{}.data());
+      note_carried(touches[i], std::array<double, 6>{}.data());
       continue;
     }
     Placement placement = kHere;
-    const std::shared_ptr<const Face> face = face_towards(touch, placement);
+    // On a curved pad no flat side lies whole.
+    const std::shared_ptr<const Face> face = curved() ? nullptr : face_towards(touch, placement);
     if (face != nullptr && steady && press_steady(touch, face)) continue;
     if (face != nullptr && options_.law->presses_faces() && press_linear(touch, *face, placement)) continue;
     solved_[i] = solve(touch, *presses_[i], face, placement) ? 1 : 0;
     solved += solved_[i];
     if (!solved_[i]) {
       note(Event::refused, touch, 0.0, 0.0);
-      note_carried(touch, std::array<double, 6>{}.data());
+      note_carried(touches[i], std::array<double, 6>{}.data());
     }
   }
   if (solved > 1 && options_.law->couples()) couple(touches, count);
@@ -152,12 +153,12 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
     return true;
   }
   press.flat = false;
-  if (touch.map != nullptr) return press.patch.solve(*touch.map, sheet(), compliance, options_, touch.wrench, press.workspace);
+  if (touch.map != nullptr) return press_map(touch, press);
   if (whole) {
     // Where what is left cannot bear the force, MuJoCo's contacts do not tell how deep the body stands in the pad.
     const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
     const double above = press_above(touch, press, -sunk);
-    const bool deeper = press.gap.bottom() < -sunk && sunk < pad_->depth();
+    const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
     if (above > kBears * pressing(touch) || (above > 0.0 && !deeper)) return true;
     const double all = deeper ? press_above(touch, press, -pad_->depth()) : above;
     if (all > above || (above > 0.0 && press_above(touch, press, -sunk) > 0.0)) return true;
@@ -168,8 +169,18 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
 // The contact of a body's own shapes as far as they stand above a floor; the force it bears, 0 where there is none.
 template <typename Value>
 double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
-  if (!press.gap.place(touch.geometry->shapes(), touch.pose, sheet(), floor, pad_->depth())) return 0.0;
-  if (!press.patch.solve(press.gap, sheet(), pad_->compliance(), options_, touch.wrench, press.workspace)) return 0.0;
+  const TangentPlane* plane = plane_of(press);
+  const Rectangle part = plane == nullptr ? sheet() : plane->bounds();
+  // Over a curved pad the body may stand between its highest and its lowest point.
+  const double low = plane == nullptr ? floor : plane->lowest() + floor;
+  const double high = plane == nullptr ? pad_->depth() : plane->highest() + pad_->depth();
+  if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, low, high)) return 0.0;
+  const HeightMap* map = &press.gap;
+  if (plane != nullptr) {
+    press.over.place(press.gap, *plane, floor, pad_->depth());
+    map = &press.over;
+  }
+  if (!press.patch.solve(*map, part, pad_->compliance(), options_, touch.wrench, press.workspace, plane)) return 0.0;
   const std::vector<double>& normal = press.patch.contact().normal();
   return std::accumulate(normal.begin(), normal.end(), 0.0);
 }
@@ -178,7 +189,7 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
 // lies on the sheet.
 template <typename Value>
 bool PadSensor<Value>::press_points(const Touch& touch, BodyPress& press) {
-  const Rectangle over = sheet();
+  const Rectangle over = curved() ? press.plane.bounds() : sheet();
   starts_.clear();
   ends_.clear();
   for (const ContactPoint& point : touch.points) {
@@ -192,7 +203,44 @@ bool PadSensor<Value>::press_points(const Touch& touch, BodyPress& press) {
   }
   if (starts_.empty()) return false;
   press.spots.place(starts_, ends_, over);
-  return press.patch.solve(press.spots, over, pad_->compliance(), options_, touch.wrench, press.workspace);
+  return press.patch.solve(press.spots, over, pad_->compliance(), options_, touch.wrench, press.workspace, plane_of(press));
+}
+
+// A body that is known by its heights over the pad.
+template <typename Value>
+bool PadSensor<Value>::press_map(const Touch& touch, BodyPress& press) {
+  const TangentPlane* plane = plane_of(press);
+  if (plane == nullptr) {
+    return press.patch.solve(*touch.map, sheet(), pad_->compliance(), options_, touch.wrench, press.workspace);
+  }
+  press.turned.place(*touch.map, *plane);
+  press.over.place(press.turned, *plane, -kNowhere, kNowhere);
+  return press.patch.solve(press.over, plane->bounds(), pad_->compliance(), options_, touch.wrench, press.workspace, plane);
+}
+
+// What touches a curved pad, as it is seen from the tangent plane where its force goes in.
+template <typename Value>
+const Touch& PadSensor<Value>::turned(const Touch& touch, BodyPress& press) const {
+  Point foot = {0.0, 0.0};
+  if (!centre_of_pressure(pad_->outer(), touch.wrench, foot)) {
+    double all = 0.0;
+    for (const ContactPoint& point : touch.points) {
+      all += point.force;
+      foot.x += point.force * point.x, foot.y += point.force * point.y;
+    }
+    if (all > 0.0) foot.x /= all, foot.y /= all;
+  }
+  press.plane.touch(pad_->outer(), foot);
+  press.here = touch;
+  press.here.pose = press.plane.into(touch.pose);
+  press.plane.wrench_into(touch.wrench, press.here.wrench);
+  for (ContactPoint& point : press.here.points) {
+    const double on_pad[3] = {point.x, point.y, pad_->outer().at(point.x, point.y).z};
+    double seen[3];
+    press.plane.into(on_pad, seen);
+    point.x = seen[0], point.y = seen[1];
+  }
+  return press.here;
 }
 
 // Each body in turn on the surface as the others leave it, until no force changes.
@@ -207,22 +255,36 @@ void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
       own.sunk.assign(cells, 0.0);
       for (std::size_t j = 0; j < count; ++j) {
         if (j == i || !solved_[j]) continue;
-        const BodyPress& other = *presses_[j];
-        pad_->compliance().add_sinking(own.workspace.placed.data(), cells, other.workspace.placed.data(),
-                                       other.cells().areas.data(), other.contact().normal().data(),
-                                       other.cells().cells(), others_, own.sunk.data());
+        sink(*presses_[j], own);
       }
+      const Touch& touch = curved() ? own.here : touches[i];
       own.forces.assign(own.contact().normal().begin(), own.contact().normal().end());
       if (own.flat) {
-        own.face.press_again(pad_->compliance(), options_, touches[i].wrench, own.sunk, own.workspace);
+        own.face.press_again(pad_->compliance(), options_, touch.wrench, own.sunk, own.workspace);
       } else {
-        own.patch.press_again(pad_->compliance(), options_, touches[i].wrench, own.sunk, own.workspace);
+        own.patch.press_again(pad_->compliance(), options_, touch.wrench, own.sunk, own.workspace);
       }
       for (std::size_t k = 0; k < cells; ++k) {
-        change = std::max(change, std::abs(own.contact().normal()[k] - own.forces[k]) / pressing(touches[i]));
+        change = std::max(change, std::abs(own.contact().normal()[k] - own.forces[k]) / pressing(touch));
       }
     }
     if (change <= kSettled) return;
+  }
+}
+
+// How far one body bends the surface under another's cells.
+template <typename Value>
+void PadSensor<Value>::sink(const BodyPress& other, BodyPress& press) {
+  const SurfaceCompliance& compliance = pad_->compliance();
+  const double *areas = other.cells().areas.data(), *normal = other.contact().normal().data();
+  const std::size_t cells = press.cells().cells(), from = other.cells().cells();
+  if (curved()) {
+    const Bend bent = press.laid().bend(), pressed = other.laid().bend();
+    compliance.add_sinking(press.laid().on_pad().data(), cells, other.laid().on_pad().data(), areas, normal, from, others_,
+                           press.sunk.data(), &bent, &pressed);
+  } else {
+    compliance.add_sinking(press.workspace.placed.data(), cells, other.workspace.placed.data(), areas, normal, from,
+                           others_, press.sunk.data());
   }
 }
 
@@ -230,19 +292,41 @@ template <typename Value>
 void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
   const CellContact& contact = press.contact();
   const Face& cells = press.cells();
-  double carried[6];
   press.forces.resize(3 * cells.cells());
-  if (!shear(touch, press)) contact.forces(cells, touch.wrench, press.forces.data());
-  bound_stress(cells, press.forces.data());
-  CellContact::sum(press.workspace, cells.cells(), press.forces.data(), carried);
-  contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());
+  if (curved()) {
+    put_on_curved_nodes(press);
+  } else {
+    if (!shear(touch, press)) contact.forces(cells, touch.wrench, press.forces.data());
+    bound_stress(cells, press.forces.data());
+    CellContact::sum(press.workspace, cells.cells(), press.forces.data(), press.carried);
+    contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());
+  }
   if (!contact.exact()) note(Event::bounded, touch, 0.0, 0.0);
-  note_range(touch, -carried[2], contact.pressed_area(), contact.indentation());
+  double pressing = 0.0;
+  for (std::size_t i = 0; i < cells.cells(); ++i) pressing -= press.forces[3 * i + 2];
+  note_range(touch, pressing, contact.pressed_area(), contact.indentation());
   for (std::size_t i = 0; i < cells.cells(); ++i) {
     pressed_.peak = std::max(pressed_.peak, contact.normal()[i] / cells.areas[i]);
   }
-  note_carried(touch, carried);
+  note_carried(touch, press.carried);
   add(forces_.data());
+}
+
+// Cells that press along their own normals carry forces along the tangent plane by that; shear carries the rest.
+template <typename Value>
+void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
+  const CellContact& contact = press.contact();
+  const Face& cells = press.cells();
+  double along[3], carried[6];
+  press.laid().along_plane(contact.normal().data(), along);
+  double* wrench = press.here.wrench;
+  wrench[0] -= along[0], wrench[1] -= along[1], wrench[5] -= along[2];
+  if (!shear(press.here, press)) contact.forces(cells, wrench, press.forces.data());
+  bound_stress(cells, press.forces.data());
+  CellContact::sum(press.workspace, cells.cells(), press.forces.data(), carried);
+  carried[0] += along[0], carried[1] += along[1], carried[5] += along[2];
+  press.plane.wrench_out_of(carried, press.carried);
+  press.laid().nodal_forces(cells, pad_->surface(), press.forces.data(), press.carried, press.bent, forces_.data());
 }
 
 // Under the surface no cell brings about more von Mises stress than the strength: what shear is over that is left out.
@@ -278,8 +362,10 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
       }
     }
     press.sheared = whole ? press.keeps : nullptr;
-    compliance.full(press.workspace.placed.data(), cells.areas.data(), cells.cells(), cells.inverse_distance.data(),
-                    press.integrals, placement.cosine, placement.sine, press.workspace.compliance, press.full);
+    const Bend bend = curved() ? press.laid().bend() : Bend{};
+    const double* places = curved() ? press.laid().on_pad().data() : press.workspace.placed.data();
+    compliance.full(places, cells.areas.data(), cells.cells(), cells.inverse_distance.data(), press.integrals,
+                    placement.cosine, placement.sine, press.workspace.compliance, press.full, curved() ? &bend : nullptr);
   }
   const PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
   const double friction = options_.friction < 0.0 && choice.slips() ? touch.friction : options_.friction;
@@ -441,6 +527,8 @@ SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
   solved.contact = &press.contact();
   solved.face = &press.cells();
   solved.placement = press.placement();
+  if (curved()) solved.bent = &press.laid();
+  solved.carried = press.carried;
   if (!whole) solved.view = press.flat ? &press.face.view() : &press.patch.view();
   solved.heights = press.heights();
   if (whole && coupled) solved.sunk = press.sunk.data();

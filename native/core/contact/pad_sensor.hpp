@@ -23,6 +23,7 @@
 #include "contact/pad.hpp"
 #include "contact/patch_press.hpp"
 #include "geometry/gap_map.hpp"
+#include "geometry/surface_map.hpp"
 
 namespace mjtactile {
 
@@ -52,10 +53,12 @@ struct SolvedCells {
   const CellContact* contact = nullptr;
   const Face* face = nullptr;
   Placement placement = kHere;
+  const BentCells* bent = nullptr;         // how the cells lie on a curved pad, null on a flat one
+  const double* carried = nullptr;         // of the wrench, pad frame [N, N m]
   const PatchFace::View* view = nullptr;   // from which heights are seen, null for a flat face's own cells
   const double* heights = nullptr;         // of the body above the cells, null where flat [m]
   const double* sunk = nullptr;            // by how much others bend the surface there [m], null for none
-  const double* forces = nullptr;          // on the cells, (cells, 3) [N]
+  const double* forces = nullptr;          // on the cells, (cells, 3) [N]; of a curved pad along its tangent plane
   const Matrix* full = nullptr;            // compliance that shear was solved with, null for none
   const CellContact::Workspace* workspace = nullptr;
 };
@@ -122,7 +125,16 @@ class PadSensor {
     ShearIntegrals integrals;
     Matrix full;
     std::vector<double> forces, sunk;    // on the cells [N]; by how much others bend the surface there [m]
+    double carried[6] = {};              // of the wrench, pad frame
+    // On a curved pad: the plane in which the contact is solved, the body over the surface there, and what touches as it
+    // is seen from the plane.
+    TangentPlane plane;
+    SurfaceMap over;
+    TurnedMap turned;
+    Touch here;
+    BentCells::Workspace bent;
 
+    const BentCells& laid() const { return patch.bent(); }
     const CellContact& contact() const { return flat ? face.contact() : patch.contact(); }
     const Face& cells() const { return flat ? face.face() : patch.face(); }
     Placement placement() const { return flat ? face.placement() : kHere; }
@@ -141,8 +153,14 @@ class PadSensor {
              const Placement& placement);
   double press_above(const Touch& touch, BodyPress& press, double floor);
   bool press_points(const Touch& touch, BodyPress& press);
+  bool press_map(const Touch& touch, BodyPress& press);
+  const Touch& turned(const Touch& touch, BodyPress& press) const;
+  const TangentPlane* plane_of(const BodyPress& press) const { return curved() ? &press.plane : nullptr; }
+  bool curved() const { return !pad_->outer().is_flat(); }
   void couple(const Touch* touches, std::size_t count);
+  void sink(const BodyPress& other, BodyPress& press);
   void finish(const Touch& touch, BodyPress& press);
+  void put_on_curved_nodes(BodyPress& press);
   bool shear(const Touch& touch, BodyPress& press);
   void bound_stress(const Face& cells, double* forces) const;
   void note(Event event, const Touch& touch, double pressure, double indentation);
@@ -165,7 +183,7 @@ class PadSensor {
   std::vector<std::uint8_t> solved_;
   FaceCells cutter_;
   SurfaceShear shear_;
-  std::vector<Value> response_, mean_response_;
+  AlignedVector<Value> response_, mean_response_;
   std::vector<double> forces_, total_, weights_, means_, part_forces_;
   std::vector<Point> starts_, ends_;
   UniformPress uniform_;

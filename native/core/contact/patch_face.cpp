@@ -44,6 +44,11 @@ bool between_nodes(const double* over, bool along, double line, double& low, dou
   return low < high;
 }
 
+// A height over a point as it is from where the view is.
+double seen_from(const PatchFace::View& view, const Point& at, double height) {
+  return height - view.slopes[0] * (at.x - view.middle.x) - view.slopes[1] * (at.y - view.middle.y) - view.lowest;
+}
+
 bool within(const Region& region, const Point& at) {
   const double c = std::cos(region.angle), s = std::sin(region.angle);
   const double x = at.x - region.centre.x, y = at.y - region.centre.y;
@@ -61,14 +66,14 @@ void PatchFace::clear() {
   sounded_ = 0;
   cells_.clear();
   heights_.clear();
+  gradients_.clear();
   face_.centroids.clear();
   face_.areas.clear();
   face_.edges.clear();
 }
 
 double PatchFace::seen(const View& view, const Point& at) const {
-  return view.map->height(at.x, at.y) - view.slopes[0] * (at.x - view.middle.x) -
-         view.slopes[1] * (at.y - view.middle.y) - view.lowest;
+  return seen_from(view, at, view.map->height(at.x, at.y));
 }
 
 // More cells on the sides on which the body goes on beyond the lattice, until it does nowhere.
@@ -108,11 +113,15 @@ void PatchFace::sound(Lattice lattice, const View& view, const std::vector<Regio
   first_nodes_.push_back(first);
   firsts_.push_back(places_.size());
   nodes_.resize(first + across * (2 * lattice.rows + 1));
+  points_.clear();
   for (std::size_t row = 0; row <= 2 * lattice.rows; ++row) {
     for (std::size_t column = 0; column < across; ++column) {
-      const Point at = lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2);
-      nodes_[first + row * across + column] = seen(view, at) - view.highest;
+      points_.push_back(lattice.at(static_cast<double>(column) / 2, static_cast<double>(row) / 2));
     }
+  }
+  view.map->heights(points_, found_);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    nodes_[first + i] = seen_from(view, points_[i], found_[i]) - view.highest;
   }
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
     const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
@@ -173,12 +182,14 @@ std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size
     cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
     cell.sides[1] = covered.area / cell.sides[0];
   }
-  const double height = mean_height(view, cell, middle);
+  Point gradient;
+  const double height = mean_height(view, cell, middle, gradient);
   if (!std::isfinite(height)) return kNone;
   cells_.push_back(cell);
   face_.centroids.push_back(middle);
   face_.areas.push_back(cell.sides[0] * cell.sides[1]);
   heights_.push_back(height);
+  gradients_.push_back(gradient);
   return static_cast<std::int32_t>(cells_.size() - 1);
 }
 
@@ -268,8 +279,8 @@ bool PatchFace::search_ends(const Lattice& lattice, const View& view, double col
 }
 
 // Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes.
-double PatchFace::mean_height(const View& view, const Cell& cell, const Point& middle) const {
-  double sum = 0.0;
+double PatchFace::mean_height(const View& view, const Cell& cell, const Point& middle, Point& gradient) const {
+  double sum = 0.0, apart[2] = {0.0, 0.0};
   int count = 0;
   const double arms[2] = {cell.sides[0] / std::sqrt(6.0), cell.sides[1] / std::sqrt(6.0)};
   for (const double sign : {1.0, -1.0}) {
@@ -278,11 +289,15 @@ double PatchFace::mean_height(const View& view, const Cell& cell, const Point& m
       const Point at = {middle.x + along * (axis == 0 ? cell.cosine : -cell.sine),
                         middle.y + along * (axis == 0 ? cell.sine : cell.cosine)};
       const double height = seen(view, at);
+      apart[axis] += sign * height;   // infinite or NaN where there is no body on a side
       if (!std::isfinite(height)) continue;
       sum += height;
       ++count;
     }
   }
+  double slopes[2];
+  for (int axis = 0; axis < 2; ++axis) slopes[axis] = std::isfinite(apart[axis]) ? apart[axis] / (2.0 * arms[axis]) : 0.0;
+  gradient = {cell.cosine * slopes[0] - cell.sine * slopes[1], cell.sine * slopes[0] + cell.cosine * slopes[1]};
   return count > 0 ? sum / count : seen(view, middle);
 }
 

@@ -44,6 +44,8 @@ class PatchFace {
   // The cells as a face in the pad frame, and mean heights of the body over each, seen from the view's plane [m].
   const Face& face() const { return face_; }
   const std::vector<double>& heights() const { return heights_; }
+  // How these grow over each cell, along x and y [-].
+  const std::vector<Point>& gradients() const { return gradients_; }
 
  private:
   class ShearByOffset;
@@ -72,7 +74,7 @@ class PatchFace {
             Covered& sum) const;
   bool search_ends(const Lattice& lattice, const View& view, double column, double row, bool along, double line,
                    double& low, double& high) const;
-  double mean_height(const View& view, const Cell& cell, const Point& middle) const;
+  double mean_height(const View& view, const Cell& cell, const Point& middle, Point& gradient) const;
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
   void integrate();
   void add_edges();
@@ -87,6 +89,9 @@ class PatchFace {
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
   std::vector<double> heights_, offsets_, nodes_;
+  std::vector<Point> gradients_;
+  std::vector<Point> points_;            // that are looked at together, and what stands over them
+  std::vector<double> found_;
 };
 
 }  // namespace mjtactile

@@ -6,6 +6,8 @@
 namespace mjtactile {
 namespace {
 
+// How much nearer a body may come along a cell's own normal than along the plane's, at most.
+constexpr double kLeastLean = 0.5;
 constexpr double kPi = 3.14159265358979323846;
 // Looks at a contact, each from the motion that the last one found.
 constexpr int kLooks = 4;
@@ -117,7 +119,9 @@ double inside(const std::vector<Point>& hull, const Point& at) {
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
-                       const LawOptions& options, const double* wrench, CellContact::Workspace& workspace) {
+                       const LawOptions& options, const double* wrench, CellContact::Workspace& workspace,
+                       const TangentPlane* plane) {
+  bends_ = plane != nullptr;
   if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
   SearchLoad load;
   load.force = -wrench[2];
@@ -128,8 +132,9 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   if (options.tilting) view.plane = first_plane(load);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
-    contact_.place(cells_.face(), kHere, compliance, options, workspace);
-    heights_ = cells_.heights();
+    if (bends_) bent_.lay(cells_.face(), *plane);
+    contact_.place(cells_.face(), kHere, compliance, options, workspace, bends_ ? &bent_ : nullptr);
+    set_heights();
     start_.clear();
     const double likely = likely_height();
     for (const double height : heights_) start_.push_back(height <= likely ? 1 : 0);
@@ -166,6 +171,17 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     if (!contact_.exact()) break;
   }
   return true;
+}
+
+// Above each cell, on a curved pad where the cell's own normal meets the body.
+void PatchPress::set_heights() {
+  heights_ = cells_.heights();
+  for (std::size_t i = 0; bends_ && i < heights_.size(); ++i) {
+    const Point& gradient = cells_.gradients()[i];
+    const double *slopes = bent_.slopes().data() + 2 * i, stretch = bent_.stretches()[i];
+    const double leans = (slopes[0] * gradient.x + slopes[1] * gradient.y) / (stretch * stretch);
+    heights_[i] /= std::max(1.0 + leans, kLeastLean);
+  }
 }
 
 bool PatchPress::compact(const LawOptions& options) const {
@@ -243,7 +259,7 @@ double PatchPress::tilt() const {
 
 void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                              const std::vector<double>& sunk, CellContact::Workspace& workspace) {
-  heights_ = cells_.heights();
+  set_heights();
   for (std::size_t i = 0; i < heights_.size(); ++i) heights_[i] += sunk[i];
   const std::vector<std::uint8_t> start = contact_.pressed();
   contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), start.data());

@@ -15,14 +15,18 @@ namespace mjtactile {
 class PatchPress {
  public:
   // Press a body; contact() has the answer, on face(). Looks again with finer or wider cells a bounded number of times.
-  // False where nothing of the body faces the pad, or the force does not press.
+  // False where nothing of the body faces the pad, or the force does not press. On a curved pad, all is seen from a tangent
+  // plane, over the surface.
   bool solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
-             const LawOptions& options, const double* wrench, CellContact::Workspace& workspace);
+             const LawOptions& options, const double* wrench, CellContact::Workspace& workspace,
+             const TangentPlane* plane = nullptr);
   // The same contact on its cells where the surface has sunk by so much under each, as others bend it [m].
   void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                    const std::vector<double>& sunk, CellContact::Workspace& workspace);
 
   const CellContact& contact() const { return contact_; }
+  // How the cells lie on a curved pad.
+  const BentCells& bent() const { return bent_; }
   // Of the body above the cells, seen from where it tilts to [m].
   const std::vector<double>& heights() const { return heights_; }
   const Face& face() const { return cells_.face(); }
@@ -43,6 +47,7 @@ class PatchPress {
   bool compact(const LawOptions& options) const;
   double likely_height() const;
   Plane first_plane(const SearchLoad& load);
+  void set_heights();
   bool add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view);
   void reach_out();
   Lattice lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
@@ -54,6 +59,8 @@ class PatchPress {
 
   ContactSearch search_;
   PatchFace cells_;
+  BentCells bent_;
+  bool bends_ = false;
   CellContact contact_;
   PatchFace::View seen_ = {};
   std::vector<Spot> spots_;

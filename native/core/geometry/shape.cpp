@@ -166,6 +166,7 @@ void PlacedShape::lower(const std::vector<Point>& points, double floor, double* 
     }
     return;
   }
+  if (kind_ == ShapeKind::triangles) return shadow_.lower(points, floor, heights);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& at = points[i];
     if (low_[2] >= heights[i] || at.x < low_[0] || at.x > high_[0] || at.y < low_[1] || at.y > high_[1]) continue;

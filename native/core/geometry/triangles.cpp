@@ -12,15 +12,16 @@ namespace {
 constexpr double kSeam = 1e-9;
 // Triangles steeper than this (the cosine of their normal with the pad's) show only their edge.
 constexpr double kSteep = 1e-9;
-// Buckets along each side, and the finest ones, of which each kind holds a whole number.
-constexpr std::size_t kFinest = 96;
-constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, kFinest};
+// Buckets along each side; each kind holds a whole number of the finest ones.
+constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, 96};
 // Buckets for each triangle at least: more take longer to fill, fewer hold more triangles to look at.
 constexpr std::size_t kBucketsEach = 4;
 // Fewer triangles than this are looked at one by one where their box is over the part.
 constexpr std::uint32_t kFew = 32;
 // Buckets along each side of the grid that thins candidates for a first touch.
 constexpr std::size_t kCandidates = 16;
+// Rows of points shorter than this on the average are looked at point by point.
+constexpr std::size_t kShortRow = 8;
 // Vertices within this of each other's height are level: rounding must not choose between them [m].
 constexpr double kLevel = 1e-12;
 // A candidate this far above another part of the mesh is hidden by it [m].
@@ -293,9 +294,10 @@ void TriangleShadow::fill_buckets() {
   }
   starts_.assign(side_ * side_ + 1, 0);
   const std::size_t finer = kFinest / side_;
-  const auto over_each = [this, finer](const Triangle& triangle, auto&& visit) {
-    const std::size_t west = triangle.first[0] / finer, east = triangle.last[0] / finer;
-    const std::size_t south = triangle.first[1] / finer, north = triangle.last[1] / finer;
+  for (std::size_t finest = 0; finest < kFinest; ++finest) coarser_[finest] = static_cast<std::uint8_t>(finest / finer);
+  const auto over_each = [this](const Triangle& triangle, auto&& visit) {
+    const std::size_t west = coarser_[triangle.first[0]], east = coarser_[triangle.last[0]];
+    const std::size_t south = coarser_[triangle.first[1]], north = coarser_[triangle.last[1]];
     for (std::size_t row = south; row <= north; ++row) {
       for (std::size_t column = west; column <= east; ++column) visit(row * side_ + column);
     }
@@ -312,17 +314,72 @@ void TriangleShadow::fill_buckets() {
 double TriangleShadow::height(double x, double y, double floor) const {
   double lowest = kInfinite;
   if (!grid_.holds(x, y)) return lowest;
-  const std::size_t finer = kFinest / side_;
-  const std::size_t at = finest_bucket(y, 1) / finer * side_ + finest_bucket(x, 0) / finer;
-  for (std::uint32_t e = starts_[at]; e < starts_[at + 1]; ++e) {
-    const Triangle& triangle = triangles_[entries_[e]];
+  const std::size_t at = std::size_t{coarser_[finest_bucket(y, 1)]} * side_ + coarser_[finest_bucket(x, 0)];
+  const std::uint32_t* const end = entries_.data() + starts_[at + 1];
+  for (const std::uint32_t* entry = entries_.data() + starts_[at]; entry != end; ++entry) {
+    const Triangle& triangle = triangles_[*entry];
     const double second = triangle.second[0] * x + triangle.second[1] * y + triangle.second[2];
     const double third = triangle.third[0] * x + triangle.third[1] * y + triangle.third[2];
-    if (second < -kSeam || third < -kSeam || second + third > 1.0 + kSeam) continue;
     const double here = triangle.height + second * triangle.second_rise + third * triangle.third_rise;
-    if (here >= floor && here < lowest) lowest = here;
+    // One question instead of four, the answers to which nobody can guess.
+    const double inside = std::min(std::min(second, third), 1.0 - (second + third));
+    if ((inside >= -kSeam) & (here >= floor) & (here < lowest)) lowest = here;
   }
   return lowest;
+}
+
+void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
+  static thread_local std::vector<double> across;  // kept between calls: nothing is allocated in a step
+  static thread_local std::vector<Row> rows;
+  if (!rows_of(points, across, rows)) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double found = height(points[i].x, points[i].y, floor);
+      if (found < heights[i]) heights[i] = found;
+    }
+    return;
+  }
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const Triangle& triangle = triangles_[t];
+    const Span &x = spans_[t][0], &y = spans_[t][1];
+    const double seam_x = kSeam * (x.high - x.low), seam_y = kSeam * (y.high - y.low);
+    const double south = std::max(y.low - seam_y, grid_.south), north = std::min(y.high + seam_y, grid_.north);
+    const double west = std::max(x.low - seam_x, grid_.west), east = std::min(x.high + seam_x, grid_.east);
+    auto row = std::lower_bound(rows.begin(), rows.end(), south, [](const Row& one, double at) { return one.y < at; });
+    for (; row != rows.end() && row->y <= north; ++row) {
+      const double* const begin = across.data() + row->first;
+      const double* const end = across.data() + row->last;
+      const double* const from = std::lower_bound(begin, end, west);
+      const auto count = static_cast<std::size_t>(std::upper_bound(from, end, east) - from);
+      const double second_y = triangle.second[1] * row->y, third_y = triangle.third[1] * row->y;
+      double* const to = heights + (from - across.data());
+      for (std::size_t i = 0; i < count; ++i) {
+        const double second = triangle.second[0] * from[i] + second_y + triangle.second[2];
+        const double third = triangle.third[0] * from[i] + third_y + triangle.third[2];
+        const double here = triangle.height + second * triangle.second_rise + third * triangle.third_rise;
+        const double inside = std::min(std::min(second, third), 1.0 - (second + third));
+        to[i] = (inside >= -kSeam) & (here >= floor) & (here < to[i]) ? here : to[i];
+      }
+    }
+  }
+}
+
+// Points row by row from south to north, each row from west to east; false where they are not laid out like that, or in
+// rows too short to be worth it.
+bool TriangleShadow::rows_of(const std::vector<Point>& points, std::vector<double>& across, std::vector<Row>& rows) {
+  across.resize(points.size());
+  rows.clear();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    across[i] = points[i].x;
+    if (i > 0 && points[i].y == points[i - 1].y) {
+      if (!(points[i].x >= points[i - 1].x)) return false;
+    } else {
+      if (i > 0 && !(points[i].y > points[i - 1].y)) return false;
+      if (rows.size() * kShortRow > i) return false;
+      rows.push_back({points[i].y, i, i});
+    }
+    rows.back().last = i + 1;
+  }
+  return true;
 }
 
 void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/polygon.hpp"
 #include "geometry/pose.hpp"
 #include "geometry/triangle_mesh.hpp"
 
@@ -32,6 +33,9 @@ class TriangleShadow {
   // be below that of the cast. What is more than the cast's reach above the lowest may be left out: over such points
   // the height is infinite, or of something higher still.
   double height(double x, double y, double floor) const;
+  // Set each of the heights to that over its point where it is less. Points in rows along x, from south to north and from
+  // west to east, take less time.
+  void lower(const std::vector<Point>& points, double floor, double* heights) const;
   // The least height over the part at the cast's floor or above [m], the floor itself where the mesh passes through it
   // there; infinite where there is none.
   double lowest() const { return lowest_; }
@@ -42,6 +46,7 @@ class TriangleShadow {
   void bottoms(std::vector<std::array<double, 3>>& points);
 
  private:
+  static constexpr std::size_t kFinest = 96;  // finest buckets along each side
   struct Triangle {
     double second[3], third[3];  // the second corner's share at (x, y) and the third's: rates along x, y, value at 0
     double height, second_rise, third_rise;  // of the first corner [m]; of the others above it
@@ -51,6 +56,11 @@ class TriangleShadow {
   struct Span {
     double low, high;
   };
+  struct Row {
+    double y;
+    std::size_t first, last;   // points
+  };
+  static bool rows_of(const std::vector<Point>& points, std::vector<double>& across, std::vector<Row>& rows);
   Span span(const MeshBox& box, int axis) const;
   bool may_face_down(const MeshBox& box) const;
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
@@ -74,6 +84,7 @@ class TriangleShadow {
   Rectangle grid_ = {};               // that the buckets cover
   double per_[2] = {};                // finest buckets per length along x and y [1/m]
   std::size_t side_ = 1;              // buckets along each side
+  std::uint8_t coarser_[kFinest] = {};  // by finest bucket: the one that holds it
   double bottom_[3] = {};
   std::vector<std::pair<double, std::uint32_t>> queue_;  // boxes still to be looked into, by how low they may be
   std::vector<std::uint32_t> stack_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -29,11 +30,47 @@ void add(const float* const* columns, const float* weights, std::size_t count, s
 void add(const double* const* columns, const double* weights, std::size_t count, std::size_t rows, double* sums) {
   kernels().add_double(columns, weights, count, rows, sums);
 }
+std::size_t kept_of(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
+                    std::uint32_t* places, float* weights) {
+  return kernels().keep_float(forces, columns, count, least, factor, places, weights);
+}
+std::size_t kept_of(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
+                    std::uint32_t* places, double* weights) {
+  return kernels().keep_double(forces, columns, count, least, factor, places, weights);
+}
 void norms_of(const float* const* classes, const float* signs, std::size_t points, float* norms) {
   kernels().norms_float(classes, signs, points, norms);
 }
 void norms_of(const double* const* classes, const double* signs, std::size_t points, double* norms) {
   kernels().norms_double(classes, signs, points, norms);
+}
+
+// The same of a sheet with fewer mirrors, which has as many images as classes.
+template <typename Value>
+void norms_of_few(const Value* const* classes, std::size_t count, const Value* signs, std::size_t points, Value* norms) {
+  for (std::size_t image = 0; image < count; ++image, norms += points) {
+    std::fill(norms, norms + points, Value(0));
+    for (std::size_t k = 0; k < kDeviatoric; ++k) {
+      const Value *first = classes[0] + k * points, *second = classes[count - 1] + k * points;
+      const Value other = count > 1 ? signs[kClasses * image + 1] : Value(0);
+      for (std::size_t i = 0; i < points; ++i) {
+        const Value sum = first[i] + other * second[i];
+        norms[i] += sum * sum;
+      }
+    }
+    for (std::size_t i = 0; i < points; ++i) norms[i] = std::sqrt(norms[i]);
+  }
+}
+
+// Whether all numbers of a run are zero.
+bool is_empty(const double* run, std::size_t count) {
+  std::uint64_t any = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint64_t bits;
+    std::memcpy(&bits, run + i, sizeof bits);
+    any |= bits << 1;  // without the sign
+  }
+  return any == 0;
 }
 
 }  // namespace
@@ -101,7 +138,7 @@ std::size_t Columns<Value>::bytes() const {
 
 template <typename Value>
 template <typename Stored>
-void Columns<Value>::add_scaled(const std::vector<Stored>& stored, const std::uint32_t* places, const Value* weights,
+void Columns<Value>::add_scaled(const AlignedVector<Stored>& stored, const std::uint32_t* places, const Value* weights,
                                 std::size_t count, Value* sums) const {
   const Stored* columns[kChunk];
   Value scaled[kChunk];
@@ -132,19 +169,9 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
   }
   const double scale = fold(forces, workspace);
   if (scale == 0.0) return;
-  const double negligible = scale * kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
   const Value back = static_cast<Value>(scale);
-  for (std::size_t c = 0; c < kClasses; ++c) {
-    // Scaled so that none is larger than 1: any magnitude keeps its digits in single precision.
-    workspace.weights.clear();
-    workspace.places.clear();
-    for (const Folded& one : workspace.folded) {
-      const std::uint32_t column = classes[c].columns[one.place];
-      if (column == kNone || std::abs(one.forces[c]) < negligible || one.forces[c] == 0.0) continue;
-      workspace.places.push_back(column);
-      workspace.weights.push_back(static_cast<Value>(one.forces[c] / scale));
-    }
-    const std::size_t kept = workspace.places.size();
+  for (std::size_t c = 0; c < class_count(); ++c) {
+    const std::size_t kept = keep(c, scale, workspace);
     if (kept == 0) continue;
     for (std::size_t k = 0; k < layers.size(); ++k) {
       const std::vector<Columns<Value>>& factors = classes[c].factors[k];
@@ -165,42 +192,108 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
   }
 }
 
-// Forces of all classes on the quarter, where there are any; the largest of them.
 template <typename Value>
-double StressMap<Value>::fold(const double* forces, Workspace& workspace) const {
-  workspace.folded.clear();
-  const std::size_t middle_x = nodes_x / 2, middle_y = nodes_y / 2, quarter_x = middle_x + 1, quarter_y = middle_y + 1;
-  double largest = 0.0;
-  const auto is_empty = [this](const double* row) {
-    return std::all_of(row, row + 3 * nodes_x, [](double force) { return force == 0.0; });
-  };
+std::size_t StressMap<Value>::row_stride() const {
+  const std::size_t used = 3 * part(nodes_x, 0) + 1;  // a number more is written
+  return (used + kAligned - 1) / kAligned * kAligned;
+}
+
+template <typename Value>
+std::vector<std::size_t> StressMap<Value>::set_columns(Class& of_class, std::size_t count, const std::int32_t* columns,
+                                                       const double* parities) const {
+  const std::size_t quarter_x = part(nodes_x, 0), quarter_y = part(nodes_y, 1), stride = row_stride();
+  of_class.columns.assign(quarter_y * stride, 0);
+  of_class.allowed.assign(quarter_y * stride, 0.0);
+  std::vector<std::size_t> order;
+  order.reserve(count);
   for (std::size_t y = 0; y < quarter_y; ++y) {
-    const double* upper = forces + 3 * (middle_y + y) * nodes_x;
-    const double* lower = forces + 3 * (middle_y - y) * nodes_x;
-    if (is_empty(upper) && is_empty(lower)) continue;
-    for (std::size_t component = 0; component < 3; ++component) {
-      // On a mirror a node is its own image.
-      double share_y[kClasses], share_x[kClasses];
-      for (std::size_t c = 0; c < kClasses; ++c) {
-        share_x[c] = classes[c].signs[component][0];
-        share_y[c] = y > 0 ? classes[c].signs[component][1] : 0.0;
-      }
-      for (std::size_t x = 0; x < quarter_x; ++x) {
-        const std::size_t right = 3 * (middle_x + x) + component, left = 3 * (middle_x - x) + component;
-        const double images[4] = {upper[right], upper[left], lower[right], lower[left]};
-        if (images[0] == 0.0 && images[1] == 0.0 && images[2] == 0.0 && images[3] == 0.0) continue;
-        Folded one;
-        one.place = static_cast<std::uint32_t>((component * quarter_y + y) * quarter_x + x);
-        for (std::size_t c = 0; c < kClasses; ++c) {
-          const double side = x > 0 ? share_x[c] * (images[1] + share_y[c] * images[3]) : 0.0;
-          one.forces[c] = images[0] + share_y[c] * images[2] + side;
-          if (classes[c].columns[one.place] != kNone) largest = std::max(largest, std::abs(one.forces[c]));
-        }
-        workspace.folded.push_back(one);
-      }
+    for (std::size_t i = 0; i < 3 * quarter_x; ++i) {
+      const std::int32_t column = columns[(i % 3 * quarter_y + y) * quarter_x + i / 3];
+      if (column < 0) continue;
+      of_class.columns[y * stride + i] = static_cast<std::uint32_t>(order.size());
+      of_class.allowed[y * stride + i] = 1.0;
+      order.push_back(static_cast<std::size_t>(column));
     }
   }
+  std::copy(parities, parities + 6, &of_class.signs[0][0]);
+  return order;
+}
+
+// Forces of all classes on the quarter, in rows where there are any; the largest of them.
+template <typename Value>
+double StressMap<Value>::fold(const double* forces, Workspace& workspace) const {
+  const std::size_t quarter_x = part(nodes_x, 0), quarter_y = part(nodes_y, 1), stride = row_stride();
+  const std::size_t width = 3 * nodes_x, quarter = quarter_y * stride, first = nodes_y - quarter_y;
+  workspace.rows.clear();
+  workspace.folded.resize(kClasses * quarter);
+  std::fill(workspace.largest, workspace.largest + kClasses, 0.0);
+  double about[kClasses][2][4] = {}, on_mirror[kClasses][2][4] = {};  // on a mirror a node is its own image
+  for (std::size_t c = 0; c < class_count(); ++c) {
+    for (std::size_t component = 0; component < 3; ++component) {
+      about[c][0][component] = on_mirror[c][0][component] = classes[c].signs[component][0];
+      about[c][1][component] = classes[c].signs[component][1];
+    }
+  }
+  for (std::size_t y = 0; y < quarter_y; ++y) {
+    const bool below = mirrored[1] && y > 0;
+    const double* upper = forces + (first + y) * width;
+    const double* lower = below ? forces + (first - y) * width : upper;
+    if (is_empty(upper, width) && is_empty(lower, width)) continue;
+    workspace.rows.push_back(y);
+    const double* allowed[kClasses];
+    double* to[kClasses];
+    for (std::size_t c = 0; c < class_count(); ++c) {
+      allowed[c] = classes[c].allowed.data() + y * stride;
+      to[c] = workspace.folded.data() + c * quarter + y * stride;
+    }
+    const auto& shares = below ? about : on_mirror;
+    if (class_count() == kClasses) {
+      kernels().fold_row(upper, lower, nodes_x / 2, shares, allowed, to, workspace.largest);
+    } else {
+      for (std::size_t c = 0; c < class_count(); ++c) {
+        workspace.largest[c] = std::max(workspace.largest[c], fold_row(upper, lower, shares[c], allowed[c], to[c]));
+      }
+    }
+    for (std::size_t c = 0; c < class_count(); ++c) std::fill(to[c] + 3 * quarter_x, to[c] + stride, 0.0);
+  }
+  return *std::max_element(workspace.largest, workspace.largest + kClasses);
+}
+
+// One row of one class of a sheet with fewer mirrors; the largest of its forces.
+template <typename Value>
+double StressMap<Value>::fold_row(const double* upper, const double* lower, const double shares[2][4],
+                                  const double* allowed, double* to) const {
+  const std::size_t quarter_x = part(nodes_x, 0), first = nodes_x - quarter_x;
+  double largest = 0.0;
+  for (std::size_t i = 0; i < 3 * quarter_x; ++i) {
+    const std::size_t x = i / 3, component = i % 3, right = 3 * (first + x) + component;
+    double force = upper[right] + shares[1][component] * lower[right];
+    if (mirrored[0] && x > 0) {
+      const std::size_t left = 3 * (first - x) + component;
+      force += shares[0][component] * (upper[left] + shares[1][component] * lower[left]);
+    }
+    to[i] = allowed[i] * force;
+    largest = std::max(largest, std::abs(to[i]));
+  }
   return largest;
+}
+
+// Columns and weights of a class's forces, scaled so that none is larger than 1: any magnitude keeps its digits in single
+// precision.
+template <typename Value>
+std::size_t StressMap<Value>::keep(std::size_t c, double scale, Workspace& workspace) const {
+  const double least = scale * kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
+  if (workspace.largest[c] < least) return 0;
+  const std::size_t stride = row_stride(), quarter = part(nodes_y, 1) * stride;
+  workspace.places.resize(quarter + kAligned);
+  workspace.weights.resize(quarter + kAligned);
+  const double* forces = workspace.folded.data() + c * quarter;
+  std::size_t kept = 0;
+  for (const std::size_t y : workspace.rows) {
+    kept += kept_of(forces + y * stride, classes[c].columns.data() + y * stride, stride, least, 1.0 / scale,
+                    workspace.places.data() + kept, workspace.weights.data() + kept);
+  }
+  return kept;
 }
 
 template <typename Value>
@@ -208,10 +301,14 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
   for (const Layer& layer : layers) {
     workspace.norms.resize(kClasses * layer.points);
     const Value* of_classes[kClasses];
-    for (std::size_t c = 0; c < kClasses; ++c) {
+    for (std::size_t c = 0; c < class_count(); ++c) {
       of_classes[c] = response + layer.offset + c * layer.rows;
     }
-    norms_of(of_classes, signs, layer.points, workspace.norms.data());
+    if (class_count() == kClasses) {
+      norms_of(of_classes, signs, layer.points, workspace.norms.data());
+    } else {
+      norms_of_few(of_classes, class_count(), signs, layer.points, workspace.norms.data());
+    }
     for (const Share& share : layer.taxels) {
       Value sum = 0;
       for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
@@ -231,10 +328,11 @@ void StressMap<Value>::means(const Value* response, const bool odd[][2], double*
         double sum = 0.0;
         for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
           const std::size_t quadrant = layer.places[i] / layer.points, point = layer.places[i] % layer.points;
-          // Quadrants 1 and 3 lie at negative x, 2 and 3 at negative y.
-          const bool flipped = (odd[k][0] && quadrant % 2 == 1) != (odd[k][1] && quadrant / 2 == 1);
+          // With both mirrors, quadrants 1 and 3 lie at negative x, 2 and 3 at negative y.
+          const bool west = mirrored[0] && quadrant % 2 == 1, south = mirrored[1] && quadrant / (mirrored[0] ? 2 : 1) == 1;
+          const bool flipped = (odd[k][0] && west) != (odd[k][1] && south);
           double value = 0.0;
-          for (std::size_t c = 0; c < kClasses; ++c) {
+          for (std::size_t c = 0; c < class_count(); ++c) {
             value += static_cast<double>(signs[kClasses * quadrant + c]) *
                      static_cast<double>(response[layer.offset + c * layer.rows + k * layer.points + point]);
           }

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "linalg/aligned.hpp"
+
 namespace mjtactile {
 
 // A matrix stored row by row, each padded to whole vectors; the padding holds numbers that mean nothing.
@@ -34,7 +36,7 @@ class Matrix {
 
  private:
   std::size_t rows_ = 0, columns_ = 0, stride_ = 0;
-  std::vector<double> entries_;
+  AlignedVector<double> entries_;
 };
 
 // The transposed of a matrix.

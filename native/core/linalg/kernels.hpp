@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "linalg/half.hpp"
 
@@ -21,6 +22,11 @@ struct Kernels {
   void (*add_double)(const double* const* columns, const double* weights, std::size_t count, std::size_t rows,
                      double* sums);
 
+  // sums[r] += sum_ij weights[columns i + j] * from[i row + j column + r], r < count, i < rows, j < columns; `anew`: in
+  // place of what sums hold.
+  void (*add_window)(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
+                     const double* weights, std::size_t count, bool anew, double* sums);
+
   // c += a b: a(i, k) = a[i * a_row + k * a_column] (rows, depth), b (depth, columns) and c (rows, columns) row by row.
   void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                        double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
@@ -35,6 +41,19 @@ struct Kernels {
   // U^-1 x in place of x (size).
   void (*solve_upper)(const double* upper, std::size_t upper_row, std::size_t size, double* x);
 
+  // Forces (nodes, 3) on a row of nodes and on its image, folded about their middle node: for each class c and node x from
+  // the middle on, to[c][3 x + k] = allowed[c][3 x + k] * (u(x) + t l(x) + s (u(-x) + t l(-x))), s and t being
+  // signs[c][0][k] and signs[c][1][k], without u(-x) and l(-x) for the middle node. largest[c] becomes the largest of
+  // those, or stays. One number beyond the last may be written.
+  void (*fold_row)(const double* upper, const double* lower, std::size_t middle, const double (*signs)[2][4],
+                   const double* const* allowed, double* const* to, double* largest);
+  // Of forces (count, whole vectors of 16) those that are neither 0 nor below `least`: their columns, and themselves
+  // times `factor`; how many. Places and weights have room for 16 more.
+  std::size_t (*keep_float)(const double* forces, const std::uint32_t* columns, std::size_t count, double least,
+                            double factor, std::uint32_t* places, float* weights);
+  std::size_t (*keep_double)(const double* forces, const std::uint32_t* columns, std::size_t count, double least,
+                             double factor, std::uint32_t* places, double* weights);
+
   // norms[q * points + p] = |sum_c signs[4 q + c] * classes[c][k * points + p]| over k < 5: the von Mises stress of
   // every folded point in every quadrant, from the four symmetry classes.
   void (*norms_float)(const float* const* classes, const float* signs, std::size_t points, float* norms);
@@ -43,8 +62,9 @@ struct Kernels {
   // 1/r integrated twice along each axis, at (x, y): differences of it are integrals over pairs of rectangles.
   void (*integrate_inverse_distance)(const double* x, const double* y, std::size_t count, double* values);
 
-  // values[i] becomes 1 / sqrt(values[i]).
-  void (*inverse_roots)(double* values, std::size_t count);
+  // Sum of 1 / sqrt(max(square, least)) over squares of distances from each of some points to each of others.
+  double (*sum_inverse_distances)(const double* x, const double* y, std::size_t count, const double* to_x,
+                                  const double* to_y, std::size_t to_count, double least);
 };
 
 // The kernels in use: the best that the processor has, or those asked for with `use_kernels`.

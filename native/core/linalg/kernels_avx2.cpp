@@ -56,10 +56,20 @@ struct Lanes<double> {
   static Type all(double value) { return _mm256_set1_pd(value); }
   static Type load(const double* at) { return _mm256_loadu_pd(at); }
   static void store(double* at, Type value) { _mm256_storeu_pd(at, value); }
+  // The first of the lanes.
+  static __m256i first(std::size_t count) {
+    return _mm256_cmpgt_epi64(_mm256_set1_epi64x(static_cast<long long>(count)), _mm256_setr_epi64x(0, 1, 2, 3));
+  }
+  static Type load_first(const double* at, std::size_t count) { return _mm256_maskload_pd(at, first(count)); }
+  static void store_first(double* at, std::size_t count, Type value) { _mm256_maskstore_pd(at, first(count), value); }
   static Type multiply(Type a, Type b) { return _mm256_mul_pd(a, b); }
   static Type multiply_add(Type a, Type b, Type c) { return _mm256_fmadd_pd(a, b, c); }
   static Type root(Type a) { return _mm256_sqrt_pd(a); }
 };
+
+template <typename Value>
+std::size_t keep(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
+constexpr auto keep_floats = keep<float>;
 
 constexpr std::size_t kSumVectors = 8;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product

@@ -57,10 +57,37 @@ struct Lanes<double> {
   static Type all(double value) { return _mm512_set1_pd(value); }
   static Type load(const double* at) { return _mm512_loadu_pd(at); }
   static void store(double* at, Type value) { _mm512_storeu_pd(at, value); }
+  // The first of the lanes.
+  static __mmask8 first(std::size_t count) { return static_cast<__mmask8>((1u << count) - 1u); }
+  static Type load_first(const double* at, std::size_t count) { return _mm512_maskz_loadu_pd(first(count), at); }
+  static void store_first(double* at, std::size_t count, Type value) { _mm512_mask_storeu_pd(at, first(count), value); }
   static Type multiply(Type a, Type b) { return _mm512_mul_pd(a, b); }
   static Type multiply_add(Type a, Type b, Type c) { return _mm512_fmadd_pd(a, b, c); }
   static Type root(Type a) { return _mm512_maskz_sqrt_pd(0xff, a); }
 };
+
+// Sixteen at a time, moved together where they are kept.
+inline std::size_t keep_floats(const double* forces, const std::uint32_t* columns, std::size_t count, double least,
+                               double factor, std::uint32_t* places, float* weights) {
+  const __m512d bound = _mm512_set1_pd(least), times = _mm512_set1_pd(factor), none = _mm512_setzero_pd();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; i += 16) {
+    const __m512d low = _mm512_loadu_pd(forces + i), high = _mm512_loadu_pd(forces + i + 8);
+    const auto counts = [&](__m512d part) {
+      return static_cast<unsigned>(_mm512_cmp_pd_mask(_mm512_abs_pd(part), bound, _CMP_NLT_UQ) &
+                                   _mm512_cmp_pd_mask(part, none, _CMP_NEQ_UQ));
+    };
+    const unsigned mask = counts(low) | counts(high) << 8;
+    const __m512d halves = _mm512_maskz_insertf64x4(0xff, 
+        _mm512_castpd256_pd512(_mm256_castps_pd(_mm512_maskz_cvtpd_ps(0xff, _mm512_mul_pd(low, times)))),
+        _mm256_castps_pd(_mm512_maskz_cvtpd_ps(0xff, _mm512_mul_pd(high, times))), 1);
+    const auto chosen = static_cast<__mmask16>(mask);
+    _mm512_storeu_ps(weights + kept, _mm512_maskz_compress_ps(chosen, _mm512_castpd_ps(halves)));
+    _mm512_storeu_si512(places + kept, _mm512_maskz_compress_epi32(chosen, _mm512_loadu_si512(columns + i)));
+    kept += static_cast<std::size_t>(__builtin_popcount(mask));
+  }
+  return kept;
+}
 
 constexpr std::size_t kSumVectors = 16;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 4;  // of a tile of a matrix product

@@ -99,6 +99,46 @@ void add_columns(const Stored* const* columns, const Value* weights, std::size_t
   }
 }
 
+// Of a run that ends within the last vector the first `count` numbers are kept there.
+template <std::size_t kVectors, bool kEnds>
+void add_window_tile(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
+                     const double* weights, std::size_t count, bool anew, double* sums) {
+  using L = Lanes<double>;
+  const auto load = [count](const double* at) { return kEnds ? L::load_first(at, count) : L::load(at); };
+  typename L::Type tile[kVectors];
+  for (std::size_t v = 0; v < kVectors; ++v) tile[v] = anew ? L::all(0) : load(sums + v * L::width);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double* line = from + i * row;
+    for (std::size_t j = 0; j < columns; ++j, line += column) {
+      const typename L::Type weight = L::all(*weights++);
+      for (std::size_t v = 0; v < kVectors; ++v) tile[v] = L::multiply_add(weight, load(line + v * L::width), tile[v]);
+    }
+  }
+  for (std::size_t v = 0; v < kVectors; ++v) {
+    if (kEnds) {
+      L::store_first(sums + v * L::width, count, tile[v]);
+    } else {
+      L::store(sums + v * L::width, tile[v]);
+    }
+  }
+}
+
+inline void add_window(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
+                       const double* weights, std::size_t count, bool anew, double* sums) {
+  constexpr std::size_t kWidth = Lanes<double>::width;
+  std::size_t r = 0;
+  for (; r + 4 * kWidth <= count; r += 4 * kWidth) {
+    add_window_tile<4, false>(from + r, rows, row, columns, column, weights, 0, anew, sums + r);
+  }
+  for (; r + 2 * kWidth <= count; r += 2 * kWidth) {
+    add_window_tile<2, false>(from + r, rows, row, columns, column, weights, 0, anew, sums + r);
+  }
+  for (; r + kWidth <= count; r += kWidth) {
+    add_window_tile<1, false>(from + r, rows, row, columns, column, weights, 0, anew, sums + r);
+  }
+  if (r < count) add_window_tile<1, true>(from + r, rows, row, columns, column, weights, count - r, anew, sums + r);
+}
+
 // One tile of c += a b, `kRows` by `kVectors` vectors: its sums stay in registers.
 template <std::size_t kRows, std::size_t kVectors>
 void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
@@ -244,6 +284,92 @@ inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t 
   }
 }
 
+// Four numbers at once, such as the three components of a force and one of no meaning.
+struct Four {
+#ifdef __AVX2__
+  __m256d lanes;
+  static Four load(const double* at) { return {_mm256_loadu_pd(at)}; }
+  static Four load_three(const double* at) { return {_mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0))}; }
+  static Four all(double value) { return {_mm256_set1_pd(value)}; }
+  void store(double* at) const { _mm256_storeu_pd(at, lanes); }
+  Four operator+(const Four& b) const { return {_mm256_add_pd(lanes, b.lanes)}; }
+  Four operator-(const Four& b) const { return {_mm256_sub_pd(lanes, b.lanes)}; }
+  Four operator*(const Four& b) const { return {_mm256_mul_pd(lanes, b.lanes)}; }
+  Four plus(const Four& a, const Four& b) const { return {_mm256_fmadd_pd(a.lanes, b.lanes, lanes)}; }
+  Four or_size_of(const Four& b) const {
+    return {_mm256_max_pd(_mm256_andnot_pd(_mm256_set1_pd(-0.0), b.lanes), lanes)};
+  }
+#else
+  double lanes[4];
+  template <typename Of>
+  static Four each(Of&& of) {
+    return {{of(0), of(1), of(2), of(3)}};
+  }
+  static Four load(const double* at) { return {{at[0], at[1], at[2], at[3]}}; }
+  static Four load_three(const double* at) { return {{at[0], at[1], at[2], 0.0}}; }
+  static Four all(double value) { return {{value, value, value, value}}; }
+  void store(double* at) const { std::memcpy(at, lanes, sizeof lanes); }
+  Four operator+(const Four& b) const {
+    return each([&](int k) { return lanes[k] + b.lanes[k]; });
+  }
+  Four operator-(const Four& b) const {
+    return each([&](int k) { return lanes[k] - b.lanes[k]; });
+  }
+  Four operator*(const Four& b) const {
+    return each([&](int k) { return lanes[k] * b.lanes[k]; });
+  }
+  // This and a times b.
+  Four plus(const Four& a, const Four& b) const {
+    return each([&](int k) { return lanes[k] + a.lanes[k] * b.lanes[k]; });
+  }
+  // This or the size of b, whichever is larger.
+  Four or_size_of(const Four& b) const {
+    return each([&](int k) { return lanes[k] < std::abs(b.lanes[k]) ? std::abs(b.lanes[k]) : lanes[k]; });
+  }
+#endif
+};
+
+inline void fold_row(const double* upper, const double* lower, std::size_t middle, const double (*signs)[2][4],
+                     const double* const* allowed, double* const* to, double* largest) {
+  constexpr std::size_t kFolds = 4;
+  Four most[kFolds], across[kFolds], along[kFolds];
+  for (std::size_t c = 0; c < kFolds; ++c) {
+    most[c] = Four::all(0.0);
+    across[c] = Four::load(signs[c][0]);
+    along[c] = Four::load(signs[c][1]);
+  }
+  for (std::size_t x = 0; x <= middle; ++x) {
+    const std::size_t right = 3 * (middle + x), left = 3 * (middle - x);
+    const Four u = Four::load_three(upper + right), l = Four::load_three(lower + right);
+    const Four other_u = x > 0 ? Four::load_three(upper + left) : Four::all(0.0);
+    const Four other_l = x > 0 ? Four::load_three(lower + left) : Four::all(0.0);
+    for (std::size_t c = 0; c < kFolds; ++c) {
+      const Four force = u.plus(along[c], l).plus(across[c], other_u.plus(along[c], other_l)) *
+                         Four::load_three(allowed[c] + 3 * x);
+      force.store(to[c] + 3 * x);
+      most[c] = most[c].or_size_of(force);
+    }
+  }
+  for (std::size_t c = 0; c < kFolds; ++c) {
+    double parts[4];
+    most[c].store(parts);
+    for (const double part : parts) largest[c] = largest[c] < part ? part : largest[c];
+  }
+}
+
+template <typename Value>
+std::size_t keep(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
+                 std::uint32_t* places, Value* weights) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    // Written anyhow, and kept where it counts: without a branch that goes now this way, now that.
+    places[kept] = columns[i];
+    weights[kept] = static_cast<Value>(forces[i] * factor);
+    kept += static_cast<std::size_t>(!(std::abs(forces[i]) < least) & (forces[i] != 0.0));
+  }
+  return kept;
+}
+
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
@@ -307,8 +433,25 @@ inline void integrate_inverse_distance(const double* x, const double* y, std::si
   }
 }
 
-inline void inverse_roots(double* values, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) values[i] = 1.0 / std::sqrt(values[i]);
+// Every point of the first list is set against four of the second at once, of which the last ones may be none.
+inline double sum_inverse_distances(const double* x, const double* y, std::size_t count, const double* to_x,
+                                    const double* to_y, std::size_t to_count, double least) {
+  constexpr std::size_t kAtOnce = 4;
+  double sums[kAtOnce] = {};
+  for (std::size_t j = 0; j < to_count; j += kAtOnce) {
+    double u[kAtOnce], v[kAtOnce], share[kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const std::size_t at = j + k < to_count ? j + k : j;
+      u[k] = to_x[at], v[k] = to_y[at], share[k] = j + k < to_count ? 1.0 : 0.0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        const double away = u[k] - x[i], aside = v[k] - y[i], square = away * away + aside * aside;
+        sums[k] += share[k] / std::sqrt(square > least ? square : least);
+      }
+    }
+  }
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
 inline Kernels make_kernels(const char* name) {
@@ -317,13 +460,17 @@ inline Kernels make_kernels(const char* name) {
           add_columns<Half, float>,
           add_columns<float, float>,
           add_columns<double, double>,
+          add_window,
           multiply_add_matrices,
           dot,
           factor_small,
           eliminate,
           solve_upper,
+          fold_row,
+          keep_floats,
+          keep<double>,
           norms_of<float>,
           norms_of<double>,
           integrate_inverse_distance,
-          inverse_roots};
+          sum_inverse_distances};
 }

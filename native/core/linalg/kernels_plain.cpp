@@ -36,10 +36,16 @@ struct Lanes {
     return widened<Value>(*at);
   }
   static void store(Value* at, Type value) { *at = value; }
+  static Type load_first(const Value* at, std::size_t) { return *at; }
+  static void store_first(Value* at, std::size_t, Type value) { *at = value; }
   static Type multiply(Type a, Type b) { return a * b; }
   static Type multiply_add(Type a, Type b, Type c) { return a * b + c; }
   static Type root(Type a) { return std::sqrt(a); }
 };
+
+template <typename Value>
+std::size_t keep(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
+constexpr auto keep_floats = keep<float>;
 
 constexpr std::size_t kSumVectors = 4;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product

@@ -8,17 +8,48 @@
 #include "linalg/small.hpp"
 
 namespace mjtactile {
+namespace {
+
+// Entries along a row that are worked on at once, and those that are not told apart.
+constexpr std::size_t kPanel = 32, kWhole = 8;
+
+}  // namespace
+
+QuadraticSplines::QuadraticSplines(std::vector<double> ends) : ends_(std::move(ends)) {
+  if (ends_.size() < 2) return;
+  const std::size_t last = ends_.size() - 1;
+  for (std::size_t piece = 0; piece < last; ++piece) {
+    const double low = ends_[piece], high = ends_[piece + 1];
+    const double before = ends_[piece > 0 ? piece - 1 : 0], beyond = ends_[std::min(piece + 2, last)];
+    // De Boor's recurrence, with the outermost ends counted three times.
+    pieces_.push_back({low, high, 1.0 / ((high - low) * (high - before)), 1.0 / ((high - low) * (beyond - low))});
+  }
+  per_ = static_cast<double>(last) / (ends_.back() - ends_.front());
+}
+
+double Bend::nearness(std::size_t i, std::size_t j) const {
+  // A cell itself is longer by its stretch one way.
+  if (i == j) return 1.0 / std::sqrt(stretches[i]);
+  double along[3], chord = 0.0, out = 0.0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    along[k] = positions[3 * i + k] - positions[3 * j + k];
+    chord += along[k] * along[k];
+    out += along[k] * normal[k];
+  }
+  return std::sqrt(std::max(chord - out * out, 0.0) / chord);
+}
 
 std::size_t QuadraticSplines::at(double place, double* values) const {
-  const auto after = std::upper_bound(ends_.begin() + 1, ends_.end() - 1, place);
-  const auto piece = static_cast<std::size_t>(after - ends_.begin()) - 1, last = ends_.size() - 1;
-  const double low = ends_[piece], high = ends_[piece + 1];
-  const double before = ends_[piece > 0 ? piece - 1 : 0], beyond = ends_[std::min(piece + 2, last)];
-  // De Boor's recurrence, with the outermost ends counted three times.
-  values[0] = (high - place) * (high - place) / ((high - low) * (high - before));
-  values[2] = (place - low) * (place - low) / ((high - low) * (beyond - low));
+  // Pieces are about as long as each other: the right one is next to where it would be if they were.
+  const double about = (place - ends_.front()) * per_, most = static_cast<double>(pieces_.size() - 1);
+  std::size_t number = about > 0.0 ? static_cast<std::size_t>(std::min(about, most)) : 0;
+  while (number > 0 && place < ends_[number]) --number;
+  while (number + 1 < pieces_.size() && place >= ends_[number + 1]) ++number;
+  const Piece& piece = pieces_[number];
+  values[0] = (piece.high - place) * (piece.high - place) * piece.falling;
+  values[2] = (place - piece.low) * (place - piece.low) * piece.rising;
   values[1] = 1.0 - values[0] - values[2];
-  return piece;
+  return number;
 }
 
 SurfaceCompliance::SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder)
@@ -85,37 +116,38 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
     first = std::min(first, window.row);
     last = std::max(last, window.row + window.rows);
   }
-  const std::size_t begin = first * columns, size = (last - first) * columns;
+  // From a whole vector on, so that none straddles two lines of the cache.
+  const std::size_t begin = first * columns / kWhole * kWhole, size = last * columns - begin;
   Matrix &through = workspace.through, &transposed = workspace.transposed;
   through.resize(cells, size);
-  const auto lines = [&](const Window& window, const auto& line_of) {
-    workspace.lines.clear();
-    for (std::size_t row = window.row; row < window.row + window.rows; ++row) {
-      for (std::size_t column = window.column; column < window.column + window.columns; ++column) {
-        workspace.lines.push_back(line_of(row * columns + column));
-      }
+  // Panel by panel: what of all splines lies in one stays in the first-level cache while all cells go by.
+  for (std::size_t from = 0; from < size; from += kPanel) {
+    const std::size_t count = std::min(kPanel, size - from);
+    for (std::size_t i = 0; i < cells; ++i) {
+      const Window& window = workspace.windows[i];
+      const double* lines = remainder + (window.row * columns + window.column) * stride + begin + from;
+      kernels().add_window(lines, window.rows, columns * stride, window.columns, stride,
+                           workspace.values.data() + window.first, count, true, through[i] + from);
     }
-    return workspace.lines.size();
-  };
-  for (std::size_t i = 0; i < cells; ++i) {
-    const Window& window = workspace.windows[i];
-    const std::size_t count = lines(window, [&](std::size_t p) { return remainder + p * stride + begin; });
-    std::fill(through[i], through[i] + size, 0.0);
-    kernels().add_double(workspace.lines.data(), workspace.values.data() + window.first, count, size, through[i]);
   }
   transpose(through, transposed);
-  for (std::size_t j = 0; j < cells; ++j) {
-    const Window& window = workspace.windows[j];
-    const std::size_t from = upper ? j : 0;
-    const std::size_t count = lines(window, [&](std::size_t p) { return transposed[p - begin] + from; });
-    kernels().add_double(workspace.lines.data(), workspace.values.data() + window.first, count, cells - from,
-                         block + j * block_stride + from);
+  const std::size_t row = transposed.stride();
+  for (std::size_t from = 0; from < cells; from += kPanel) {
+    const std::size_t end = std::min(from + kPanel, cells);
+    for (std::size_t j = 0; j < (upper ? end : cells); ++j) {
+      const Window& window = workspace.windows[j];
+      const std::size_t start = upper ? std::max(from, j / kWhole * kWhole) : from;
+      const double* lines = transposed.data() + (window.row * columns + window.column - begin) * row + start;
+      kernels().add_window(lines, window.rows, columns * row, window.columns, row,
+                           workspace.values.data() + window.first, end - start, false,
+                           block + j * block_stride + start);
+    }
   }
 }
 
 void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const double* areas, std::size_t cells,
                                const double* inverse_distance, double scale, Workspace& workspace,
-                               Matrix& compliance) const {
+                               Matrix& compliance, const Bend* bend) const {
   weigh(points, per_cell, cells, workspace);
   compliance.resize(cells, cells);
   std::vector<double>& inverse_areas = workspace.smooth;
@@ -127,14 +159,18 @@ void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const
     const double* near = inverse_distance + i * cells;
     double* row = compliance[i];
     for (std::size_t j = i; j < cells; ++j) row[j] = own * near[j] * inverse_areas[j];
+    for (std::size_t j = i; bend != nullptr && j < cells; ++j) row[j] *= bend->nearness(i, j);
   }
   add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
+  for (std::size_t i = 0; bend != nullptr && i < cells; ++i) {
+    for (std::size_t j = i; j < cells; ++j) compliance[i][j] *= bend->stretches[i] * bend->stretches[j];
+  }
   mirror_upper(compliance);
 }
 
 void SurfaceCompliance::full(const double* centroids, const double* areas, std::size_t cells,
                              const double* inverse_distance, const ShearIntegrals& integrals, double cosine,
-                             double sine, Workspace& workspace, Matrix& compliance) const {
+                             double sine, Workspace& workspace, Matrix& compliance, const Bend* bend) const {
   weigh(centroids, 1, cells, workspace);
   compliance.resize(3 * cells, 3 * cells);
   // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
@@ -144,7 +180,8 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
     double *x = compliance[i], *y = compliance[cells + i], *z = compliance[2 * cells + i];
     for (std::size_t j = 0; j < cells; ++j) {
       const std::size_t at = i * cells + j;
-      const double per_area = factor_ / (areas[i] * areas[j]), distance = inverse_distance[at];
+      const double nearer = bend == nullptr ? 1.0 : bend->nearness(i, j);
+      const double per_area = nearer * factor_ / (areas[i] * areas[j]), distance = inverse_distance[at];
       const double xx = cc * integrals.xx[at] - 2.0 * cs * integrals.xy[at] + ss * integrals.yy[at];
       const double yy = ss * integrals.xx[at] + 2.0 * cs * integrals.xy[at] + cc * integrals.yy[at];
       const double xy = cs * (integrals.xx[at] - integrals.yy[at]) + (cc - ss) * integrals.xy[at];
@@ -166,12 +203,18 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
                     compliance[a * cells] + b * cells, compliance.stride());
     }
   }
+  for (std::size_t i = 0; bend != nullptr && i < cells; ++i) {
+    for (std::size_t j = 0; j < cells; ++j) {
+      compliance[2 * cells + i][2 * cells + j] *= bend->stretches[i] * bend->stretches[j];
+      for (std::size_t a = 0; a < 2; ++a) compliance[a * cells + i][2 * cells + j] *= bend->stretches[j];
+    }
+  }
   mirror_upper(compliance);
 }
 
 void SurfaceCompliance::add_sinking(const double* points, std::size_t count, const double* centroids,
                                     const double* areas, const double* forces, std::size_t cells, Workspace& workspace,
-                                    double* sunk) const {
+                                    double* sunk, const Bend* bent, const Bend* pressed) const {
   // The mean of 1/r over a square of side s from its middle is 4 ln(1 + sqrt 2) / s.
   const double own = 4.0 * std::log(1.0 + std::sqrt(2.0));
   constexpr std::size_t kOver = QuadraticSplines::kOver;
@@ -186,7 +229,7 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
     }
   };
   for (std::size_t j = 0; j < cells; ++j) {
-    const double force = forces[j];
+    const double force = pressed == nullptr ? forces[j] : forces[j] * pressed->stretches[j];
     over_splines(centroids + 2 * j, [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
   }
   for (std::size_t p = 0; p < splines(); ++p) {
@@ -196,10 +239,13 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
     double sum = 0.0;
     for (std::size_t j = 0; j < cells; ++j) {
       const double x = points[2 * i] - centroids[2 * j], y = points[2 * i + 1] - centroids[2 * j + 1];
-      sum += forces[j] / std::sqrt(x * x + y * y + areas[j] / (own * own));
+      const double z = bent == nullptr ? 0.0 : bent->positions[3 * i + 2] - pressed->positions[3 * j + 2];
+      const double force = pressed == nullptr ? forces[j] : forces[j] * pressed->stretches[j];
+      sum += force / std::sqrt(x * x + y * y + z * z + areas[j] / (own * own));
     }
-    sunk[i] += factor_ * sum;
-    over_splines(points + 2 * i, [&](std::size_t p, double value) { sunk[i] += value * workspace.smooth[p]; });
+    double sinks = factor_ * sum;
+    over_splines(points + 2 * i, [&](std::size_t p, double value) { sinks += value * workspace.smooth[p]; });
+    sunk[i] += bent == nullptr ? sinks : sinks * bent->stretches[i];
   }
 }
 

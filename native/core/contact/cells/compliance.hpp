@@ -16,7 +16,7 @@ class QuadraticSplines {
   static constexpr std::size_t kOver = 3;
 
   // `ends`: of the pieces, ascending [m]. Beyond the first and the last the outermost pieces go on.
-  explicit QuadraticSplines(std::vector<double> ends) : ends_(std::move(ends)) {}
+  explicit QuadraticSplines(std::vector<double> ends);
 
   std::size_t count() const { return ends_.size() + 1; }
   // The first of the splines that are not zero at a place, and their values.
@@ -24,6 +24,20 @@ class QuadraticSplines {
 
  private:
   std::vector<double> ends_;
+  struct Piece {
+    double low, high, falling, rising;  // what squares of the distance to its ends are multiplied by
+  };
+  std::vector<Piece> pieces_;
+  double per_ = 0.0;  // pieces per length, on the average [1/m]
+};
+
+// Cells on a curved surface: their places (cells, 3) [m] in the pad frame, and how much longer the way along the normal (3)
+// of the plane they were cut in is than along a cell's own (cells). Forces and displacements are counted along the former.
+struct Bend {
+  const double *positions, *stretches, *normal;
+
+  // Distance of two cells in the plane with that normal over their distance on the surface.
+  double nearness(std::size_t i, std::size_t j) const;
 };
 
 // Normal compliance of one pad's surface between any contact cells.
@@ -61,27 +75,29 @@ class SurfaceCompliance {
     std::vector<Window> windows;
     std::vector<Place> places;
     std::vector<double> values, coefficients, smooth;
-    std::vector<const double*> lines;
     Matrix through, transposed;
   };
 
   // Mean normal displacement of each cell per normal force on each cell [m/N].
   // `points` (cells, per_cell, 2) [m]: whose mean stands for each cell; `areas` (cells) [m^2]; `inverse_distance`:
   // integrals of 1/r over pairs of cells of the same shape elsewhere [m^3], (cells, cells), to be multiplied by
-  // `scale`^3.
+  // `scale`^3. Of cells on a curved surface, `bend` tells of them what their plane does not.
   void normal(const double* points, std::size_t per_cell, const double* areas, std::size_t cells,
-              const double* inverse_distance, double scale, Workspace& workspace, Matrix& compliance) const;
+              const double* inverse_distance, double scale, Workspace& workspace, Matrix& compliance,
+              const Bend* bend = nullptr) const;
 
   // How far points (count, 2) [m] go down under normal forces [N] on other cells, added to `sunk` [m]: point forces, but
-  // for the mean over a square cell at its own middle.
+  // for the mean over a square cell at its own middle. On a curved surface, `bent` and `pressed` tell of both what their
+  // places on the pad do not.
   void add_sinking(const double* points, std::size_t count, const double* centroids, const double* areas,
-                   const double* forces, std::size_t cells, Workspace& workspace, double* sunk) const;
+                   const double* forces, std::size_t cells, Workspace& workspace, double* sunk,
+                   const Bend* bent = nullptr, const Bend* pressed = nullptr) const;
 
   // Mean displacement of each cell per force on each cell, (component, cell) by (component, cell) [m/N], whole; pad
   // frame, z out of the pad. `integrals`: of the same cells, turned by an angle of this cosine and sine.
   void full(const double* centroids, const double* areas, std::size_t cells, const double* inverse_distance,
-            const ShearIntegrals& integrals, double cosine, double sine, Workspace& workspace,
-            Matrix& compliance) const;
+            const ShearIntegrals& integrals, double cosine, double sine, Workspace& workspace, Matrix& compliance,
+            const Bend* bend = nullptr) const;
 
  private:
   // Mean splines over each cell.

@@ -51,45 +51,41 @@ double parallel_integral(const CellRectangle& a, const CellRectangle& b) {
 // Middles of equal parts of two rectangles, small enough to stand for them where they are near to each other.
 struct Parts {
   Parts(const CellRectangle& a, const CellRectangle& b) {
-    const double least = std::min({a.sides[0], a.sides[1], b.sides[0], b.sides[1]});
+    const double least = std::min({a.sides[0], a.sides[1], b.sides[0], b.sides[1]}), per = 2.0 / least;
     double size = 0.0;  // of the larger ones
     for (int k = 0; k < 2; ++k) {
       const CellRectangle& one = k == 0 ? a : b;
       int along[2];
+      double from[2], step[2];
       for (int i = 0; i < 2; ++i) {
-        const double parts = std::max(std::ceil(2.0 * one.sides[i] / least - 1e-6), 2.0);
-        along[i] = static_cast<int>(std::min(parts, double{kMostParts}));
+        const double parts = std::min(std::max(std::ceil(one.sides[i] * per - 1e-6), 2.0), double{kMostParts});
+        along[i] = static_cast<int>(parts);
+        step[i] = one.sides[i] / parts;
+        from[i] = (step[i] - one.sides[i]) / 2;
       }
       for (int i = 0; i < along[0]; ++i) {
+        const double u = from[0] + i * step[0];
         for (int j = 0; j < along[1]; ++j) {
-          const double u = one.sides[0] * ((i + 0.5) / along[0] - 0.5), v = one.sides[1] * ((j + 0.5) / along[1] - 0.5);
-          points[k][counts[k]++] = {one.middle.x + one.cosine * u - one.sine * v,
-                                    one.middle.y + one.sine * u + one.cosine * v};
+          const double v = from[1] + j * step[1];
+          x[k][counts[k]] = one.middle.x + one.cosine * u - one.sine * v;
+          y[k][counts[k]++] = one.middle.y + one.sine * u + one.cosine * v;
         }
       }
-      size = std::max(size, one.area / counts[k]);
+      size = std::max(size, step[0] * step[1]);
     }
     softened = size / (kOwn * kOwn);
   }
 
-  Point points[2][kMostParts * kMostParts];
+  double x[2][kMostParts * kMostParts], y[2][kMostParts * kMostParts];
   int counts[2] = {0, 0};
   double softened;   // the least square of a distance
 };
 
 double near_integral(const CellRectangle& a, const CellRectangle& b) {
   const Parts parts(a, b);
-  double squares[kMostParts * kMostParts * kMostParts * kMostParts], sum = 0.0;
-  std::size_t count = 0;
-  for (int i = 0; i < parts.counts[0]; ++i) {
-    for (int j = 0; j < parts.counts[1]; ++j) {
-      const double x = parts.points[1][j].x - parts.points[0][i].x, y = parts.points[1][j].y - parts.points[0][i].y;
-      squares[count++] = std::max(x * x + y * y, parts.softened);
-    }
-  }
-  kernels().inverse_roots(squares, count);
-  for (std::size_t k = 0; k < count; ++k) sum += squares[k];
-  return a.area * b.area * sum / (parts.counts[0] * parts.counts[1]);
+  const auto own = static_cast<std::size_t>(parts.counts[0]), other = static_cast<std::size_t>(parts.counts[1]);
+  const double sum = kernels().sum_inverse_distances(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other, parts.softened);
+  return a.area * b.area * sum / static_cast<double>(own * other);
 }
 
 void add_shear(double x, double y, double square, PairShear& sum) {
@@ -124,7 +120,7 @@ PairShear shear_integrals(const CellRectangle& a, const CellRectangle& b) {
     const Parts parts(a, b);
     for (int i = 0; i < parts.counts[0]; ++i) {
       for (int j = 0; j < parts.counts[1]; ++j) {
-        const double x = parts.points[0][i].x - parts.points[1][j].x, y = parts.points[0][i].y - parts.points[1][j].y;
+        const double x = parts.x[0][i] - parts.x[1][j], y = parts.y[0][i] - parts.y[1][j];
         add_shear(x, y, std::max(x * x + y * y, parts.softened), sum);
       }
     }
@@ -133,8 +129,10 @@ PairShear shear_integrals(const CellRectangle& a, const CellRectangle& b) {
   return {weight * sum.xx, weight * sum.xy, weight * sum.yy, weight * sum.along, weight * sum.across};
 }
 
-void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,
-                                std::vector<double>& table) {
+namespace {
+
+// As inverse_distance_by_offset() wants it, anew.
+void find_by_offset(std::size_t columns, std::size_t rows, double width, double height, std::vector<double>& table) {
   constexpr double kSecondDifference[3] = {1.0, -2.0, 1.0};
   const double sides[2] = {width, height}, away = kFarInLattice * std::max(width, height);
   const CellRectangle first({0.0, 0.0}, 1.0, 0.0, sides);
@@ -163,6 +161,48 @@ void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double wi
           entry += kSecondDifference[i] * kSecondDifference[j] * values[(row + j) * across + column + i];
         }
       }
+    }
+  }
+}
+
+// Lattices are alike but for their size: how many times cells are longer than wide is a power of two for most. Tables of
+// unit cells up to some offset, found once.
+class UnitTables {
+ public:
+  static constexpr std::size_t kMost = 48;
+  static constexpr int kStretches = 6;
+
+  UnitTables() {
+    for (int power = 0; power < kStretches; ++power) {
+      find_by_offset(kMost, kMost, 1.0, std::ldexp(1.0, -power), tables_[power]);
+    }
+  }
+  // Null where there is none.
+  const double* of(std::size_t columns, std::size_t rows, double width, double height) const {
+    int power;
+    if (columns > kMost || rows > kMost || std::frexp(width / height, &power) != 0.5 || power < 1) return nullptr;
+    return power <= kStretches ? tables_[power - 1].data() : nullptr;
+  }
+
+ private:
+  std::vector<double> tables_[kStretches];
+};
+
+}  // namespace
+
+void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,
+                                std::vector<double>& table) {
+  static const UnitTables units;
+  const double* unit = units.of(columns, rows, width, height);
+  if (unit == nullptr) {
+    find_by_offset(columns, rows, width, height, table);
+    return;
+  }
+  const double cube = width * width * width;
+  table.resize(columns * rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      table[row * columns + column] = cube * unit[row * UnitTables::kMost + column];
     }
   }
 }

@@ -30,14 +30,14 @@ void shear_modes(const Point& at, double modes[2][3]) {
 }  // namespace
 
 void CellContact::place(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
-                        const LawOptions& options, Workspace& workspace) {
+                        const LawOptions& options, Workspace& workspace, const BentCells* bent) {
   const std::size_t cells = face.cells();
   placement_ = placement;
   tilting_ = (options.tilting || !options.law->shapes()) && cells >= 3;
   workspace.placed.resize(2 * cells);
   centre_ = {0.0, 0.0};
   for (std::size_t i = 0; i < cells; ++i) {
-    const Point at = placement(face.centroids[i]);
+    const Point at = bent == nullptr ? placement(face.centroids[i]) : Point{bent->levers()[2 * i], bent->levers()[2 * i + 1]};
     workspace.placed[2 * i] = at.x;
     workspace.placed[2 * i + 1] = at.y;
     centre_.x += at.x / static_cast<double>(cells);
@@ -62,6 +62,12 @@ void CellContact::place(const Face& face, const Placement& placement, const Surf
       }
     }
     found_.contact.forget();
+    if (bent != nullptr) {
+      const Bend bend = bent->bend();
+      compliance.normal(bent->on_pad().data(), 1, face.areas.data(), cells, face.inverse_distance.data(), 1.0,
+                        workspace.compliance, workspace.matrix, &bend);
+      return;
+    }
     compliance.normal(spread ? workspace.quadrature.data() : workspace.placed.data(),
                       spread ? face.quadrature.size() / cells : 1, face.areas.data(), cells,
                       face.inverse_distance.data(), 1.0, workspace.compliance, workspace.matrix);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/cells/bent_cells.hpp"
 #include "contact/laws/contact_law.hpp"
 #include "contact/laws/surface_shear.hpp"
 #include "influence/surface_grid.hpp"
@@ -40,9 +41,9 @@ class CellContact {
     std::vector<Point> points;
   };
 
-  // Place cells on the pad; press() follows, as often as wanted.
+  // Place cells on the pad; press() follows, as often as wanted. `bent`: how they lie on a curved pad, null on a flat one.
   void place(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
-             const LawOptions& options, Workspace& workspace);
+             const LawOptions& options, Workspace& workspace, const BentCells* bent = nullptr);
   // Find the pressed cells under a wrench (force [N], moment about the pad's origin [N m]), whose force presses.
   // `heights`: of the body above each cell at first touch, null for a flat face; `start`: cells likely pressed, null for
   // all. Where no contact is found, or none without more pressure than the pad's strength, the cells nearest to where

@@ -4,24 +4,23 @@ What a patch of traction does close to itself is the response of a half space, k
 the sheet adds, its thickness, layers and free sides, varies slowly and is resolved by a coarse mesh. The compliance
 between cells is therefore the half space's plus a smooth remainder: the finite elements' response minus the half
 space's, averaged over coarse patches and interpolated by splines that keep these averages.
+
+On a curved pad forces and displacements are those along each patch's own axes, and the half space is that of the
+tangent plane: what its curvature does is bounded as well, and belongs to the remainder.
 """
 
 from __future__ import annotations
 
-import ctypes
 import weakref
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
-from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
+from mjtactile.contact.cells.half_space import bent_responses, flat_responses
 from mjtactile.fem.line import Line
-from mjtactile.fem.stiffness import PARITIES, free_in_plane
 from mjtactile.fem.symmetry import fold_forces
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.table import table_name
@@ -34,42 +33,6 @@ _LEAST_PATCHES = 6
 _THIN_LAYER = 0.5
 
 
-class HalfSpaceIntegrals(NamedTuple):
-    """Integrals over pairs of cells (cells, cells) [m^3], r and (x, y) from a point of the second to one of the first.
-
-    Attributes:
-        inverse_distance: of 1/r.
-        xx: of y^2/r^3.
-        xy: of -x y/r^3.
-        yy: of x^2/r^3.
-        along: of x/r^2.
-        across: of y/r^2.
-    """
-
-    inverse_distance: Array
-    xx: Array
-    xy: Array
-    yy: Array
-    along: Array
-    across: Array
-
-
-def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> HalfSpaceIntegrals:
-    """Integrals of a half space's response over pairs of cells.
-
-    Args:
-        edges: between cells, each once, (edges, 2 ends, 2) [m].
-        sides: cells to the left and right of each, (edges, 2); -1 for none.
-        cells: their number.
-    """
-    edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
-    integrals = np.empty((len(HalfSpaceIntegrals._fields), cells, cells))
-    library().mjt_half_space(
-        ctypes.c_size_t(cells), ctypes.c_size_t(len(edges)), pointer(edges), pointer(sides), pointer(integrals)
-    )
-    return HalfSpaceIntegrals(*integrals)
-
-
 @dataclass(frozen=True, eq=False)
 class SurfaceCompliance:
     """Compliance of one pad's surface between any contact cells; make it with `surface_compliance`.
@@ -77,7 +40,8 @@ class SurfaceCompliance:
     Attributes:
         normal_factor: of the half space, (1 - nu) / (2 pi G) [1/Pa].
         poisson: Poisson ratio of the half space [-].
-        remainder: sheet minus half space between coarse patches, (3, patches, 3, patches) [m/N]; patches by row.
+        remainder: sheet minus half space between coarse patches, (3, patches, 3, patches) [m/N]; patches by row,
+            components along the surface above x, across it, and along its normal, see `Surface.frames`.
         lines: patch ends along x and y [m].
     """
 
@@ -119,13 +83,12 @@ def _make_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
     widest = top.thickness if len(influence.pad.layers) > 1 else np.inf
     lines = _patch_ends(grid.x, widest), _patch_ends(grid.y, widest)
     sheet = _sheet_compliance(influence, lines)
-    areas = np.outer(np.diff(lines[1]), np.diff(lines[0])).ravel()
-    integrals = half_space(*_patch_edges(*lines), len(areas))
+    responses = flat_responses(*lines) if grid.outer.is_flat else bent_responses(*lines, grid.outer)
     factor = (1 - top.poisson) / (2 * np.pi * top.shear_modulus)
     if top.thickness < _THIN_LAYER * min(np.diff(line).min() for line in lines):
         shape = len(lines[1]) - 1, len(lines[0]) - 1
-        factor = _felt_factor(sheet[2, :, 2], integrals.inverse_distance, areas, shape)
-    remainder = sheet - _half_space_compliance(factor, top.poisson, integrals, areas)
+        factor = _felt_factor(sheet[2, :, 2], responses.inverse_distance, shape)
+    remainder = sheet - responses.compliance(factor, top.poisson)
     return SurfaceCompliance(factor, top.poisson, remainder, lines)
 
 
@@ -143,16 +106,14 @@ def _patch_ends(line: Line, widest: float) -> Array:
 
 def _sheet_compliance(influence: InfluenceMatrices, lines: tuple[Array, Array]) -> Array:
     """Finite-element compliance between patches under constant traction, (3, patches, 3, patches) [m/N]."""
-    grid, quarter = influence.surface, influence.mesh.quarter()
+    grid = influence.surface
     shares_x, shares_y = _nodal_shares(grid.x, lines[0]), _nodal_shares(grid.y, lines[1])
     nodal = np.einsum("ky,lx->klyx", shares_y, shares_x).reshape(-1, *grid.node_shape)
-    forces = np.zeros((3, len(nodal), *grid.node_shape, 3))
-    for component in range(3):
-        forces[component, ..., component] = nodal
+    axes = grid.outer.frames(*np.meshgrid(grid.x.nodes, grid.y.nodes))
+    forces = np.einsum("pyx,yxac->apyxc", nodal, axes)
     total = 0.0
-    for parity in PARITIES:
-        columns = free_in_plane(quarter, parity)
-        folded = fold_forces(forces, parity).reshape(3 * len(nodal), -1)[:, columns.ravel()]
+    for parity, columns in zip(influence.mirrors.classes, influence.free, strict=True):
+        folded = fold_forces(forces, parity).reshape(3 * len(nodal), -1)[:, columns]
         total = total + folded @ np.asarray(influence.tables[table_name("compliance", parity)]) @ folded.T
     symmetric = (np.asarray(total) + np.asarray(total).T) / 2
     return symmetric.reshape(3, len(nodal), 3, len(nodal))
@@ -167,37 +128,7 @@ def _nodal_shares(line: Line, ends: Array) -> Array:
     return shares / np.diff(ends)[:, None]
 
 
-def _half_space_compliance(factor: float, poisson: float, integrals: HalfSpaceIntegrals, areas: Array) -> Array:
-    """Mean displacement per force on a half space, (3, cells, 3, cells) [m/N], z out of the pad.
-
-    Surface response to a point force: Johnson 1985, eqs. 3.18 and 3.75 to 3.77.
-    """
-    share, slope = poisson / (1 - poisson), (1 - 2 * poisson) / (2 * (1 - poisson))
-    distance = integrals.inverse_distance
-    compliance = np.empty((3, len(areas), 3, len(areas)))
-    compliance[0, :, 0] = distance + share * integrals.yy
-    compliance[1, :, 1] = distance + share * integrals.xx
-    compliance[0, :, 1] = compliance[1, :, 0] = -share * integrals.xy
-    compliance[2, :, 2] = distance
-    compliance[0, :, 2], compliance[2, :, 0] = slope * integrals.along, -slope * integrals.along
-    compliance[1, :, 2], compliance[2, :, 1] = slope * integrals.across, -slope * integrals.across
-    return compliance * factor / (areas[:, None, None] * areas)
-
-
-def _patch_edges(x: Array, y: Array) -> tuple[Array, npt.NDArray[np.int_]]:
-    """Edges of the patches, each once, (edges, 2 ends, 2) [m], and the patches to its left and right, -1 for none."""
-    columns, rows = len(x) - 1, len(y) - 1
-    patch = np.pad(np.arange(rows * columns).reshape(rows, columns), 1, constant_values=-1)
-    along = np.meshgrid(x, y)
-    corners = np.stack(along, axis=-1)
-    level = np.stack([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2, 2)
-    upright = np.stack([corners[:-1], corners[1:]], axis=2).reshape(-1, 2, 2)
-    level_sides = np.stack([patch[1:, 1:-1], patch[:-1, 1:-1]], axis=-1).reshape(-1, 2)
-    upright_sides = np.stack([patch[1:-1, :-1], patch[1:-1, 1:]], axis=-1).reshape(-1, 2)
-    return np.concatenate([level, upright]), np.concatenate([level_sides, upright_sides])
-
-
-def _felt_factor(sheet: Array, inverse_distance: Array, areas: Array, shape: tuple[int, int]) -> float:
+def _felt_factor(sheet: Array, inverse_distance: Array, shape: tuple[int, int]) -> float:
     """Factor of the half space that gives like the sheet under a load that alternates in the middle of the surface.
 
     A skin thinner than the patches says little about how the surface gives at their distance.
@@ -208,8 +139,7 @@ def _felt_factor(sheet: Array, inverse_distance: Array, areas: Array, shape: tup
     for near_row, near_column in ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)):
         load[near_row % shape[0], near_column % shape[1]] -= 0.25
     force = load.ravel()
-    unit = inverse_distance / np.outer(areas, areas)
-    return float(force @ sheet @ force / (force @ unit @ force))
+    return float(force @ sheet @ force / (force @ inverse_distance @ force))
 
 
 def _averaging_spline(ends: Array) -> PPoly:

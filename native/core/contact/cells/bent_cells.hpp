@@ -1,0 +1,57 @@
+// Contact cells of a tangent plane laid onto the curved surface below it.
+//
+// Each cell presses along its own normal n, which leans against the plane's N by the slopes of the surface. Counted are
+// forces f along N: the force along n is f / c with c = n . N, on an area 1 / c times the cell's in the plane, so that
+// pressure is f over the cell's area as on a flat pad. What turns the body is f where the line along n through the cell
+// meets the plane; the surface gives way along n, which a body that moves along N by as much meets 1 / c later.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "contact/cells/compliance.hpp"
+#include "contact/cells/face.hpp"
+#include "geometry/tangent_plane.hpp"
+#include "influence/surface_grid.hpp"
+
+namespace mjtactile {
+
+class BentCells {
+ public:
+  struct Workspace {
+    SurfaceGrid::Workspace grid;
+    std::vector<TractionEdge> edges;
+    std::vector<double> tractions, areas;
+  };
+
+  // Lay the cells of a face, whose frame is the plane's. The plane must stay.
+  void lay(const Face& face, const TangentPlane& plane);
+
+  const TangentPlane& plane() const { return *plane_; }
+  // Of each cell: where it is on the pad (cells, 2) and in the pad frame (cells, 3) [m], where forces along N act
+  // (cells, 2) [m], slopes of the surface along U and V (cells, 2), and 1 / c (cells).
+  const std::vector<double>& on_pad() const { return on_pad_; }
+  const std::vector<double>& positions() const { return positions_; }
+  const std::vector<double>& levers() const { return levers_; }
+  const std::vector<double>& slopes() const { return slopes_; }
+  const std::vector<double>& stretches() const { return stretches_; }
+  Bend bend() const { return {positions_.data(), stretches_.data(), plane_->axes() + 6}; }
+
+  // What pressing forces f (cells) carry along the plane: forces along U and V, and the torsion about N.
+  void along_plane(const double* pressing, double* along) const;
+  // Force on a cell in the pad frame, of shear along U and V and -f.
+  void force_on(std::size_t cell, const double* force, double* on_pad) const;
+  // Nodal forces (nodes y, nodes x, 3) [N] of forces (shear along U and V, -f) on the cells (cells, 3), with a wrench (6)
+  // about the pad's origin: what rounding of cells to polygons leaves of it is spread over what is pressed. False, and
+  // the wrench becomes that of the forces, where they are too few to carry it.
+  bool nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, double* wrench,
+                    Workspace& workspace, double* nodal) const;
+
+ private:
+  bool correct(const SurfaceGrid& grid, double* wrench, double* nodal) const;
+
+  const TangentPlane* plane_ = nullptr;
+  std::vector<double> on_pad_, positions_, levers_, slopes_, stretches_, places_;
+};
+
+}  // namespace mjtactile

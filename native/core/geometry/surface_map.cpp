@@ -1,0 +1,120 @@
+#include "geometry/surface_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+// Steps of the secant method from the surface to a body above it, and the length of the last over the body's width.
+constexpr int kSteps = 6;
+constexpr double kSame = 1e-9;
+// Lines along each side on which it is looked how far a body reaches, and the margin about what they see, over it.
+constexpr int kLines = 9;
+constexpr double kMargin = 0.02;
+
+}  // namespace
+
+void SurfaceMap::place(const HeightMap& body, const TangentPlane& plane, double floor, double ceiling) {
+  body_ = &body;
+  plane_ = &plane;
+  floor_ = floor;
+  ceiling_ = ceiling;
+  const Rectangle of_body = body.bounds(), &of_pad = plane.bounds();
+  bounds_ = {std::max(of_body.west, of_pad.west), std::max(of_body.south, of_pad.south),
+             std::min(of_body.east, of_pad.east), std::min(of_body.north, of_pad.north)};
+  candidates_ = body.candidates();
+  if (bounds_.holds(0.0, 0.0)) candidates_.push_back({0.0, 0.0});   // where the force goes in
+}
+
+double SurfaceMap::over_surface(const Point& at, double height) const {
+  SeenSurface seen;
+  if (!std::isfinite(height) || !plane_->look(at.x, at.y, seen)) return kNowhere;
+  const double over = height - seen.height;
+  return over >= floor_ && over <= ceiling_ ? over : kNowhere;
+}
+
+double SurfaceMap::height(double u, double v) const { return over_surface({u, v}, body_->height(u, v)); }
+
+void SurfaceMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
+  body_->heights(points, to);
+  for (std::size_t i = 0; i < points.size(); ++i) to[i] = over_surface(points[i], to[i]);
+}
+
+void TurnedMap::place(const HeightMap& upright, const TangentPlane& plane) {
+  upright_ = &upright;
+  plane_ = &plane;
+  const Rectangle over = upright.bounds();
+  bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
+  for (int row = 0; row < kLines; ++row) {
+    for (int column = 0; column < kLines; ++column) {
+      const double x = over.west + (over.east - over.west) * column / (kLines - 1);
+      const double y = over.south + (over.north - over.south) * row / (kLines - 1);
+      const double point[3] = {x, y, plane.surface().at(x, y).z};
+      double here[3];
+      plane.into(point, here);
+      bounds_ = {std::min(bounds_.west, here[0]), std::min(bounds_.south, here[1]), std::max(bounds_.east, here[0]),
+                 std::max(bounds_.north, here[1])};
+    }
+  }
+  const double more = kMargin * std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south);
+  bounds_ = {bounds_.west - more, bounds_.south - more, bounds_.east + more, bounds_.north + more};
+}
+
+double TurnedMap::height(double u, double v) const {
+  one_.assign(1, {u, v});
+  std::vector<double> found;
+  heights(one_, found);
+  return found[0];
+}
+
+// Ask for the body's heights below where each line is looked at.
+void TurnedMap::look(const std::vector<Point>& points) const {
+  const double *origin = plane_->origin(), *axes = plane_->axes();
+  asked_.clear();
+  for (const Line& line : lines_) {
+    const Point& at = points[line.place];
+    asked_.push_back({origin[0] + at.x * axes[0] + at.y * axes[3] + line.w * axes[6],
+                      origin[1] + at.x * axes[1] + at.y * axes[4] + line.w * axes[7]});
+  }
+  upright_->heights(asked_, found_);
+}
+
+// On the line over (u, v), out from the surface, to where it is as high as the body: the secant method, begun as if the
+// body ran along the surface.
+void TurnedMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
+  const double *origin = plane_->origin(), *axes = plane_->axes();
+  to.assign(points.size(), kNowhere);
+  lines_.clear();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    SeenSurface seen;
+    if (!plane_->look(points[i].x, points[i].y, seen)) continue;
+    const SurfacePoint under = plane_->surface().at(seen.x, seen.y);
+    const double rises = axes[8] - under.slopes[0] * axes[6] - under.slopes[1] * axes[7];
+    lines_.push_back({i, seen.height, seen.height, 0.0, rises});
+  }
+  const double near = kSame * (bounds_.east - bounds_.west);
+  for (int step = 0; step < kSteps && !lines_.empty(); ++step) {
+    look(points);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      Line line = lines_[i];
+      const Point& at = points[line.place];
+      const double missed = found_[i] - (origin[2] + at.x * axes[2] + at.y * axes[5] + line.w * axes[8]);
+      if (!std::isfinite(missed)) continue;
+      const double slope = step == 0 ? line.rises : (line.missed - missed) / (line.w - line.last);
+      line.last = line.w;
+      line.missed = missed;
+      if (missed != 0.0 && std::isfinite(slope) && slope != 0.0) line.w += missed / slope;
+      if (std::abs(line.w - line.last) <= near) {
+        to[line.place] = line.w;
+        continue;
+      }
+      lines_[kept++] = line;
+    }
+    lines_.resize(kept);
+  }
+  for (const Line& line : lines_) to[line.place] = line.w;
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,205 @@
+#include "geometry/tangent_plane.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+// Steps of Newton's iteration and the length of the last over the sheet's size.
+constexpr int kSteps = 12;
+constexpr double kConverged = 1e-13;
+// What leans more than this against the plane is not seen (its cosine).
+constexpr double kSeen = 0.1;
+// Lines along each side on which it is looked how far the pad reaches, and the margin about what they see, over it.
+constexpr int kLines = 9;
+constexpr double kMargin = 0.02;
+
+double product(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+void cross(const double* a, const double* b, double* out) {
+  out[0] = a[1] * b[2] - a[2] * b[1];
+  out[1] = a[2] * b[0] - a[0] * b[2];
+  out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+}  // namespace
+
+void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
+  surface_ = &surface;
+  const SurfacePoint at = surface.at(foot.x, foot.y);
+  origin_[0] = foot.x, origin_[1] = foot.y, origin_[2] = at.z;
+  std::copy(at.slopes, at.slopes + 2, slopes_);
+  double *along = axes_, *across = axes_ + 3, *normal = axes_ + 6;
+  const double length = std::sqrt(1.0 + at.slopes[0] * at.slopes[0]);
+  along[0] = 1.0 / length, along[1] = 0.0, along[2] = at.slopes[0] / length;
+  const double upright[3] = {-at.slopes[0], -at.slopes[1], 1.0}, size = std::sqrt(product(upright, upright));
+  for (int k = 0; k < 3; ++k) normal[k] = upright[k] / size;
+  cross(normal, along, across);
+  if (surface.is_quadric()) {
+    const double* numbers = surface.numbers();
+    const double weights[3] = {numbers[0], numbers[1], 1.0 / (numbers[2] * numbers[2])};
+    const auto form = [&](const double* a, const double* b) {
+      return weights[0] * a[0] * b[0] + weights[1] * a[1] * b[1] + weights[2] * a[2] * b[2];
+    };
+    const double from_middle[3] = {origin_[0], origin_[1], origin_[2] + numbers[2]};
+    const double forms[6] = {form(along, along), form(across, across), form(normal, normal),
+                             form(along, across), form(along, normal), form(across, normal)};
+    std::copy(forms, forms + 6, forms_);
+    middle_ = form(normal, from_middle);
+  }
+  find_bounds();
+}
+
+void TangentPlane::find_bounds() {
+  const Rectangle& sheet = surface_->sheet();
+  bounds_ = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+  lowest_ = INFINITY, highest_ = -INFINITY;
+  for (int row = 0; row < kLines; ++row) {
+    for (int column = 0; column < kLines; ++column) {
+      const double x = sheet.west + (sheet.east - sheet.west) * column / (kLines - 1);
+      const double y = sheet.south + (sheet.north - sheet.south) * row / (kLines - 1);
+      const double point[3] = {x, y, surface_->at(x, y).z};
+      double here[3];
+      into(point, here);
+      bounds_ = {std::min(bounds_.west, here[0]), std::min(bounds_.south, here[1]), std::max(bounds_.east, here[0]),
+                 std::max(bounds_.north, here[1])};
+      lowest_ = std::min(lowest_, here[2]), highest_ = std::max(highest_, here[2]);
+    }
+  }
+  const double more = kMargin * std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south);
+  bounds_ = {bounds_.west - more, bounds_.south - more, bounds_.east + more, bounds_.north + more};
+  highest_ = std::max(highest_ + kMargin * (highest_ - lowest_), 0.0);
+  lowest_ -= kMargin * (highest_ - lowest_);
+}
+
+bool TangentPlane::look(double u, double v, SeenSurface& seen) const {
+  return meets(u, v, seen) && surface_->sheet().holds(seen.x, seen.y);
+}
+
+SeenSurface TangentPlane::beyond(double u, double v) const {
+  SeenSurface seen;
+  if (meets(u, v, seen)) return seen;
+  return {0.0, {0.0, 0.0}, origin_[0] + u * axes_[0] + v * axes_[3], origin_[1] + u * axes_[1] + v * axes_[4]};
+}
+
+bool TangentPlane::meets(double u, double v, SeenSurface& seen) const {
+  return surface_->is_quadric() ? look_at_quadric(u, v, seen) : look_at_patch(u, v, seen);
+}
+
+bool TangentPlane::look_at_quadric(double u, double v, SeenSurface& seen) const {
+  // On the line over (u, v): a w^2 + 2 b w + c = 0; the upper of its two meetings with the quadric.
+  const double a = forms_[2], b = middle_ + forms_[4] * u + forms_[5] * v;
+  const double c = forms_[0] * u * u + forms_[1] * v * v + 2.0 * forms_[3] * u * v;
+  const double square = b * b - a * c;
+  if (!(b > 0.0) || !(square > kSeen * kSeen * b * b)) return false;
+  const double root = std::sqrt(square), w = -c / (b + root);
+  seen.height = w;
+  seen.slopes[0] = -(forms_[4] * w + forms_[0] * u + forms_[3] * v) / root;
+  seen.slopes[1] = -(forms_[5] * w + forms_[1] * v + forms_[3] * u) / root;
+  seen.x = origin_[0] + u * axes_[0] + v * axes_[3] + w * axes_[6];
+  seen.y = origin_[1] + u * axes_[1] + v * axes_[4] + w * axes_[7];
+  return true;
+}
+
+bool TangentPlane::look_at_patch(double u, double v, SeenSurface& seen) const {
+  const Rectangle& sheet = surface_->sheet();
+  const double end = kConverged * std::max(sheet.east - sheet.west, sheet.north - sheet.south);
+  double x = origin_[0] + u * axes_[0] + v * axes_[3], y = origin_[1] + u * axes_[1] + v * axes_[4];
+  for (int step = 0; step < kSteps; ++step) {
+    const SurfacePoint at = surface_->at(x, y);
+    const double away[3] = {x - origin_[0], y - origin_[1], at.z - origin_[2]};
+    const double tangents[2][3] = {{1.0, 0.0, at.slopes[0]}, {0.0, 1.0, at.slopes[1]}};
+    const double ux = product(axes_, tangents[0]), uy = product(axes_, tangents[1]);
+    const double vx = product(axes_ + 3, tangents[0]), vy = product(axes_ + 3, tangents[1]);
+    const double turned = ux * vy - uy * vx;
+    const double upright = axes_[8] - axes_[6] * at.slopes[0] - axes_[7] * at.slopes[1];
+    if (!(upright > kSeen * std::sqrt(1.0 + at.slopes[0] * at.slopes[0] + at.slopes[1] * at.slopes[1]))) return false;
+    const double left_u = u - product(axes_, away), left_v = v - product(axes_ + 3, away);
+    const double move_x = (left_u * vy - left_v * uy) / turned, move_y = (left_v * ux - left_u * vx) / turned;
+    if (std::abs(move_x) + std::abs(move_y) <= end) {
+      const double wx = product(axes_ + 6, tangents[0]), wy = product(axes_ + 6, tangents[1]);
+      seen.height = product(axes_ + 6, away) + wx * move_x + wy * move_y;
+      seen.slopes[0] = (wx * vy - wy * vx) / turned;
+      seen.slopes[1] = (wy * ux - wx * uy) / turned;
+      seen.x = x + move_x, seen.y = y + move_y;
+      return true;
+    }
+    x += move_x, y += move_y;
+  }
+  return false;
+}
+
+void TangentPlane::into(const double* point, double* here) const {
+  const double away[3] = {point[0] - origin_[0], point[1] - origin_[1], point[2] - origin_[2]};
+  turn_into(away, here);
+}
+
+void TangentPlane::out_of(const double* here, double* point) const {
+  turn_out_of(here, point);
+  for (int k = 0; k < 3; ++k) point[k] += origin_[k];
+}
+
+void TangentPlane::turn_into(const double* vector, double* here) const {
+  for (int k = 0; k < 3; ++k) here[k] = product(axes_ + 3 * k, vector);
+}
+
+void TangentPlane::turn_out_of(const double* here, double* vector) const {
+  for (int k = 0; k < 3; ++k) vector[k] = axes_[k] * here[0] + axes_[3 + k] * here[1] + axes_[6 + k] * here[2];
+}
+
+Pose TangentPlane::into(const Pose& pose) const {
+  Pose here;
+  into(pose.position, here.position);
+  for (int j = 0; j < 3; ++j) {
+    const double column[3] = {pose.rotation[j], pose.rotation[3 + j], pose.rotation[6 + j]};
+    double turned[3];
+    turn_into(column, turned);
+    for (int i = 0; i < 3; ++i) here.rotation[3 * i + j] = turned[i];
+  }
+  return here;
+}
+
+void TangentPlane::wrench_into(const double* wrench, double* here) const {
+  double moved[3], arm[3];
+  cross(origin_, wrench, arm);
+  for (int k = 0; k < 3; ++k) moved[k] = wrench[3 + k] - arm[k];
+  turn_into(wrench, here);
+  turn_into(moved, here + 3);
+}
+
+void TangentPlane::wrench_out_of(const double* here, double* wrench) const {
+  double arm[3];
+  turn_out_of(here, wrench);
+  turn_out_of(here + 3, wrench + 3);
+  cross(origin_, wrench, arm);
+  for (int k = 0; k < 3; ++k) wrench[3 + k] += arm[k];
+}
+
+bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre) {
+  const Rectangle& sheet = surface.sheet();
+  const double force = std::sqrt(product(wrench, wrench)), size = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
+  const Point middle = {(sheet.west + sheet.east) / 2, (sheet.south + sheet.north) / 2};
+  if (!(force > 0.0)) return false;
+  double along[3], nearest[3];   // the line's direction, and its point nearest to the origin
+  for (int k = 0; k < 3; ++k) along[k] = wrench[k] / force;
+  cross(wrench, wrench + 3, nearest);
+  for (double& one : nearest) one /= force * force;
+  // From outside, where the line is above a convex surface, Newton's iteration runs to where it goes in and never past.
+  double at = -(along[0] * (nearest[0] - middle.x) + along[1] * (nearest[1] - middle.y) + along[2] * nearest[2]) - size;
+  for (int step = 0; step < 4 * kSteps; ++step) {
+    const double x = nearest[0] + at * along[0], y = nearest[1] + at * along[1];
+    const SurfacePoint under = surface.at(x, y);
+    const double above = nearest[2] + at * along[2] - under.z;
+    const double closing = along[2] - under.slopes[0] * along[0] - under.slopes[1] * along[1];
+    if (!(closing < 0.0)) return false;
+    const double move = -above / closing;
+    at += std::min(std::max(move, -size), size);
+    if (std::abs(move) <= kConverged * size) break;
+  }
+  const double x = nearest[0] + at * along[0], y = nearest[1] + at * along[1];
+  centre = {std::min(std::max(x, sheet.west), sheet.east), std::min(std::max(y, sheet.south), sheet.north)};
+  return true;
+}
+
+}  // namespace mjtactile

@@ -1,0 +1,63 @@
+// A curved pad's surface seen along its normal at one of its points: the plane in which a contact there is solved.
+//
+// Coordinates (u, v) run along the plane and w out of the pad, from the point. U is the tangent above the pad's x axis.
+#pragma once
+
+#include "geometry/outer_surface.hpp"
+#include "geometry/pose.hpp"
+
+namespace mjtactile {
+
+// The surface over a point of the plane.
+struct SeenSurface {
+  double height;      // w [m]
+  double slopes[2];   // of w along u and v [-]
+  double x, y;        // where that is on the pad [m]
+};
+
+class TangentPlane {
+ public:
+  // Touch a surface above a point of the pad's plane.
+  void touch(const OuterSurface& surface, const Point& foot);
+
+  // The surface over (u, v); false where it is not seen from the plane, or is not the pad's.
+  bool look(double u, double v, SeenSurface& seen) const;
+  // The same beyond the pad's edge as well; where nothing is seen the plane itself stands in.
+  SeenSurface beyond(double u, double v) const;
+  // The part of the plane over which the pad is, and the least and largest height of it there.
+  const Rectangle& bounds() const { return bounds_; }
+  double lowest() const { return lowest_; }
+  double highest() const { return highest_; }
+  const OuterSurface& surface() const { return *surface_; }
+
+  // Between the pad frame and this one: points, vectors, poses and wrenches, those about the origin of each frame.
+  void into(const double* point, double* here) const;
+  void out_of(const double* here, double* point) const;
+  void turn_into(const double* vector, double* here) const;
+  void turn_out_of(const double* here, double* vector) const;
+  Pose into(const Pose& pose) const;
+  void wrench_into(const double* wrench, double* here) const;
+  void wrench_out_of(const double* here, double* wrench) const;
+  // Where the plane lies: rows are the axes U, V and N.
+  const double* axes() const { return axes_; }
+  const double* origin() const { return origin_; }
+
+ private:
+  bool meets(double u, double v, SeenSurface& seen) const;
+  bool look_at_quadric(double u, double v, SeenSurface& seen) const;
+  bool look_at_patch(double u, double v, SeenSurface& seen) const;
+  void find_bounds();
+
+  const OuterSurface* surface_ = nullptr;
+  double origin_[3] = {}, axes_[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  double forms_[6] = {}, middle_ = 0.0;   // of a quadric: (U U, V V, N N, U V, U N, V N), and N with its middle
+  double slopes_[2] = {};                 // of the surface where it is touched, along x and y
+  Rectangle bounds_ = {};
+  double lowest_ = 0.0, highest_ = 0.0;
+};
+
+// Where the line of a wrench (6), about the pad's origin, goes into a surface: the point of the pad's plane below, or the
+// nearest that the pad has. False where it does not go in.
+bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre);
+
+}  // namespace mjtactile
