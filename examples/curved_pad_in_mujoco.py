@@ -31,20 +31,19 @@ pad = mjtactile.Pad(
 )
 spec = mujoco.MjSpec.from_string(MY_FINGER)
 # The finger touches with its lower end: turned by 180 degrees about x, the pad's z axis looks down.
-mjtactile.attach_pad(
-    spec, body="finger", name="tip", pos=(0, 0, -0.019), quat=(0, 1, 0, 0), pad=pad, output="von_mises wrench"
-)
+place = {"body": "finger", "pos": (0, 0, -0.019), "quat": (0, 1, 0, 0)}
+mjtactile.attach_pad(spec, name="tip", **place, pad=pad, fidelity="fast", output="von_mises wrench")
 model = spec.compile()
 mjtactile.preview_pad(model, "tip", "curved_pad_in_mujoco.png")
 
 data = mujoco.MjData(model)
-data.actuator("lower").ctrl = 0.3  # newtons
+data.actuator("lower").ctrl = 0.15  # newtons
 for angle in (0.0, 10.0, 20.0):
     data.actuator("roll").ctrl = np.radians(angle)
     mujoco.mj_step(model, data, 500)
     readings, wrench = np.split(data.sensor("tip").data, [81])
     row, column = np.unravel_index(readings.argmax(), (9, 9))
     print(
-        f"rolled by {np.degrees(data.joint('roll').qpos[0]):.0f} degrees: {np.linalg.norm(wrench[:3]):.3f} N, highest "
+        f"rolled by {abs(np.degrees(data.joint('roll').qpos[0])):.0f} degrees: {np.linalg.norm(wrench[:3]):.3f} N, highest "
         f"reading {readings.max() / 1e3:.1f} kPa at x = {pad.grid.x[column] * 1e3:.1f} mm"
     )
