@@ -43,7 +43,8 @@ for angle in (0.0, 10.0, 20.0):
     mujoco.mj_step(model, data, 500)
     readings, wrench = np.split(data.sensor("tip").data, [81])
     row, column = np.unravel_index(readings.argmax(), (9, 9))
+    rolled, force = abs(np.degrees(data.joint("roll").qpos[0])), np.linalg.norm(wrench[:3])
     print(
-        f"rolled by {abs(np.degrees(data.joint('roll').qpos[0])):.0f} degrees: {np.linalg.norm(wrench[:3]):.3f} N, highest "
-        f"reading {readings.max() / 1e3:.1f} kPa at x = {pad.grid.x[column] * 1e3:.1f} mm"
+        f"rolled by {rolled:.0f} degrees: {force:.3f} N, highest reading {readings.max() / 1e3:.1f} kPa at "
+        f"x = {pad.grid.x[column] * 1e3:.1f} mm"
     )
