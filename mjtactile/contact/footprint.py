@@ -176,7 +176,7 @@ class Footprint:
         else:
             height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
             height = height if height <= self.reach else math.inf
-        if self.bounded and not shapely.intersects_xy(self.outline, x, y):
+        if (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
             return math.inf
         return height
 
