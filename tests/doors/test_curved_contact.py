@@ -178,6 +178,20 @@ def test_heat_maps_lie_on_the_surface():
         np.testing.assert_allclose(turn.T @ tile.mat[:, 2], pad.surface.normals(*point[:2]), atol=1e-4)
 
 
+def test_the_live_view_shows_a_moment_of_a_curved_pad():
+    from mjtactile.view.frame import pads_of, take_frame
+    from mjtactile.view.heat_map import heat_map, heat_map_html
+
+    pad = BULGES["dome"]
+    model, data = ball_over(attached(pad), "t", pad, (2e-3, 0.0), 0.2)
+    shown = take_frame(data, pads_of(model)).pads["t"]
+    np.testing.assert_allclose(shown.position, data.site("t_surface").xpos, atol=1e-12)
+    middle = shown.outline.mean(axis=(0, 1))
+    assert np.hypot(middle[0] - 2e-3, middle[1]) < 5e-4
+    page = heat_map_html("t", "t", heat_map(shown.readings, 1e5), shown.outline, pad)
+    assert page.count("<path") == len(pad.depths)
+
+
 def test_press_takes_a_file_of_a_dome_and_draws_it(tmp_path):
     (tmp_path / "dome.toml").write_text("""
 size = [12e-3, 12e-3]
