@@ -24,7 +24,7 @@ import mjtactile.attach
 from mjtactile.hands import HandPad, attach_hand, check_model, hand
 from mjtactile.sim.geoms import check_pad_geom, geom_solid
 
-GRIPPERS = Path(robosuite.__file__).parent / "models" / "assets" / "grippers"
+GRIPPERS = Path(str(robosuite.__file__)).parent / "models" / "assets" / "grippers"
 #: By hand: the class of robosuite's, and its file.
 FILES = {
     "panda": ("PandaGripper", "panda_gripper.xml"),
