@@ -465,9 +465,8 @@ def require_flat(pad: Pad, door: str) -> None:
     """
     if not pad.surface.is_flat:
         raise PadError(
-            f"{door} takes flat pads only so far, and this one is a {pad.summary}. What is known to press on a curved "
-            "pad can be read: influence.readings(SurfaceLoad.from_tractions(influence, outline, traction)), with "
-            "influence = influence_matrices(pad). Or give a pad with surface=Flat()."
+            f"{door} takes flat pads only, and this one is a {pad.summary}. Curved pads are pressed by contact_load, "
+            "SurfaceLoad.from_tractions, TactileSensor and the plugin. Or give a pad with surface=Flat()."
         )
 
 

@@ -19,7 +19,7 @@ from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.planar import area_on_sheet, areal
 
-#: Height of the body above the pad's surface, or above its plane, [m] at points x, y [m]; infinite where there is no body.
+#: Height of the body above the pad's surface, or its plane, [m] at points x, y [m]; infinite where there is no body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
 
 #: What is further than this above the first touch cannot come into contact, over the sheet's thickness.
@@ -112,13 +112,13 @@ class Footprint:
                 raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
         else:
             area = area_on_sheet(outline, sheet)
-        upright: GapFunction | None = None
-        if not surface.outer.is_flat:
+        if surface.outer.is_flat:
+            return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
 
-            def upright(x: Array, y: Array) -> Array:
-                return checked(x, y) - lowest + surface.outer.height(x, y)
+        def upright(x: Array, y: Array) -> Array:
+            return checked(x, y) - lowest + surface.outer.height(x, y)
 
-        return cls(area, surface, checked, lowest, reach, outline is not None, upright)
+        return cls(area, surface, checked, lowest, reach, bounded=outline is not None, upright=upright)
 
     @classmethod
     def from_height(
@@ -176,7 +176,7 @@ class Footprint:
         else:
             height = float(np.asarray(self.gap(np.array([x]), np.array([y])))[0]) - self.lowest
             height = height if height <= self.reach else math.inf
-        if (self.bounded and not shapely.intersects_xy(self.outline, x, y)):
+        if self.bounded and not shapely.intersects_xy(self.outline, x, y):
             return math.inf
         return height
 

@@ -13,8 +13,8 @@ import shapely
 
 from mjtactile._native import library, pointer
 from mjtactile._types import Array
-from mjtactile.contact.core_pad import core_names, give_shear, give_springs, press_pad
 from mjtactile.contact.cells.face_cells import placed_cells
+from mjtactile.contact.core_pad import core_names, give_shear, give_springs, press_pad
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import ContactOptions, Wrench
 from mjtactile.errors import ContactError
@@ -182,10 +182,17 @@ class Press:
             wrenches: one for each.
 
         Raises:
-            ContactError: when nothing of a body that presses is in the pad's reach.
+            ContactError: when nothing of a body that presses is in the pad's reach, or a footprint was made on another
+                surface.
             Exception: what a gap function raises.
         """
         count, nodes = len(footprints), self._surface.node_shape
+        for one in footprints:
+            if one.surface is not self._surface and one.surface.outer != self._surface.outer:
+                raise ContactError(
+                    f"the footprint was made on a {one.surface.outer.kind} surface, but the pad's is a "
+                    f"{self._surface.outer.kind}. Make it with influence.surface of the pad that is pressed."
+                )
         made = [_core_footprint(one, self._options.cells) for one in footprints]
         handles = (ctypes.c_void_p * count)(*(one.handle for one in made))
         forces = np.array([[*wrench.force, *wrench.moment] for wrench in wrenches])

@@ -81,11 +81,12 @@ class Surface(ABC):
         return upright / np.linalg.norm(upright, axis=-1, keepdims=True)
 
     def frames(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Axes of the surface, rows of (..., 3, 3): its tangent above x, one across it, and the normal out of the pad."""
+        """Axes of the surface, rows of (..., 3, 3): its tangent above x, one across it, and the normal out."""
         jet, normals = self.jet(*_points(x, y)), self.normals(x, y)
         tangent = np.stack([np.ones_like(jet.x), np.zeros_like(jet.x), jet.x], axis=-1)
         tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
-        return np.stack([tangent, np.cross(normals, tangent), normals], axis=-2)
+        across = np.asarray(np.cross(normals, tangent), dtype=float)
+        return np.stack([tangent, across, normals], axis=-2)
 
     def stretch(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
         """Area of the surface over the area of its projection [-], at least 1."""

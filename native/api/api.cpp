@@ -189,7 +189,11 @@ int mjt_body_heights(const mjt_body* body, const double* pose, const double* she
   GapMap& gap = scratch().gap;
   const Rectangle part = {sheet[0], sheet[1], sheet[2], sheet[3]};
   if (!gap.place(body->shapes, pose_of(pose), part, floor, ceiling)) return 0;
-  for (size_t i = 0; i < count; ++i) heights[i] = gap.height(points[2 * i], points[2 * i + 1]);
+  std::vector<Point> asked(count);
+  for (size_t i = 0; i < count; ++i) asked[i] = {points[2 * i], points[2 * i + 1]};
+  std::vector<double> found;
+  gap.heights(asked, found);
+  std::copy(found.begin(), found.end(), heights);
   return 1;
 }
 

@@ -48,7 +48,10 @@ void mjt_mesh_data(const mjt_mesh* mesh, size_t* counts, double* vertices, int32
 void mjt_mesh_heights(const mjt_mesh* mesh, const double* pose, const double* part, double floor, double reach,
                       size_t count, const double* points, double* heights, double* lowest) {
   const TriangleShadow& shadow = cast(mesh, pose, part, floor, reach);
-  for (size_t i = 0; i < count; ++i) heights[i] = shadow.height(points[2 * i], points[2 * i + 1], floor);
+  std::vector<Point> asked(count);
+  for (size_t i = 0; i < count; ++i) asked[i] = {points[2 * i], points[2 * i + 1]};
+  std::fill(heights, heights + count, kNowhere);
+  shadow.lower(asked, floor, heights);
   lowest[0] = shadow.lowest();
   std::copy(shadow.bottom(), shadow.bottom() + 3, lowest + 1);
 }

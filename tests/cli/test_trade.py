@@ -16,12 +16,14 @@ from mjtactile.cli.benchmarks.cases import Body, calculix_cases, moved_bodies, p
 from mjtactile.cli.benchmarks.direct import solve
 from mjtactile.cli.benchmarks.figure import trade_figure
 from mjtactile.cli.benchmarks.front import error, front, update_time
+from mjtactile.cli.benchmarks.measure import Bench, measure
 from mjtactile.cli.benchmarks.sweep import Choice, preset_of, sweep
 from mjtactile.cli.benchmarks.tables import trade_table
 from mjtactile.cli.benchmarks.trade import trade_benchmark
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.errors import MjTactileError, PresetError
-from mjtactile.fidelity import MESHES, PRESETS, Fidelity
+from mjtactile.fidelity import MESHES, PRESETS, Fidelity, as_fidelity
+from mjtactile.influence.cache import CACHE_VARIABLE, SHIPPED, influence_matrices
 from mjtactile.pad import Pad
 from mjtactile.sim.assets import asset_path
 
@@ -51,6 +53,19 @@ def test_the_front_is_what_no_other_beats():
     rows = [row(2.0, 0.2), row(1.0, 0.3), row(3.0, 0.1), row(2.5, 0.25), row(4.0, 0.1)]
     assert [update_time(one) for one in front(rows)] == [1.0, 2.0, 3.0]
     assert front([rows[0], dict(rows[0])]) == [rows[0], rows[0]]
+
+
+def test_a_table_that_comes_with_the_package_is_measured_from_there(tmp_path, monkeypatch):
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    case = press_case(DESIGN["case"][0])
+    influence = influence_matrices(fidelity="fast")
+    bench = Bench(
+        [case], [], moves=1, shift=0.0, wrenches=1, truth={case.name: influence.readings(case.load(influence))}
+    )
+    found = measure(Choice.of(as_fidelity("fast")), bench)
+    assert found["table_bytes"] == sum(path.stat().st_size for path in SHIPPED.iterdir())
+    # The truth are its own readings.
+    assert found["errors"] == {case.name: 0.0}
 
 
 def test_slack_keeps_what_is_nearly_as_good():

@@ -14,7 +14,7 @@ from shapely import Point, box
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
 import mjtactile
-from mjtactile.errors import FootprintError, PadError, StaleInfluenceError
+from mjtactile.errors import ContactError, PadError, StaleInfluenceError
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence import cache
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
@@ -95,30 +95,30 @@ def test_storage_of_a_flat_pad_with_free_taxels_reads_as_the_grid():
     np.testing.assert_allclose(found.readings(pressed(found)), grid.readings(pressed(grid)).ravel(), rtol=2e-3)
 
 
-def test_contact_refuses_curved_pads(dome):
-    square = box(-1e-3, -1e-3, 1e-3, 1e-3)
-    with pytest.raises(FootprintError, match="flat pads only so far"):
-        mjtactile.Footprint.from_outline(square, dome.surface)
-    with pytest.raises(FootprintError, match=r"SurfaceLoad\.from_tractions"):
-        mjtactile.Footprint.from_gap(lambda x, y: x**2 + y**2, dome.surface)
+def test_a_footprint_belongs_to_its_surface(dome):
     flat = in_double_precision(LAYERED_PAD, COARSE)
-    footprint = mjtactile.Footprint.from_outline(square, flat.surface)
-    for law in ("uniform", "elastic", "foundation"):
-        with pytest.raises(PadError, match="contact takes flat pads only so far"):
-            mjtactile.contact_load(dome, footprint, force=(0, 0, -0.1), law=law)
-        with pytest.raises(PadError, match="flat pads only so far"):
-            mjtactile.WrenchBasis(dome, footprint, law=law)
+    footprint = mjtactile.Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), flat.surface)
+    with pytest.raises(ContactError, match=r"made on a flat surface, but the pad's is a .*influence\.surface"):
+        mjtactile.contact_load(dome, footprint, force=(0, 0, -0.1), law="elastic")
+
+
+def test_a_wrench_basis_of_a_curved_pad_is_its_load(dome):
+    footprint = mjtactile.Footprint.from_gap(lambda x, y: 60 * (x**2 + y**2), dome.surface)
+    basis = mjtactile.WrenchBasis(dome, footprint, law="elastic")
+    for force in (-0.1, -0.2, -0.1, -0.1):
+        load = mjtactile.contact_load(dome, footprint, force=(0, 0, force), law="elastic")
+        np.testing.assert_allclose(basis.readings((0, 0, force)), dome.readings(load), rtol=1e-6)
 
 
 def test_datasets_environments_and_pytorch_refuse_curved_pads(dome):
     from mjtactile.dataset.spec import ContactSpec, DatasetSpec
     from mjtactile.torch import PadModel
 
-    with pytest.raises(PadError, match="PadModel takes flat pads only so far"):
+    with pytest.raises(PadError, match="PadModel takes flat pads only"):
         PadModel(dome)
-    with pytest.raises(PadError, match="PadModel takes flat pads only so far"):
+    with pytest.raises(PadError, match="PadModel takes flat pads only"):
         PadModel(DOME, fidelity=MESH)
-    with pytest.raises(PadError, match="a dataset takes flat pads only so far"):
+    with pytest.raises(PadError, match="a dataset takes flat pads only"):
         DatasetSpec(contacts=(ContactSpec(shapes=("circle",)),), pad=DOME)
 
 

@@ -187,6 +187,23 @@ def points_over(part: Rectangle, count: int = 400) -> Array:
     return np.array([part.west, part.south]) + draw * (part.east - part.west, part.north - part.south)
 
 
+@pytest.mark.parametrize("angle", [0.0, 90.0, 37.0])
+@pytest.mark.parametrize("name", SOLIDS)
+def test_heights_over_a_grid_are_those_of_the_reference(name, angle, instruction_set):
+    """Points on a grid, however it is turned, are looked at triangle by triangle."""
+    turn = Rotation.from_euler("z", angle, degrees=True).as_matrix()[:2, :2]
+    lines = np.linspace(-4e-3, 4e-3, 33), np.linspace(-5e-3, 3e-3, 13)
+    points = np.stack(np.meshgrid(*lines), axis=-1).reshape(-1, 2) @ turn.T + (1e-3, 0.3e-3)
+    mesh, reference = both(name)
+    for seed in range(6):
+        pose, floor = random_pose(seed), (-np.inf, 0.0)[seed % 2]
+        found = mesh.heights(pose, points, floor=floor)[0]
+        expected = reference.heights(pose, points[:, 0], points[:, 1], floor)
+        assert np.array_equal(np.isfinite(found), np.isfinite(expected))
+        # As below: rounding of lengths of some millimetres.
+        assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-12)
+
+
 @pytest.mark.parametrize("name", SOLIDS)
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6), floor=st.sampled_from([-np.inf, -3e-3, 0.0]))

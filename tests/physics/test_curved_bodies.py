@@ -55,7 +55,7 @@ def pressed(influence: InfluenceMatrices, height, place: np.ndarray, force: floa
 
 def ball(outer: Surface, place: np.ndarray, radius: float):
     """Height of a ball that touches a surface above a place."""
-    centre = outer.positions(*place, -radius)
+    centre = outer.positions(place[0], place[1], -radius)
 
     def height(x, y):
         square = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
@@ -130,7 +130,9 @@ def test_a_bonded_layer_gives_way_as_thin_ones_do(thin, chi, correction):
     depth = (chi * thickness) ** 2 / radius
     force = 16 / 9 * YOUNG * math.sqrt(radius) * depth**1.5 * correction(chi)
     options = ContactOptions(law="elastic", tangential="proportional", friction=None, tilting=False, cells=400)
-    footprint = Footprint.from_gap(lambda x, y: radius - np.sqrt(np.maximum(radius**2 - x**2 - y**2, 0.0)), thin.surface)
+    footprint = Footprint.from_gap(
+        lambda x, y: radius - np.sqrt(np.maximum(radius**2 - x**2 - y**2, 0.0)), thin.surface
+    )
     press = new_press(thin, options, strength=0.0)
     load = press.loads([footprint], [Wrench(np.array([0.0, 0.0, -force]), np.zeros(3))])[0].load
     assert load.indentation == pytest.approx(depth, rel=0.03)

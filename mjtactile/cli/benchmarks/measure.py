@@ -18,7 +18,7 @@ from mjtactile.cli.benchmarks.sweep import Choice, preset_of
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.wrench_basis import WrenchBasis
 from mjtactile.errors import ContactWarning
-from mjtactile.influence.cache import cached_path, influence_matrices
+from mjtactile.influence.cache import cached_path, influence_matrices, stored_path
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
@@ -81,7 +81,7 @@ def measure(choice: Choice, bench: Bench) -> dict[str, Any]:
     built = influence_matrices(fidelity=choice.fidelity)
     with one_core():
         loads = bench.loads(built, choice)
-        path = cached_path(Pad(), choice.fidelity)
+        path = stored_path(Pad(), choice.fidelity) or cached_path(Pad(), choice.fidelity)
         start = time.perf_counter()
         influence = load_influence(path, Pad(), choice.fidelity)
         influence.readings(loads[0])

@@ -124,9 +124,7 @@ def bent_responses(x: Array, y: Array, outer: Surface) -> HalfSpaceResponses:
             south, north = max(row - _NEAR, 0), min(row + _NEAR + 1, rows)
             own = (row - south) * (east - west) + column - west
             places = np.add.outer(np.arange(south, north) * columns, np.arange(west, east)).ravel()
-            near[:, row * columns + column, places] = _in_plane(
-                x[west : east + 1], y[south : north + 1], outer, own
-            )
+            near[:, row * columns + column, places] = _in_plane(x[west : east + 1], y[south : north + 1], outer, own)
     back = near.transpose(0, 2, 1).copy()
     back[4:] *= -1.0  # along and across change their sign with the direction
     both = (near + back) / 2
@@ -166,8 +164,10 @@ def _far(x: Array, y: Array, outer: Surface) -> Array:
     for i, own in enumerate(positions):
         apart = own[:, None, None] - positions
         between = axes[i] + axes
-        u, v = (np.einsum("qpsc,pc->qps", apart, between[:, k] / np.linalg.norm(between[:, k], axis=-1, keepdims=True))
-                for k in range(2))
+        u, v = (
+            np.einsum("qpsc,pc->qps", apart, between[:, k] / np.linalg.norm(between[:, k], axis=-1, keepdims=True))
+            for k in range(2)
+        )
         r = np.linalg.norm(apart, axis=-1)
         r[r == 0.0] = np.inf
         parts = np.stack([1 / r, v**2 / r**3, -u * v / r**3, u**2 / r**3, u / r**2, v / r**2])

@@ -94,12 +94,11 @@ Point ContactSearch::grid_point(std::size_t sample) const {
 }
 
 void ContactSearch::set_heights(const Plane& plane) {
-  lowest_ = kNowhere;
   heights_.resize(raw_.size());
-  for (std::size_t i = 0; i < raw_.size(); ++i) {
-    heights_[i] = raw_[i] - plane(points_[i].x, points_[i].y);
-    lowest_ = std::min(lowest_, heights_[i]);
-  }
+  for (std::size_t i = 0; i < raw_.size(); ++i) heights_[i] = raw_[i] - plane(points_[i].x, points_[i].y);
+  double least[4] = {kNowhere, kNowhere, kNowhere, kNowhere};  // side by side: one would wait for itself
+  for (std::size_t i = 0; i < heights_.size(); ++i) least[i % 4] = std::min(least[i % 4], heights_[i]);
+  lowest_ = std::min({least[0], least[1], least[2], least[3]});
   for (double& one : heights_) one -= lowest_;
 }
 

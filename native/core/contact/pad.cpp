@@ -95,6 +95,10 @@ void Pad::add_layer_to(StressMap<Value>& map, const AveragingRows& rows) {
       layer.weights.push_back(static_cast<Value>(rows.weights[i]));
     }
   }
+  layer.single = true;
+  for (std::size_t t = 0; t < rows.taxels; ++t) {
+    layer.single = layer.single && layer.taxels[t].first == t && layer.taxels[t].count == 1;
+  }
   map.response_size += map.class_count() * layer.rows;
   map.taxels += rows.taxels;
   map.layers.push_back(std::move(layer));

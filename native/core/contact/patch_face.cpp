@@ -372,6 +372,12 @@ void PatchFace::integrate() {
     rectangles_.emplace_back(face_.centroids[i], cells_[i].cosine, cells_[i].sine, cells_[i].sides);
   }
   face_.inverse_distance.resize(count * count);
+  columns_.resize(count);
+  rows_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t columns = lattices_[cells_[i].lattice].columns;
+    columns_[i] = cells_[i].place % columns, rows_[i] = cells_[i].place / columns;
+  }
   std::size_t first = 0;
   for (std::size_t k = 0; k < lattices_.size(); ++k) {
     const Lattice& lattice = lattices_[k];
@@ -380,15 +386,11 @@ void PatchFace::integrate() {
     if (last == first) continue;
     inverse_distance_by_offset(lattice.columns, lattice.rows, lattice.size, lattice.width(), offsets_);
     for (std::size_t i = first; i < last; ++i) {
-      const Cell& from = cells_[i];
-      const std::size_t column = from.place % lattice.columns, row = from.place / lattice.columns;
       double* own = face_.inverse_distance.data() + i * count;
       for (std::size_t j = i; j < count; ++j) {
-        const Cell& to = cells_[j];
-        if (from.whole && to.whole && j < last) {
-          const std::size_t to_column = to.place % lattice.columns, to_row = to.place / lattice.columns;
-          const std::size_t across = to_column > column ? to_column - column : column - to_column;
-          own[j] = offsets_[(to_row - row) * lattice.columns + across];
+        if (cells_[i].whole && cells_[j].whole && j < last) {
+          const std::size_t across = columns_[j] > columns_[i] ? columns_[j] - columns_[i] : columns_[i] - columns_[j];
+          own[j] = offsets_[(rows_[j] - rows_[i]) * lattice.columns + across];
         } else {
           own[j] = inverse_distance(rectangles_[i], rectangles_[j]);
         }

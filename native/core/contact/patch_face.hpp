@@ -88,6 +88,7 @@ class PatchFace {
   std::size_t sounded_ = 0;
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
+  std::vector<std::size_t> columns_, rows_;   // of each cell in its lattice
   std::vector<double> heights_, offsets_, nodes_;
   std::vector<Point> gradients_;
   std::vector<Point> points_;            // that are looked at together, and what stands over them

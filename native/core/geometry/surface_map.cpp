@@ -6,6 +6,8 @@
 namespace mjtactile {
 namespace {
 
+// What is no farther from the surface than this lies on it: faces as curved as the pad do, to rounding [m].
+constexpr double kOnSurface = 1e-10;
 // Steps of the secant method from the surface to a body above it, and the length of the last over the body's width.
 constexpr int kSteps = 6;
 constexpr double kSame = 1e-9;
@@ -30,7 +32,8 @@ void SurfaceMap::place(const HeightMap& body, const TangentPlane& plane, double 
 double SurfaceMap::over_surface(const Point& at, double height) const {
   SeenSurface seen;
   if (!std::isfinite(height) || !plane_->look(at.x, at.y, seen)) return kNowhere;
-  const double over = height - seen.height;
+  double over = height - seen.height;
+  if (std::abs(over) <= kOnSurface) over = 0.0;
   return over >= floor_ && over <= ceiling_ ? over : kNowhere;
 }
 

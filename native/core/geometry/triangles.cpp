@@ -5,6 +5,8 @@
 #include <functional>
 #include <limits>
 
+#include "linalg/kernels.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -20,14 +22,13 @@ constexpr std::size_t kBucketsEach = 4;
 constexpr std::uint32_t kFew = 32;
 // Buckets along each side of the grid that thins candidates for a first touch.
 constexpr std::size_t kCandidates = 16;
-// Rows of points shorter than this on the average are looked at point by point.
-constexpr std::size_t kShortRow = 8;
 // Vertices within this of each other's height are level: rounding must not choose between them [m].
 constexpr double kLevel = 1e-12;
 // A candidate this far above another part of the mesh is hidden by it [m].
 constexpr double kHidden = 1e-7;
 // Rounding of a box's place, relative to the mesh's size and its distance from the pad's origin.
 constexpr double kRounding = 1e-14;
+constexpr std::ptrdiff_t kEight = 8;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Spot = std::array<double, 3>;
@@ -61,6 +62,64 @@ struct Polygon {
     std::copy(kept, kept + left, corners);
     count = left;
   }
+};
+
+// Points as they lie on a grid, row by row: where its lines meet.
+struct PointGrid {
+  std::size_t counts[2];    // in a row, and rows
+  Point first;
+  double per[2][2];         // places along rows and across them per length along x and y [1/m]
+
+  // False where they do not lie like that, or are too few.
+  bool fit(const std::vector<Point>& points) {
+    if (points.size() < kFewPoints) return false;
+    first = points.front();
+    const double along[2] = {points[1].x - first.x, points[1].y - first.y};
+    const double near = kOffGrid * std::hypot(along[0], along[1]);
+    std::size_t columns = 1;
+    const auto goes_on = [&](const Point& from, const Point& to) {
+      return std::abs(to.x - from.x - along[0]) + std::abs(to.y - from.y - along[1]) <= near;
+    };
+    while (columns < points.size() && goes_on(points[columns - 1], points[columns])) ++columns;
+    const std::size_t rows = points.size() / columns;
+    if (columns < 2 || rows < 2 || rows * columns != points.size()) return false;
+    const Point &right = points[columns - 1], &top = points[(rows - 1) * columns];
+    const double a[2] = {(right.x - first.x) / static_cast<double>(columns - 1), (right.y - first.y) / static_cast<double>(columns - 1)};
+    const double b[2] = {(top.x - first.x) / static_cast<double>(rows - 1), (top.y - first.y) / static_cast<double>(rows - 1)};
+    double off = 0.0;
+    for (std::size_t row = 0; row < rows; ++row) {
+      const double x = first.x + static_cast<double>(row) * b[0], y = first.y + static_cast<double>(row) * b[1];
+      for (std::size_t column = 0; column < columns; ++column) {
+        const Point& at = points[row * columns + column];
+        const auto step = static_cast<double>(column);
+        off = std::max(off, std::abs(at.x - x - step * a[0]) + std::abs(at.y - y - step * a[1]));
+      }
+    }
+    const double turn = a[0] * b[1] - a[1] * b[0];
+    if (!(off <= near) || !(std::abs(turn) > near * near)) return false;
+    counts[0] = columns, counts[1] = rows;
+    per[0][0] = b[1] / turn, per[0][1] = -b[0] / turn;
+    per[1][0] = -a[1] / turn, per[1][1] = a[0] / turn;
+    return true;
+  }
+
+  // Columns and rows, up to the end, outside of which none of the points is in a rectangle.
+  void find(double west, double east, double south, double north, std::size_t from[2], std::size_t end[2]) const {
+    const double x = (west + east) / 2 - first.x, y = (south + north) / 2 - first.y;
+    for (int axis = 0; axis < 2; ++axis) {
+      const double middle = per[axis][0] * x + per[axis][1] * y;
+      const double half = (std::abs(per[axis][0]) * (east - west) + std::abs(per[axis][1]) * (north - south)) / 2 + kMargin;
+      const auto most = static_cast<double>(counts[axis]);
+      from[axis] = static_cast<std::size_t>(std::min(std::max(middle - half, -1.0) + 1.0, most));
+      end[axis] = static_cast<std::size_t>(std::min(std::max(middle + half, -1.0) + 1.0, most));
+    }
+  }
+
+ private:
+  // Points fewer than this are looked at one by one; how far they may lie off their places, over their distance, and how
+  // far beyond it is looked, in distances.
+  static constexpr std::size_t kFewPoints = 32;
+  static constexpr double kOffGrid = 1e-4, kMargin = 1e-2;
 };
 
 bool within(const double corner[3][3], const Rectangle& part) {
@@ -329,57 +388,34 @@ double TriangleShadow::height(double x, double y, double floor) const {
 }
 
 void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
-  static thread_local std::vector<double> across;  // kept between calls: nothing is allocated in a step
-  static thread_local std::vector<Row> rows;
-  if (!rows_of(points, across, rows)) {
+  static thread_local std::vector<double> x, y, lowest;  // kept between calls: nothing is allocated in a step
+  PointGrid grid;
+  if (!grid.fit(points)) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double found = height(points[i].x, points[i].y, floor);
       if (found < heights[i]) heights[i] = found;
     }
     return;
   }
+  // A row is looked at in whole eights: what goes beyond it asks about points of the next one, or about none.
+  const std::size_t room = points.size() + std::size_t{kEight};
+  x.assign(room, 0.0);
+  y.assign(room, 0.0);
+  lowest.assign(room, -kInfinite);
+  for (std::size_t i = 0; i < points.size(); ++i) x[i] = points[i].x, y[i] = points[i].y, lowest[i] = heights[i];
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     const Triangle& triangle = triangles_[t];
-    const Span &x = spans_[t][0], &y = spans_[t][1];
-    const double seam_x = kSeam * (x.high - x.low), seam_y = kSeam * (y.high - y.low);
-    const double south = std::max(y.low - seam_y, grid_.south), north = std::min(y.high + seam_y, grid_.north);
-    const double west = std::max(x.low - seam_x, grid_.west), east = std::min(x.high + seam_x, grid_.east);
-    auto row = std::lower_bound(rows.begin(), rows.end(), south, [](const Row& one, double at) { return one.y < at; });
-    for (; row != rows.end() && row->y <= north; ++row) {
-      const double* const begin = across.data() + row->first;
-      const double* const end = across.data() + row->last;
-      const double* const from = std::lower_bound(begin, end, west);
-      const auto count = static_cast<std::size_t>(std::upper_bound(from, end, east) - from);
-      const double second_y = triangle.second[1] * row->y, third_y = triangle.third[1] * row->y;
-      double* const to = heights + (from - across.data());
-      for (std::size_t i = 0; i < count; ++i) {
-        const double second = triangle.second[0] * from[i] + second_y + triangle.second[2];
-        const double third = triangle.third[0] * from[i] + third_y + triangle.third[2];
-        const double here = triangle.height + second * triangle.second_rise + third * triangle.third_rise;
-        const double inside = std::min(std::min(second, third), 1.0 - (second + third));
-        to[i] = (inside >= -kSeam) & (here >= floor) & (here < to[i]) ? here : to[i];
-      }
+    const double plane[9] = {triangle.second[0], triangle.second[1], triangle.second[2],
+                             triangle.third[0], triangle.third[1], triangle.third[2],
+                             triangle.height, triangle.second_rise, triangle.third_rise};
+    std::size_t first[2], end[2];
+    grid.find(spans_[t][0].low, spans_[t][0].high, spans_[t][1].low, spans_[t][1].high, first, end);
+    for (std::size_t row = first[1]; row < end[1]; ++row) {
+      const std::size_t at = row * grid.counts[0] + first[0];
+      kernels().lower_by_triangle(plane, x.data() + at, y.data() + at, end[0] - first[0], -kSeam, floor, lowest.data() + at);
     }
   }
-}
-
-// Points row by row from south to north, each row from west to east; false where they are not laid out like that, or in
-// rows too short to be worth it.
-bool TriangleShadow::rows_of(const std::vector<Point>& points, std::vector<double>& across, std::vector<Row>& rows) {
-  across.resize(points.size());
-  rows.clear();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    across[i] = points[i].x;
-    if (i > 0 && points[i].y == points[i - 1].y) {
-      if (!(points[i].x >= points[i - 1].x)) return false;
-    } else {
-      if (i > 0 && !(points[i].y > points[i - 1].y)) return false;
-      if (rows.size() * kShortRow > i) return false;
-      rows.push_back({points[i].y, i, i});
-    }
-    rows.back().last = i + 1;
-  }
-  return true;
+  std::copy(lowest.begin(), lowest.end() - kEight, heights);
 }
 
 void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {

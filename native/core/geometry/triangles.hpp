@@ -33,8 +33,8 @@ class TriangleShadow {
   // be below that of the cast. What is more than the cast's reach above the lowest may be left out: over such points
   // the height is infinite, or of something higher still.
   double height(double x, double y, double floor) const;
-  // Set each of the heights to that over its point where it is less. Points in rows along x, from south to north and from
-  // west to east, take less time.
+  // Set each of the heights to that over its point where it is less. Points that lie on a grid, row by row, take less
+  // time.
   void lower(const std::vector<Point>& points, double floor, double* heights) const;
   // The least height over the part at the cast's floor or above [m], the floor itself where the mesh passes through it
   // there; infinite where there is none.
@@ -56,11 +56,6 @@ class TriangleShadow {
   struct Span {
     double low, high;
   };
-  struct Row {
-    double y;
-    std::size_t first, last;   // points
-  };
-  static bool rows_of(const std::vector<Point>& points, std::vector<double>& across, std::vector<Row>& rows);
   Span span(const MeshBox& box, int axis) const;
   bool may_face_down(const MeshBox& box) const;
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;

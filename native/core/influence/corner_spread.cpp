@@ -2,65 +2,60 @@
 
 #include <algorithm>
 
+#include "linalg/dense.hpp"
+#include "linalg/kernels.hpp"
+
 namespace mjtactile {
 
 CornerSpread::CornerSpread(const std::vector<double>& ends_x, const std::vector<double>& ends_y)
     : x_(axis(ends_x)), y_(axis(ends_y)) {}
 
 CornerSpread::Axis CornerSpread::axis(const std::vector<double>& ends) {
-  Axis made = {ends.size(), 2 * ends.size() - 1, {}};
+  Axis made = {ends.size(), 2 * ends.size() - 1, {0}, {}, {}};
   const std::size_t count = std::min(kMost, ends.size());
-  for (std::size_t e = 0; e + 1 < ends.size(); ++e) {
-    Middle middle = {std::min(e > 0 ? e - 1 : 0, ends.size() - count), count, {}};
-    const double at = (ends[e] + ends[e + 1]) / 2;
-    for (std::size_t a = 0; a < count; ++a) {
-      middle.weights[a] = 1.0;
-      for (std::size_t b = 0; b < count; ++b) {
-        const double other = ends[middle.first + b];
-        if (b != a) middle.weights[a] *= (at - other) / (ends[middle.first + a] - other);
+  for (std::size_t corner = 0; corner < ends.size(); ++corner) {
+    const auto add = [&](std::size_t node, double weight) {
+      made.places.push_back(static_cast<std::uint32_t>(node));
+      made.weights.push_back(weight);
+    };
+    for (std::size_t e = 0; e + 1 < ends.size(); ++e) {
+      if (e == corner) add(2 * corner, 1.0);
+      const std::size_t first = std::min(e > 0 ? e - 1 : 0, ends.size() - count);
+      if (corner < first || corner >= first + count) continue;
+      const double at = (ends[e] + ends[e + 1]) / 2;
+      double weight = 1.0;
+      for (std::size_t other = first; other < first + count; ++other) {
+        if (other != corner) weight *= (at - ends[other]) / (ends[corner] - ends[other]);
       }
+      add(2 * e + 1, weight);
     }
-    made.middles.push_back(middle);
+    if (corner + 1 == ends.size()) add(2 * corner, 1.0);
+    made.starts.push_back(static_cast<std::uint32_t>(made.places.size()));
   }
   return made;
 }
 
-void CornerSpread::spread(const double* nodal, std::vector<double>& rows, std::vector<double>& corners) const {
-  // Across rows first, so that all arithmetic is on runs of memory; most rows are empty and cost a look.
+void CornerSpread::spread(const double* nodal, std::vector<double>& row, std::vector<double>& corners) const {
   const std::size_t width = 3 * x_.nodes;
-  rows.assign(y_.corners * width, 0.0);
-  corners.assign(3 * y_.corners * x_.corners, 0.0);
-  std::size_t first_used = y_.corners, last_used = 0;
-  const auto add = [&](std::size_t corner, double weight, const double* from) {
-    double* to = rows.data() + corner * width;
-    for (std::size_t i = 0; i < width; ++i) to[i] += weight * from[i];
-    first_used = std::min(first_used, corner);
-    last_used = std::max(last_used, corner + 1);
-  };
-  for (std::size_t y = 0; y < y_.nodes; ++y) {
-    const double* from = nodal + y * width;
-    if (std::all_of(from, from + width, [](double force) { return force == 0.0; })) continue;
-    if (y % 2 == 0) {
-      add(y / 2, 1.0, from);
-    } else {
-      const Middle& middle = y_.middles[y / 2];
-      for (std::size_t a = 0; a < middle.count; ++a) add(middle.first + a, middle.weights[a], from);
+  static thread_local std::vector<std::uint8_t> empty;  // kept between calls: nothing is allocated in a step
+  empty.resize(y_.nodes);
+  for (std::size_t y = 0; y < y_.nodes; ++y) empty[y] = is_zero(nodal + y * width, width) ? 1 : 0;
+  corners.resize(3 * y_.corners * x_.corners);
+  for (std::size_t y = 0; y < y_.corners; ++y) {
+    const double* rows[kMostNodes];
+    double weights[kMostNodes];
+    std::size_t used = 0;
+    for (std::uint32_t i = y_.starts[y]; i < y_.starts[y + 1]; ++i) {
+      if (!empty[y_.places[i]]) rows[used] = nodal + y_.places[i] * width, weights[used++] = y_.weights[i];
     }
-  }
-  for (std::size_t y = first_used; y < last_used; ++y) {
-    const double* from = rows.data() + y * width;
     double* to = corners.data() + 3 * y * x_.corners;
-    for (std::size_t x = 0; x < x_.corners; ++x) {
-      for (std::size_t i = 0; i < 3; ++i) to[3 * x + i] += from[6 * x + i];
+    if (used == 0) {
+      std::fill(to, to + 3 * x_.corners, 0.0);
+      continue;
     }
-    for (std::size_t e = 0; e < x_.middles.size(); ++e) {
-      const Middle& middle = x_.middles[e];
-      const double* force = from + 6 * e + 3;
-      if (force[0] == 0.0 && force[1] == 0.0 && force[2] == 0.0) continue;
-      for (std::size_t a = 0; a < middle.count; ++a) {
-        for (std::size_t i = 0; i < 3; ++i) to[3 * (middle.first + a) + i] += middle.weights[a] * force[i];
-      }
-    }
+    row.assign(width, 0.0);
+    kernels().add_double(rows, weights, used, width, row.data());
+    kernels().gather_threes(row.data(), x_.starts.data(), x_.places.data(), x_.weights.data(), x_.corners, to);
   }
 }
 

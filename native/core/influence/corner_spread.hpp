@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace mjtactile {
@@ -14,18 +15,16 @@ class CornerSpread {
 
   std::size_t corners_x() const { return x_.corners; }
   std::size_t corners_y() const { return y_.corners; }
-  // Forces on corners (corners y, corners x, 3) of forces on nodes (nodes y, nodes x, 3) [N]; `rows` is scratch.
-  void spread(const double* nodal, std::vector<double>& rows, std::vector<double>& corners) const;
+  // Forces on corners (corners y, corners x, 3) of forces on nodes (nodes y, nodes x, 3) [N]; `row` is scratch.
+  void spread(const double* nodal, std::vector<double>& row, std::vector<double>& corners) const;
 
  private:
   static constexpr std::size_t kMost = 4;  // corners that share a mid-side node's force
-  struct Middle {
-    std::size_t first, count;
-    double weights[kMost];
-  };
+  static constexpr std::size_t kMostNodes = 1 + 2 * kMost;  // whose force one corner has a share of
   struct Axis {
     std::size_t corners, nodes;
-    std::vector<Middle> middles;  // of each element
+    std::vector<std::uint32_t> starts, places;   // by corner: nodes of whose force it has a share
+    std::vector<double> weights;
   };
   static Axis axis(const std::vector<double>& ends);
 

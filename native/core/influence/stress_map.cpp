@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
+#include "linalg/dense.hpp"
 #include "linalg/kernels.hpp"
 
 namespace mjtactile {
@@ -60,17 +60,6 @@ void norms_of_few(const Value* const* classes, std::size_t count, const Value* s
     }
     for (std::size_t i = 0; i < points; ++i) norms[i] = std::sqrt(norms[i]);
   }
-}
-
-// Whether all numbers of a run are zero.
-bool is_empty(const double* run, std::size_t count) {
-  std::uint64_t any = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint64_t bits;
-    std::memcpy(&bits, run + i, sizeof bits);
-    any |= bits << 1;  // without the sign
-  }
-  return any == 0;
 }
 
 }  // namespace
@@ -164,7 +153,7 @@ void Columns<Value>::add(const std::uint32_t* places, const Value* weights, std:
 template <typename Value>
 void StressMap<Value>::add_response(const double* forces, Workspace& workspace, Value* response) const {
   if (!spread.empty()) {
-    spread.front().spread(forces, workspace.spread_rows, workspace.corners);
+    spread.front().spread(forces, workspace.spread_row, workspace.corners);
     forces = workspace.corners.data();
   }
   const double scale = fold(forces, workspace);
@@ -238,7 +227,7 @@ double StressMap<Value>::fold(const double* forces, Workspace& workspace) const 
     const bool below = mirrored[1] && y > 0;
     const double* upper = forces + (first + y) * width;
     const double* lower = below ? forces + (first - y) * width : upper;
-    if (is_empty(upper, width) && is_empty(lower, width)) continue;
+    if (is_zero(upper, width) && is_zero(lower, width)) continue;
     workspace.rows.push_back(y);
     const double* allowed[kClasses];
     double* to[kClasses];
@@ -309,13 +298,21 @@ void StressMap<Value>::readings(const Value* response, Workspace& workspace, dou
     } else {
       norms_of_few(of_classes, class_count(), signs, layer.points, workspace.norms.data());
     }
-    for (const Share& share : layer.taxels) {
-      Value sum = 0;
-      for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
-        sum += layer.weights[i] * workspace.norms[layer.places[i]];
+    const Value* norms = workspace.norms.data();
+    const std::uint32_t* places = layer.places.data();
+    const Value* weights = layer.weights.data();
+    const std::size_t count = layer.taxels.size();
+    if (layer.single) {
+      for (std::size_t t = 0; t < count; ++t) readings[t] = static_cast<double>(weights[t] * norms[places[t]]);
+    } else {
+      for (std::size_t t = 0; t < count; ++t) {
+        const Share& share = layer.taxels[t];
+        Value sum = 0;
+        for (std::uint32_t i = share.first; i < share.first + share.count; ++i) sum += weights[i] * norms[places[i]];
+        readings[t] = static_cast<double>(sum);
       }
-      *readings++ = static_cast<double>(sum);
     }
+    readings += count;
   }
 }
 

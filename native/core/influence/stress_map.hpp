@@ -65,6 +65,7 @@ class StressMap {
     std::size_t rows = 0;                 // room for a class's coordinates * points, whole vectors
     std::size_t offset = 0;               // of its class 0 in the response; classes follow each other
     std::vector<Share> taxels;            // per taxel, in reading order
+    bool single = false;                  // whether each of them has one entry, in their order
     std::vector<std::uint32_t> places;    // norm number quadrant * points + point
     std::vector<Value> weights;
   };
@@ -80,7 +81,7 @@ class StressMap {
     std::vector<std::size_t> rows;     // of the quarter, in which there are forces
     std::vector<double> folded;        // forces of each class, as its columns
     double largest[kClasses] = {};     // of each class [N]
-    std::vector<double> spread_rows, corners;
+    std::vector<double> spread_row, corners;
     std::vector<Value> weights;
     AlignedVector<Value> sums, norms;
     std::vector<std::uint32_t> every;  // 0, 1, 2, ...

@@ -5,34 +5,17 @@
 #include <cstddef>
 #include <limits>
 
+#include "linalg/kernels.hpp"
+
 namespace mjtactile {
 namespace {
 
 constexpr int kPowers = 3;  // of a local coordinate in a quadratic shape function
 constexpr int kForces = 3;
-constexpr double kThird = 1.0 / 3.0;
-// Gauss points on [0, 1]: an integrand along an edge has degree 5.
-const double kRoot = std::sqrt(0.6);
-const double kNodes[3] = {0.5 - 0.5 * kRoot, 0.5, 0.5 + 0.5 * kRoot};
-constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
-// Integrals of xi^a over [-1, 1].
-constexpr double kWhole[kPowers] = {2.0, 0.0, 2.0 / 3.0};
 // Powers 1 to 3 of xi at an element's left end.
 constexpr double kLeftEnd[kPowers] = {-1.0, 1.0, -1.0};
-
-// Forces stand in lanes of four, so that arithmetic is on all of them at once.
-constexpr int kLanes = 4;
-constexpr std::size_t kOwn = kLanes * kPowers * kPowers, kPassing = kLanes * kPowers;
-
-// Of moments (kPowers) apart by `step`, the sums with the three quadratic shape functions on [-1, 1], lane by lane.
-void on_shapes(const double* moments, std::size_t step, double sums[3][kLanes]) {
-  for (int m = 0; m < kLanes; ++m) {
-    const double first = moments[step + m], second = moments[2 * step + m];
-    sums[0][m] = 0.5 * (second - first);
-    sums[1][m] = moments[m] - second;
-    sums[2][m] = 0.5 * (second + first);
-  }
-}
+// Moments of an element: by force and power of eta those of powers of xi, and what passes it.
+constexpr std::size_t kMoments = kForces * kPowers * (kPowers + 1);
 
 // Elements along one axis on the way along an edge, and where, from 0 at its start to 1 at its end, the next one begins.
 class Walk {
@@ -83,8 +66,7 @@ SurfaceGrid::SurfaceGrid(std::vector<double> x, std::vector<double> y) : x_(std:
 void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, Workspace& workspace,
                                   double* forces) const {
   const std::size_t columns = x_.size() - 1, rows = y_.size() - 1;
-  workspace.own.resize(columns * rows * kOwn);
-  workspace.passing.resize(columns * rows * kPassing);
+  workspace.moments.resize(columns * rows * kMoments);
   workspace.first.assign(rows, columns);
   workspace.last.assign(rows, 0);
   workspace.middle = count > 0 ? element(x_, edges[0].start[0]) : columns;
@@ -108,8 +90,7 @@ void SurfaceGrid::reach(std::size_t row, std::size_t column, Workspace& workspac
   std::size_t &first = workspace.first[row], &last = workspace.last[row];
   const auto clear = [&](std::size_t begin, std::size_t end) {
     const std::size_t place = row * (x_.size() - 1) + begin;
-    std::fill_n(workspace.own.data() + place * kOwn, (end - begin) * kOwn, 0.0);
-    std::fill_n(workspace.passing.data() + place * kPassing, (end - begin) * kPassing, 0.0);
+    std::fill_n(workspace.moments.data() + place * kMoments, (end - begin) * kMoments, 0.0);
   };
   if (first > last) {
     clear(column, column + 1);
@@ -148,71 +129,28 @@ void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const
 void SurfaceGrid::add_piece(const double* start, const double* end, const double* traction, std::size_t column,
                             std::size_t row, Workspace& workspace) const {
   reach(row, column, workspace);
-  const double half_x = (x_[column + 1] - x_[column]) / 2;
-  const double per_x = 1.0 / half_x, per_y = 2.0 / (y_[row + 1] - y_[row]);
+  const double origin[2] = {x_[column], y_[row]};
+  const double per[2] = {2.0 / (x_[column + 1] - x_[column]), 2.0 / (y_[row + 1] - y_[row])};
   const double* from = column == workspace.middle ? workspace.reference : kLeftEnd;
-  double own[kPowers][kPowers] = {}, passing[kPowers] = {};
-  for (int g = 0; g < 3; ++g) {
-    const double x = start[0] + kNodes[g] * (end[0] - start[0]), y = start[1] + kNodes[g] * (end[1] - start[1]);
-    const double xi = std::min(1.0, std::max(-1.0, (x - x_[column]) * per_x - 1.0));
-    const double eta = (y - y_[row]) * per_y - 1.0;
-    const double square = xi * xi;
-    const double left[kPowers] = {half_x * (xi - from[0]), half_x * (square - from[1]) * 0.5,
-                                  half_x * (square * xi - from[2]) * kThird};
-    double power = (end[1] - start[1]) * kWeights[g];
-    for (int b = 0; b < kPowers; ++b, power *= eta) {
-      passing[b] += power;
-      for (int a = 0; a < kPowers; ++a) own[b][a] += power * left[a];
-    }
-  }
-  const std::size_t place = row * (x_.size() - 1) + column;
-  double* to_own = workspace.own.data() + place * kOwn;
-  double* to_passing = workspace.passing.data() + place * kPassing;
-  const double lanes[kLanes] = {traction[0], traction[1], traction[2], 0.0};
-  for (int b = 0; b < kPowers; ++b) {
-    for (int m = 0; m < kLanes; ++m) to_passing[kLanes * b + m] += lanes[m] * passing[b];
-    for (int a = 0; a < kPowers; ++a, to_own += kLanes) {
-      for (int m = 0; m < kLanes; ++m) to_own[m] += lanes[m] * own[b][a];
-    }
-  }
+  kernels().add_edge_moments(start, end, origin, per, from, traction,
+                             workspace.moments.data() + (row * (x_.size() - 1) + column) * kMoments);
 }
 
 void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
-  const std::size_t columns = x_.size() - 1, rows = y_.size() - 1, width = nodes_x();
-  std::fill(forces, forces + kForces * width * nodes_y(), 0.0);
+  const std::size_t columns = x_.size() - 1, rows = y_.size() - 1, width = kForces * nodes_x();
+  std::fill(forces, forces + width * nodes_y(), 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
     if (workspace.first[row] > workspace.last[row]) continue;
-    double right[kPassing] = {};
+    double right[kForces * kPowers] = {};
     // Left of all edges nothing is left to fill: those of closed polygons cancel.
     for (std::size_t column = workspace.last[row] + 1; column-- > workspace.first[row];) {
-      const double* own = workspace.own.data() + (row * columns + column) * kOwn;
-      const double* passing = workspace.passing.data() + (row * columns + column) * kPassing;
-      const double half = (x_[column + 1] - x_[column]) / 2;
       double part[kPowers] = {};  // integrals of xi^a over what lies left of the reference
       if (column == workspace.middle) {
         for (int a = 0; a < kPowers; ++a) part[a] = (workspace.reference[a] - kLeftEnd[a]) / (a + 1);
       }
-      double moments[kPowers * kPowers * kLanes];
-      for (int b = 0; b < kPowers; ++b) {
-        for (int a = 0; a < kPowers; ++a) {
-          const int at = kLanes * (kPowers * b + a);
-          for (int m = 0; m < kLanes; ++m) {
-            moments[at + m] =
-                own[at + m] + half * (right[kLanes * b + m] * kWhole[a] + passing[kLanes * b + m] * part[a]);
-          }
-        }
-      }
-      for (std::size_t i = 0; i < kPassing; ++i) right[i] += passing[i];
-      double across[kPowers][3][kLanes];  // by power along x: sums with the shape functions along y
-      for (int a = 0; a < kPowers; ++a) on_shapes(moments + kLanes * a, kLanes * kPowers, across[a]);
-      for (std::size_t k = 0; k < 3; ++k) {
-        double sums[3][kLanes];
-        on_shapes(across[0][k], 3 * kLanes, sums);
-        double* to = forces + ((2 * row + k) * width + 2 * column) * kForces;
-        for (std::size_t l = 0; l < 3; ++l, to += kForces) {
-          for (std::size_t m = 0; m < kForces; ++m) to[m] += sums[l][m];
-        }
-      }
+      kernels().add_element_forces(workspace.moments.data() + (row * columns + column) * kMoments,
+                                   (x_[column + 1] - x_[column]) / 2, part, right, width,
+                                   forces + 2 * row * width + 2 * kForces * column);
     }
   }
 }

@@ -29,7 +29,7 @@ class SurfaceGrid {
 
   // Numbers the caller keeps between calls, so that none of them allocates.
   struct Workspace {
-    std::vector<double> own, passing;  // per element: moments of what runs in it, and heights that fill its row
+    std::vector<double> moments;           // per element, of what runs in it and of what passes it on its right
     std::vector<std::size_t> first, last;  // per row: elements with anything in them, first > last for none
     std::size_t middle = 0;                // column of the first edge
     double reference[3] = {};              // powers of xi there from which its areas are counted

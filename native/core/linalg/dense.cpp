@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "linalg/kernels.hpp"
 
@@ -57,6 +59,21 @@ void solve_lower(const double* upper, std::size_t stride, std::size_t size, Matr
 }
 
 }  // namespace
+
+bool is_zero(const double* run, std::size_t count) {
+  std::uint64_t any = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint64_t bits;
+    std::memcpy(&bits, run + i, sizeof bits);
+    any |= bits << 1;  // without the sign
+  }
+  return any == 0;
+}
+
+void add_product(const Matrix& symmetric, const double* x, double* sums) {
+  const std::size_t size = symmetric.rows();
+  kernels().add_window(symmetric.data(), 1, 0, size, symmetric.stride(), x, size, false, sums);
+}
 
 void transpose(const Matrix& from, Matrix& to) {
   to.resize(from.columns(), from.rows());

@@ -39,6 +39,10 @@ class Matrix {
   AlignedVector<double> entries_;
 };
 
+// Whether all numbers of a run are zero.
+bool is_zero(const double* run, std::size_t count);
+// sums += a symmetric matrix, whole, times x.
+void add_product(const Matrix& symmetric, const double* x, double* sums);
 // The transposed of a matrix.
 void transpose(const Matrix& from, Matrix& to);
 // Entries under the diagonal become those above it.

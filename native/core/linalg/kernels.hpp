@@ -41,6 +41,25 @@ struct Kernels {
   // U^-1 x in place of x (size).
   void (*solve_upper)(const double* upper, std::size_t upper_row, std::size_t size, double* x);
 
+  // Heights (whole eights) become that of a triangle over their points where it is over them, no less than the floor and
+  // less than they are. With s = triangle[0] x + triangle[1] y + triangle[2] and t of the next three likewise, it is over
+  // them where s, t and 1 - s - t are no less than `least`, and as high as triangle[6] + triangle[7] s + triangle[8] t.
+  void (*lower_by_triangle)(const double* triangle, const double* x, const double* y, std::size_t count, double least,
+                            double floor, double* heights);
+
+  // What an edge from (start) to (end) [2 each] brings about in a quadratic element from `origin` on with half lengths 1 /
+  // per, and to its left: moments (3 forces, powers of eta, powers of xi and one number for what lies left) += traction
+  // times integrals of eta^b (xi^(a + 1) - from[a]) / (a + 1) times the half length along x, and of eta^b, along y.
+  void (*add_edge_moments)(const double* start, const double* end, const double* origin, const double* per,
+                           const double* from, const double* traction, double* moments);
+  // Forces on an element's nodes, three rows of three nodes (3 each) that are `row` apart, += those of moments, of what
+  // lies to its right, (3 forces, powers of eta), to which what passes it is added, and of that from its left end to the
+  // reference, `part` (3).
+  void (*add_element_forces)(const double* moments, double half, const double* part, double* right, std::size_t row,
+                             double* forces);
+  // to (corners, 3): sums over i from starts[c] to starts[c + 1] of weights[i] times from (nodes, 3) at nodes[i].
+  void (*gather_threes)(const double* from, const std::uint32_t* starts, const std::uint32_t* nodes,
+                        const double* weights, std::size_t corners, double* to);
   // Forces (nodes, 3) on a row of nodes and on its image, folded about their middle node: for each class c and node x from
   // the middle on, to[c][3 x + k] = allowed[c][3 x + k] * (u(x) + t l(x) + s (u(-x) + t l(-x))), s and t being
   // signs[c][0][k] and signs[c][1][k], without u(-x) and l(-x) for the middle node. largest[c] becomes the largest of

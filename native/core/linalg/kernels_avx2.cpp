@@ -73,6 +73,7 @@ constexpr auto keep_floats = keep<float>;
 
 constexpr std::size_t kSumVectors = 8;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product
+constexpr std::size_t kTallRows = 8;  // of one that is a vector wide
 
 #include "linalg/kernels_body.hpp"
 

@@ -78,7 +78,8 @@ inline std::size_t keep_floats(const double* forces, const std::uint32_t* column
                                    _mm512_cmp_pd_mask(part, none, _CMP_NEQ_UQ));
     };
     const unsigned mask = counts(low) | counts(high) << 8;
-    const __m512d halves = _mm512_maskz_insertf64x4(0xff, 
+    const __m512d halves = _mm512_maskz_insertf64x4(
+        0xff,
         _mm512_castpd256_pd512(_mm256_castps_pd(_mm512_maskz_cvtpd_ps(0xff, _mm512_mul_pd(low, times)))),
         _mm256_castps_pd(_mm512_maskz_cvtpd_ps(0xff, _mm512_mul_pd(high, times))), 1);
     const auto chosen = static_cast<__mmask16>(mask);
@@ -91,6 +92,7 @@ inline std::size_t keep_floats(const double* forces, const std::uint32_t* column
 
 constexpr std::size_t kSumVectors = 16;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 4;  // of a tile of a matrix product
+constexpr std::size_t kTallRows = 16;  // of one that is a vector wide
 
 #include "linalg/kernels_body.hpp"
 

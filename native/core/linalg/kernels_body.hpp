@@ -161,74 +161,67 @@ void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, con
   }
 }
 
-template <std::size_t kRows>
-void multiply_rows(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
-                   double* c, std::size_t c_row, std::size_t columns, std::size_t depth) {
-  using L = Lanes<double>;
-  std::size_t j = 0;
-  for (; j + kTileVectors * L::width <= columns; j += kTileVectors * L::width) {
-    multiply_tile<kRows, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
+// Rows by kRows tiles of kVectors vectors as far as they go; the first row that is left.
+template <std::size_t kRows, std::size_t kVectors>
+std::size_t multiply_down(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
+                          double* c, std::size_t c_row, std::size_t first, std::size_t rows, std::size_t depth) {
+  for (; first + kRows <= rows; first += kRows) {
+    multiply_tile<kRows, kVectors>(a + first * a_row, a_row, a_column, b, b_row, c + first * c_row, c_row, depth);
   }
-  for (; j + L::width <= columns; j += L::width) {
-    multiply_tile<kRows, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, depth);
-  }
-  for (; j < columns; ++j) {
-    for (std::size_t i = 0; i < kRows; ++i) {
-      double sum = c[i * c_row + j];
-      for (std::size_t k = 0; k < depth; ++k) sum += a[i * a_row + k * a_column] * b[k * b_row + j];
-      c[i * c_row + j] = sum;
-    }
-  }
+  return first;
 }
 
+// Wide tiles of few rows first; where columns do not fill them, as many sums go on side by side in narrow tiles of more.
 inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_t a_column, const double* b,
                                   std::size_t b_row, double* c, std::size_t c_row, std::size_t rows,
                                   std::size_t columns, std::size_t depth) {
-  constexpr std::size_t kRows = 4;
-  std::size_t i = 0;
-  for (; i + kRows <= rows; i += kRows) {
-    multiply_rows<kRows>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  using L = Lanes<double>;
+  std::size_t j = 0;
+  for (; j + kTileVectors * L::width <= columns; j += kTileVectors * L::width) {
+    std::size_t i = multiply_down<4, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, 0, rows, depth);
+    multiply_down<1, kTileVectors>(a, a_row, a_column, b + j, b_row, c + j, c_row, i, rows, depth);
   }
-  for (; i < rows; ++i) {
-    multiply_rows<1>(a + i * a_row, a_row, a_column, b, b_row, c + i * c_row, c_row, columns, depth);
+  for (; j + L::width <= columns; j += L::width) {
+    std::size_t i = multiply_down<kTallRows, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, 0, rows, depth);
+    i = multiply_down<4, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, i, rows, depth);
+    multiply_down<1, 1>(a, a_row, a_column, b + j, b_row, c + j, c_row, i, rows, depth);
+  }
+  for (std::size_t i = 0; i < rows; ++i) {
+    for (std::size_t k = j; k < columns; ++k) {
+      double sum = c[i * c_row + k];
+      for (std::size_t d = 0; d < depth; ++d) sum += a[i * a_row + d * a_column] * b[d * b_row + k];
+      c[i * c_row + k] = sum;
+    }
   }
 }
 
-// Columns of `kVectors` vectors: each row waits in registers until those above it are taken off.
-template <std::size_t kRows, std::size_t kVectors>
-void eliminate_columns(const double* upper, std::size_t upper_row, const double* inverse, double* c,
-                       std::size_t c_row) {
+// A column of vectors: each row waits in registers until those above it are taken off.
+inline void eliminate_column(const double (*shares)[kFactorRows], double* c, std::size_t c_row) {
   using L = Lanes<double>;
-  typename L::Type rows[kRows][kVectors];
-  for (std::size_t i = 0; i < kRows; ++i) {
-    for (std::size_t v = 0; v < kVectors; ++v) rows[i][v] = L::load(c + i * c_row + v * L::width);
-  }
-  for (std::size_t i = 0; i < kRows; ++i) {
-    for (std::size_t v = 0; v < kVectors; ++v) {
-      rows[i][v] = L::multiply(L::all(inverse[i]), rows[i][v]);
-      L::store(c + i * c_row + v * L::width, rows[i][v]);
-    }
-    for (std::size_t below = i + 1; below < kRows; ++below) {
-      const typename L::Type share = L::all(-upper[i * upper_row + below]);
-      for (std::size_t v = 0; v < kVectors; ++v) rows[below][v] = L::multiply_add(share, rows[i][v], rows[below][v]);
+  typename L::Type rows[kFactorRows];
+  for (std::size_t i = 0; i < kFactorRows; ++i) rows[i] = L::load(c + i * c_row);
+  for (std::size_t i = 0; i < kFactorRows; ++i) {
+    rows[i] = L::multiply(L::all(shares[i][i]), rows[i]);
+    L::store(c + i * c_row, rows[i]);
+    for (std::size_t below = i + 1; below < kFactorRows; ++below) {
+      rows[below] = L::multiply_add(L::all(shares[i][below]), rows[i], rows[below]);
     }
   }
 }
 
 inline void eliminate(const double* upper, std::size_t upper_row, double* c, std::size_t c_row, std::size_t columns) {
   using L = Lanes<double>;
-  double inverse[kFactorRows];
-  for (std::size_t i = 0; i < kFactorRows; ++i) inverse[i] = 1.0 / upper[i * upper_row + i];
-  std::size_t j = 0;
-  for (; j + L::width <= columns; j += L::width) {
-    eliminate_columns<kFactorRows, 1>(upper, upper_row, inverse, c + j, c_row);
+  double shares[kFactorRows][kFactorRows];  // what each row takes off those below it
+  for (std::size_t i = 0; i < kFactorRows; ++i) {
+    shares[i][i] = 1.0 / upper[i * upper_row + i];
+    for (std::size_t below = i + 1; below < kFactorRows; ++below) shares[i][below] = -upper[i * upper_row + below];
   }
+  std::size_t j = 0;
+  for (; j + L::width <= columns; j += L::width) eliminate_column(shares, c + j, c_row);
   for (; j < columns; ++j) {
     for (std::size_t i = 0; i < kFactorRows; ++i) {
-      const double value = c[i * c_row + j] *= inverse[i];
-      for (std::size_t below = i + 1; below < kFactorRows; ++below) {
-        c[below * c_row + j] -= upper[i * upper_row + below] * value;
-      }
+      const double value = c[i * c_row + j] *= shares[i][i];
+      for (std::size_t below = i + 1; below < kFactorRows; ++below) c[below * c_row + j] += shares[i][below] * value;
     }
   }
 }
@@ -268,11 +261,13 @@ inline double dot(const double* a, const double* b, std::size_t count) {
   for (; i + L::width <= count; i += L::width) {
     sums[0] = L::multiply_add(L::load(a + i), L::load(b + i), sums[0]);
   }
-  double parts[kSums * L::width], sum = 0.0;
-  for (std::size_t s = 0; s < kSums; ++s) L::store(parts + s * L::width, sums[s]);
-  for (std::size_t k = 0; k < L::width; ++k) {
-    sum += (parts[k] + parts[L::width + k]) + (parts[2 * L::width + k] + parts[3 * L::width + k]);
+  double parts[L::width], sum = 0.0;
+  for (std::size_t s = 0; s < kSums / 2; ++s) sums[s] = L::multiply_add(L::all(1.0), sums[s], sums[kSums / 2 + s]);
+  L::store(parts, L::multiply_add(L::all(1.0), sums[0], sums[1]));
+  for (std::size_t half = L::width / 2; half > 0; half /= 2) {
+    for (std::size_t k = 0; k < half; ++k) parts[k] += parts[half + k];
   }
+  sum = parts[0];
   for (; i < count; ++i) sum += a[i] * b[i];
   return sum;
 }
@@ -291,7 +286,18 @@ struct Four {
   static Four load(const double* at) { return {_mm256_loadu_pd(at)}; }
   static Four load_three(const double* at) { return {_mm256_maskload_pd(at, _mm256_setr_epi64x(-1, -1, -1, 0))}; }
   static Four all(double value) { return {_mm256_set1_pd(value)}; }
+  static Four of(double a, double b, double c, double d) { return {_mm256_setr_pd(a, b, c, d)}; }
+  static void transpose(Four rows[4]) {
+    const __m256d a = _mm256_unpacklo_pd(rows[0].lanes, rows[1].lanes), b = _mm256_unpackhi_pd(rows[0].lanes, rows[1].lanes);
+    const __m256d c = _mm256_unpacklo_pd(rows[2].lanes, rows[3].lanes), d = _mm256_unpackhi_pd(rows[2].lanes, rows[3].lanes);
+    rows[0].lanes = _mm256_permute2f128_pd(a, c, 0x20), rows[1].lanes = _mm256_permute2f128_pd(b, d, 0x20);
+    rows[2].lanes = _mm256_permute2f128_pd(a, c, 0x31), rows[3].lanes = _mm256_permute2f128_pd(b, d, 0x31);
+  }
   void store(double* at) const { _mm256_storeu_pd(at, lanes); }
+  void store_three(double* at) const {
+    _mm_storeu_pd(at, _mm256_castpd256_pd128(lanes));
+    _mm_store_sd(at + 2, _mm256_extractf128_pd(lanes, 1));
+  }
   Four operator+(const Four& b) const { return {_mm256_add_pd(lanes, b.lanes)}; }
   Four operator-(const Four& b) const { return {_mm256_sub_pd(lanes, b.lanes)}; }
   Four operator*(const Four& b) const { return {_mm256_mul_pd(lanes, b.lanes)}; }
@@ -308,7 +314,14 @@ struct Four {
   static Four load(const double* at) { return {{at[0], at[1], at[2], at[3]}}; }
   static Four load_three(const double* at) { return {{at[0], at[1], at[2], 0.0}}; }
   static Four all(double value) { return {{value, value, value, value}}; }
+  static Four of(double a, double b, double c, double d) { return {{a, b, c, d}}; }
+  static void transpose(Four rows[4]) {
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < i; ++j) std::swap(rows[i].lanes[j], rows[j].lanes[i]);
+    }
+  }
   void store(double* at) const { std::memcpy(at, lanes, sizeof lanes); }
+  void store_three(double* at) const { std::memcpy(at, lanes, 3 * sizeof *lanes); }
   Four operator+(const Four& b) const {
     return each([&](int k) { return lanes[k] + b.lanes[k]; });
   }
@@ -328,6 +341,72 @@ struct Four {
   }
 #endif
 };
+
+// Powers of xi are lanes; the fourth holds what lies to the left.
+inline void add_edge_moments(const double* start, const double* end, const double* origin, const double* per,
+                             const double* from, const double* traction, double* moments) {
+  constexpr double kOutward = 0.38729833462074168852, kThird = 1.0 / 3.0;
+  constexpr double kGauss[3] = {0.5 - kOutward, 0.5, 0.5 + kOutward};
+  constexpr double kShares[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  const double half = 1.0 / per[0], along[2] = {end[0] - start[0], end[1] - start[1]};
+  Four sums[3] = {Four::all(0.0), Four::all(0.0), Four::all(0.0)};
+  for (int g = 0; g < 3; ++g) {
+    const double at = (start[0] + kGauss[g] * along[0] - origin[0]) * per[0] - 1.0;
+    const double xi = at < -1.0 ? -1.0 : at > 1.0 ? 1.0 : at, square = xi * xi;
+    const double eta = (start[1] + kGauss[g] * along[1] - origin[1]) * per[1] - 1.0;
+    const Four left = Four::of(half * (xi - from[0]), half * (square - from[1]) * 0.5,
+                               half * (square * xi - from[2]) * kThird, 1.0);
+    const double power = along[1] * kShares[g], next = power * eta;
+    sums[0] = sums[0].plus(Four::all(power), left);
+    sums[1] = sums[1].plus(Four::all(next), left);
+    sums[2] = sums[2].plus(Four::all(next * eta), left);
+  }
+  for (int m = 0; m < 3; ++m) {
+    const Four own = Four::all(traction[m]);
+    for (int b = 0; b < 3; ++b, moments += 4) Four::load(moments).plus(own, sums[b]).store(moments);
+  }
+}
+
+// Of moments the sums with the three quadratic shape functions on [-1, 1].
+inline void on_shapes(const Four& constant, const Four& linear, const Four& square, Four* sums) {
+  const Four half = Four::all(0.5);
+  sums[0] = half * (square - linear);
+  sums[1] = constant - square;
+  sums[2] = half * (square + linear);
+}
+
+inline void add_element_forces(const double* moments, double half, const double* part, double* right, std::size_t row,
+                               double* forces) {
+  const Four whole = Four::of(2.0 * half, 0.0, half * (2.0 / 3.0), 0.0);
+  const Four before = Four::of(half * part[0], half * part[1], half * part[2], 0.0);
+  Four across[3][3];  // by force: sums with the shape functions along y
+  for (int m = 0; m < 3; ++m) {
+    Four along[3];
+    for (int b = 0; b < 3; ++b, moments += 4, ++right) {
+      along[b] = Four::load(moments).plus(Four::all(*right), whole).plus(Four::all(moments[3]), before);
+      *right += moments[3];
+    }
+    on_shapes(along[0], along[1], along[2], across[m]);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    Four powers[4] = {across[0][k], across[1][k], across[2][k], Four::all(0.0)}, nodes[3];
+    Four::transpose(powers);
+    on_shapes(powers[0], powers[1], powers[2], nodes);
+    double* to = forces + k * row;
+    for (std::size_t l = 0; l < 3; ++l, to += 3) (Four::load_three(to) + nodes[l]).store_three(to);
+  }
+}
+
+inline void gather_threes(const double* from, const std::uint32_t* starts, const std::uint32_t* nodes,
+                          const double* weights, std::size_t corners, double* to) {
+  for (std::size_t c = 0; c < corners; ++c, to += 3) {
+    Four sum = Four::all(0.0);
+    for (std::uint32_t i = starts[c]; i < starts[c + 1]; ++i) {
+      sum = sum.plus(Four::all(weights[i]), Four::load_three(from + 3 * std::size_t{nodes[i]}));
+    }
+    sum.store_three(to);
+  }
+}
 
 inline void fold_row(const double* upper, const double* lower, std::size_t middle, const double (*signs)[2][4],
                      const double* const* allowed, double* const* to, double* largest) {
@@ -368,6 +447,23 @@ std::size_t keep(const double* forces, const std::uint32_t* columns, std::size_t
     kept += static_cast<std::size_t>(!(std::abs(forces[i]) < least) & (forces[i] != 0.0));
   }
   return kept;
+}
+
+inline void lower_by_triangle(const double* triangle, const double* x, const double* y, std::size_t count, double least,
+                              double floor, double* heights) {
+  constexpr std::size_t kAtOnce = 8;
+  for (std::size_t i = 0; i < count; i += kAtOnce) {
+    double found[kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const double s = triangle[0] * x[i + k] + triangle[1] * y[i + k] + triangle[2];
+      const double t = triangle[3] * x[i + k] + triangle[4] * y[i + k] + triangle[5];
+      const double here = triangle[6] + triangle[7] * s + triangle[8] * t, rest = 1.0 - (s + t);
+      const double less = s < t ? s : t, inside = less < rest ? less : rest, before = heights[i + k];
+      const double lower = here < before ? here : before, within = inside >= least ? lower : before;
+      found[k] = here >= floor ? within : before;
+    }
+    std::memcpy(heights + i, found, sizeof found);
+  }
 }
 
 template <typename Value>
@@ -466,6 +562,10 @@ inline Kernels make_kernels(const char* name) {
           factor_small,
           eliminate,
           solve_upper,
+          lower_by_triangle,
+          add_edge_moments,
+          add_element_forces,
+          gather_threes,
           fold_row,
           keep_floats,
           keep<double>,

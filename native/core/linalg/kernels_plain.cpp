@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 #include "linalg/kernels_sets.hpp"
 
@@ -49,6 +50,7 @@ constexpr auto keep_floats = keep<float>;
 
 constexpr std::size_t kSumVectors = 4;  // of sums that stay in registers
 constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product
+constexpr std::size_t kTallRows = 4;  // of one that is a vector wide
 
 #include "linalg/kernels_body.hpp"
 

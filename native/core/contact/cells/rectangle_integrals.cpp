@@ -84,7 +84,8 @@ struct Parts {
 double near_integral(const CellRectangle& a, const CellRectangle& b) {
   const Parts parts(a, b);
   const auto own = static_cast<std::size_t>(parts.counts[0]), other = static_cast<std::size_t>(parts.counts[1]);
-  const double sum = kernels().sum_inverse_distances(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other, parts.softened);
+  const double sum = kernels().sum_inverse_distances(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other,
+                                                     parts.softened);
   return a.area * b.area * sum / static_cast<double>(own * other);
 }
 

@@ -64,10 +64,10 @@ void PartialSlip::scale(const Matrix& compliance, const ShearGrip& grip, const d
 void PartialSlip::displace() {
   const std::size_t size = 2 * cells_;
   moved_.resize(size);
+  std::copy(load_.begin(), load_.end(), moved_.begin());
+  add_product(own_, shear_.data(), moved_.data());
   for (std::size_t k = 0; k < size; ++k) {
-    double sum = load_[k] + dot(own_[k], shear_.data(), size);
-    for (std::size_t m = 0; m < 3; ++m) sum -= modes_[m * size + k] * motion_[m];
-    moved_[k] = sum;
+    for (std::size_t m = 0; m < 3; ++m) moved_[k] -= modes_[m * size + k] * motion_[m];
   }
 }
 
@@ -119,7 +119,8 @@ bool PartialSlip::newton_step(bool sticks, bool again, WorkLimit& limit) {
   const std::size_t count = cell_of_.size();
   right_.resize(4, count);
   change_.resize(size);
-  for (std::size_t k = 0; k < size; ++k) change_[k] = stuck < cells ? dot(own_[k], known_.data(), size) : 0.0;
+  std::fill(change_.begin(), change_.end(), 0.0);
+  if (stuck < cells) add_product(own_, known_.data(), change_.data());
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = cell_of_[k];
     const double x = axis_[2 * k], y = axis_[2 * k + 1];

@@ -1,0 +1,216 @@
+"""Rigid bodies on curved pads: what they carry, where they stand, and the flat pad as a limit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import RectBivariateSpline
+from scipy.spatial.transform import Rotation
+from shapely import Point
+from small_pads import COARSE, LAYERED_PAD, in_double_precision
+
+from mjtactile.contact.cells.half_space import bent_responses, flat_responses
+from mjtactile.contact.contact_load import contact_load, contact_loads
+from mjtactile.contact.footprint import Footprint
+from mjtactile.fidelity import MESHES
+from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Layer, Pad
+from mjtactile.pad_shape.surfaces import CylinderSector, EllipsoidCap, Flat, SphereCap, Surface, SurfacePatch
+from mjtactile.pad_shape.taxels import FreeTaxels
+
+pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.ContactWarning")
+
+DOME = replace(LAYERED_PAD, surface=EllipsoidCap((11e-3, 8e-3, 9e-3)))
+BALL = 4e-3
+
+
+@pytest.fixture(scope="module")
+def dome() -> InfluenceMatrices:
+    return in_double_precision(DOME, COARSE)
+
+
+def resting_ball(outer: Surface, place: tuple[float, float], radius: float = BALL):
+    """Height of a ball that touches a surface above a place."""
+    centre = outer.positions(place[0], place[1], -radius)
+
+    def height(x, y):
+        square = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
+        return np.where(square > 0, centre[2] - np.sqrt(np.maximum(square, 0.0)), np.inf)
+
+    return height
+
+
+def pressed_ball(influence: InfluenceMatrices, place=(1.2e-3, -0.7e-3), shear=(0.0, 0.0), torsion=0.0, **options):
+    """A ball pressed with .2 N along the normal above a place, with shear along the surface: load and wrench."""
+    outer = influence.surface.outer
+    axes, at = outer.frames(*place), outer.positions(*place)
+    force = axes.T @ np.array([*shear, -0.2])
+    moment = np.cross(at, force) + torsion * axes[2]
+    footprint = Footprint.from_height(resting_ball(outer, place), influence.surface)
+    return contact_load(influence, footprint, force, moment=moment, **options), force, moment
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"law": "elastic"},
+        {"law": "foundation"},
+        {"law": "uniform"},
+        {"law": "elastic", "shear": (0.05, -0.02), "torsion": 2e-5},
+        {"law": "elastic", "shear": (0.05, -0.02), "tangential": "stick"},
+        {"law": "elastic", "shear": (0.03, 0.04), "tangential": "coulomb", "friction": 0.6},
+    ],
+    ids=["elastic", "foundation", "uniform", "torsion", "stick", "coulomb"],
+)
+@pytest.mark.parametrize("place", [(0.0, 0.0), (1.2e-3, -0.7e-3), (-2.5e-3, 1.4e-3)])
+def test_the_nodes_carry_the_wrench(dome, place, options):
+    load, force, moment = pressed_ball(dome, place, **options)
+    assert load.resultant()[0] == pytest.approx(force, abs=1e-12)
+    assert load.resultant()[1] == pytest.approx(moment, abs=1e-14)
+    assert np.abs(load.residual_force).max() < 1e-12
+    assert load.contact_area > 0
+
+
+def test_what_friction_cannot_hold_is_left_over(dome):
+    load, force, moment = pressed_ball(dome, shear=(0.2, 0.0), friction=0.5, law="elastic")
+    assert np.linalg.norm(load.residual_force) == pytest.approx(0.1, rel=0.02)
+    assert load.resultant()[0] + load.residual_force == pytest.approx(force, abs=1e-12)
+    assert load.resultant()[1] + load.residual_moment == pytest.approx(moment, abs=1e-14)
+
+
+@pytest.mark.parametrize("surface", [SphereCap(1e3), CylinderSector(1e3)])
+def test_far_centres_of_curvature_leave_the_flat_pad(surface):
+    flat, bent = (in_double_precision(replace(LAYERED_PAD, surface=one), COARSE) for one in (Flat(), surface))
+    readings = []
+    for influence in (flat, bent):
+        footprint = Footprint.from_gap(
+            lambda x, y: ((x - 1e-3) ** 2 + (y + 0.5e-3) ** 2) / (2 * BALL), influence.surface
+        )
+        force = np.array([0.03, 0.01, -0.2])
+        moment = np.cross([1e-3, -0.5e-3, 0.0], force)
+        readings.append(influence.readings(contact_load(influence, footprint, force, moment=moment, law="elastic")))
+    np.testing.assert_allclose(readings[1], readings[0], rtol=0, atol=2e-3 * readings[0].max())
+
+
+def as_patch(surface: Surface) -> SurfacePatch:
+    """The same surface over the pad as splines, which know of no mirrors."""
+    lines = [np.linspace(-half, half, 33) for half in (5.2e-3, 3.7e-3)]
+    heights = surface.height(*np.meshgrid(*lines, indexing="ij"))
+    spline = RectBivariateSpline(lines[0], lines[1], heights, kx=5, ky=5)
+    (knots_x, knots_y), coefficients = spline.get_knots(), spline.get_coeffs()
+    shape = len(knots_x) - 6, len(knots_y) - 6
+    return SurfacePatch(tuple(knots_x), tuple(knots_y), tuple(map(tuple, np.reshape(coefficients, shape))))
+
+
+def test_a_patch_feels_as_the_surface_it_follows(dome):
+    patch = in_double_precision(replace(DOME, surface=as_patch(DOME.surface)), COARSE)
+    assert len(patch.mirrors.classes) == 1
+    expected, found = (one.readings(pressed_ball(one, shear=(0.03, -0.02), law="elastic")[0]) for one in (dome, patch))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * expected.max())
+
+
+@pytest.mark.parametrize("mirrors", [(True, False), (False, True), (False, False)])
+def test_the_core_reads_pads_with_fewer_mirrors(mirrors):
+    """By its own sums it reads what the matrices say in NumPy."""
+
+    class Lopsided(EllipsoidCap):
+        @property
+        def mirrors(self) -> tuple[bool, bool]:
+            return mirrors
+
+    influence = in_double_precision(replace(DOME, surface=Lopsided((11e-3, 8e-3, 9e-3))), COARSE)
+    load = SurfaceLoad.from_tractions(
+        influence, Point(1e-3, -0.7e-3).buffer(1.4e-3), lambda points, normals: -1e4 * normals + [300.0, 0.0, 0.0]
+    )
+    expected = influence.readings_of(influence.point_response(load))
+    np.testing.assert_allclose(influence.readings(load), expected, rtol=1e-9)
+
+
+def test_a_body_stands_where_it_is_said_to(dome):
+    """Heights over the pad's plane and over its surface are two ways to say the same."""
+    outer, place = dome.surface.outer, (1.2e-3, -0.7e-3)
+    height = resting_ball(outer, place)
+    upright = Footprint.from_height(height, dome.surface)
+    over = Footprint.from_gap(lambda x, y: height(x, y) - outer.height(x, y), dome.surface)
+    force = -0.2 * outer.normals(*place)
+    moment = np.cross(outer.positions(*place), force)
+    first, second = (contact_load(dome, one, force, moment=moment, law="elastic") for one in (upright, over))
+    np.testing.assert_allclose(first.forces, second.forces, rtol=0, atol=1e-9)
+
+
+def test_from_height_on_a_flat_pad_is_from_gap(layered):
+    def height(x, y):
+        return (x**2 + y**2) / (2 * BALL) + 3e-3
+
+    made = [make(height, layered.surface) for make in (Footprint.from_height, Footprint.from_gap)]
+    first, second = (contact_load(layered, one, [0.0, 0.0, -0.2], law="elastic") for one in made)
+    np.testing.assert_array_equal(first.forces, second.forces)
+
+
+def test_a_face_as_curved_as_the_pad_presses_evenly(dome):
+    footprint = Footprint.from_outline(Point(0.0, 0.0).buffer(1.5e-3), dome.surface)
+    load = contact_load(dome, footprint, [0.0, 0.0, -0.2], law="uniform")
+    assert load.contact_area == pytest.approx(np.pi * 1.5e-3**2, rel=0.03)
+    assert load.peak_pressure == pytest.approx(0.2 / (np.pi * 1.5e-3**2), rel=0.05)
+
+
+def test_two_bodies_feel_each_other(dome):
+    outer = dome.surface.outer
+    places = [(-2.2e-3, 0.0), (2.2e-3, 0.0)]
+    footprints = [Footprint.from_height(resting_ball(outer, place, 2e-3), dome.surface) for place in places]
+    forces = np.array([-0.1 * outer.normals(*place) for place in places])
+    moments = np.array([np.cross(outer.positions(*place), force) for place, force in zip(places, forces, strict=True)])
+    loads = contact_loads(dome, footprints, forces, moments=moments, law="elastic")
+    alone = contact_load(dome, footprints[0], forces[0], moment=moments[0], law="elastic")
+    for load, force in zip(loads, forces, strict=True):
+        np.testing.assert_allclose(load.resultant()[0], force, atol=1e-12)
+    # Mirror images of each other, each a little deeper or higher than alone.
+    np.testing.assert_allclose(loads[0].indentation, loads[1].indentation, rtol=1e-6)
+    assert 1e-4 < abs(loads[0].indentation / alone.indentation - 1) < 0.2
+
+
+@pytest.mark.parametrize("degrees", [5.0, 12.0])
+def test_a_ball_rolled_about_the_centre_gives_rolled_readings(degrees):
+    """Of a sphere cap about its centre, by taxels rolled with it; what is left is the coarse mesh's error."""
+    radius, turn = 12e-3, Rotation.from_euler("y", degrees, degrees=True)
+    outer, centre = SphereCap(radius), np.array([0.0, 0.0, -radius])
+    across = np.stack(np.meshgrid(np.linspace(-1.5e-3, 1.5e-3, 5), np.linspace(-1e-3, 1e-3, 3)), axis=-1).reshape(-1, 2)
+    still = outer.positions(across[:, 0], across[:, 1], 1.5e-3)
+    rolled = turn.apply(still - centre) + centre
+    taxels = FreeTaxels(np.concatenate([still, rolled]), np.full(2 * len(still), 0.4e-3))  # type: ignore[arg-type]
+    pad = Pad(
+        size=(14e-3, 10e-3), layers=(Layer(thickness=3e-3, young=3e6, poisson=0.49),), taxels=taxels, surface=outer
+    )
+    influence = in_double_precision(pad, MESHES["draft"])
+    readings = []
+    for angle in (Rotation.identity(), turn):
+        middle = angle.apply([0.0, 0.0, radius + BALL]) + centre
+        force, touch = angle.apply([0.02, 0.01, -0.3]), angle.apply([0.0, 0.0, radius]) + centre
+
+        def height(x, y, middle=middle):
+            square = BALL**2 - (x - middle[0]) ** 2 - (y - middle[1]) ** 2
+            return np.where(square > 0, middle[2] - np.sqrt(np.maximum(square, 0.0)), np.inf)
+
+        footprint = Footprint.from_height(height, influence.surface)
+        load = contact_load(influence, footprint, force, moment=np.cross(touch, force), law="elastic")
+        readings.append(influence.readings(load).reshape(2, -1)[len(readings)])
+    assert np.linalg.norm(readings[1] - readings[0]) < 0.03 * np.linalg.norm(readings[0])
+
+
+def test_patches_of_a_nearly_flat_surface_answer_as_flat_ones():
+    x, y = np.linspace(-4e-3, 4e-3, 8), np.linspace(-3e-3, 3e-3, 7)
+    flat, bent = flat_responses(x, y), bent_responses(x, y, SphereCap(1e3))
+    largest = flat.inverse_distance.max()
+    for name in ("inverse_distance", "xx", "xy", "yy", "along", "across"):
+        # Those far apart are integrated by points.
+        np.testing.assert_allclose(getattr(bent, name), getattr(flat, name), rtol=0, atol=2e-4 * largest, err_msg=name)
+
+
+def test_patches_of_a_curved_surface_answer_each_other_alike():
+    x, y = np.linspace(-4e-3, 4e-3, 8), np.linspace(-3e-3, 3e-3, 7)
+    compliance = bent_responses(x, y, EllipsoidCap((11e-3, 8e-3, 9e-3))).compliance(1e-6, 0.4)
+    whole = compliance.reshape(compliance.shape[0] * compliance.shape[1], -1)
+    np.testing.assert_allclose(whole, whole.T, rtol=0, atol=1e-12 * whole.max())
