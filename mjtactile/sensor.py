@@ -141,6 +141,9 @@ class TactileSensor:
     def outline(self, data: mujoco.MjData) -> Polygon | MultiPolygon:
         """What faces the pad of all bodies that press on it, in the pad frame [m]; empty without contact.
 
+        Of a round body on a flat pad that is all that could touch it; on a curved pad what is no further than
+        `facing_gap` over it.
+
         Warns:
             ContactWarning: of bodies of which nothing faces the sensing surface.
         """

@@ -45,7 +45,7 @@ def test_every_page_is_in_the_navigation_once():
 
 def test_tutorials_come_in_the_order_a_newcomer_needs():
     names = re.findall(r"tutorials/([\w-]+)\.md", NAVIGATION)
-    assert names == ["press", "pad-on-my-hand", "plugin-in-xml", "policy", "dataset", "own-pad"]
+    assert names == ["press", "pad-on-my-hand", "plugin-in-xml", "policy", "dataset", "own-pad", "curved-pad"]
     for name, following in pairwise(names):
         assert f"({following}.md)" in (DOCS / "tutorials" / f"{name}.md").read_text().rsplit("Next:", 1)[1]
 

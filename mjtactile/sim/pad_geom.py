@@ -202,7 +202,6 @@ def _add_meshes(spec: mujoco.MjSpec, name: str, solid: PadSolid) -> list[str]:
         spec.add_mesh(
             mujoco.MjSpec().default,
             name=mesh,
-            scale=[1.0, 1.0, 1.0],
             inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT,
             uservert=piece.vertices.ravel().tolist(),
             userface=piece.faces.ravel().tolist(),

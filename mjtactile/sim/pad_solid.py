@@ -129,26 +129,13 @@ def _swept(pad: Pad, part: _Part) -> Solid:
     columns, rows = len(x), len(y)
     number = np.arange(columns * rows).reshape(columns, rows)
     here, right, up, across = (a.ravel() for a in (number[:-1, :-1], number[1:, :-1], number[:-1, 1:], number[1:, 1:]))
-    top = np.concatenate([np.column_stack(corners) for corners in _halves(outer, here, right, across, up)])
+    top = np.concatenate([np.column_stack([here, right, across]), np.column_stack([here, across, up])])
     rim = np.concatenate([number[:-1, 0], number[-1, :-1], number[:0:-1, -1], number[0, :0:-1]])
     after, below = np.roll(rim, -1), columns * rows
     walls = np.concatenate(
         [np.column_stack([rim, rim + below, after + below]), np.column_stack([rim, after + below, after])]
     )
     return Solid(np.concatenate([outer, inner]), np.concatenate([top, top[:, ::-1] + below, walls]))
-
-
-def _halves(points: Array, here: Indices, right: Indices, across: Indices, up: Indices) -> list[tuple[Indices, ...]]:
-    """Triangles of cells, split along the diagonal that stands higher: the fold is that of the convex hull."""
-    z = points[:, 2]
-    rising = z[here] + z[across] >= z[right] + z[up]
-    falling = ~rising
-    return [
-        (here[rising], right[rising], across[rising]),
-        (here[rising], across[rising], up[rising]),
-        (here[falling], right[falling], up[falling]),
-        (right[falling], across[falling], up[falling]),
-    ]
 
 
 def _lines(pad: Pad, part: _Part) -> tuple[Array, Array]:

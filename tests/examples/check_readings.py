@@ -22,9 +22,15 @@ from mjtactile.sim.mujoco_library import pad_sensor_names
 
 
 def wrench_on(model: Any, data: Any, geom: int) -> np.ndarray:
-    """Force [N] and moment [N m] of all contacts on a pad's box about the middle of its +z face, in its axes, (6,)."""
+    """Force [N] and moment [N m] of all contacts on a pad about the origin of the pad frame, in its axes, (6,)."""
     turn = data.geom_xmat[geom].reshape(3, 3)
-    origin = data.geom_xpos[geom] + model.geom_size[geom, 2] * turn[:, 2]
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:  # of a curved pad, moved to its centre of mass
+        moved = np.empty(9)
+        mujoco.mju_quat2Mat(moved, model.mesh_quat[model.geom_dataid[geom]])
+        turn = turn @ moved.reshape(3, 3).T
+        origin = data.geom_xpos[geom] - turn @ model.mesh_pos[model.geom_dataid[geom]]
+    else:  # the middle of a box's +z face
+        origin = data.geom_xpos[geom] + model.geom_size[geom, 2] * turn[:, 2]
     total = np.zeros(6)
     for number in range(data.ncon):
         contact, found = data.contact[number], np.zeros(6)

@@ -47,6 +47,7 @@ EXAMPLES = {
     "dataset": Example("tutorials/dataset.md", pads=False),
     "own_pad": Example("tutorials/own-pad.md"),
     "curved_pad": Example("tutorials/curved-pad.md", pads=False),
+    "curved_pad_in_mujoco": Example("tutorials/curved-pad.md"),
     "forces_that_add_up": Example("forces.md"),
     "mujoco_rollout": Example("clients/mujoco-rollout.md"),
     "stable_baselines3_grasp": Example("clients/stable-baselines3.md", slow=True),

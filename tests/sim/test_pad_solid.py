@@ -27,7 +27,7 @@ PLACE = np.array([0.01, -0.02, 0.03]), np.array([0.3, 0.2, 0.8, 0.1]) / np.linal
 #: A hand whose meshes are in millimetres and whose geoms are not what a pad is.
 HAND = """
 <mujoco>
-  <default><mesh scale=".001 .001 .001"/><geom margin=".01" type="box" size="1 1 1" rgba="1 0 0 1"/></default>
+  <default><mesh scale=".001 .001 .001"/><geom margin=".01" group="2" type="box" size="1 1 1" rgba="1 0 0 1"/></default>
   <worldbody><body name="tip" pos="1 2 3" quat=".5 .5 -.5 .5"><joint type="slide"/></body></worldbody>
 </mujoco>
 """
@@ -140,6 +140,7 @@ def test_it_weighs_what_its_silicone_weighs(name):
     model = with_pad(CURVED[name]).compile()
     assert model.body("tip").mass[0] == pytest.approx(965.0 * volume(CURVED[name]), rel=5e-3)
     assert (model.geom_margin == 0).all()
+    assert (model.geom_group == 0).all()
     assert (model.geom_priority == 10).all()
 
 
@@ -193,6 +194,12 @@ def test_a_ball_settles_on_a_dome_where_it_was_put():
     from mjtactile.geometry.indenter import sphere
 
     model = press_scene(sphere(6e-3), pad=dome, shift=(3e-3, -2e-3))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 0
+    data.joint("press_z").qpos = -6e-6  # it waits 1 um above the pad, of which facets stand up to 5 um below the dome
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 1
     settled = press(model, mujoco.MjData(model), (0.0, 0.0, -1.0))
     assert settled.time < 0.1
     # It touches on the line between the two middles: 12 mm of 18 from that of the dome. Facets move that by .1 mm.
