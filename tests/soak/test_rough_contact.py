@@ -110,7 +110,7 @@ def test_a_load_on_the_sheets_corner_is_carried_as_near_to_it_as_can_be(fidelity
     mujoco.mj_forward(model, data)
     for sensor, side in (("touch", 1.0), ("touch2", -1.0)):
         carried = data.sensor(sensor).data
-        # The load goes through the corner: the triangle that bears it under the modulus lies there, its middle a third in.
+        # The load goes through the corner: the triangle that bears it under the modulus has its middle a third in.
         leg = np.sqrt(2 * -carried[2] / TOP_MODULUS)
         through = np.array([-carried[4], side * carried[3]]) / carried[2]
         # Cells are an eighth of the leg, and do not end where the triangle does: a few per cent of it.
