@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from mjtactile.contact.cells import compliance as compliances
 from mjtactile.contact.cells.compliance import SurfaceCompliance
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import ContactOptions, Wrench
+from mjtactile.contact.press import CellForces
 from mjtactile.contact.ready import new_press
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import build_influence
@@ -26,31 +28,42 @@ MODULUS = contact_modulus(POISSON)
 SIDE, PAD_RADIUS, BALL = 20e-3, 20e-3, 10e-3
 
 
+PAD = Pad(
+    size=(SIDE, SIDE),
+    layers=(Layer(thickness=0.9 * PAD_RADIUS, young=YOUNG, poisson=POISSON),),
+    taxels=TaxelGrid(rows=1, columns=1),
+    depths=(5e-3,),
+)
+#: By how much depths of cells may differ that the middle of each stands for: over their mean.
+SETTLED = 0.008
+
+
 def half_space(surface: Surface) -> InfluenceMatrices:
-    """A curved pad without tables whose surface has no remainder: all its compliance is that of the tangent plane."""
-    pad = Pad(
-        size=(SIDE, SIDE),
-        layers=(Layer(thickness=0.9 * PAD_RADIUS, young=YOUNG, poisson=POISSON),),
-        taxels=TaxelGrid(rows=1, columns=1),
-        depths=(5e-3,),
-        surface=surface,
-    )
+    """A curved pad of the tests' size, see below."""
+    return half_space_under(replace(PAD, surface=surface))
+
+
+def half_space_under(pad: Pad) -> InfluenceMatrices:
+    """A pad without tables whose surface has no remainder: all its compliance is that of the tangent plane."""
     influence = InfluenceMatrices(pad, Fidelity(mesh="draft"), {})
-    ends = np.array([-SIDE / 2, SIDE / 2])
+    ends_x, ends_y = (np.array([-side / 2, side / 2]) for side in pad.size)
     factor = (1 - POISSON**2) / (math.pi * YOUNG)
-    compliances._known[influence] = SurfaceCompliance(factor, POISSON, np.zeros((3, 1, 3, 1)), (ends, ends))
+    compliances._known[influence] = SurfaceCompliance(factor, POISSON, np.zeros((3, 1, 3, 1)), (ends_x, ends_y))
     return influence
 
 
-def pressed(influence: InfluenceMatrices, height, place: np.ndarray, force: float) -> SurfaceLoad:
-    """A body pressed along the surface's normal above a place (x, y)."""
+def pressed(
+    influence: InfluenceMatrices, height, place: np.ndarray, force: float, *, tilting: bool = False
+) -> tuple[SurfaceLoad, CellForces]:
+    """A body pressed along the surface's normal above a place (x, y), and its contact cells."""
     outer = influence.surface.outer
     vector = -force * outer.normals(*place)
     at = outer.positions(*place)
-    options = ContactOptions(law="elastic", tangential="proportional", friction=None, tilting=False, cells=600)
+    options = ContactOptions(law="elastic", tangential="proportional", friction=None, tilting=tilting, cells=600)
     press = new_press(influence, options, strength=0.0, narrowest=1e-9)
     footprint = Footprint.from_height(height, influence.surface)
-    return press.loads([footprint], [Wrench(vector, np.cross(at, vector))])[0].load
+    load = press.loads([footprint], [Wrench(vector, np.cross(at, vector))])[0].load
+    return load, press.cell_forces()
 
 
 def ball(outer: Surface, place: np.ndarray, radius: float):
@@ -70,7 +83,7 @@ def test_a_ball_on_a_ball_is_hertzs(place):
     influence, radius = half_space(SphereCap(PAD_RADIUS)), 1 / (1 / PAD_RADIUS + 1 / BALL)
     contact = 0.3e-3
     force = 4 * MODULUS * contact**3 / (3 * radius)
-    load = pressed(influence, ball(SphereCap(PAD_RADIUS), np.array(place), BALL), np.array(place), force)
+    load, _ = pressed(influence, ball(SphereCap(PAD_RADIUS), np.array(place), BALL), np.array(place), force)
     assert load.indentation == pytest.approx(contact**2 / radius, rel=0.02)
     assert math.sqrt(load.contact_area / math.pi) == pytest.approx(contact, rel=0.02)
     assert load.peak_pressure == pytest.approx(3 * force / (2 * math.pi * contact**2), rel=0.02)
@@ -91,10 +104,54 @@ def test_crossed_cylinders_are_hertzs(x):
 
     contact = 0.4e-3
     force = 4 * MODULUS * contact**3 / (3 * PAD_RADIUS)
-    load = pressed(influence, height, place, force)
+    load, _ = pressed(influence, height, place, force)
     assert load.indentation == pytest.approx(contact**2 / PAD_RADIUS, rel=0.02)
     assert math.sqrt(load.contact_area / math.pi) == pytest.approx(contact, rel=0.02)
     assert load.peak_pressure == pytest.approx(3 * force / (2 * math.pi * contact**2), rel=0.02)
+
+
+@pytest.mark.parametrize("surface", [SphereCap(8e-3), CylinderSector(7e-3)], ids=["cap", "cylinder"])
+@pytest.mark.parametrize("place", [(0.0, 0.0), (1.5e-3, 1e-3)], ids=["apex", "off"])
+def test_a_wide_contact_is_in_equilibrium_along_its_own_normals(surface, place):
+    """Every pressed cell is as deep, along its own normal, as the ball that came down by one distance is there.
+
+    Normals lean by 10 to 15 degrees here, so that nothing of what they do may be left out. The surface gives way as a
+    half space along the chords between cells (Johnson 1985, eq. 3.22).
+    """
+    pad = replace(PAD, size=(9e-3, 9e-3), layers=(replace(PAD.layers[0], thickness=6e-3),), surface=surface)
+    influence, place = half_space_under(pad), np.array(place)
+    _, cells = pressed(influence, ball(surface, place, 6e-3), place, 6.0)
+    pressed_ones = np.linalg.norm(cells.forces, axis=1) > 0
+    at, forces = surface.positions(*cells.centroids[pressed_ones].T), cells.forces[pressed_ones]
+    normals, down = surface.normals(*cells.centroids[pressed_ones].T), surface.normals(*place)
+    along = -(forces * normals).sum(axis=1)
+    np.testing.assert_allclose(forces, -along[:, None] * normals, atol=1e-9 * along.max())
+    assert np.degrees(np.arccos((normals @ down).min())) > 9
+    # Mean of 1/r over a square from its middle: 4 ln(1 + sqrt 2) / side.
+    apart = np.linalg.norm(at[:, None] - at, axis=-1)
+    np.fill_diagonal(apart, np.sqrt(cells.areas[pressed_ones]) / (4 * math.log(1 + math.sqrt(2))))
+    sunk = (1 - POISSON**2) / (math.pi * YOUNG) * (1 / apart) @ along
+    # The ball along the normals: |at + t n - centre| = radius.
+    to_centre = surface.positions(*place, -6e-3) - at
+    half = (to_centre * normals).sum(axis=1)
+    gap = half - np.sqrt(half**2 - (to_centre**2).sum(axis=1) + (6e-3) ** 2)
+    depth = (gap + sunk) / (normals @ down)
+    assert np.ptp(depth) < SETTLED * depth.mean()
+
+
+def test_what_presses_on_one_side_turns_about_where_its_normals_go():
+    """Half a ball tilts until its cells' forces, in space, have the force's line."""
+    surface, place = SphereCap(8e-3), np.array([0.8e-3, 0.0])
+    influence = half_space_under(
+        replace(PAD, size=(9e-3, 9e-3), layers=(replace(PAD.layers[0], thickness=6e-3),), surface=surface)
+    )
+    whole = ball(surface, np.array([0.0, 0.0]), 6e-3)
+    _, cells = pressed(influence, lambda x, y: np.where(x > 0, whole(x, y), np.inf), place, 3.0, tilting=True)
+    at = surface.positions(*cells.centroids.T)
+    moment = np.cross(at, cells.forces).sum(axis=0)
+    expected = np.cross(surface.positions(*place), -3.0 * surface.normals(*place))
+    np.testing.assert_allclose(cells.forces.sum(axis=0), -3.0 * surface.normals(*place), atol=1e-9)
+    np.testing.assert_allclose(moment, expected, atol=1e-10)
 
 
 @pytest.fixture(scope="module")
