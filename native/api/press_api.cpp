@@ -42,13 +42,11 @@ class CalledMap : public HeightMap {
     }
   }
   Rectangle bounds() const override { return bounds_; }
-  const std::vector<Point>& candidates() const override { return candidates_; }
 
  private:
   mutable std::vector<double> coordinates_;
   mjt_heights heights_;
   Rectangle bounds_;
-  std::vector<Point> candidates_;
 };
 
 }  // namespace

@@ -178,10 +178,10 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
 template <typename Value>
 double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
   const TangentPlane* plane = plane_of(press);
-  const Rectangle part = plane == nullptr ? sheet() : plane->bounds();
+  const Rectangle part = plane == nullptr ? sheet() : plane->whole().bounds;
   // Over a curved pad the body may stand between its highest and its lowest point.
-  const double low = plane == nullptr ? floor : plane->lowest() + floor;
-  const double high = plane == nullptr ? pad_->depth() : plane->highest() + pad_->depth();
+  const double low = plane == nullptr ? floor : plane->whole().lowest + floor;
+  const double high = plane == nullptr ? pad_->depth() : plane->whole().highest + pad_->depth();
   if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, low, high)) return 0.0;
   const HeightMap* map = &press.gap;
   if (plane != nullptr) {
@@ -197,7 +197,7 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
 // lies on the sheet.
 template <typename Value>
 bool PadSensor<Value>::press_points(const Touch& touch, BodyPress& press) {
-  const Rectangle over = curved() ? press.plane.bounds() : sheet();
+  const Rectangle over = curved() ? press.plane.whole().bounds : sheet();
   starts_.clear();
   ends_.clear();
   for (const ContactPoint& point : touch.points) {
@@ -223,7 +223,7 @@ bool PadSensor<Value>::press_map(const Touch& touch, BodyPress& press) {
   }
   press.turned.place(*touch.map, *plane);
   press.over.place(press.turned, *plane, -kNowhere, kNowhere);
-  return press.patch.solve(press.over, plane->bounds(), pad_->compliance(), options_, touch.wrench, press.workspace, plane);
+  return press.patch.solve(press.over, plane->whole().bounds, pad_->compliance(), options_, touch.wrench, press.workspace, plane);
 }
 
 // What touches a curved pad, as it is seen from the tangent plane where its force goes in.

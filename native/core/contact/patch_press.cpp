@@ -222,7 +222,7 @@ Plane PatchPress::resting(const SearchLoad& load) {
 
 void PatchPress::place_again(const SurfaceCompliance& compliance, const LawOptions& options,
                              CellContact::Workspace& workspace) {
-  contact_.place(cells_.face(), kHere, compliance, options, workspace);
+  contact_.place(cells_.face(), kHere, compliance, options, workspace, bends_ ? &bent_ : nullptr);
 }
 
 // Above each cell, on a curved pad where the cell's own normal meets the body.

@@ -24,8 +24,11 @@ class HeightMap {
   }
   // The part of the sheet outside of which nothing faces the pad.
   virtual Rectangle bounds() const = 0;
-  // Points where it may stand lowest, besides those that a grid over the bounds finds.
-  virtual const std::vector<Point>& candidates() const = 0;
+  // Points where it may stand lowest, besides those that a grid over the bounds finds: none where nothing is known.
+  virtual const std::vector<Point>& candidates() const {
+    static const std::vector<Point> none;
+    return none;
+  }
 };
 
 }  // namespace mjtactile

@@ -11,9 +11,6 @@ constexpr double kOnSurface = 1e-10;
 // Steps of the secant method from the surface to a body above it, and the length of the last over the body's width.
 constexpr int kSteps = 6;
 constexpr double kSame = 1e-9;
-// Lines along each side on which it is looked how far a body reaches, and the margin about what they see, over it.
-constexpr int kLines = 9;
-constexpr double kMargin = 0.02;
 
 }  // namespace
 
@@ -22,7 +19,7 @@ void SurfaceMap::place(const HeightMap& body, const TangentPlane& plane, double 
   plane_ = &plane;
   floor_ = floor;
   ceiling_ = ceiling;
-  const Rectangle of_body = body.bounds(), &of_pad = plane.bounds();
+  const Rectangle of_body = body.bounds(), &of_pad = plane.whole().bounds;
   bounds_ = {std::max(of_body.west, of_pad.west), std::max(of_body.south, of_pad.south),
              std::min(of_body.east, of_pad.east), std::min(of_body.north, of_pad.north)};
   candidates_ = body.candidates();
@@ -47,21 +44,7 @@ void SurfaceMap::heights(const std::vector<Point>& points, std::vector<double>& 
 void TurnedMap::place(const HeightMap& upright, const TangentPlane& plane) {
   upright_ = &upright;
   plane_ = &plane;
-  const Rectangle over = upright.bounds();
-  bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
-  for (int row = 0; row < kLines; ++row) {
-    for (int column = 0; column < kLines; ++column) {
-      const double x = over.west + (over.east - over.west) * column / (kLines - 1);
-      const double y = over.south + (over.north - over.south) * row / (kLines - 1);
-      const double point[3] = {x, y, plane.surface().at(x, y).z};
-      double here[3];
-      plane.into(point, here);
-      bounds_ = {std::min(bounds_.west, here[0]), std::min(bounds_.south, here[1]), std::max(bounds_.east, here[0]),
-                 std::max(bounds_.north, here[1])};
-    }
-  }
-  const double more = kMargin * std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south);
-  bounds_ = {bounds_.west - more, bounds_.south - more, bounds_.east + more, bounds_.north + more};
+  bounds_ = plane.piece(upright.bounds()).bounds;
 }
 
 double TurnedMap::height(double u, double v) const {

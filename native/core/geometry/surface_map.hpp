@@ -37,7 +37,6 @@ class TurnedMap : public HeightMap {
   double height(double u, double v) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
   Rectangle bounds() const override { return bounds_; }
-  const std::vector<Point>& candidates() const override { return candidates_; }
 
  private:
   struct Line {           // over a point of the plane
@@ -52,7 +51,6 @@ class TurnedMap : public HeightMap {
   mutable std::vector<Line> lines_;
   mutable std::vector<Point> asked_, one_;   // points of the pad's plane below those that are looked at
   mutable std::vector<double> found_;
-  std::vector<Point> candidates_;
 };
 
 }  // namespace mjtactile

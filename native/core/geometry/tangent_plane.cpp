@@ -11,7 +11,7 @@ constexpr int kSteps = 12;
 constexpr double kConverged = 1e-13;
 // What leans more than this against the plane is not seen (its cosine).
 constexpr double kSeen = 0.1;
-// Lines along each side on which it is looked how far the pad reaches, and the margin about what they see, over it.
+// Lines along each side on which it is looked how far a piece reaches, and the margin about what they see, over it.
 constexpr int kLines = 9;
 constexpr double kMargin = 0.02;
 
@@ -29,7 +29,6 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
   surface_ = &surface;
   const SurfacePoint at = surface.at(foot.x, foot.y);
   origin_[0] = foot.x, origin_[1] = foot.y, origin_[2] = at.z;
-  std::copy(at.slopes, at.slopes + 2, slopes_);
   double *along = axes_, *across = axes_ + 3, *normal = axes_ + 6;
   const double length = std::sqrt(1.0 + at.slopes[0] * at.slopes[0]);
   along[0] = 1.0 / length, along[1] = 0.0, along[2] = at.slopes[0] / length;
@@ -48,29 +47,28 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
     std::copy(forms, forms + 6, forms_);
     middle_ = form(normal, from_middle);
   }
-  find_bounds();
+  whole_ = piece(surface.sheet());
+  whole_.highest = std::max(whole_.highest, 0.0);   // of where it is touched
 }
 
-void TangentPlane::find_bounds() {
-  const Rectangle& sheet = surface_->sheet();
-  bounds_ = {INFINITY, INFINITY, -INFINITY, -INFINITY};
-  lowest_ = INFINITY, highest_ = -INFINITY;
+SeenPiece TangentPlane::piece(const Rectangle& above) const {
+  Rectangle seen = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+  double lowest = INFINITY, highest = -INFINITY;
   for (int row = 0; row < kLines; ++row) {
     for (int column = 0; column < kLines; ++column) {
-      const double x = sheet.west + (sheet.east - sheet.west) * column / (kLines - 1);
-      const double y = sheet.south + (sheet.north - sheet.south) * row / (kLines - 1);
+      const double x = above.west + (above.east - above.west) * column / (kLines - 1);
+      const double y = above.south + (above.north - above.south) * row / (kLines - 1);
       const double point[3] = {x, y, surface_->at(x, y).z};
       double here[3];
       into(point, here);
-      bounds_ = {std::min(bounds_.west, here[0]), std::min(bounds_.south, here[1]), std::max(bounds_.east, here[0]),
-                 std::max(bounds_.north, here[1])};
-      lowest_ = std::min(lowest_, here[2]), highest_ = std::max(highest_, here[2]);
+      seen = {std::min(seen.west, here[0]), std::min(seen.south, here[1]), std::max(seen.east, here[0]),
+              std::max(seen.north, here[1])};
+      lowest = std::min(lowest, here[2]), highest = std::max(highest, here[2]);
     }
   }
-  const double more = kMargin * std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south);
-  bounds_ = {bounds_.west - more, bounds_.south - more, bounds_.east + more, bounds_.north + more};
-  highest_ = std::max(highest_ + kMargin * (highest_ - lowest_), 0.0);
-  lowest_ -= kMargin * (highest_ - lowest_);
+  const double more = kMargin * std::max(seen.east - seen.west, seen.north - seen.south);
+  const double higher = kMargin * (highest - lowest);
+  return {{seen.west - more, seen.south - more, seen.east + more, seen.north + more}, lowest - higher, highest + higher};
 }
 
 bool TangentPlane::look(double u, double v, SeenSurface& seen) const {

@@ -15,6 +15,12 @@ struct SeenSurface {
   double x, y;        // where that is on the pad [m]
 };
 
+// What a piece of the surface covers as the plane sees it.
+struct SeenPiece {
+  Rectangle bounds;         // of (u, v) [m]
+  double lowest, highest;   // w [m]
+};
+
 class TangentPlane {
  public:
   // Touch a surface above a point of the pad's plane.
@@ -24,10 +30,9 @@ class TangentPlane {
   bool look(double u, double v, SeenSurface& seen) const;
   // The same beyond the pad's edge as well; where nothing is seen the plane itself stands in.
   SeenSurface beyond(double u, double v) const;
-  // The part of the plane over which the pad is, and the least and largest height of it there.
-  const Rectangle& bounds() const { return bounds_; }
-  double lowest() const { return lowest_; }
-  double highest() const { return highest_; }
+  // The surface above a rectangle of the pad's plane, with a small margin, and all of the pad's.
+  SeenPiece piece(const Rectangle& above) const;
+  const SeenPiece& whole() const { return whole_; }
   const OuterSurface& surface() const { return *surface_; }
 
   // Between the pad frame and this one: points, vectors, poses and wrenches, those about the origin of each frame.
@@ -46,14 +51,11 @@ class TangentPlane {
   bool meets(double u, double v, SeenSurface& seen) const;
   bool look_at_quadric(double u, double v, SeenSurface& seen) const;
   bool look_at_patch(double u, double v, SeenSurface& seen) const;
-  void find_bounds();
 
   const OuterSurface* surface_ = nullptr;
   double origin_[3] = {}, axes_[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   double forms_[6] = {}, middle_ = 0.0;   // of a quadric: (U U, V V, N N, U V, U N, V N), and N with its middle
-  double slopes_[2] = {};                 // of the surface where it is touched, along x and y
-  Rectangle bounds_ = {};
-  double lowest_ = 0.0, highest_ = 0.0;
+  SeenPiece whole_ = {};
 };
 
 // Where the line of a wrench (6), about the pad's origin, goes into a surface: the point of the pad's plane below, or the

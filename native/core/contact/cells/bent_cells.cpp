@@ -59,20 +59,14 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const do
   workspace.areas.assign(cells, 0.0);
   const auto place = [](std::int32_t cell) { return static_cast<std::size_t>(cell); };
   for (const CellEdge& edge : face.edges) {
-    TractionEdge step = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
-    for (const bool first : {true, false}) {
-      const double* end = first ? edge.start : edge.end;
-      const SeenSurface seen = plane_->beyond(end[0], end[1]);
-      double* to = first ? step.start : step.end;
-      to[0] = seen.x, to[1] = seen.y;
-    }
+    const SeenSurface start = plane_->beyond(edge.start[0], edge.start[1]), end = plane_->beyond(edge.end[0], edge.end[1]);
+    const TractionEdge on_pad = {{start.x, start.y}, {end.x, end.y}, {0.0, 0.0, 0.0}};
     // Of the polygons that the cells are on the pad's plane.
     const double near[2] = {on_pad_[0], on_pad_[1]};
-    const double cross = ((step.start[0] - near[0]) * (step.end[1] - near[1]) -
-                          (step.end[0] - near[0]) * (step.start[1] - near[1])) / 2;
+    const double cross = ((start.x - near[0]) * (end.y - near[1]) - (end.x - near[0]) * (start.y - near[1])) / 2;
     if (edge.left >= 0) workspace.areas[place(edge.left)] += cross;
     if (edge.right >= 0) workspace.areas[place(edge.right)] -= cross;
-    workspace.edges.push_back(step);
+    workspace.edges.push_back(on_pad);
   }
   workspace.tractions.assign(3 * cells, 0.0);
   for (std::size_t i = 0; i < cells; ++i) {
@@ -82,60 +76,64 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const do
   }
   std::size_t kept = 0;
   for (std::size_t e = 0; e < face.edges.size(); ++e) {
-    const CellEdge& edge = face.edges[e];
-    TractionEdge step = workspace.edges[e];
-    bool stepped = false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double left = edge.left < 0 ? 0.0 : workspace.tractions[3 * place(edge.left) + k];
-      const double right = edge.right < 0 ? 0.0 : workspace.tractions[3 * place(edge.right) + k];
-      step.traction[k] = left - right;
-      stepped = stepped || step.traction[k] != 0.0;
-    }
-    if (stepped) workspace.edges[kept++] = step;
+    TractionEdge on_pad = workspace.edges[e];
+    if (face.edges[e].step(workspace.tractions, on_pad.traction)) workspace.edges[kept++] = on_pad;
   }
   grid.traction_forces(workspace.edges.data(), kept, workspace.grid, nodal);
-  return correct(grid, wrench, nodal);
+  gather(grid, nodal, workspace.nodes);
+  return correct(workspace.nodes, wrench);
 }
 
-// Loaded nodes take what is left of the wrench as a rigid motion of what each carries.
-bool BentCells::correct(const SurfaceGrid& grid, double* wrench, double* nodal) const {
-  const std::size_t columns = grid.nodes_x(), rows = grid.nodes_y();
-  const auto node = [](const std::vector<double>& ends, std::size_t number) {
+void BentCells::gather(const SurfaceGrid& grid, double* nodal, std::vector<LoadedNode>& nodes) const {
+  const auto place = [](const std::vector<double>& ends, std::size_t number) {
     return number % 2 == 0 ? ends[number / 2] : (ends[number / 2] + ends[number / 2 + 1]) / 2;
   };
   const double *origin = plane_->origin(), *normal = plane_->axes() + 6;
-  double sum[6] = {}, gram[36] = {}, all = 0.0, length = 0.0;
-  const auto visit = [&](auto&& each) {
-    for (std::size_t row = 0; row < rows; ++row) {
-      for (std::size_t column = 0; column < columns; ++column) {
-        double* force = nodal + 3 * (row * columns + column);
-        if (force[0] == 0.0 && force[1] == 0.0 && force[2] == 0.0) continue;
-        const double x = node(grid.x(), column), y = node(grid.y(), row);
-        const double arm[3] = {x - origin[0], y - origin[1], plane_->surface().at(x, y).z - origin[2]};
-        each(force, arm, std::abs(force[0] * normal[0] + force[1] * normal[1] + force[2] * normal[2]));
-      }
+  nodes.clear();
+  for (std::size_t row = 0; row < grid.nodes_y(); ++row) {
+    for (std::size_t column = 0; column < grid.nodes_x(); ++column, nodal += 3) {
+      if (nodal[0] == 0.0 && nodal[1] == 0.0 && nodal[2] == 0.0) continue;
+      const double x = place(grid.x(), column), y = place(grid.y(), row);
+      nodes.push_back({nodal, {x - origin[0], y - origin[1], plane_->surface().at(x, y).z - origin[2]},
+                       std::abs(nodal[0] * normal[0] + nodal[1] * normal[1] + nodal[2] * normal[2])});
     }
-  };
-  visit([&](double* force, const double* arm, double weight) {
+  }
+}
+
+// Loaded nodes take what is left of the wrench as a rigid motion of what each carries.
+bool BentCells::correct(const std::vector<LoadedNode>& nodes, double* wrench) const {
+  const double* origin = plane_->origin();
+  double sum[6] = {}, all = 0.0, length = 0.0;
+  for (const LoadedNode& node : nodes) {
     for (int k = 0; k < 3; ++k) {
-      sum[k] += force[k];
-      sum[3 + k] += arm[(k + 1) % 3] * force[(k + 2) % 3] - arm[(k + 2) % 3] * force[(k + 1) % 3];
-      length += weight * arm[k] * arm[k];
+      sum[k] += node.force[k];
+      sum[3 + k] += node.arm[(k + 1) % 3] * node.force[(k + 2) % 3] - node.arm[(k + 2) % 3] * node.force[(k + 1) % 3];
+      length += node.weight * node.arm[k] * node.arm[k];
     }
-    all += weight;
-  });
+    all += node.weight;
+  }
   if (!(all > 0.0)) return false;
   length = std::max(std::sqrt(length / all), 1e-9);
-  // Motions: three translations and three turns about the plane's point, over the length.
-  visit([&](double*, const double* arm, double weight) {
-    const double x = arm[0] / length, y = arm[1] / length, z = arm[2] / length;
-    const double moved[3][6] = {{1, 0, 0, 0, z, -y}, {0, 1, 0, -z, 0, x}, {0, 0, 1, y, -x, 0}};
-    for (std::size_t a = 0; a < 6; ++a) {
-      for (std::size_t b = 0; b < 6; ++b) {
-        for (int k = 0; k < 3; ++k) gram[6 * a + b] += weight / all * moved[k][a] * moved[k][b];
-      }
+  // Motions: three translations and three turns about the plane's point, over the length. Moments of the weights tell
+  // what forces in proportion to them and to a motion sum up to.
+  double first[3] = {}, second[3][3] = {};
+  for (const LoadedNode& node : nodes) {
+    for (int i = 0; i < 3; ++i) {
+      const double one = node.weight / all * node.arm[i] / length;
+      first[i] += one;
+      for (int j = 0; j < 3; ++j) second[i][j] += one * node.arm[j] / length;
     }
-  });
+  }
+  const double squares = second[0][0] + second[1][1] + second[2][2];
+  double gram[36] = {};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t next = (i + 1) % 3, last = (i + 2) % 3;
+    gram[7 * i] = 1.0;
+    // A turn about axis i moves along the next axis by minus the last coordinate, and along the last by the next one.
+    gram[6 * next + 3 + i] = gram[6 * (3 + i) + next] = -first[last];
+    gram[6 * last + 3 + i] = gram[6 * (3 + i) + last] = first[next];
+    for (std::size_t j = 0; j < 3; ++j) gram[6 * (3 + i) + 3 + j] = (i == j ? squares : 0.0) - second[i][j];
+  }
   double left[6];   // about the plane's point
   for (int k = 0; k < 3; ++k) {
     const double moment = origin[(k + 1) % 3] * wrench[(k + 2) % 3] - origin[(k + 2) % 3] * wrench[(k + 1) % 3];
@@ -149,12 +147,13 @@ bool BentCells::correct(const SurfaceGrid& grid, double* wrench, double* nodal) 
     }
     return false;
   }
-  visit([&](double* force, const double* arm, double weight) {
-    const double x = arm[0] / length, y = arm[1] / length, z = arm[2] / length;
-    force[0] += weight * (left[0] + z * left[4] - y * left[5]);
-    force[1] += weight * (left[1] - z * left[3] + x * left[5]);
-    force[2] += weight * (left[2] + y * left[3] - x * left[4]);
-  });
+  for (const LoadedNode& node : nodes) {
+    const double* arm = node.arm;
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3, last = (k + 2) % 3;
+      node.force[k] += node.weight * (left[k] + (left[3 + next] * arm[last] - left[3 + last] * arm[next]) / length);
+    }
+  }
   return true;
 }
 

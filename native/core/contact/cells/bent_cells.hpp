@@ -18,10 +18,15 @@ namespace mjtactile {
 
 class BentCells {
  public:
+  struct LoadedNode {
+    double* force;
+    double arm[3], weight;   // from the plane's point [m]; how much presses on it [N]
+  };
   struct Workspace {
     SurfaceGrid::Workspace grid;
     std::vector<TractionEdge> edges;
     std::vector<double> tractions, areas;
+    std::vector<LoadedNode> nodes;
   };
 
   // Lay the cells of a face, whose frame is the plane's. The plane must stay.
@@ -48,7 +53,8 @@ class BentCells {
                     Workspace& workspace, double* nodal) const;
 
  private:
-  bool correct(const SurfaceGrid& grid, double* wrench, double* nodal) const;
+  void gather(const SurfaceGrid& grid, double* nodal, std::vector<LoadedNode>& nodes) const;
+  bool correct(const std::vector<LoadedNode>& nodes, double* wrench) const;
 
   const TangentPlane* plane_ = nullptr;
   std::vector<double> on_pad_, positions_, levers_, slopes_, stretches_, places_;

@@ -4,6 +4,17 @@
 
 namespace mjtactile {
 
+bool CellEdge::step(const std::vector<double>& tractions, double* step) const {
+  bool steps = false;
+  for (int k = 0; k < 3; ++k) {
+    const double of_left = left < 0 ? 0.0 : tractions[static_cast<std::size_t>(3 * left + k)];
+    const double of_right = right < 0 ? 0.0 : tractions[static_cast<std::size_t>(3 * right + k)];
+    step[k] = of_left - of_right;
+    steps = steps || step[k] != 0.0;
+  }
+  return steps;
+}
+
 bool place(const Face& face, const Pose& pose, Placement& placement) {
   double turn[9];  // face's frame to the pad's: pose.rotation * face.rotation^T
   for (int i = 0; i < 3; ++i) {

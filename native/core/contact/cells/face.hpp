@@ -14,6 +14,9 @@ namespace mjtactile {
 struct CellEdge {
   double start[2], end[2];
   std::int32_t left, right;  // cells to its left and right, -1 for none
+
+  // The step of tractions (cells, 3) across it; false where there is none.
+  bool step(const std::vector<double>& tractions, double* step) const;
 };
 
 // Cells of a face in its own frame, whose z axis is the pad's when the face lies flat on it. Immutable, shared.

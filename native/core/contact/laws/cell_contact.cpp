@@ -366,18 +366,11 @@ void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const 
   }
   workspace.edges.clear();
   for (const CellEdge& edge : face.edges) {
-    TractionEdge step = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0, 0.0}};
-    bool stepped = false;
-    for (int k = 0; k < 3; ++k) {
-      const double left = edge.left < 0 ? 0.0 : workspace.tractions[static_cast<std::size_t>(3 * edge.left + k)];
-      const double right = edge.right < 0 ? 0.0 : workspace.tractions[static_cast<std::size_t>(3 * edge.right + k)];
-      step.traction[k] = left - right;
-      stepped = stepped || step.traction[k] != 0.0;
-    }
-    if (!stepped) continue;
+    TractionEdge on_pad;
+    if (!edge.step(workspace.tractions, on_pad.traction)) continue;
     const Point start = placement_({edge.start[0], edge.start[1]}), end = placement_({edge.end[0], edge.end[1]});
-    step.start[0] = start.x, step.start[1] = start.y, step.end[0] = end.x, step.end[1] = end.y;
-    workspace.edges.push_back(step);
+    on_pad.start[0] = start.x, on_pad.start[1] = start.y, on_pad.end[0] = end.x, on_pad.end[1] = end.y;
+    workspace.edges.push_back(on_pad);
   }
   grid.traction_forces(workspace.edges.data(), workspace.edges.size(), workspace.grid, nodal);
 }
