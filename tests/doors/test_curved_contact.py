@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 from curved_pads import BULGES, CURVED, HOLLOWS, stack
+from pads_on_bodies import add_ball, hold_all_but_the_ball
 
 import mjtactile
 from mjtactile.hands import attach_hand, hand
@@ -41,10 +42,7 @@ def ball_over(
     site = data.site(f"{name}_surface")
     turn = site.xmat.reshape(3, 3)
     normal = turn @ pad.surface.normals(*place)
-    middle = site.xpos + turn @ pad.surface.positions(*place) + (RADIUS + 2e-5) * normal
-    ball = spec.worldbody.add_body(name="ball", pos=middle)
-    ball.add_joint(name="slide", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=-normal, damping=1.0)
-    ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[RADIUS, 0, 0], mass=0.05)
+    add_ball(spec, site.xpos + turn @ pad.surface.positions(*place), normal, RADIUS, 2e-5)
     model = spec.compile()
     data = mujoco.MjData(model)
     data.joint("slide").qfrc_applied = force
@@ -256,12 +254,9 @@ def test_every_pad_of_the_shadow_hand_feels_a_ball():
         mujoco.mj_forward(data.model, data)
         site = data.site(f"{one.name}_surface")
         normal = site.xmat.reshape(3, 3)[:, 2]
-        ball = spec.worldbody.add_body(name="ball", pos=site.xpos + 5.05e-3 * normal)
-        ball.add_joint(name="slide", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=-normal, damping=1.0)
-        ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[5e-3, 0, 0], mass=0.05)
+        add_ball(spec, site.xpos, normal, 5e-3, 5e-5)
         model = spec.compile()
-        held = np.arange(model.nv) != model.joint("slide").dofadr[0]
-        model.dof_armature[held], model.dof_damping[held] = 1e3, 1e5
+        hold_all_but_the_ball(model)
         data = mujoco.MjData(model)
         data.joint("slide").qfrc_applied = 0.3
         model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_SENSOR

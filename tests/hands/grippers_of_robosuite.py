@@ -1,6 +1,6 @@
 """Hands of robosuite with their pads, in robosuite's environment; prints as JSON how they stand and what they read.
 
-    python tests/hands/grippers_of_robosuite.py
+    PYTHONPATH=tests python tests/hands/grippers_of_robosuite.py
 
 By hand: the pads' surfaces over the convex hulls that collide under them, least and most by shape [mm]; and what the
 first pad carries of a ball that presses with .5 N.
@@ -17,6 +17,7 @@ import mujoco
 import numpy as np
 import robosuite  # pyright: ignore[reportMissingImports]
 import trimesh
+from pads_on_bodies import add_ball, hold_all_but_the_ball, surface_in_body
 from robosuite.models.grippers import gripper_factory  # pyright: ignore[reportMissingImports]
 
 import mjtactile
@@ -52,12 +53,7 @@ def gripper(name: str) -> mujoco.MjSpec:
 
 def over_hulls(model: Any, one: HandPad) -> tuple[float, float]:
     """How far a pad stands over the hulls of the colliding geoms of its body along its normals, least and most [mm]."""
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, np.array(one.quat))
-    turn = turn.reshape(3, 3)
-    x, y = (line.ravel() for line in np.meshgrid(*(np.linspace(-side / 2, side / 2, 21) for side in one.pad.size)))
-    points = np.array(one.pos) + one.pad.surface.positions(x, y) @ turn.T
-    normals = one.pad.surface.normals(x, y) @ turn.T
+    points, normals = surface_in_body(one)
     body, found = model.body(PREFIX + one.body), np.full(len(points), np.inf)
     for geom in range(int(body.geomadr[0]), int(body.geomadr[0]) + int(body.geomnum[0])):
         if not model.geom_contype[geom] or model.geom(geom).name.endswith("_pad"):
@@ -105,13 +101,9 @@ def felt(name: str) -> float:
     data = opened(name, spec.compile())
     mujoco.mj_forward(data.model, data)
     surface = data.site(f"{first}_surface")
-    normal = surface.xmat.reshape(3, 3)[:, 2]
-    ball = spec.worldbody.add_body(name="ball", pos=surface.xpos + 6.1e-3 * normal)
-    ball.add_joint(name="slide", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=-normal, damping=1.0)
-    ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[6e-3, 0, 0], mass=0.05)
+    add_ball(spec, surface.xpos, surface.xmat.reshape(3, 3)[:, 2], 6e-3, 1e-4)
     model = spec.compile()
-    held = np.arange(model.nv) != model.joint("slide").dofadr[0]
-    model.dof_armature[held], model.dof_damping[held] = 1e3, 1e5
+    hold_all_but_the_ball(model)
     data = opened(name, model)
     data.joint("slide").qfrc_applied = 0.5
     mujoco.mj_step(model, data, 1000)

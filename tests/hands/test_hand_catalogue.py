@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from pads_on_bodies import surface_in_body
 
 import mjtactile.attach
 from mjtactile.errors import SceneError
@@ -93,12 +94,7 @@ def geoms_under(name: str) -> list[tuple[mujoco.MjModel, HandPad]]:
 
 def heights_over_geoms(model: mujoco.MjModel, one: HandPad) -> np.ndarray:
     """How far points of a pad's surface stand over the colliding geoms of its body, along the normals [m]."""
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, np.array(one.quat))
-    turn = turn.reshape(3, 3)
-    x, y = (line.ravel() for line in np.meshgrid(*(np.linspace(-side / 2, side / 2, 21) for side in one.pad.size)))
-    points = np.array(one.pos) + one.pad.surface.positions(x, y) @ turn.T
-    normals = one.pad.surface.normals(x, y) @ turn.T
+    points, normals = surface_in_body(one)
     body, found = model.body(one.body), np.full(len(points), np.inf)
     for geom in range(int(body.geomadr[0]), int(body.geomadr[0]) + int(body.geomnum[0])):
         if not model.geom_contype[geom] and not model.geom_conaffinity[geom]:

@@ -20,7 +20,8 @@ def test_pads_stand_on_robosuites_hands_as_the_tables_say_and_feel_a_ball():
     if not (FOLDER / "robosuite" / "installed").is_file():
         pytest.skip("the environment of robosuite is not there: make examples")
     python = install("robosuite", FOLDER)
-    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "MJTACTILE_LIBRARY")}
+    environment = {name: value for name, value in os.environ.items() if name != "MJTACTILE_LIBRARY"}
+    environment["PYTHONPATH"] = str(SCRIPT.parents[1])
     done = subprocess.run([str(python), str(SCRIPT)], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     answers = json.loads(done.stdout.splitlines()[-1])

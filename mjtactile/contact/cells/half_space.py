@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,42 +16,6 @@ from mjtactile.pad_shape.surfaces import Surface
 #: Patches no farther from each other than so many, along both axes, are integrated in closed form on a curved surface:
 #: in the tangent plane of the first. For those farther apart a rule with so many points along each side does.
 _NEAR, _FAR_ORDER = 2, 2
-
-
-class HalfSpaceIntegrals(NamedTuple):
-    """Integrals over pairs of cells (cells, cells) [m^3], r and (x, y) from a point of the second to one of the first.
-
-    Attributes:
-        inverse_distance: of 1/r.
-        xx: of y^2/r^3.
-        xy: of -x y/r^3.
-        yy: of x^2/r^3.
-        along: of x/r^2.
-        across: of y/r^2.
-    """
-
-    inverse_distance: Array
-    xx: Array
-    xy: Array
-    yy: Array
-    along: Array
-    across: Array
-
-
-def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> HalfSpaceIntegrals:
-    """Integrals of a half space's response over pairs of cells.
-
-    Args:
-        edges: between cells, each once, (edges, 2 ends, 2) [m].
-        sides: cells to the left and right of each, (edges, 2); -1 for none.
-        cells: their number.
-    """
-    edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
-    integrals = np.empty((len(HalfSpaceIntegrals._fields), cells, cells))
-    library().mjt_half_space(
-        ctypes.c_size_t(cells), ctypes.c_size_t(len(edges)), pointer(edges), pointer(sides), pointer(integrals)
-    )
-    return HalfSpaceIntegrals(*integrals)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +59,22 @@ class HalfSpaceResponses:
         return factor * compliance
 
 
+def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> Array:
+    """What `HalfSpaceResponses` holds times the areas of both cells, (6, cells, cells) [m^3].
+
+    Args:
+        edges: between cells, each once, (edges, 2 ends, 2) [m].
+        sides: cells to the left and right of each, (edges, 2); -1 for none.
+        cells: their number.
+    """
+    edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
+    integrals = np.empty((len(fields(HalfSpaceResponses)), cells, cells))
+    library().mjt_half_space(
+        ctypes.c_size_t(cells), ctypes.c_size_t(len(edges)), pointer(edges), pointer(sides), pointer(integrals)
+    )
+    return integrals
+
+
 def flat_responses(x: Array, y: Array) -> HalfSpaceResponses:
     """Responses of patches of a flat surface, by row.
 
@@ -103,8 +83,7 @@ def flat_responses(x: Array, y: Array) -> HalfSpaceResponses:
         y: ends along y [m].
     """
     areas = np.outer(np.diff(y), np.diff(x)).ravel()
-    integrals = half_space(*_patch_edges(x, y), len(areas))
-    return HalfSpaceResponses(*(one / (areas[:, None] * areas) for one in integrals))
+    return HalfSpaceResponses(*half_space(*_patch_edges(x, y), len(areas)) / (areas[:, None] * areas))
 
 
 def bent_responses(x: Array, y: Array, outer: Surface) -> HalfSpaceResponses:
@@ -143,7 +122,7 @@ def _in_plane(x: Array, y: Array, outer: Surface, own: int) -> Array:
     areas = np.zeros(count + 1)
     np.add.at(areas, sides[:, 0], crossed)
     np.add.at(areas, sides[:, 1], -crossed)  # those of no patch, -1, go to the last place
-    means = np.stack(half_space(seen, sides, count))[:, own] / (areas[own] * areas[:count])
+    means = half_space(seen, sides, count)[:, own] / (areas[own] * areas[:count])
     apart = middles - middles[own]
     chord, in_plane = np.linalg.norm(apart, axis=1), np.linalg.norm(apart @ axes[:2].T, axis=1)
     return means * np.divide(in_plane, chord, out=np.ones(count), where=chord > 0)
