@@ -171,6 +171,8 @@ std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size
     Covered covered;
     if (!cover(lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr, covered)) return kNone;
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
+    // Ends are found to a part of a cell: a sliver's middle may come to lie where there is nothing, beyond the sheet.
+    if (!view.map->bounds().holds(middle.x, middle.y)) return kNone;
     const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
     double longer = covered.xx, shorter = covered.yy;
     if (mean + apart > kSlanted * (mean - apart)) {

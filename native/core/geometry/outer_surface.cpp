@@ -7,26 +7,35 @@
 namespace mjtactile {
 namespace {
 
-// Hermite's cubics on a piece of a line, and their derivatives: of values and slopes at its ends.
+// Hermite's cubics between two lines, and their derivatives: of values and slopes on them. `at`: in parts of the distance.
 struct Hermite {
   double values[4], slopes[4];
 
-  Hermite(double at, double length) {
-    const double s = at, t = 1.0 - at;
-    const double of_values[4] = {t * t * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * t), s * t * t * length,
-                                 -s * s * t * length};
-    const double of_slopes[4] = {-6.0 * s * t / length, 6.0 * s * t / length, t * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)};
+  Hermite(double at, double distance, double per_distance) {
+    const double s = at, t = 1.0 - at, bent = 6.0 * s * t * per_distance;
+    const double of_values[4] = {t * t * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * t), s * t * t * distance,
+                                 -s * s * t * distance};
+    const double of_slopes[4] = {-bent, bent, t * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)};
     std::copy(of_values, of_values + 4, values);
     std::copy(of_slopes, of_slopes + 4, slopes);
   }
 };
 
-std::size_t piece(const std::vector<double>& ends, double at) {
-  const auto after = std::upper_bound(ends.begin() + 1, ends.end() - 1, at);
-  return static_cast<std::size_t>(after - ends.begin()) - 1;
+}  // namespace
+
+OuterSurface::Lines::Lines(std::vector<double> places) : at(std::move(places)) {
+  for (std::size_t i = 0; i + 1 < at.size(); ++i) per_distance.push_back(1.0 / (at[i + 1] - at[i]));
 }
 
-}  // namespace
+std::size_t OuterSurface::Lines::before(double place) const {
+  // Where evenly spaced lines would have it, and from there on.
+  const std::size_t last = per_distance.size() - 1;
+  const double even = (place - at.front()) / (at.back() - at.front()) * static_cast<double>(per_distance.size());
+  auto found = static_cast<std::size_t>(std::min(std::max(even, 0.0), static_cast<double>(last)));
+  while (found > 0 && place < at[found]) --found;
+  while (found < last && place > at[found + 1]) ++found;
+  return found;
+}
 
 OuterSurface OuterSurface::quadric(const Rectangle& sheet, double p, double q, double c) {
   OuterSurface made;
@@ -40,7 +49,7 @@ OuterSurface OuterSurface::patch(std::vector<double> x, std::vector<double> y, s
   OuterSurface made;
   made.kind_ = Kind::patch;
   made.sheet_ = {x.front(), y.front(), x.back(), y.back()};
-  made.x_ = std::move(x), made.y_ = std::move(y), made.jets_ = std::move(jets);
+  made.x_ = Lines(std::move(x)), made.y_ = Lines(std::move(y)), made.jets_ = std::move(jets);
   return made;
 }
 
@@ -60,13 +69,14 @@ SurfacePoint OuterSurface::within(double x, double y) const {
     // c (root - 1) loses digits where the surface is nearly flat.
     return {-c * away / (1.0 + root), {-c * p * x / root, -c * q * y / root}};
   }
-  const std::size_t column = piece(x_, x), row = piece(y_, y);
-  const double width = x_[column + 1] - x_[column], height = y_[row + 1] - y_[row];
-  const Hermite along((x - x_[column]) / width, width), across((y - y_[row]) / height, height);
+  const std::size_t column = x_.before(x), row = y_.before(y);
+  const double per_width = x_.per_distance[column], per_height = y_.per_distance[row];
+  const Hermite along((x - x_.at[column]) * per_width, x_.at[column + 1] - x_.at[column], per_width);
+  const Hermite across((y - y_.at[row]) * per_height, y_.at[row + 1] - y_.at[row], per_height);
   SurfacePoint found = {0.0, {0.0, 0.0}};
   for (std::size_t j = 0; j < 2; ++j) {
     for (std::size_t i = 0; i < 2; ++i) {
-      const double* jet = jets_.data() + 4 * ((row + j) * x_.size() + column + i);
+      const double* jet = jets_.data() + 4 * ((row + j) * x_.at.size() + column + i);
       const double value = jet[0] * along.values[i] + jet[1] * along.values[2 + i];
       const double twist = jet[2] * along.values[i] + jet[3] * along.values[2 + i];
       const double value_x = jet[0] * along.slopes[i] + jet[1] * along.slopes[2 + i];

@@ -33,12 +33,22 @@ class OuterSurface {
 
  private:
   enum class Kind { flat, quadric, patch };
+  // A patch's lines along one axis, ascending [m], and what divides by the distances between them.
+  struct Lines {
+    std::vector<double> at, per_distance;
+
+    Lines() = default;
+    explicit Lines(std::vector<double> places);
+    // The last line before a place, of those that have one after them.
+    std::size_t before(double place) const;
+  };
   SurfacePoint within(double x, double y) const;
 
   Kind kind_ = Kind::flat;
   Rectangle sheet_ = {};
   double numbers_[3] = {};
-  std::vector<double> x_, y_, jets_;
+  Lines x_, y_;
+  std::vector<double> jets_;
 };
 
 }  // namespace mjtactile

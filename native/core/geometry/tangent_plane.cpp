@@ -6,9 +6,13 @@
 namespace mjtactile {
 namespace {
 
-// Steps of Newton's iteration and the length of the last over the sheet's size.
+// Steps of Newton's iteration, and the length of the last over the sheet's size: what is left goes with its square.
 constexpr int kSteps = 12;
-constexpr double kConverged = 1e-13;
+constexpr double kConverged = 1e-7;
+// The same where a line goes in, from far away.
+constexpr double kSame = 1e-13;
+// Where it is looked how the surface bends, over the sheet's size.
+constexpr double kNearBy = 0.02;
 // What leans more than this against the plane is not seen (its cosine).
 constexpr double kSeen = 0.1;
 // Lines along each side on which it is looked how far a piece reaches, and the margin about what they see, over it.
@@ -47,7 +51,10 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
     std::copy(forms, forms + 6, forms_);
     middle_ = form(normal, from_middle);
   }
-  whole_ = piece(surface.sheet());
+  const Rectangle& sheet = surface.sheet();
+  size_ = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
+  if (!surface.is_quadric()) find_bends();
+  whole_ = piece(sheet);
   whole_.highest = std::max(whole_.highest, 0.0);   // of where it is touched
 }
 
@@ -100,32 +107,42 @@ bool TangentPlane::look_at_quadric(double u, double v, SeenSurface& seen) const 
   return true;
 }
 
+// Newton's iteration along the line over (u, v), from the paraboloid that touches the surface.
 bool TangentPlane::look_at_patch(double u, double v, SeenSurface& seen) const {
-  const Rectangle& sheet = surface_->sheet();
-  const double end = kConverged * std::max(sheet.east - sheet.west, sheet.north - sheet.south);
-  double x = origin_[0] + u * axes_[0] + v * axes_[3], y = origin_[1] + u * axes_[1] + v * axes_[4];
+  const double *along = axes_, *across = axes_ + 3, *normal = axes_ + 6;
+  const double base[3] = {origin_[0] + u * along[0] + v * across[0], origin_[1] + u * along[1] + v * across[1],
+                          origin_[2] + u * along[2] + v * across[2]};
+  double w = (bends_[0] * u + bends_[1] * v) * u + bends_[2] * v * v;
   for (int step = 0; step < kSteps; ++step) {
+    const double x = base[0] + w * normal[0], y = base[1] + w * normal[1];
     const SurfacePoint at = surface_->at(x, y);
-    const double away[3] = {x - origin_[0], y - origin_[1], at.z - origin_[2]};
-    const double tangents[2][3] = {{1.0, 0.0, at.slopes[0]}, {0.0, 1.0, at.slopes[1]}};
-    const double ux = product(axes_, tangents[0]), uy = product(axes_, tangents[1]);
-    const double vx = product(axes_ + 3, tangents[0]), vy = product(axes_ + 3, tangents[1]);
-    const double turned = ux * vy - uy * vx;
-    const double upright = axes_[8] - axes_[6] * at.slopes[0] - axes_[7] * at.slopes[1];
-    if (!(upright > kSeen * std::sqrt(1.0 + at.slopes[0] * at.slopes[0] + at.slopes[1] * at.slopes[1]))) return false;
-    const double left_u = u - product(axes_, away), left_v = v - product(axes_ + 3, away);
-    const double move_x = (left_u * vy - left_v * uy) / turned, move_y = (left_v * ux - left_u * vx) / turned;
-    if (std::abs(move_x) + std::abs(move_y) <= end) {
-      const double wx = product(axes_ + 6, tangents[0]), wy = product(axes_ + 6, tangents[1]);
-      seen.height = product(axes_ + 6, away) + wx * move_x + wy * move_y;
-      seen.slopes[0] = (wx * vy - wy * vx) / turned;
-      seen.slopes[1] = (wy * ux - wx * uy) / turned;
-      seen.x = x + move_x, seen.y = y + move_y;
-      return true;
-    }
-    x += move_x, y += move_y;
+    const double rises = normal[2] - at.slopes[0] * normal[0] - at.slopes[1] * normal[1];
+    const double move = (at.z - base[2] - w * normal[2]) / rises;
+    if (!(rises > 0.0) || !(std::abs(move) < size_)) return false;
+    w += move;
+    if (std::abs(move) > kConverged * size_) continue;
+    seen.height = w;
+    seen.slopes[0] = (at.slopes[0] * along[0] + at.slopes[1] * along[1] - along[2]) / rises;
+    seen.slopes[1] = (at.slopes[0] * across[0] + at.slopes[1] * across[1] - across[2]) / rises;
+    seen.x = base[0] + w * normal[0], seen.y = base[1] + w * normal[1];
+    return rises * rises > kSeen * kSeen * (1.0 + at.slopes[0] * at.slopes[0] + at.slopes[1] * at.slopes[1]);
   }
   return false;
+}
+
+// Half the second derivatives of w at the plane's point, from slopes at points near it.
+void TangentPlane::find_bends() {
+  const double step = kNearBy * size_;
+  std::fill(bends_, bends_ + 3, 0.0);
+  double found[3] = {0.0, 0.0, 0.0};
+  for (const double sign : {1.0, -1.0}) {
+    SeenSurface beside, above;
+    if (!meets(sign * step, 0.0, beside) || !meets(0.0, sign * step, above)) return;
+    found[0] += sign * beside.slopes[0] / (4.0 * step);
+    found[1] += sign * (beside.slopes[1] + above.slopes[0]) / (4.0 * step);
+    found[2] += sign * above.slopes[1] / (4.0 * step);
+  }
+  std::copy(found, found + 3, bends_);
 }
 
 void TangentPlane::into(const double* point, double* here) const {
@@ -193,7 +210,7 @@ bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point
     if (!(closing < 0.0)) return false;
     const double move = -above / closing;
     at += std::min(std::max(move, -size), size);
-    if (std::abs(move) <= kConverged * size) break;
+    if (std::abs(move) <= kSame * size) break;
   }
   const double x = nearest[0] + at * along[0], y = nearest[1] + at * along[1];
   centre = {std::min(std::max(x, sheet.west), sheet.east), std::min(std::max(y, sheet.south), sheet.north)};

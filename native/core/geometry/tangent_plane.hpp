@@ -51,10 +51,13 @@ class TangentPlane {
   bool meets(double u, double v, SeenSurface& seen) const;
   bool look_at_quadric(double u, double v, SeenSurface& seen) const;
   bool look_at_patch(double u, double v, SeenSurface& seen) const;
+  void find_bends();
 
   const OuterSurface* surface_ = nullptr;
   double origin_[3] = {}, axes_[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   double forms_[6] = {}, middle_ = 0.0;   // of a quadric: (U U, V V, N N, U V, U N, V N), and N with its middle
+  double bends_[3] = {};                  // of a patch: w is about bends u u, u v and v v there
+  double size_ = 0.0;                     // of the sheet [m]
   SeenPiece whole_ = {};
 };
 
