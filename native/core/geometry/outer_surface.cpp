@@ -25,12 +25,13 @@ struct Hermite {
 
 OuterSurface::Lines::Lines(std::vector<double> places) : at(std::move(places)) {
   for (std::size_t i = 0; i + 1 < at.size(); ++i) per_distance.push_back(1.0 / (at[i + 1] - at[i]));
+  per_mean = static_cast<double>(per_distance.size()) / (at.back() - at.front());
 }
 
 std::size_t OuterSurface::Lines::before(double place) const {
   // Where evenly spaced lines would have it, and from there on.
   const std::size_t last = per_distance.size() - 1;
-  const double even = (place - at.front()) / (at.back() - at.front()) * static_cast<double>(per_distance.size());
+  const double even = (place - at.front()) * per_mean;
   auto found = static_cast<std::size_t>(std::min(std::max(even, 0.0), static_cast<double>(last)));
   while (found > 0 && place < at[found]) --found;
   while (found < last && place > at[found + 1]) ++found;

@@ -33,9 +33,10 @@ class OuterSurface {
 
  private:
   enum class Kind { flat, quadric, patch };
-  // A patch's lines along one axis, ascending [m], and what divides by the distances between them.
+  // A patch's lines along one axis, ascending [m], and what divides by the distances between them, and by their mean.
   struct Lines {
     std::vector<double> at, per_distance;
+    double per_mean = 0.0;
 
     Lines() = default;
     explicit Lines(std::vector<double> places);
