@@ -33,9 +33,15 @@ def test_random_scenes_end_well(tmp_path):
 
 
 @FORKS
-def test_a_spot_without_extent_ends(tmp_path):
-    # Under law "uniform" a body of several parts lay on one point, whose lattice had no end.
-    run = soaked("--scenes", "1", "--seed", "130970", "--steps", "250", "--limit", "30", "--out", str(tmp_path))
+@pytest.mark.parametrize(
+    "seed",
+    [
+        130970,  # under law "uniform" a body of several parts lay on one point, whose lattice had no end
+        160039,  # a sliver of a cell lay beyond the sheet, with a negative area
+    ],
+)
+def test_scenes_that_went_wrong_once_end_well(tmp_path, seed):
+    run = soaked("--scenes", "1", "--seed", str(seed), "--steps", "250", "--limit", "30", "--out", str(tmp_path))
     assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-1000:]
 
 
