@@ -10,6 +10,7 @@
 namespace mjtactile {
 
 constexpr std::size_t kFactorRows = 16;  // of a matrix that is factored at once
+constexpr std::size_t kBlock = 8;        // numbers of a row that are summed over windows at once
 
 struct Kernels {
   const char* name;
@@ -27,11 +28,23 @@ struct Kernels {
   void (*add_window)(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
                      const double* weights, std::size_t count, bool anew, double* sums);
 
+  // sums[kBlock k + r] = sum_ij weights[columns i + j] * from[i row + j column + blocks[k] + r], r < kBlock, k < count, i <
+  // rows, j < columns.
+  void (*sum_window_blocks)(const double* from, std::size_t rows, std::size_t row, std::size_t columns,
+                            std::size_t column, const double* weights, const std::size_t* blocks, std::size_t count,
+                            double* sums);
+
   // c += a b: a(i, k) = a[i * a_row + k * a_column] (rows, depth), b (depth, columns) and c (rows, columns) row by row.
   void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                        double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
 
   double (*dot)(const double* a, const double* b, std::size_t count);
+
+  // One row of a half space's compliance from integrals over pairs of cells: of 1/r, xx, xy, yy, along and across (see
+  // ShearIntegrals), turned by an angle, `turn`: its cosine squared, times its sine, sine squared, cosine and sine.
+  // `rows`: what comes of xx, xy, xz, yy, yz and zz, times `per_area`; `share` and `slope`: weights of what is not 1/r.
+  void (*shear_row)(const double* const* integrals, const double* per_area, const double* turn, double share,
+                    double slope, std::size_t count, double* const* rows);
 
   // A symmetric positive definite matrix of at most kFactorRows rows, of which the upper triangle is read, becomes U of
   // U^T U; false where it is not positive definite.

@@ -139,6 +139,49 @@ inline void add_window(const double* from, std::size_t rows, std::size_t row, st
   if (r < count) add_window_tile<1, true>(from + r, rows, row, columns, column, weights, count - r, anew, sums + r);
 }
 
+template <std::size_t kBlocks>
+void sum_window_tile(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
+                     const double* weights, const std::size_t* blocks, double* sums) {
+  using L = Lanes<double>;
+  constexpr std::size_t kVectors = kBlock / L::width;
+  typename L::Type tile[kBlocks][kVectors];
+  std::size_t at[kBlocks];
+  for (std::size_t k = 0; k < kBlocks; ++k) {
+    at[k] = blocks[k];
+    for (std::size_t v = 0; v < kVectors; ++v) tile[k][v] = L::all(0);
+  }
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double* line = from + i * row;
+    for (std::size_t j = 0; j < columns; ++j, line += column) {
+      const typename L::Type weight = L::all(*weights++);
+      for (std::size_t k = 0; k < kBlocks; ++k) {
+        for (std::size_t v = 0; v < kVectors; ++v) {
+          tile[k][v] = L::multiply_add(weight, L::load(line + at[k] + v * L::width), tile[k][v]);
+        }
+      }
+    }
+  }
+  for (std::size_t k = 0; k < kBlocks; ++k) {
+    for (std::size_t v = 0; v < kVectors; ++v) L::store(sums + k * kBlock + v * L::width, tile[k][v]);
+  }
+}
+
+inline void sum_window_blocks(const double* from, std::size_t rows, std::size_t row, std::size_t columns,
+                              std::size_t column, const double* weights, const std::size_t* blocks, std::size_t count,
+                              double* sums) {
+  std::size_t k = 0;
+  for (; k + 8 <= count; k += 8) {
+    sum_window_tile<8>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
+  }
+  for (; k + 4 <= count; k += 4) {
+    sum_window_tile<4>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
+  }
+  for (; k + 2 <= count; k += 2) {
+    sum_window_tile<2>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
+  }
+  if (k < count) sum_window_tile<1>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
+}
+
 // One tile of c += a b, `kRows` by `kVectors` vectors: its sums stay in registers.
 template <std::size_t kRows, std::size_t kVectors>
 void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
@@ -270,6 +313,29 @@ inline double dot(const double* a, const double* b, std::size_t count) {
   sum = parts[0];
   for (; i < count; ++i) sum += a[i] * b[i];
   return sum;
+}
+
+inline void shear_row(const double* const* integrals, const double* per_area, const double* turn, double share,
+                      double slope, std::size_t count, double* const* rows) {
+  constexpr std::size_t kAtOnce = 8, kRows = 6;
+  const double cc = turn[0], cs = turn[1], ss = turn[2], cosine = turn[3], sine = turn[4];
+  for (std::size_t first = 0; first < count; first += kAtOnce) {
+    // In arrays of their own, of one length: loops over them run several numbers at a time.
+    const std::size_t taken = first + kAtOnce <= count ? kAtOnce : count - first;
+    double in[kRows][kAtOnce] = {}, area[kAtOnce] = {}, out[kRows][kAtOnce];
+    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(in[k], integrals[k] + first, taken * sizeof(double));
+    std::memcpy(area, per_area + first, taken * sizeof(double));
+    for (std::size_t j = 0; j < kAtOnce; ++j) {
+      const double distance = in[0][j], xx = in[1][j], xy = in[2][j], yy = in[3][j], along = in[4][j], across = in[5][j];
+      out[0][j] = area[j] * (distance + share * (ss * xx + 2.0 * cs * xy + cc * yy));
+      out[1][j] = -area[j] * share * (cs * (xx - yy) + (cc - ss) * xy);
+      out[2][j] = area[j] * slope * (cosine * along - sine * across);
+      out[3][j] = area[j] * (distance + share * (cc * xx - 2.0 * cs * xy + ss * yy));
+      out[4][j] = area[j] * slope * (sine * along + cosine * across);
+      out[5][j] = area[j] * distance;
+    }
+    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(rows[k] + first, out[k], taken * sizeof(double));
+  }
 }
 
 inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t size, double* x) {
@@ -557,8 +623,10 @@ inline Kernels make_kernels(const char* name) {
           add_columns<float, float>,
           add_columns<double, double>,
           add_window,
+          sum_window_blocks,
           multiply_add_matrices,
           dot,
+          shear_row,
           factor_small,
           eliminate,
           solve_upper,
