@@ -92,7 +92,10 @@ void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturati
 void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,
                             const double* ends_y, const double* remainder) {
   QuadraticSplines x({ends_x, ends_x + count_x}), y({ends_y, ends_y + count_y});
-  pad->pad->set_compliance(SurfaceCompliance(factor, std::move(x), std::move(y), remainder));
+  const size_t splines = x.count() * y.count();
+  Matrix smooth(splines, splines);
+  copy(remainder, smooth);
+  pad->pad->set_compliance(SurfaceCompliance(factor, std::move(x), std::move(y), std::move(smooth)));
 }
 
 void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts, const int32_t* places,
@@ -305,7 +308,10 @@ int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, 
 }
 
 void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder) {
-  pad->pad->compliance().set_tangential(poisson, remainder);
+  const size_t size = 3 * pad->pad->compliance().splines();
+  Matrix whole(size, size);
+  copy(remainder, whole);
+  pad->pad->compliance().set_tangential(poisson, std::move(whole));
 }
 
 void mjt_half_space(size_t cells, size_t edges, const double* ends, const int32_t* sides, double* integrals) {

@@ -10,7 +10,6 @@
 namespace mjtactile {
 
 constexpr std::size_t kFactorRows = 16;  // of a matrix that is factored at once
-constexpr std::size_t kBlock = 8;        // numbers of a row that are summed over windows at once
 
 struct Kernels {
   const char* name;
@@ -28,15 +27,17 @@ struct Kernels {
   void (*add_window)(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
                      const double* weights, std::size_t count, bool anew, double* sums);
 
-  // sums[kBlock k + r] = sum_ij weights[columns i + j] * from[i row + j column + blocks[k] + r], r < kBlock, k < count, i <
-  // rows, j < columns.
-  void (*sum_window_blocks)(const double* from, std::size_t rows, std::size_t row, std::size_t columns,
-                            std::size_t column, const double* weights, const std::size_t* blocks, std::size_t count,
-                            double* sums);
-
   // c += a b: a(i, k) = a[i * a_row + k * a_column] (rows, depth), b (depth, columns) and c (rows, columns) row by row.
   void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                        double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
+
+  // Of a point and others (count): weight * weights[j] times y^2/r^3, -x y/r^3, x^2/r^3, x/r^2 and y/r^2, (x, y) from the
+  // other to it, to the five rows.
+  void (*shear_of_point)(double from_x, double from_y, double weight, const double* x, const double* y,
+                         const double* weights, std::size_t count, double* const* rows);
+  // The sums of these, unweighted, over all pairs of two lists of points, as if none were nearer than the root of `least`.
+  void (*sum_shear)(const double* x, const double* y, std::size_t count, const double* to_x, const double* to_y,
+                    std::size_t to_count, double least, double* sums);
 
   double (*dot)(const double* a, const double* b, std::size_t count);
 

@@ -139,49 +139,6 @@ inline void add_window(const double* from, std::size_t rows, std::size_t row, st
   if (r < count) add_window_tile<1, true>(from + r, rows, row, columns, column, weights, count - r, anew, sums + r);
 }
 
-template <std::size_t kBlocks>
-void sum_window_tile(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
-                     const double* weights, const std::size_t* blocks, double* sums) {
-  using L = Lanes<double>;
-  constexpr std::size_t kVectors = kBlock / L::width;
-  typename L::Type tile[kBlocks][kVectors];
-  std::size_t at[kBlocks];
-  for (std::size_t k = 0; k < kBlocks; ++k) {
-    at[k] = blocks[k];
-    for (std::size_t v = 0; v < kVectors; ++v) tile[k][v] = L::all(0);
-  }
-  for (std::size_t i = 0; i < rows; ++i) {
-    const double* line = from + i * row;
-    for (std::size_t j = 0; j < columns; ++j, line += column) {
-      const typename L::Type weight = L::all(*weights++);
-      for (std::size_t k = 0; k < kBlocks; ++k) {
-        for (std::size_t v = 0; v < kVectors; ++v) {
-          tile[k][v] = L::multiply_add(weight, L::load(line + at[k] + v * L::width), tile[k][v]);
-        }
-      }
-    }
-  }
-  for (std::size_t k = 0; k < kBlocks; ++k) {
-    for (std::size_t v = 0; v < kVectors; ++v) L::store(sums + k * kBlock + v * L::width, tile[k][v]);
-  }
-}
-
-inline void sum_window_blocks(const double* from, std::size_t rows, std::size_t row, std::size_t columns,
-                              std::size_t column, const double* weights, const std::size_t* blocks, std::size_t count,
-                              double* sums) {
-  std::size_t k = 0;
-  for (; k + 8 <= count; k += 8) {
-    sum_window_tile<8>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
-  }
-  for (; k + 4 <= count; k += 4) {
-    sum_window_tile<4>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
-  }
-  for (; k + 2 <= count; k += 2) {
-    sum_window_tile<2>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
-  }
-  if (k < count) sum_window_tile<1>(from, rows, row, columns, column, weights, blocks + k, sums + k * kBlock);
-}
-
 // One tile of c += a b, `kRows` by `kVectors` vectors: its sums stay in registers.
 template <std::size_t kRows, std::size_t kVectors>
 void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
@@ -319,9 +276,8 @@ inline void shear_row(const double* const* integrals, const double* per_area, co
                       double slope, std::size_t count, double* const* rows) {
   constexpr std::size_t kAtOnce = 8, kRows = 6;
   const double cc = turn[0], cs = turn[1], ss = turn[2], cosine = turn[3], sine = turn[4];
-  for (std::size_t first = 0; first < count; first += kAtOnce) {
+  const auto block = [&](std::size_t first, std::size_t taken) {
     // In arrays of their own, of one length: loops over them run several numbers at a time.
-    const std::size_t taken = first + kAtOnce <= count ? kAtOnce : count - first;
     double in[kRows][kAtOnce] = {}, area[kAtOnce] = {}, out[kRows][kAtOnce];
     for (std::size_t k = 0; k < kRows; ++k) std::memcpy(in[k], integrals[k] + first, taken * sizeof(double));
     std::memcpy(area, per_area + first, taken * sizeof(double));
@@ -335,7 +291,10 @@ inline void shear_row(const double* const* integrals, const double* per_area, co
       out[5][j] = area[j] * distance;
     }
     for (std::size_t k = 0; k < kRows; ++k) std::memcpy(rows[k] + first, out[k], taken * sizeof(double));
-  }
+  };
+  std::size_t first = 0;
+  for (; first + kAtOnce <= count; first += kAtOnce) block(first, kAtOnce);
+  if (first < count) block(first, count - first);
 }
 
 inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t size, double* x) {
@@ -616,6 +575,51 @@ inline double sum_inverse_distances(const double* x, const double* y, std::size_
   return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
+inline void shear_of_point(double from_x, double from_y, double weight, const double* x, const double* y,
+                           const double* weights, std::size_t count, double* const* rows) {
+  constexpr std::size_t kAtOnce = 8, kRows = 5;
+  const auto block = [&](std::size_t first, std::size_t taken) {
+    double at_x[kAtOnce], at_y[kAtOnce], share[kAtOnce], out[kRows][kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) at_x[k] = from_x + 1.0, at_y[k] = from_y, share[k] = 0.0;
+    std::memcpy(at_x, x + first, taken * sizeof(double));
+    std::memcpy(at_y, y + first, taken * sizeof(double));
+    std::memcpy(share, weights + first, taken * sizeof(double));
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const double u = from_x - at_x[k], v = from_y - at_y[k], inverse = 1.0 / (u * u + v * v);
+      const double own = weight * share[k], flat = own * inverse, cube = flat * std::sqrt(inverse);
+      out[0][k] = v * v * cube, out[1][k] = -u * v * cube, out[2][k] = u * u * cube;
+      out[3][k] = u * flat, out[4][k] = v * flat;
+    }
+    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(rows[k] + first, out[k], taken * sizeof(double));
+  };
+  std::size_t first = 0;
+  for (; first + kAtOnce <= count; first += kAtOnce) block(first, kAtOnce);
+  if (first < count) block(first, count - first);
+}
+
+// As sum_inverse_distances().
+inline void sum_shear(const double* x, const double* y, std::size_t count, const double* to_x, const double* to_y,
+                      std::size_t to_count, double least, double* sums) {
+  constexpr std::size_t kAtOnce = 4, kSums = 5;
+  double parts[kSums][kAtOnce] = {};
+  for (std::size_t j = 0; j < to_count; j += kAtOnce) {
+    double to_u[kAtOnce], to_v[kAtOnce], share[kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const std::size_t at = j + k < to_count ? j + k : j;
+      to_u[k] = to_x[at], to_v[k] = to_y[at], share[k] = j + k < to_count ? 1.0 : 0.0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        const double u = x[i] - to_u[k], v = y[i] - to_v[k], square = u * u + v * v;
+        const double flat = share[k] / (square > least ? square : least), cube = flat * std::sqrt(flat);
+        parts[0][k] += v * v * cube, parts[1][k] -= u * v * cube, parts[2][k] += u * u * cube;
+        parts[3][k] += u * flat, parts[4][k] += v * flat;
+      }
+    }
+  }
+  for (std::size_t m = 0; m < kSums; ++m) sums[m] = (parts[m][0] + parts[m][1]) + (parts[m][2] + parts[m][3]);
+}
+
 inline Kernels make_kernels(const char* name) {
   return {name,
           add_columns<Byte, float>,
@@ -623,8 +627,9 @@ inline Kernels make_kernels(const char* name) {
           add_columns<float, float>,
           add_columns<double, double>,
           add_window,
-          sum_window_blocks,
           multiply_add_matrices,
+          shear_of_point,
+          sum_shear,
           dot,
           shear_row,
           factor_small,

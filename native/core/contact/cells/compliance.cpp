@@ -11,7 +11,7 @@ namespace mjtactile {
 namespace {
 
 // Entries along a row that are worked on at once, and those that are not told apart.
-constexpr std::size_t kPanel = 32, kWhole = 8, kPanelBlocks = 8;
+constexpr std::size_t kPanel = 32, kWhole = 8;
 
 }  // namespace
 
@@ -52,23 +52,8 @@ std::size_t QuadraticSplines::at(double place, double* values) const {
   return number;
 }
 
-SurfaceCompliance::SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, const double* remainder)
-    : factor_(factor), x_(std::move(x)), y_(std::move(y)) {
-  remainder_ = in_blocks(remainder, 1);
-}
-
-Matrix SurfaceCompliance::in_blocks(const double* remainder, std::size_t components) const {
-  Matrix blocks(components * splines(), components * padded_splines());
-  for (std::size_t line = 0; line < blocks.rows(); ++line) {
-    double* to = blocks[line];
-    std::fill(to, to + blocks.columns(), 0.0);
-    for (std::size_t row = 0; row < components * y_.count(); ++row, to += row_of_blocks()) {
-      std::copy(remainder, remainder + x_.count(), to);
-      remainder += x_.count();
-    }
-  }
-  return blocks;
-}
+SurfaceCompliance::SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder)
+    : factor_(factor), x_(std::move(x)), y_(std::move(y)), remainder_(std::move(remainder)) {}
 
 void SurfaceCompliance::set_foundation(std::vector<double> areas, std::vector<double> stiffnesses) {
   areas_ = std::move(areas);
@@ -85,9 +70,9 @@ double SurfaceCompliance::foundation_stiffness(double area) const {
   return std::exp(stiffnesses_[i - 1] + part * (stiffnesses_[i] - stiffnesses_[i - 1]));
 }
 
-void SurfaceCompliance::set_tangential(double poisson, const double* remainder) {
+void SurfaceCompliance::set_tangential(double poisson, Matrix remainder) {
   poisson_ = poisson;
-  full_remainder_ = in_blocks(remainder, 3);
+  full_remainder_ = std::move(remainder);
 }
 
 void SurfaceCompliance::weigh(const double* points, std::size_t per_cell, std::size_t cells,
@@ -122,59 +107,48 @@ void SurfaceCompliance::weigh(const double* points, std::size_t per_cell, std::s
   }
 }
 
-void SurfaceCompliance::gather_blocks(Workspace& workspace) const {
-  std::size_t begin = x_.count(), end = 0;
-  workspace.ranks.assign(y_.count(), 0);
-  for (const Window& window : workspace.windows) {
-    begin = std::min(begin, window.column / kBlock);
-    end = std::max(end, (window.column + window.columns - 1) / kBlock + 1);
-    for (std::size_t r = 0; r < window.rows; ++r) workspace.ranks[window.row + r] = 1;
-  }
-  const std::size_t blocks = end - begin;
-  workspace.across = blocks * kBlock;
-  workspace.blocks.clear();
-  for (std::size_t row = 0; row < workspace.ranks.size(); ++row) {
-    if (workspace.ranks[row] == 0) continue;
-    // Where a spline of this row lies among those gathered, less its number along the row.
-    workspace.ranks[row] = workspace.blocks.size() * kBlock - begin * kBlock;
-    for (std::size_t b = begin; b < end; ++b) workspace.blocks.push_back(row * row_of_blocks() + b * kBlock);
-  }
-  workspace.runs.clear();
-  BlockRun run = {workspace.blocks.size(), 0};
-  for (const Window& window : workspace.windows) {
-    const std::size_t first = (workspace.ranks[window.row] + begin * kBlock) / kBlock;
-    run = {std::min(run.first, first), std::max(run.last, first + window.rows * blocks)};
-    workspace.runs.push_back(run);
-  }
-}
-
 void SurfaceCompliance::add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace,
                                       double* block, std::size_t block_stride) const {
-  const std::size_t cells = workspace.windows.size(), columns = x_.count(), count = workspace.blocks.size();
+  const std::size_t cells = workspace.windows.size(), columns = x_.count();
+  // Only splines in rows that reach some cell count.
+  std::size_t first = y_.count(), last = 0;
+  for (const Window& window : workspace.windows) {
+    first = std::min(first, window.row);
+    last = std::max(last, window.row + window.rows);
+  }
+  // From a whole vector on, so that none straddles two lines of the cache.
+  const std::size_t begin = first * columns / kWhole * kWhole, size = last * columns - begin;
   Matrix &through = workspace.through, &transposed = workspace.transposed;
-  through.resize(cells, count * kBlock);
-  // Panel by panel: what of all splines lies in one stays in the cache while all cells go by.
-  for (std::size_t from = 0; from < count; from += kPanelBlocks) {
+  through.resize(cells, size);
+  // Above the diagonal a cell meets those before it only, and their splines.
+  std::vector<std::size_t>& met = workspace.met;
+  met.clear();
+  for (std::size_t i = 0, low = size, high = 0; i < cells; ++i) {
+    const Window& window = workspace.windows[i];
+    low = std::min(low, std::max(window.row * columns, begin) - begin);
+    high = std::max(high, (window.row + window.rows) * columns - begin);
+    met.insert(met.end(), {upper ? low : 0, upper ? high : size});
+  }
+  // Panel by panel: what of all splines lies in one stays in the first-level cache while all cells go by.
+  for (std::size_t from = 0; from < size; from += kPanel) {
+    const std::size_t count = std::min(kPanel, size - from);
     for (std::size_t i = 0; i < cells; ++i) {
+      if (met[2 * i] >= from + count || met[2 * i + 1] <= from) continue;
       const Window& window = workspace.windows[i];
-      // Above the diagonal a cell meets those before it only.
-      const BlockRun run = upper ? workspace.runs[i] : BlockRun{0, count};
-      const std::size_t first = std::max(from, run.first), last = std::min(from + kPanelBlocks, run.last);
-      if (first >= last) continue;
-      kernels().sum_window_blocks(remainder + (window.row * columns + window.column) * stride, window.rows,
-                                  columns * stride, window.columns, stride, workspace.values.data() + window.first,
-                                  workspace.blocks.data() + first, last - first, through[i] + first * kBlock);
+      const double* lines = remainder + (window.row * columns + window.column) * stride + begin + from;
+      kernels().add_window(lines, window.rows, columns * stride, window.columns, stride,
+                           workspace.values.data() + window.first, count, true, through[i] + from);
     }
   }
   transpose(through, transposed);
-  const std::size_t row = transposed.stride(), across = workspace.across;
+  const std::size_t row = transposed.stride();
   for (std::size_t from = 0; from < cells; from += kPanel) {
     const std::size_t end = std::min(from + kPanel, cells);
     for (std::size_t j = 0; j < (upper ? end : cells); ++j) {
       const Window& window = workspace.windows[j];
       const std::size_t start = upper ? std::max(from, j / kWhole * kWhole) : from;
-      const double* lines = transposed.data() + (workspace.ranks[window.row] + window.column) * row + start;
-      kernels().add_window(lines, window.rows, across * row, window.columns, row,
+      const double* lines = transposed.data() + (window.row * columns + window.column - begin) * row + start;
+      kernels().add_window(lines, window.rows, columns * row, window.columns, row,
                            workspace.values.data() + window.first, end - start, false,
                            block + j * block_stride + start);
     }
@@ -185,7 +159,6 @@ void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const
                                const double* inverse_distance, double scale, Workspace& workspace,
                                Matrix& compliance, const Bend* bend) const {
   weigh(points, per_cell, cells, workspace);
-  gather_blocks(workspace);
   compliance.resize(cells, cells);
   std::vector<double>& inverse_areas = workspace.smooth;
   inverse_areas.resize(cells);
@@ -209,7 +182,6 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
                              const double* inverse_distance, const ShearIntegrals& integrals, double cosine,
                              double sine, Workspace& workspace, Matrix& compliance, const Bend* bend) const {
   weigh(centroids, 1, cells, workspace);
-  gather_blocks(workspace);
   compliance.resize(3 * cells, 3 * cells);
   // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
   const double share = poisson_ / (1.0 - poisson_), slope = (1.0 - 2.0 * poisson_) / (2.0 * (1.0 - poisson_));
@@ -223,7 +195,7 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
     for (std::size_t j = 0; j < cells; ++j) per_area[j] = own * inverse_areas[j];
     for (std::size_t j = 0; bend != nullptr && j < cells; ++j) per_area[j] *= bend->nearness(i, j);
     const std::size_t at = i * cells;
-    const double* from[6] = {inverse_distance + at,         integrals.xx.data() + at,    integrals.xy.data() + at,
+    const double* from[6] = {inverse_distance + at,    integrals.xx.data() + at,    integrals.xy.data() + at,
                              integrals.yy.data() + at, integrals.along.data() + at, integrals.across.data() + at};
     double *x = compliance[i], *y = compliance[cells + i], *z = compliance[2 * cells + i];
     double* rows[6] = {x, x + cells, x + 2 * cells, y + cells, y + 2 * cells, z + 2 * cells};
@@ -233,7 +205,7 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
   // do, line by line of its row.
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = a; b < 3; ++b) {
-      add_remainder(full_remainder_[b * splines()] + a * padded_splines(), full_remainder_.stride(), a == b, workspace,
+      add_remainder(full_remainder_[b * splines()] + a * splines(), full_remainder_.stride(), a == b, workspace,
                     compliance[a * cells] + b * cells, compliance.stride());
     }
   }
@@ -252,9 +224,10 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
   // The mean of 1/r over a square of side s from its middle is 4 ln(1 + sqrt 2) / s.
   const double own = 4.0 * std::log(1.0 + std::sqrt(2.0));
   constexpr std::size_t kOver = QuadraticSplines::kOver;
-  workspace.coefficients.assign(padded_splines(), 0.0);
+  const std::size_t columns = x_.count();
+  workspace.coefficients.assign(splines(), 0.0);
   workspace.smooth.assign(splines(), 0.0);
-  const auto over_splines = [&](const double* at, std::size_t columns, auto&& visit) {
+  const auto over_splines = [&](const double* at, auto&& visit) {
     double along[kOver], across[kOver];
     const std::size_t column = x_.at(at[0], along), row = y_.at(at[1], across);
     for (std::size_t r = 0; r < kOver; ++r) {
@@ -263,10 +236,10 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
   };
   for (std::size_t j = 0; j < cells; ++j) {
     const double force = pressed == nullptr ? forces[j] : forces[j] * pressed->stretches[j];
-    over_splines(centroids + 2 * j, row_of_blocks(), [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
+    over_splines(centroids + 2 * j, [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
   }
   for (std::size_t p = 0; p < splines(); ++p) {
-    workspace.smooth[p] = dot(remainder_[p], workspace.coefficients.data(), padded_splines());
+    workspace.smooth[p] = dot(remainder_[p], workspace.coefficients.data(), splines());
   }
   for (std::size_t i = 0; i < count; ++i) {
     double sum = 0.0;
@@ -277,7 +250,7 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
       sum += force / std::sqrt(x * x + y * y + z * z + areas[j] / (own * own));
     }
     double sinks = factor_ * sum;
-    over_splines(points + 2 * i, x_.count(), [&](std::size_t p, double value) { sinks += value * workspace.smooth[p]; });
+    over_splines(points + 2 * i, [&](std::size_t p, double value) { sinks += value * workspace.smooth[p]; });
     sunk[i] += bent == nullptr ? sinks : sinks * bent->stretches[i];
   }
 }

@@ -46,7 +46,7 @@ class SurfaceCompliance {
   SurfaceCompliance() = default;
   // `factor`: of the half space [1/Pa]; `remainder`: sheet minus half space, as the coefficients of products of splines,
   // those along x first, of where it sinks by those of where it is pressed [m/N].
-  SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, const double* remainder);
+  SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder);
 
   // Springs that stand for the surface under law "foundation": logarithms of contact areas [m^2], ascending, and of the
   // stiffness per area under each [Pa/m].
@@ -56,7 +56,7 @@ class SurfaceCompliance {
 
   // What shear needs besides: Poisson's ratio of the half space, and the remainder of all three components, (component,
   // spline) by (component, spline) [m/N]. Set once, before any thread asks for `full`.
-  void set_tangential(double poisson, const double* remainder);
+  void set_tangential(double poisson, Matrix remainder);
   bool has_tangential() const { return full_remainder_.rows() > 0; }
 
   double factor() const { return factor_; }
@@ -71,17 +71,11 @@ class SurfaceCompliance {
     std::size_t first[2];
     double along[QuadraticSplines::kOver], across[QuadraticSplines::kOver];
   };
-  // Blocks of splines from one on, up to another.
-  struct BlockRun {
-    std::size_t first, last;
-  };
   struct Workspace {
     std::vector<Window> windows;
-    std::vector<std::size_t> blocks, ranks;  // where blocks begin in a row of a remainder; see gather_blocks()
-    std::size_t across = 0;                  // splines gathered of each row
-    std::vector<BlockRun> runs;
     std::vector<Place> places;
     std::vector<double> values, coefficients, smooth;
+    std::vector<std::size_t> met;  // splines from one on up to another, by cell
     Matrix through, transposed;
   };
 
@@ -113,16 +107,10 @@ class SurfaceCompliance {
   // `remainder`: its first entry and its stride.
   void add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace, double* block,
                      std::size_t block_stride) const;
-  // The blocks of splines that some cell's window holds, and by cell those that it and the cells before it hold.
-  void gather_blocks(Workspace& workspace) const;
-  // Splines, a row of them in whole blocks: so are the columns of a remainder.
-  std::size_t row_of_blocks() const { return Matrix::padded(x_.count()); }
-  std::size_t padded_splines() const { return row_of_blocks() * y_.count(); }
-  Matrix in_blocks(const double* remainder, std::size_t components) const;
 
   double factor_ = 0.0;
   QuadraticSplines x_{{}}, y_{{}};
-  Matrix remainder_, full_remainder_;  // (component, spline) by (component, spline in whole blocks)
+  Matrix remainder_, full_remainder_;
   double poisson_ = 0.0;
   std::vector<double> areas_, stiffnesses_;  // logarithms
 };
