@@ -125,7 +125,7 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
   met.clear();
   for (std::size_t i = 0, low = size, high = 0; i < cells; ++i) {
     const Window& window = workspace.windows[i];
-    low = std::min(low, std::max(window.row * columns, begin) - begin);
+    low = std::min(low, window.row * columns - begin);
     high = std::max(high, (window.row + window.rows) * columns - begin);
     met.insert(met.end(), {upper ? low : 0, upper ? high : size});
   }
@@ -140,7 +140,12 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
                            workspace.values.data() + window.first, count, true, through[i] + from);
     }
   }
-  transpose(through, transposed);
+  transposed.resize(size, cells);
+  for (std::size_t from = 0; from < cells; from += kPanel) {
+    // The last of a panel meets all that the others do.
+    const std::size_t end = std::min(from + kPanel, cells);
+    transpose_part(through, from, end, met[2 * end - 2], met[2 * end - 1], transposed);
+  }
   const std::size_t row = transposed.stride();
   for (std::size_t from = 0; from < cells; from += kPanel) {
     const std::size_t end = std::min(from + kPanel, cells);
