@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/kernels.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -422,7 +424,8 @@ void PatchFace::integrate() {
   }
 }
 
-// Integrals of shear over pairs of cells; whole ones of a lattice have them by how far they lie apart, found once.
+// Integrals of shear over pairs of cells that middles do not stand for; whole ones of a lattice have them by how far they
+// lie apart, found once.
 class PatchFace::ShearByOffset {
  public:
   explicit ShearByOffset(const PatchFace& face) : face_(face) {
@@ -432,17 +435,22 @@ class PatchFace::ShearByOffset {
     }
   }
 
-  // Of one cell and a later one.
-  PairShear of(std::size_t one, std::size_t other) {
+  // Of one cell and a later one; false where their middles stand for them.
+  bool has(std::size_t one, std::size_t other, PairShear& pair) {
     const Cell &from = face_.cells_[one], &to = face_.cells_[other];
     const CellRectangle &first = face_.rectangles_[one], &second = face_.rectangles_[other];
-    if (!from.whole || !to.whole || from.lattice != to.lattice) return shear_integrals(first, second);
+    if (are_far(first, second)) return false;
+    if (!from.whole || !to.whole || from.lattice != to.lattice) {
+      pair = near_shear_integrals(first, second);
+      return true;
+    }
     const std::size_t columns = face_.lattices_[from.lattice].columns;
     const std::size_t rows = to.place / columns - from.place / columns;
     const std::size_t across = columns + to.place % columns - from.place % columns;
     PairShear& found = found_[firsts_[from.lattice] + 2 * columns * rows + across];
-    if (found.xx == kNowhere) found = shear_integrals(first, second);
-    return found;
+    if (found.xx == kNowhere) found = near_shear_integrals(first, second);
+    pair = found;
+    return true;
   }
 
  private:
@@ -456,30 +464,37 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   for (auto* one : {&integrals.xx, &integrals.xy, &integrals.yy, &integrals.along, &integrals.across}) {
     one->assign(count * count, 0.0);
   }
-  Face alone;
-  ShearIntegrals own;
+  double alone[2] = {};
+  std::vector<double> middles;
+  for (const Point& middle : face_.centroids) middles.push_back(middle.x);
+  for (const Point& middle : face_.centroids) middles.push_back(middle.y);
   ShearByOffset apart(*this);
   for (std::size_t i = 0; i < count; ++i) {
     const CellRectangle& cell = rectangles_[i];
     // Over the cell itself, along its own axes, then turned. Cells of a lattice are equal, but for some.
     if (i == 0 || cell.sides[0] != rectangles_[i - 1].sides[0] || cell.sides[1] != rectangles_[i - 1].sides[1]) {
-      const double u = cell.sides[0] / 2, v = cell.sides[1] / 2;
-      alone.areas.assign(1, cell.area);
-      alone.edges = {{{-u, -v}, {u, -v}, 0, -1}, {{u, -v}, {u, v}, 0, -1}, {{u, v}, {-u, v}, 0, -1}, {{-u, v}, {-u, -v}, 0, -1}};
-      integrate_edges(alone, own);
+      integrate_own(cell.sides, &alone[0], &alone[1]);
     }
     const double c = cell.cosine, s = cell.sine;
-    integrals.xx[i * count + i] = c * c * own.xx[0] + s * s * own.yy[0];
-    integrals.yy[i * count + i] = s * s * own.xx[0] + c * c * own.yy[0];
-    integrals.xy[i * count + i] = c * s * (own.xx[0] - own.yy[0]);
+    integrals.xx[i * count + i] = c * c * alone[0] + s * s * alone[1];
+    integrals.yy[i * count + i] = s * s * alone[0] + c * c * alone[1];
+    integrals.xy[i * count + i] = c * s * (alone[0] - alone[1]);
+    const std::size_t next = i * count + i + 1;
+    double* const rows[5] = {integrals.xx.data() + next, integrals.xy.data() + next, integrals.yy.data() + next,
+                             integrals.along.data() + next, integrals.across.data() + next};
+    const double* later = middles.data() + i + 1;
+    kernels().shear_of_point(middles[i], middles[count + i], cell.area, later, later + count, face_.areas.data() + i + 1,
+                             count - i - 1, rows);
     for (std::size_t j = i + 1; j < count; ++j) {
-      const PairShear pair = apart.of(i, j);
+      PairShear pair;
+      if (apart.has(i, j, pair)) {
+        const double found[5] = {pair.xx, pair.xy, pair.yy, pair.along, pair.across};
+        for (std::size_t k = 0; k < 5; ++k) rows[k][j - i - 1] = found[k];
+      }
       const std::size_t there = i * count + j, back = j * count + i;
-      integrals.xx[there] = integrals.xx[back] = pair.xx;
-      integrals.xy[there] = integrals.xy[back] = pair.xy;
-      integrals.yy[there] = integrals.yy[back] = pair.yy;
-      integrals.along[there] = pair.along, integrals.along[back] = -pair.along;
-      integrals.across[there] = pair.across, integrals.across[back] = -pair.across;
+      integrals.xx[back] = integrals.xx[there], integrals.xy[back] = integrals.xy[there];
+      integrals.yy[back] = integrals.yy[there];
+      integrals.along[back] = -integrals.along[there], integrals.across[back] = -integrals.across[there];
     }
   }
 }

@@ -5,6 +5,10 @@
 #include <new>
 #include <vector>
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 namespace mjtactile {
 
 template <typename Value>
@@ -16,8 +20,23 @@ struct AlignedAllocator {
   template <typename Other>
   AlignedAllocator(const AlignedAllocator<Other>&) {}
 
-  Value* allocate(std::size_t count) { return static_cast<Value*>(::operator new(count * sizeof(Value), kLine)); }
-  void deallocate(Value* at, std::size_t) { ::operator delete(at, kLine); }
+  // Matrices of which a step reads lines here and there begin at a large page and lie in such ones where the system has
+  // them: looking up small pages would take longer than reading what is there.
+  static constexpr std::size_t kLargePage = std::size_t{1} << 21;
+
+  Value* allocate(std::size_t count) {
+    const std::size_t size = count * sizeof(Value);
+    if (size < kLargePage) return static_cast<Value*>(::operator new(size, kLine));
+    void* at = ::operator new(size, std::align_val_t{kLargePage});
+#ifdef __linux__
+    madvise(at, size / kLargePage * kLargePage, MADV_HUGEPAGE);  // as well as may be: without it numbers are the same
+#endif
+    return static_cast<Value*>(at);
+  }
+  void deallocate(Value* at, std::size_t count) {
+    const bool large = count * sizeof(Value) >= kLargePage;
+    ::operator delete(at, large ? std::align_val_t{kLargePage} : kLine);
+  }
   bool operator==(const AlignedAllocator&) const { return true; }
   bool operator!=(const AlignedAllocator&) const { return false; }
 };

@@ -75,13 +75,13 @@ void add_product(const Matrix& symmetric, const double* x, double* sums) {
   kernels().add_window(symmetric.data(), 1, 0, size, symmetric.stride(), x, size, false, sums);
 }
 
-void transpose(const Matrix& from, Matrix& to) {
-  to.resize(from.columns(), from.rows());
+void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, std::size_t column, std::size_t column_end,
+                    Matrix& to) {
   // Square by square: both sides of one stay in the first-level cache.
-  for (std::size_t first = 0; first < from.rows(); first += kSquare) {
-    const std::size_t last = std::min(first + kSquare, from.rows());
-    for (std::size_t begin = 0; begin < from.columns(); begin += kSquare) {
-      const std::size_t end = std::min(begin + kSquare, from.columns());
+  for (std::size_t first = row; first < row_end; first += kSquare) {
+    const std::size_t last = std::min(first + kSquare, row_end);
+    for (std::size_t begin = column; begin < column_end; begin += kSquare) {
+      const std::size_t end = std::min(begin + kSquare, column_end);
       for (std::size_t j = begin; j < end; ++j) {
         for (std::size_t i = first; i < last; ++i) to[j][i] = from[i][j];
       }

@@ -43,8 +43,9 @@ class Matrix {
 bool is_zero(const double* run, std::size_t count);
 // sums += a symmetric matrix, whole, times x.
 void add_product(const Matrix& symmetric, const double* x, double* sums);
-// The transposed of a matrix.
-void transpose(const Matrix& from, Matrix& to);
+// Of a matrix the part from a row and a column on up to others, into its transposed.
+void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, std::size_t column, std::size_t column_end,
+                    Matrix& to);
 // Entries under the diagonal become those above it.
 void mirror_upper(Matrix& matrix);
 

@@ -31,7 +31,21 @@ struct Kernels {
   void (*multiply_add)(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                        double* c, std::size_t c_row, std::size_t rows, std::size_t columns, std::size_t depth);
 
+  // Of a point and others (count): weight * weights[j] times y^2/r^3, -x y/r^3, x^2/r^3, x/r^2 and y/r^2, (x, y) from the
+  // other to it, to the five rows.
+  void (*shear_of_point)(double from_x, double from_y, double weight, const double* x, const double* y,
+                         const double* weights, std::size_t count, double* const* rows);
+  // The sums of these, unweighted, over all pairs of two lists of points, as if none were nearer than the root of `least`.
+  void (*sum_shear)(const double* x, const double* y, std::size_t count, const double* to_x, const double* to_y,
+                    std::size_t to_count, double least, double* sums);
+
   double (*dot)(const double* a, const double* b, std::size_t count);
+
+  // One row of a half space's compliance from integrals over pairs of cells: of 1/r, xx, xy, yy, along and across (see
+  // ShearIntegrals), turned by an angle, `turn`: its cosine squared, times its sine, sine squared, cosine and sine.
+  // `rows`: what comes of xx, xy, xz, yy, yz and zz, times `per_area`; `share` and `slope`: weights of what is not 1/r.
+  void (*shear_row)(const double* const* integrals, const double* per_area, const double* turn, double share,
+                    double slope, std::size_t count, double* const* rows);
 
   // A symmetric positive definite matrix of at most kFactorRows rows, of which the upper triangle is read, becomes U of
   // U^T U; false where it is not positive definite.

@@ -272,6 +272,31 @@ inline double dot(const double* a, const double* b, std::size_t count) {
   return sum;
 }
 
+inline void shear_row(const double* const* integrals, const double* per_area, const double* turn, double share,
+                      double slope, std::size_t count, double* const* rows) {
+  constexpr std::size_t kAtOnce = 8, kRows = 6;
+  const double cc = turn[0], cs = turn[1], ss = turn[2], cosine = turn[3], sine = turn[4];
+  const auto block = [&](std::size_t first, std::size_t taken) {
+    // In arrays of their own, of one length: loops over them run several numbers at a time.
+    double in[kRows][kAtOnce] = {}, area[kAtOnce] = {}, out[kRows][kAtOnce];
+    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(in[k], integrals[k] + first, taken * sizeof(double));
+    std::memcpy(area, per_area + first, taken * sizeof(double));
+    for (std::size_t j = 0; j < kAtOnce; ++j) {
+      const double distance = in[0][j], xx = in[1][j], xy = in[2][j], yy = in[3][j], along = in[4][j], across = in[5][j];
+      out[0][j] = area[j] * (distance + share * (ss * xx + 2.0 * cs * xy + cc * yy));
+      out[1][j] = -area[j] * share * (cs * (xx - yy) + (cc - ss) * xy);
+      out[2][j] = area[j] * slope * (cosine * along - sine * across);
+      out[3][j] = area[j] * (distance + share * (cc * xx - 2.0 * cs * xy + ss * yy));
+      out[4][j] = area[j] * slope * (sine * along + cosine * across);
+      out[5][j] = area[j] * distance;
+    }
+    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(rows[k] + first, out[k], taken * sizeof(double));
+  };
+  std::size_t first = 0;
+  for (; first + kAtOnce <= count; first += kAtOnce) block(first, kAtOnce);
+  if (first < count) block(first, count - first);
+}
+
 inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t size, double* x) {
   for (std::size_t i = size; i-- > 0;) {
     const double* row = upper + i * upper_row;
@@ -550,6 +575,51 @@ inline double sum_inverse_distances(const double* x, const double* y, std::size_
   return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
+inline void shear_of_point(double from_x, double from_y, double weight, const double* x, const double* y,
+                           const double* weights, std::size_t count, double* const* rows) {
+  constexpr std::size_t kAtOnce = 8, kRows = 5;
+  const auto block = [&](std::size_t first, std::size_t taken) {
+    double at_x[kAtOnce], at_y[kAtOnce], share[kAtOnce], out[kRows][kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) at_x[k] = from_x + 1.0, at_y[k] = from_y, share[k] = 0.0;
+    std::memcpy(at_x, x + first, taken * sizeof(double));
+    std::memcpy(at_y, y + first, taken * sizeof(double));
+    std::memcpy(share, weights + first, taken * sizeof(double));
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const double u = from_x - at_x[k], v = from_y - at_y[k], inverse = 1.0 / (u * u + v * v);
+      const double own = weight * share[k], flat = own * inverse, cube = flat * std::sqrt(inverse);
+      out[0][k] = v * v * cube, out[1][k] = -u * v * cube, out[2][k] = u * u * cube;
+      out[3][k] = u * flat, out[4][k] = v * flat;
+    }
+    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(rows[k] + first, out[k], taken * sizeof(double));
+  };
+  std::size_t first = 0;
+  for (; first + kAtOnce <= count; first += kAtOnce) block(first, kAtOnce);
+  if (first < count) block(first, count - first);
+}
+
+// As sum_inverse_distances().
+inline void sum_shear(const double* x, const double* y, std::size_t count, const double* to_x, const double* to_y,
+                      std::size_t to_count, double least, double* sums) {
+  constexpr std::size_t kAtOnce = 4, kSums = 5;
+  double parts[kSums][kAtOnce] = {};
+  for (std::size_t j = 0; j < to_count; j += kAtOnce) {
+    double to_u[kAtOnce], to_v[kAtOnce], share[kAtOnce];
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const std::size_t at = j + k < to_count ? j + k : j;
+      to_u[k] = to_x[at], to_v[k] = to_y[at], share[k] = j + k < to_count ? 1.0 : 0.0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        const double u = x[i] - to_u[k], v = y[i] - to_v[k], square = u * u + v * v;
+        const double flat = share[k] / (square > least ? square : least), cube = flat * std::sqrt(flat);
+        parts[0][k] += v * v * cube, parts[1][k] -= u * v * cube, parts[2][k] += u * u * cube;
+        parts[3][k] += u * flat, parts[4][k] += v * flat;
+      }
+    }
+  }
+  for (std::size_t m = 0; m < kSums; ++m) sums[m] = (parts[m][0] + parts[m][1]) + (parts[m][2] + parts[m][3]);
+}
+
 inline Kernels make_kernels(const char* name) {
   return {name,
           add_columns<Byte, float>,
@@ -558,7 +628,10 @@ inline Kernels make_kernels(const char* name) {
           add_columns<double, double>,
           add_window,
           multiply_add_matrices,
+          shear_of_point,
+          sum_shear,
           dot,
+          shear_row,
           factor_small,
           eliminate,
           solve_upper,

@@ -120,17 +120,32 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
   const std::size_t begin = first * columns / kWhole * kWhole, size = last * columns - begin;
   Matrix &through = workspace.through, &transposed = workspace.transposed;
   through.resize(cells, size);
+  // Above the diagonal a cell meets those before it only, and their splines.
+  std::vector<std::size_t>& met = workspace.met;
+  met.clear();
+  for (std::size_t i = 0, low = size, high = 0; i < cells; ++i) {
+    const Window& window = workspace.windows[i];
+    low = std::min(low, window.row * columns - begin);
+    high = std::max(high, (window.row + window.rows) * columns - begin);
+    met.insert(met.end(), {upper ? low : 0, upper ? high : size});
+  }
   // Panel by panel: what of all splines lies in one stays in the first-level cache while all cells go by.
   for (std::size_t from = 0; from < size; from += kPanel) {
     const std::size_t count = std::min(kPanel, size - from);
     for (std::size_t i = 0; i < cells; ++i) {
+      if (met[2 * i] >= from + count || met[2 * i + 1] <= from) continue;
       const Window& window = workspace.windows[i];
       const double* lines = remainder + (window.row * columns + window.column) * stride + begin + from;
       kernels().add_window(lines, window.rows, columns * stride, window.columns, stride,
                            workspace.values.data() + window.first, count, true, through[i] + from);
     }
   }
-  transpose(through, transposed);
+  transposed.resize(size, cells);
+  for (std::size_t from = 0; from < cells; from += kPanel) {
+    // The last of a panel meets all that the others do.
+    const std::size_t end = std::min(from + kPanel, cells);
+    transpose_part(through, from, end, met[2 * end - 2], met[2 * end - 1], transposed);
+  }
   const std::size_t row = transposed.stride();
   for (std::size_t from = 0; from < cells; from += kPanel) {
     const std::size_t end = std::min(from + kPanel, cells);
@@ -175,25 +190,21 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
   compliance.resize(3 * cells, 3 * cells);
   // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
   const double share = poisson_ / (1.0 - poisson_), slope = (1.0 - 2.0 * poisson_) / (2.0 * (1.0 - poisson_));
-  const double cc = cosine * cosine, cs = cosine * sine, ss = sine * sine;
+  const double turn[5] = {cosine * cosine, cosine * sine, sine * sine, cosine, sine};
+  std::vector<double>&inverse_areas = workspace.smooth, &per_area = workspace.coefficients;
+  inverse_areas.resize(cells);
+  per_area.resize(cells);
+  for (std::size_t i = 0; i < cells; ++i) inverse_areas[i] = 1.0 / areas[i];
   for (std::size_t i = 0; i < cells; ++i) {
+    const double own = factor_ * inverse_areas[i];
+    for (std::size_t j = 0; j < cells; ++j) per_area[j] = own * inverse_areas[j];
+    for (std::size_t j = 0; bend != nullptr && j < cells; ++j) per_area[j] *= bend->nearness(i, j);
+    const std::size_t at = i * cells;
+    const double* from[6] = {inverse_distance + at,    integrals.xx.data() + at,    integrals.xy.data() + at,
+                             integrals.yy.data() + at, integrals.along.data() + at, integrals.across.data() + at};
     double *x = compliance[i], *y = compliance[cells + i], *z = compliance[2 * cells + i];
-    for (std::size_t j = 0; j < cells; ++j) {
-      const std::size_t at = i * cells + j;
-      const double nearer = bend == nullptr ? 1.0 : bend->nearness(i, j);
-      const double per_area = nearer * factor_ / (areas[i] * areas[j]), distance = inverse_distance[at];
-      const double xx = cc * integrals.xx[at] - 2.0 * cs * integrals.xy[at] + ss * integrals.yy[at];
-      const double yy = ss * integrals.xx[at] + 2.0 * cs * integrals.xy[at] + cc * integrals.yy[at];
-      const double xy = cs * (integrals.xx[at] - integrals.yy[at]) + (cc - ss) * integrals.xy[at];
-      const double along = cosine * integrals.along[at] - sine * integrals.across[at];
-      const double across = sine * integrals.along[at] + cosine * integrals.across[at];
-      x[j] = per_area * (distance + share * yy);
-      y[cells + j] = per_area * (distance + share * xx);
-      x[cells + j] = -per_area * share * xy;
-      z[2 * cells + j] = per_area * distance;
-      x[2 * cells + j] = per_area * slope * along;
-      y[2 * cells + j] = per_area * slope * across;
-    }
+    double* rows[6] = {x, x + cells, x + 2 * cells, y + cells, y + 2 * cells, z + 2 * cells};
+    kernels().shear_row(from, per_area.data(), turn, share, slope, cells, rows);
   }
   // Blocks on the diagonal and right of it. The remainder is symmetric: a block is added from what forces of its column
   // do, line by line of its row.

@@ -75,6 +75,7 @@ class SurfaceCompliance {
     std::vector<Window> windows;
     std::vector<Place> places;
     std::vector<double> values, coefficients, smooth;
+    std::vector<std::size_t> met;  // splines from one on up to another, by cell
     Matrix through, transposed;
   };
 

@@ -16,11 +16,6 @@ constexpr int kMostParts = 4;
 // Parts that fall together see each other as a square sees itself: 1/r averages to this over its side.
 constexpr double kOwn = 2.97;
 
-bool are_far(const CellRectangle& a, const CellRectangle& b) {
-  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, reach = a.reach + b.reach;
-  return x * x + y * y > reach * reach;
-}
-
 // Taylor series to second order about the middles.
 double far_integral(const CellRectangle& a, const CellRectangle& b) {
   const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, inverse = 1.0 / (x * x + y * y);
@@ -89,12 +84,6 @@ double near_integral(const CellRectangle& a, const CellRectangle& b) {
   return a.area * b.area * sum / static_cast<double>(own * other);
 }
 
-void add_shear(double x, double y, double square, PairShear& sum) {
-  const double inverse = 1.0 / square, cube = inverse * std::sqrt(inverse);
-  sum.xx += y * y * cube, sum.xy -= x * y * cube, sum.yy += x * x * cube;
-  sum.along += x * inverse, sum.across += y * inverse;
-}
-
 }  // namespace
 
 CellRectangle::CellRectangle(const Point& at, double c, double s, const double* lengths)
@@ -106,28 +95,23 @@ CellRectangle::CellRectangle(const Point& at, double c, double s, const double* 
   xy = c * s * (u - v);
 }
 
+bool are_far(const CellRectangle& a, const CellRectangle& b) {
+  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, reach = a.reach + b.reach;
+  return x * x + y * y > reach * reach;
+}
+
 double inverse_distance(const CellRectangle& a, const CellRectangle& b) {
   if (are_far(a, b)) return far_integral(a, b);
   return a.cosine == b.cosine && a.sine == b.sine ? parallel_integral(a, b) : near_integral(a, b);
 }
 
-PairShear shear_integrals(const CellRectangle& a, const CellRectangle& b) {
-  PairShear sum = {0.0, 0.0, 0.0, 0.0, 0.0};
-  double weight = a.area * b.area;
-  if (are_far(a, b)) {
-    const double x = a.middle.x - b.middle.x, y = a.middle.y - b.middle.y;
-    add_shear(x, y, x * x + y * y, sum);
-  } else {
-    const Parts parts(a, b);
-    for (int i = 0; i < parts.counts[0]; ++i) {
-      for (int j = 0; j < parts.counts[1]; ++j) {
-        const double x = parts.x[0][i] - parts.x[1][j], y = parts.y[0][i] - parts.y[1][j];
-        add_shear(x, y, std::max(x * x + y * y, parts.softened), sum);
-      }
-    }
-    weight /= parts.counts[0] * parts.counts[1];
-  }
-  return {weight * sum.xx, weight * sum.xy, weight * sum.yy, weight * sum.along, weight * sum.across};
+PairShear near_shear_integrals(const CellRectangle& a, const CellRectangle& b) {
+  const Parts parts(a, b);
+  const auto own = static_cast<std::size_t>(parts.counts[0]), other = static_cast<std::size_t>(parts.counts[1]);
+  double sums[5];
+  kernels().sum_shear(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other, parts.softened, sums);
+  const double weight = a.area * b.area / static_cast<double>(own * other);
+  return {weight * sums[0], weight * sums[1], weight * sums[2], weight * sums[3], weight * sums[4]};
 }
 
 namespace {

@@ -23,11 +23,14 @@ struct CellRectangle {
 double inverse_distance(const CellRectangle& a, const CellRectangle& b);
 
 // Integrals over a pair of y^2/r^3, -x y/r^3, x^2/r^3 [m^3], x/r^2 and y/r^2 [m^2 m], (x, y) from the second to the first,
-// as inverse_distance() has them where sides are not parallel.
+// as inverse_distance() has them where sides are not parallel: point by point of parts of both.
 struct PairShear {
   double xx, xy, yy, along, across;
 };
-PairShear shear_integrals(const CellRectangle& a, const CellRectangle& b);
+PairShear near_shear_integrals(const CellRectangle& a, const CellRectangle& b);
+
+// Whether their middles stand for two rectangles.
+bool are_far(const CellRectangle& a, const CellRectangle& b);
 
 // The integrals of 1/r over equal rectangles by how many columns and rows they lie apart: (rows, columns).
 void inverse_distance_by_offset(std::size_t columns, std::size_t rows, double width, double height,

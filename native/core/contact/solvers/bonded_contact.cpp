@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "linalg/small.hpp"
 
 namespace mjtactile {
 namespace {
 
-constexpr std::size_t kMotions = 6;
+constexpr std::size_t kMotions = 6, kComponents = 3;
+// Right sides that are solved for together, the heights among them, and none: products take four rows at once.
+constexpr std::size_t kSides = 8;
 // Forces and separations this small count as zero; violations this small are left
 // where cells on the verge of contact keep changing sides; a motion resisted this much less than another is open, and
 // loaded by what is more than this of the resultants; what forces may miss of the resultants.
@@ -19,18 +22,6 @@ constexpr int kRounds = 20, kPatience = 4;
 
 }  // namespace
 
-// Displacement of a cell per motion: indentation and two tilts (downward), x, y and a turn.
-double BondedContact::mode(std::size_t motion, std::size_t component, std::size_t place) const {
-  switch (motion) {
-    case 0: return component == 2 ? 1.0 : 0.0;
-    case 1: return component == 2 && tilting_ ? levers_[place].x : 0.0;
-    case 2: return component == 2 && tilting_ ? levers_[place].y : 0.0;
-    case 3: return component == 0 ? 1.0 : 0.0;
-    case 4: return component == 1 ? 1.0 : 0.0;
-    default: return component == 0 ? -levers_[place].y : component == 1 ? levers_[place].x : 0.0;
-  }
-}
-
 bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places,
                           const Point* levers, const double* heights, const double* wanted, bool tilting,
                           const std::uint8_t* start, WorkLimit& limit) {
@@ -38,18 +29,15 @@ bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std
   levers_ = levers;
   tilting_ = tilting;
   unit_ = wanted[0];
-  give_ = 0.0;
-  for (const std::size_t place : places) {
-    for (std::size_t a = 0; a < 3; ++a) give_ += compliance[a * cells + place][a * cells + place];
-  }
-  give_ /= static_cast<double>(3 * count_);
   for (std::size_t m = 0; m < kMotions; ++m) wanted_[m] = wanted[m] / unit_;
   if (!tilting) wanted_[1] = wanted_[2] = 0.0;
   heights_.assign(count_, 0.0);
   if (heights != nullptr) {
     const double lowest = *std::min_element(heights, heights + count_);
-    for (std::size_t i = 0; i < count_; ++i) heights_[i] = (heights[i] - lowest) / (give_ * unit_);
+    for (std::size_t i = 0; i < count_; ++i) heights_[i] = (heights[i] - lowest) / unit_;
   }
+  set_order(heights != nullptr);
+  factor_.forget();
   pressed_.assign(start, start + count_);
   seen_.clear();
   std::size_t fewest = count_ + 1;
@@ -78,34 +66,34 @@ bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std
   return false;
 }
 
+// Cells in the order in which they are likely to be pressed: those that change sides come last.
+void BondedContact::set_order(bool by_height) {
+  order_.resize(count_);
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  if (!by_height) return;
+  std::sort(order_.begin(), order_.end(), [this](std::size_t i, std::size_t j) {
+    return heights_[i] != heights_[j] ? heights_[i] < heights_[j] : i < j;
+  });
+}
+
 // The solution if exactly the pressed cells touched; false where they cannot carry the resultants.
 bool BondedContact::on(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places,
                        WorkLimit& limit) {
   held_.clear();
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (pressed_[i]) held_.push_back(i);
+  unknowns_.clear();
+  for (const std::size_t i : order_) {
+    if (!pressed_[i]) continue;
+    held_.push_back(i);
+    for (std::size_t a = 0; a < kComponents; ++a) unknowns_.push_back(a * cells + places[i]);
   }
-  const std::size_t held = held_.size(), size = 3 * held;
-  if (held == 0 || !limit.factorisation(size)) return false;
-  factor_.resize(size, size);
-  right_.resize(kMotions + 1, size);
-  modes_.resize(kMotions, size);
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t i = 0; i < held; ++i) {
-      const double* from = compliance[a * cells + places[held_[i]]];
-      double* to = factor_[a * held + i];
-      for (std::size_t b = a; b < 3; ++b) {
-        // Pressing counts downward.
-        const double scale = ((a == 2) != (b == 2) ? -1.0 : 1.0) / give_;
-        for (std::size_t j = a == b ? i : 0; j < held; ++j) to[b * held + j] = scale * from[b * cells + places[held_[j]]];
-      }
-      for (std::size_t m = 0; m < kMotions; ++m) modes_[m][a * held + i] = mode(m, a, held_[i]);
-      right_[kMotions][a * held + i] = a == 2 ? heights_[held_[i]] : 0.0;
-    }
-  }
-  if (!factor(factor_)) return false;
+  const std::size_t held = held_.size(), size = kComponents * held;
+  if (held == 0 || !limit.factorisation(size) || !factor_.factor(compliance, unknowns_)) return false;
+  right_.resize(kSides, size);
+  set_modes();
   for (std::size_t m = 0; m < kMotions; ++m) std::copy(modes_[m], modes_[m] + size, right_[m]);
-  solve_forward(factor_, right_);
+  for (std::size_t m = kMotions; m < kSides; ++m) std::fill(right_[m], right_[m] + size, 0.0);
+  for (std::size_t i = 0; i < held; ++i) right_[kMotions][kComponents * i + 2] = -heights_[held_[i]];
+  factor_.solve_forward(right_);
   // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
   double stiffness[kMotions * kMotions], needed[kMotions];
   for (std::size_t m = 0; m < kMotions; ++m) {
@@ -138,22 +126,38 @@ bool BondedContact::on(const Matrix& compliance, std::size_t cells, const std::v
       plain_[k] = -right_[kMotions][k];
       for (std::size_t m = 0; m < kMotions; ++m) plain_[k] += right_[m][k] * motion_[m];
     }
-    solve_backward(factor_, plain_.data());
+    factor_.solve_backward(plain_.data());
     if (round > 0) break;
     // What rounding left of the resultants.
     double left[kMotions];
     for (std::size_t m = 0; m < kMotions; ++m) left[m] = wanted_[m] - dot(modes_[m], plain_.data(), size);
     add_motion(left, false);
   }
-  forces_.assign(3 * count_, 0.0);
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t i = 0; i < held; ++i) {
-      const double force = plain_[a * held + i] * unit_;
-      if (!std::isfinite(force)) return false;
-      forces_[a * count_ + held_[i]] = force;
-    }
+  forces_.assign(kComponents * count_, 0.0);
+  spread_.assign(kComponents * cells, 0.0);
+  for (std::size_t k = 0; k < size; ++k) {
+    const std::size_t a = k % kComponents;
+    const double force = plain_[k] * unit_;
+    if (!std::isfinite(force)) return false;
+    forces_[a * count_ + held_[k / kComponents]] = a == 2 ? -force : force;
+    spread_[unknowns_[k]] = plain_[k];
   }
   return true;
+}
+
+// Displacement of the cells held per motion: indentation and two tilts (downward, and z points out of the pad), x, y and a
+// turn.
+void BondedContact::set_modes() {
+  modes_.resize(kMotions, kComponents * held_.size());
+  for (std::size_t m = 0; m < kMotions; ++m) std::fill(modes_[m], modes_[m] + modes_.columns(), 0.0);
+  for (std::size_t i = 0; i < held_.size(); ++i) {
+    const Point& lever = levers_[held_[i]];
+    const std::size_t x = kComponents * i, y = x + 1, z = x + 2;
+    modes_[0][z] = -1.0;
+    if (tilting_) modes_[1][z] = -lever.x, modes_[2][z] = -lever.y;
+    modes_[3][x] = modes_[4][y] = 1.0;
+    modes_[5][x] = -lever.y, modes_[5][y] = lever.x;
+  }
 }
 
 // How many cells pull although pressed, or overlap although not.
@@ -166,7 +170,7 @@ std::size_t BondedContact::violations(const Matrix& compliance, std::size_t cell
   worst_ = 0.0;
   std::size_t found = 0;
   for (std::size_t i = 0; i < held; ++i) {
-    const double pull = -plain_[2 * held + i] / largest;
+    const double pull = plain_[kComponents * i + 2] / largest;
     if (pull > kTolerance) ++found, violated_[held_[i]] = 1, worst_ = std::max(worst_, pull);
   }
   if (held == count_) return found;
@@ -174,13 +178,8 @@ std::size_t BondedContact::violations(const Matrix& compliance, std::size_t cell
   separation_.assign(count_, 0.0);
   for (std::size_t i = 0; i < count_; ++i) {
     if (pressed_[i]) continue;
-    const double* row = compliance[2 * cells + places[i]];
-    double sum = heights_[i];
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double sign = (a == 2 ? 1.0 : -1.0) / give_;
-      for (std::size_t j = 0; j < held; ++j) sum += sign * row[a * cells + places[held_[j]]] * plain_[a * held + j];
-    }
-    for (std::size_t m = 0; m < 3; ++m) sum -= mode(m, 2, i) * motion_[m];
+    double sum = heights_[i] - dot(compliance[2 * cells + places[i]], spread_.data(), spread_.size()) - motion_[0];
+    if (tilting_) sum -= levers_[i].x * motion_[1] + levers_[i].y * motion_[2];
     separation_[i] = sum;
     scale = std::max(scale, std::abs(sum));
   }

@@ -26,20 +26,22 @@ class BondedContact {
   const std::vector<double>& forces() const { return forces_; }
 
  private:
+  void set_order(bool by_height);
   bool on(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places, WorkLimit& limit);
   std::size_t violations(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places);
-  double mode(std::size_t motion, std::size_t component, std::size_t place) const;
+  void set_modes();
   bool balances() const;
 
   std::size_t count_ = 0;
   const Point* levers_ = nullptr;
   bool tilting_ = true;
-  double unit_ = 1.0, give_ = 1.0, wanted_[6] = {}, motion_[6] = {}, worst_ = 0.0;
-  std::vector<double> heights_, forces_, plain_, separation_;
+  double unit_ = 1.0, wanted_[6] = {}, motion_[6] = {}, worst_ = 0.0;
+  std::vector<double> heights_, forces_, plain_, separation_, spread_;
   std::vector<std::uint8_t> pressed_, violated_;
-  std::vector<std::size_t> held_;
+  std::vector<std::size_t> order_, held_, unknowns_;
   SeenCells seen_;
-  Matrix factor_, right_, modes_;
+  SubmatrixFactor factor_;
+  Matrix right_, modes_;
 };
 
 }  // namespace mjtactile
