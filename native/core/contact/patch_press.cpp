@@ -158,22 +158,24 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
     return true;
   };
-  bool rested = !options.tilting;
-  View best = view;
-  double least = kNowhere;
-  bool last_is_best = true;
+  bool rested = !options.tilting, goes_on = true;
+  View best = view, onward = view;
+  Merit& most = merit_ = {};
+  bool last_is_best = true, resting_tried = false;
   for (int look = 0; look < kLooks; ++look) {
-    const View last = view;
-    if (look > 0 && presses_all()) break;
-    if (!last_is_best) {
+    if (look > 0 && last_is_best) {
+      if (presses_all()) break;
+      // Where the load is missed other parts of the body carry it, onto which it has to tilt first.
+      resting_tried = !rested && most.missed > 0.0;
+      if (!resting_tried && !goes_on) break;
+      view = onward;
+      if (resting_tried) view = best, view.plane = resting(load), rested = true;
+    } else if (look > 0 && resting_tried) {
+      if (!goes_on) break;
+      view = onward, resting_tried = false;
+    } else if (look > 0) {
       // It tilted too far onto what lies there.
       for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
-    } else if (!rested && look > 0 && misses(load)) {
-      // Other parts of the body carry the load, onto which it has to tilt first.
-      view.plane = resting(load);
-      rested = true;
-    } else if (look > 0 && !next_view(view)) {
-      break;
     }
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
@@ -184,21 +186,14 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     }
     // Springs are pressed farther out than an elastic surface.
     if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
-    if (!press()) {
-      if (look == 0) return false;
-      // Nothing is there: the contact that was found is as good as any.
-      view = last;
-      spots_ = search_.find(map, view.plane, load);
-      return press();
-    }
-    if (!contact_.exact()) {
-      last_is_best = look == 0;  // an earlier look found a contact
-      break;
-    }
-    const bool compares = options.tilting && options.law->couples() && !is_off(load);
-    const double found = energy(load);
-    last_is_best = !compares || !(found > least + kWorse * contact_.energy());
-    if (last_is_best) best = view, least = compares ? found : kNowhere;
+    const bool pressed = press();
+    if (look == 0 && !pressed) return false;
+    if (look == 0 && !contact_.exact()) break;
+    last_is_best = pressed && contact_.exact() && (look == 0 || !is_worse(merit(load, options), most));
+    if (!last_is_best) continue;
+    best = view, most = merit(load, options);
+    onward = view;
+    goes_on = next_view(onward);
   }
   if (last_is_best) return true;
   view = best;
@@ -299,7 +294,7 @@ double PatchPress::energy(const SearchLoad& load) const {
   return sum;
 }
 
-bool PatchPress::is_off(const SearchLoad& load) const {
+double PatchPress::missed(const SearchLoad& load) const {
   double force = 0.0;
   Point centre = {0.0, 0.0};
   for (std::size_t i = 0; i < heights_.size(); ++i) {
@@ -308,11 +303,17 @@ bool PatchPress::is_off(const SearchLoad& load) const {
     centre.x += own * cells_.face().centroids[i].x, centre.y += own * cells_.face().centroids[i].y;
   }
   const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
-  return away > kMissed * cells_.face().length;
+  return away > kMissed * cells_.face().length ? away : 0.0;
 }
 
-bool PatchPress::misses(const SearchLoad& load) const {
-  return is_off(load) && inside(search_.covered(), load.through) > kNearRim;
+PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
+  if (!options.tilting || !options.law->couples()) return {};
+  return {missed(load), energy(load), contact_.energy()};
+}
+
+bool PatchPress::is_worse(const Merit& one, const Merit& other) {
+  if (one.missed > 0.0 || other.missed > 0.0) return one.missed > other.missed;
+  return one.energy > other.energy + kWorse * one.elastic;
 }
 
 double PatchPress::tilt() const {
