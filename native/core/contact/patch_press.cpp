@@ -50,12 +50,14 @@ constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFal
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
-// Share of the cells where the body goes on that press where the contact does, too.
-constexpr double kGoesOn = 0.5;
+// Share of the cells where the body goes on that press where the contact does, too; it is worth another look where the
+// body sinks in so many times as high as the cells reach.
+constexpr double kGoesOn = 0.5, kHigher = 1.2;
+// Area of cells that do not end there over that of those that do, at least, where these tell of the contact's end.
+constexpr double kWithin = 0.5;
 // A look whose contact has more energy than another's by this share of its own is the worse one: cells differ by less.
 constexpr double kWorse = 0.1;
-// A contact whose pressure is centred farther than this from the load, over its size, misses it. Where the load passes the
-// rim the first plane has tilted the body onto that already; elsewhere it tilts onto other parts of its own.
+// A contact whose pressure is centred farther than this from the load, over its size, misses it.
 constexpr double kMissed = 0.01;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
@@ -120,18 +122,6 @@ double secant_share(const double* slopes, const double* before) {
   return back ? 1.0 - along / square : 1.0;
 }
 
-// How far a point lies inside a hull, over how far the hull reaches behind its nearest side.
-double inside(const std::vector<Point>& hull, const Point& at) {
-  double least = hull.size() > 2 ? INFINITY : 0.0;
-  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
-    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
-    double depth = 0.0;
-    for (const Point& corner : hull) depth = std::max(depth, left_of(a, b, corner));
-    least = std::min(least, left_of(a, b, at) / depth);
-  }
-  return least;
-}
-
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
@@ -144,7 +134,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, {0.0, 0.0}};
+  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, 0.0, {0.0, 0.0}};
   if (options.tilting) view.plane = first_plane(load);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
@@ -161,7 +151,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   bool rested = !options.tilting, goes_on = true;
   View best = view, onward = view;
   Merit& most = merit_ = {};
-  bool last_is_best = true, resting_tried = false;
+  bool last_is_best = true, resting_tried = false, ended = false;
   for (int look = 0; look < kLooks; ++look) {
     if (look > 0 && last_is_best) {
       if (presses_all()) break;
@@ -173,6 +163,10 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     } else if (look > 0 && resting_tried) {
       if (!goes_on) break;
       view = onward, resting_tried = false;
+    } else if (look > 0 && ended) {
+      // More of the body touches there than there were cells for.
+      view.reaches = sinks();
+      view.sinks = 0.0;
     } else if (look > 0) {
       // It tilted too far onto what lies there.
       for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
@@ -190,6 +184,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     if (look == 0 && !pressed) return false;
     if (look == 0 && !contact_.exact()) break;
     last_is_best = pressed && contact_.exact() && (look == 0 || !is_worse(merit(load, options), most));
+    ended = pressed && contact_.exact() && look + 2 < kLooks && ends_early();
     if (!last_is_best) continue;
     best = view, most = merit(load, options);
     onward = view;
@@ -332,6 +327,7 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
   double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
                                           : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
   if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
+  highest = std::max(highest, view.reaches);
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
@@ -405,17 +401,43 @@ const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
   return taken_;
 }
 
+// Whether cells press that end for the height alone: the contact goes on beyond them.
+bool PatchPress::goes_beyond() const {
+  std::size_t at_end = 0, ends = 0;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    ends += cells_.goes_on()[i];
+    at_end += cells_.goes_on()[i] && contact_.pressed()[i];
+  }
+  return static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
+}
+
+// Whether it surely does: of a single row of cells all end on their sides.
+bool PatchPress::ends_early() const {
+  double within = 0.0, at_end = 0.0;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    (cells_.goes_on()[i] ? at_end : within) += cells_.face().areas[i];
+  }
+  return goes_beyond() && within > kWithin * at_end;
+}
+
+// How high a part of the body may stand that touches, and a little over that.
+double PatchPress::sinks() const {
+  double lowest = kNowhere;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    if (contact_.pressed()[i]) lowest = std::min(lowest, heights_[i]);
+  }
+  return kSinks * (contact_.indentation() + std::max(lowest, 0.0));
+}
+
 // How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
 // not tilted away from them.
 bool PatchPress::next_view(View& view) const {
   const double* slopes = contact_.slopes();
-  std::size_t pressed = 0, at_end = 0, ends = 0;
+  std::size_t pressed = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;
   for (std::size_t i = 0; i < heights_.size(); ++i) {
-    ends += cells_.goes_on()[i];
     if (!contact_.pressed()[i]) continue;
     ++pressed;
-    at_end += cells_.goes_on()[i];
     lowest = std::min(lowest, heights_[i]);
     const Point& at = cells_.face().centroids[i];
     const double lift = slopes[0] * at.x + slopes[1] * at.y;
@@ -424,8 +446,7 @@ bool PatchPress::next_view(View& view) const {
   }
   const double level = std::max(search_.loaded(), contact_.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
-  // Where cells press that end for the height alone, the contact goes on beyond them.
-  const bool beyond = static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
+  const bool beyond = goes_beyond();
   const bool tilted = lifted > kSmallTilt * level;
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
   if (tilted) {
@@ -438,6 +459,7 @@ bool PatchPress::next_view(View& view) const {
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (contact_.exact()) view.sinks = beyond ? 0.0 : contact_.indentation() + std::max(lowest, 0.0);
+    view.reaches = ends_early() ? sinks() : 0.0;
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {
@@ -447,9 +469,12 @@ bool PatchPress::next_view(View& view) const {
     return true;
   }
   // What stands higher than the body sinks in at its lowest is not touched.
-  const double sinks = kSinks * (contact_.indentation() + std::max(lowest, 0.0));
-  if (few && search_.level() > 0.0 && sinks < kMuchLower * seen_.highest) {
-    view.generosity = std::max(sinks / search_.level(), kLeastGenerous);
+  if (few && search_.level() > 0.0 && sinks() < kMuchLower * seen_.highest) {
+    view.generosity = std::max(sinks() / search_.level(), kLeastGenerous);
+    return true;
+  }
+  if (ends_early() && sinks() > kHigher * seen_.highest) {
+    view.reaches = sinks();
     return true;
   }
   return false;

@@ -47,6 +47,7 @@ class PatchPress {
     Plane plane;
     double generosity;   // cells reach up to so many times the level of the spots
     double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
+    double reaches;      // and at least so high, where they ended before the contact did; 0 where that is not known [m]
     double from[2];      // slopes that the last look found away from its plane; 0 where none was
   };
   // What contacts found by different looks are compared by; all 0 where they are not.
@@ -66,6 +67,9 @@ class PatchPress {
   Lattice lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
                        double coarser) const;
   const std::vector<Region>& taken_by_others(std::size_t number);
+  bool goes_beyond() const;
+  bool ends_early() const;
+  double sinks() const;
   bool next_view(View& view) const;
   // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
   // the one that has least is the body's, whatever cells it was looked for on.
