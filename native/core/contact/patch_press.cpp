@@ -38,6 +38,8 @@ constexpr double kFilled = 0.7, kMostFor = 3.0;
 // A spot that fills less of its rectangle than this is narrow and bent; cells that a line askew to them meets, over those
 // along it.
 constexpr double kOpen = 0.5, kAskew = 1.27;
+// Where less than this share of the wanted ones comes out, they are made as much smaller, down to the other share.
+constexpr double kTooFew = 0.85, kLeastFiner = 0.25;
 // Cells are made larger where they come out too many, by this factor at least, for so many rounds; symmetric bodies may
 // have a few more.
 constexpr double kLeastCoarser = 1.25, kNearly = 1.1;
@@ -346,6 +348,11 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
       cells_.sound(lattice_over(k, options, view, wanted, coarser), seen_, taken_by_others(k));
     }
     const auto count = static_cast<double>(cells_.sounded());
+    if (round == 0 && count < kTooFew * wanted) {
+      // The body ends, or rises, sooner than most do.
+      coarser = std::max(count / wanted, kLeastFiner);
+      continue;
+    }
     if (count <= kNearly * most) break;
     coarser *= std::max(kLeastCoarser, count / most);
   }
