@@ -156,8 +156,8 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   bool last_is_best = true, resting_tried = false, ended = false;
   for (int look = 0; look < kLooks; ++look) {
     if (look > 0 && last_is_best) {
-      if (presses_all()) break;
-      // Where the load is missed other parts of the body carry it, onto which it has to tilt first.
+      if (contact_.exact() && presses_all()) break;
+      // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
       resting_tried = !rested && most.missed > 0.0;
       if (!resting_tried && !goes_on) break;
       view = onward;
@@ -184,7 +184,12 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
     const bool pressed = press();
     if (look == 0 && !pressed) return false;
-    if (look == 0 && !contact_.exact()) break;
+    if (look == 0 && !contact_.exact()) {
+      most.missed = kNowhere;
+      goes_on = false;
+      if (!options.law->couples()) break;
+      continue;
+    }
     last_is_best = pressed && contact_.exact() && (look == 0 || !is_worse(merit(load, options), most));
     ended = pressed && contact_.exact() && look + 2 < kLooks && ends_early();
     if (!last_is_best) continue;
