@@ -12,8 +12,8 @@ namespace {
 // Steps at one pose after which a basis is worth its making.
 constexpr double kSteady = 8.0;
 // A face that overhangs the sheet is cut at its edge for places rounded to this [m, rad]: what the edge is off by is a
-// hundredth of the depth of the first taxels.
-constexpr double kCutStep = 5e-6, kCutTurn = 5e-4;
+// hundredth of the depth of the first taxels. Steps of angle go into a right angle: turned scenes are cut alike.
+constexpr double kCutStep = 5e-6, kCutTurn = 1.57079632679489661923 / 3142;
 constexpr std::size_t kMostCutFaces = 64;
 // Faces that lean more than this never face the pad alone (their cosine).
 constexpr double kFacing = 0.9;
