@@ -314,7 +314,7 @@ PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& op
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other) {
-  if (one.missed > 0.0 || other.missed > 0.0) return one.missed > other.missed;
+  if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
   return one.energy > other.energy + kWorse * one.elastic;
 }
 
