@@ -125,7 +125,7 @@ void ContactSearch::flood(const SearchLoad& load) {
   for (auto end = order_.end(); end != order_.begin();) {
     const auto [height, sample] = order_.front();
     const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
-    if (carried && height > level_ + kSame * spacing_) {
+    if (carried && height > std::max(level_ + kSame * spacing_, load.reach)) {
       sees_all_ = false;
       break;
     }
@@ -303,7 +303,7 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     set_level(load);
   }
   for (std::size_t k = 0; k < part_count_; ++k) {
-    double level = level_, unused = 0.0;
+    double level = std::max(level_, load.reach), unused = 0.0;
     Region region = region_under(parts_[k], level, area, count);
     if (count == 0) level *= kReached, region = region_under(parts_[k], level, area, count);
     if (count == 0) continue;

@@ -55,10 +55,12 @@ constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
 // Share of the cells where the body goes on that press where the contact does, too; it is worth another look where the
 // body sinks in so many times as high as the cells reach.
 constexpr double kGoesOn = 0.5, kHigher = 1.2;
+// Parts of a tilted body touch up to this share of the depth that it was found to sink in.
+constexpr double kTouches = 0.6;
 // Area of cells that do not end there over that of those that do, at least, where these tell of the contact's end.
 constexpr double kWithin = 0.5;
 // A look whose contact has more energy than another's by this share of its own is the worse one: cells differ by less.
-constexpr double kWorse = 0.1;
+constexpr double kWorse = 0.04;
 // A contact whose pressure is centred farther than this from the load, over its size, misses it.
 constexpr double kMissed = 0.01;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
@@ -136,7 +138,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, 0.0, {0.0, 0.0}};
+  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
   if (options.tilting) view.plane = first_plane(load);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
@@ -173,6 +175,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       // It tilted too far onto what lies there.
       for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
     }
+    load.reach = view.touches;
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
       // The body leans: it tilts until the force passes through what it rests on.
@@ -199,6 +202,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   }
   if (last_is_best) return true;
   view = best;
+  load.reach = view.touches;
   spots_ = search_.find(map, view.plane, load);
   return press();
 }
@@ -472,6 +476,7 @@ bool PatchPress::next_view(View& view) const {
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (contact_.exact()) view.sinks = beyond ? 0.0 : contact_.indentation() + std::max(lowest, 0.0);
     view.reaches = ends_early() ? sinks() : 0.0;
+    view.touches = kTouches * contact_.indentation();
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {

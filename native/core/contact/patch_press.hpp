@@ -48,6 +48,7 @@ class PatchPress {
     double generosity;   // cells reach up to so many times the level of the spots
     double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
     double reaches;      // and at least so high, where they ended before the contact did; 0 where that is not known [m]
+    double touches;      // up to where spots are gathered that may touch, as the last look found; 0 where none was [m]
     double from[2];      // slopes that the last look found away from its plane; 0 where none was
   };
   // What contacts found by different looks are compared by; all 0 where they are not.
