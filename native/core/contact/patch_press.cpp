@@ -476,7 +476,9 @@ bool PatchPress::next_view(View& view) const {
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (contact_.exact()) view.sinks = beyond ? 0.0 : contact_.indentation() + std::max(lowest, 0.0);
     view.reaches = ends_early() ? sinks() : 0.0;
-    view.touches = kTouches * contact_.indentation();
+    // One spot that fills its rectangle has no parts that a level could leave out.
+    const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
+    view.touches = apart ? kTouches * contact_.indentation() : 0.0;
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {
