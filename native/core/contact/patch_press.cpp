@@ -357,7 +357,7 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
       cells_.sound(lattice_over(k, options, view, wanted, coarser), seen_, taken_by_others(k));
     }
     const auto count = static_cast<double>(cells_.sounded());
-    if (round == 0 && count < kTooFew * wanted) {
+    if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
       // The body ends, or rises, sooner than most do.
       coarser = std::max(count / wanted, kLeastFiner);
       continue;
