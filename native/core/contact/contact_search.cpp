@@ -125,7 +125,7 @@ void ContactSearch::flood(const SearchLoad& load) {
   for (auto end = order_.end(); end != order_.begin();) {
     const auto [height, sample] = order_.front();
     const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
-    if (carried && height > level_ + kSame * spacing_) {
+    if (carried && height > std::max(level_ + kSame * spacing_, load.reach)) {
       sees_all_ = false;
       break;
     }
@@ -303,7 +303,7 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     set_level(load);
   }
   for (std::size_t k = 0; k < part_count_; ++k) {
-    double level = level_, unused = 0.0;
+    double level = std::max(level_, load.reach), unused = 0.0;
     Region region = region_under(parts_[k], level, area, count);
     if (count == 0) level *= kReached, region = region_under(parts_[k], level, area, count);
     if (count == 0) continue;
@@ -334,15 +334,19 @@ bool ContactSearch::supported(const SearchLoad& load) const {
 }
 
 std::vector<Point> ContactSearch::covered() const {
-  // The ends of every row have all corners of the hull among them that are points of the grid.
+  // The ends of every row and column have all corners of the hull among them: of rows alone, those of the grid, but not
+  // where a low point beside it took the place of one.
   std::vector<Point> ends = moved_;
-  for (std::size_t row = 0; row < kLines; ++row) {
-    std::size_t first = row * kLines, last = first + kLines;
-    while (first < last && !std::isfinite(raw_[first])) ++first;
-    while (last > first && !std::isfinite(raw_[last - 1])) --last;
-    if (first == last) continue;
-    ends.push_back(points_[first]);
-    ends.push_back(points_[last - 1]);
+  for (const std::size_t step : {std::size_t{1}, kLines}) {
+    for (std::size_t line = 0; line < kLines; ++line) {
+      const std::size_t start = line * (step == 1 ? kLines : 1);
+      std::size_t first = 0, last = kLines;
+      while (first < last && !std::isfinite(raw_[start + first * step])) ++first;
+      while (last > first && !std::isfinite(raw_[start + (last - 1) * step])) --last;
+      if (first == last) continue;
+      ends.push_back(points_[start + first * step]);
+      ends.push_back(points_[start + (last - 1) * step]);
+    }
   }
   return convex_hull(std::move(ends));
 }

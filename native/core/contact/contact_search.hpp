@@ -38,6 +38,7 @@ struct SearchLoad {
   Point through;       // where its line meets the surface
   double modulus;      // E* of a half space that gives like the surface [Pa]
   double least_area;   // that the force needs [m^2]
+  double reach = 0.0;  // height up to which it was found to touch; 0 where that is not known [m]
 };
 
 class ContactSearch {

@@ -12,8 +12,8 @@ namespace {
 // Steps at one pose after which a basis is worth its making.
 constexpr double kSteady = 8.0;
 // A face that overhangs the sheet is cut at its edge for places rounded to this [m, rad]: what the edge is off by is a
-// hundredth of the depth of the first taxels.
-constexpr double kCutStep = 5e-6, kCutTurn = 5e-4;
+// hundredth of the depth of the first taxels. Steps of angle go into a right angle: turned scenes are cut alike.
+constexpr double kCutStep = 5e-6, kCutTurn = 1.57079632679489661923 / 3142;
 constexpr std::size_t kMostCutFaces = 64;
 // Faces that lean more than this never face the pad alone (their cosine).
 constexpr double kFacing = 0.9;
@@ -56,6 +56,10 @@ Pose at(const std::array<std::int64_t, 12>& whole, double tolerance) {
 }
 
 double pressing(const Touch& touch) { return -touch.wrench[2]; }
+
+double borne_by(const CellContact& contact) {
+  return std::accumulate(contact.normal().begin(), contact.normal().end(), 0.0);
+}
 
 }  // namespace
 
@@ -148,22 +152,27 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   press.keeps = face;
   press.flat = face != nullptr;
   const bool whole = touch.map == nullptr && touch.geometry != nullptr && !touch.geometry->shapes().empty();
-  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace) &&
-      !(whole && press.face.tips_over())) {
-    return true;
+  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace)) {
+    // Where it tips over, or sinks in so far that its face bears no more, other parts of the body touch as well.
+    const bool bears = borne_by(press.face.contact()) > kBears * pressing(touch);
+    if (!whole || (bears && !press.face.tips_over())) return true;
   }
   press.flat = false;
   if (touch.map != nullptr) return press_map(touch, press);
   if (whole) {
-    // Where what is left cannot bear the force, MuJoCo's contacts do not tell how deep the body stands in the pad.
+    // Where what is left cannot bear the force, or not where it goes in, MuJoCo's contacts do not tell how deep the body
+    // stands in the pad.
     const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
     const double above = press_above(touch, press, -sunk);
     const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
-    if (above > kBears * pressing(touch) || (above > 0.0 && !deeper)) return true;
+    const bool bears = above > kBears * pressing(touch);
+    const double missed = above > 0.0 ? press.patch.missed() : kNowhere;
+    if ((bears && !(missed > 0.0)) || (above > 0.0 && !deeper)) return true;
     if (!deeper) return press_points(touch, press);
     std::swap(press.patch, press.other_patch);
     std::swap(press.gap, press.other_gap);
-    if (press_above(touch, press, -pad_->depth()) > above) return true;
+    const double all = press_above(touch, press, -pad_->depth());
+    if (bears ? all > kBears * pressing(touch) && press.patch.missed() < missed : all > above) return true;
     if (above > 0.0) {
       std::swap(press.patch, press.other_patch);
       std::swap(press.gap, press.other_gap);
@@ -189,8 +198,7 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
     map = &press.over;
   }
   if (!press.patch.solve(*map, part, pad_->compliance(), options_, touch.wrench, press.workspace, plane)) return 0.0;
-  const std::vector<double>& normal = press.patch.contact().normal();
-  return std::accumulate(normal.begin(), normal.end(), 0.0);
+  return borne_by(press.patch.contact());
 }
 
 // Where geometry says nothing, each of MuJoCo's contact points bears its force on a square about it, as near as that

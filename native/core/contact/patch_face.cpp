@@ -10,6 +10,8 @@ namespace {
 
 // Cells of which the body covers less than this share are left out.
 constexpr double kLeastShare = 1e-3;
+// Those of no more than this width (standard deviation over a cell's size) are, too.
+constexpr double kLeastWidth = 1e-4;
 // Lines through a cell on which it is looked at what is covered (Gauss points), steps along them, and bisections.
 constexpr double kLines[3] = {-0.38729833462074168852, 0.0, 0.38729833462074168852};
 constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
@@ -221,7 +223,9 @@ bool PatchFace::cover(const Lattice& lattice, const View& view, double column, d
   covered.xx = covered.xx / whole - covered.x * covered.x;
   covered.yy = covered.yy / whole - covered.y * covered.y;
   covered.xy = covered.xy / whole - covered.x * covered.y;
-  return covered.xx > 0.0 && covered.yy > 0.0;
+  // What one line alone meets has no width; rounding would leave it some.
+  const double least = kLeastWidth * kLeastWidth * lattice.size * lattice.width();
+  return covered.xx > least && covered.yy > least;
 }
 
 int PatchFace::sweep(const Lattice& lattice, const View& view, double column, double row, bool along,

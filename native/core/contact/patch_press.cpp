@@ -38,6 +38,8 @@ constexpr double kFilled = 0.7, kMostFor = 3.0;
 // A spot that fills less of its rectangle than this is narrow and bent; cells that a line askew to them meets, over those
 // along it.
 constexpr double kOpen = 0.5, kAskew = 1.27;
+// Where less than this share of the wanted ones comes out, they are made as much smaller, down to the other share.
+constexpr double kTooFew = 0.85, kLeastFiner = 0.25;
 // Cells are made larger where they come out too many, by this factor at least, for so many rounds; symmetric bodies may
 // have a few more.
 constexpr double kLeastCoarser = 1.25, kNearly = 1.1;
@@ -50,12 +52,16 @@ constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFal
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
 constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
-// Share of the cells where the body goes on that press where the contact does, too.
-constexpr double kGoesOn = 0.5;
+// Share of the cells where the body goes on that press where the contact does, too; it is worth another look where the
+// body sinks in so many times as high as the cells reach.
+constexpr double kGoesOn = 0.5, kHigher = 1.2;
+// Parts of a tilted body touch up to this share of the depth that it was found to sink in.
+constexpr double kTouches = 0.6;
+// Area of cells that do not end there over that of those that do, at least, where these tell of the contact's end.
+constexpr double kWithin = 0.5;
 // A look whose contact has more energy than another's by this share of its own is the worse one: cells differ by less.
-constexpr double kWorse = 0.1;
-// A contact whose pressure is centred farther than this from the load, over its size, misses it. Where the load passes the
-// rim the first plane has tilted the body onto that already; elsewhere it tilts onto other parts of its own.
+constexpr double kWorse = 0.04;
+// A contact whose pressure is centred farther than this from the load, over its size, misses it.
 constexpr double kMissed = 0.01;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
@@ -120,18 +126,6 @@ double secant_share(const double* slopes, const double* before) {
   return back ? 1.0 - along / square : 1.0;
 }
 
-// How far a point lies inside a hull, over how far the hull reaches behind its nearest side.
-double inside(const std::vector<Point>& hull, const Point& at) {
-  double least = hull.size() > 2 ? INFINITY : 0.0;
-  for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
-    const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];
-    double depth = 0.0;
-    for (const Point& corner : hull) depth = std::max(depth, left_of(a, b, corner));
-    least = std::min(least, left_of(a, b, at) / depth);
-  }
-  return least;
-}
-
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
@@ -144,7 +138,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, {0.0, 0.0}};
+  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
   if (options.tilting) view.plane = first_plane(load);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
@@ -158,23 +152,30 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
     return true;
   };
-  bool rested = !options.tilting;
-  View best = view;
-  double least = kNowhere;
-  bool last_is_best = true;
+  bool rested = !options.tilting, goes_on = true;
+  View best = view, onward = view;
+  Merit& most = merit_ = {};
+  bool last_is_best = true, resting_tried = false, ended = false;
   for (int look = 0; look < kLooks; ++look) {
-    const View last = view;
-    if (look > 0 && presses_all()) break;
-    if (!last_is_best) {
+    if (look > 0 && last_is_best) {
+      if (contact_.exact() && presses_all()) break;
+      // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
+      resting_tried = !rested && most.missed > 0.0;
+      if (!resting_tried && !goes_on) break;
+      view = onward;
+      if (resting_tried) view = best, view.plane = resting(load), rested = true;
+    } else if (look > 0 && resting_tried) {
+      if (!goes_on) break;
+      view = onward, resting_tried = false;
+    } else if (look > 0 && ended) {
+      // More of the body touches there than there were cells for.
+      view.reaches = sinks();
+      view.sinks = 0.0;
+    } else if (look > 0) {
       // It tilted too far onto what lies there.
       for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
-    } else if (!rested && look > 0 && misses(load)) {
-      // Other parts of the body carry the load, onto which it has to tilt first.
-      view.plane = resting(load);
-      rested = true;
-    } else if (look > 0 && !next_view(view)) {
-      break;
     }
+    load.reach = view.touches;
     spots_ = search_.find(map, view.plane, load);
     if (look == 0 && options.tilting && !search_.supported(load)) {
       // The body leans: it tilts until the force passes through what it rests on.
@@ -184,24 +185,24 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
     }
     // Springs are pressed farther out than an elastic surface.
     if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
-    if (!press()) {
-      if (look == 0) return false;
-      // Nothing is there: the contact that was found is as good as any.
-      view = last;
-      spots_ = search_.find(map, view.plane, load);
-      return press();
+    const bool pressed = press();
+    if (look == 0 && !pressed) return false;
+    if (look == 0 && !contact_.exact()) {
+      most.missed = kNowhere;
+      goes_on = false;
+      if (!options.law->couples()) break;
+      continue;
     }
-    if (!contact_.exact()) {
-      last_is_best = look == 0;  // an earlier look found a contact
-      break;
-    }
-    const bool compares = options.tilting && options.law->couples() && !is_off(load);
-    const double found = energy(load);
-    last_is_best = !compares || !(found > least + kWorse * contact_.energy());
-    if (last_is_best) best = view, least = compares ? found : kNowhere;
+    last_is_best = pressed && contact_.exact() && (look == 0 || !is_worse(merit(load, options), most));
+    ended = pressed && contact_.exact() && look + 2 < kLooks && ends_early();
+    if (!last_is_best) continue;
+    best = view, most = merit(load, options);
+    onward = view;
+    goes_on = next_view(onward);
   }
   if (last_is_best) return true;
   view = best;
+  load.reach = view.touches;
   spots_ = search_.find(map, view.plane, load);
   return press();
 }
@@ -299,7 +300,7 @@ double PatchPress::energy(const SearchLoad& load) const {
   return sum;
 }
 
-bool PatchPress::is_off(const SearchLoad& load) const {
+double PatchPress::missed(const SearchLoad& load) const {
   double force = 0.0;
   Point centre = {0.0, 0.0};
   for (std::size_t i = 0; i < heights_.size(); ++i) {
@@ -308,11 +309,17 @@ bool PatchPress::is_off(const SearchLoad& load) const {
     centre.x += own * cells_.face().centroids[i].x, centre.y += own * cells_.face().centroids[i].y;
   }
   const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
-  return away > kMissed * cells_.face().length;
+  return away > kMissed * cells_.face().length ? away : 0.0;
 }
 
-bool PatchPress::misses(const SearchLoad& load) const {
-  return is_off(load) && inside(search_.covered(), load.through) > kNearRim;
+PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
+  if (!options.tilting || !options.law->couples()) return {};
+  return {missed(load), energy(load), contact_.energy()};
+}
+
+bool PatchPress::is_worse(const Merit& one, const Merit& other) {
+  if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
+  return one.energy > other.energy + kWorse * one.elastic;
 }
 
 double PatchPress::tilt() const {
@@ -331,6 +338,7 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
   double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
                                           : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
   if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
+  highest = std::max(highest, view.reaches);
   seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
@@ -349,6 +357,11 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
       cells_.sound(lattice_over(k, options, view, wanted, coarser), seen_, taken_by_others(k));
     }
     const auto count = static_cast<double>(cells_.sounded());
+    if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
+      // The body ends, or rises, sooner than most do.
+      coarser = std::max(count / wanted, kLeastFiner);
+      continue;
+    }
     if (count <= kNearly * most) break;
     coarser *= std::max(kLeastCoarser, count / most);
   }
@@ -404,17 +417,43 @@ const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
   return taken_;
 }
 
+// Whether cells press that end for the height alone: the contact goes on beyond them.
+bool PatchPress::goes_beyond() const {
+  std::size_t at_end = 0, ends = 0;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    ends += cells_.goes_on()[i];
+    at_end += cells_.goes_on()[i] && contact_.pressed()[i];
+  }
+  return static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
+}
+
+// Whether it surely does: of a single row of cells all end on their sides.
+bool PatchPress::ends_early() const {
+  double within = 0.0, at_end = 0.0;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    (cells_.goes_on()[i] ? at_end : within) += cells_.face().areas[i];
+  }
+  return goes_beyond() && within > kWithin * at_end;
+}
+
+// How high a part of the body may stand that touches, and a little over that.
+double PatchPress::sinks() const {
+  double lowest = kNowhere;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    if (contact_.pressed()[i]) lowest = std::min(lowest, heights_[i]);
+  }
+  return kSinks * (contact_.indentation() + std::max(lowest, 0.0));
+}
+
 // How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
 // not tilted away from them.
 bool PatchPress::next_view(View& view) const {
   const double* slopes = contact_.slopes();
-  std::size_t pressed = 0, at_end = 0, ends = 0;
+  std::size_t pressed = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;
   for (std::size_t i = 0; i < heights_.size(); ++i) {
-    ends += cells_.goes_on()[i];
     if (!contact_.pressed()[i]) continue;
     ++pressed;
-    at_end += cells_.goes_on()[i];
     lowest = std::min(lowest, heights_[i]);
     const Point& at = cells_.face().centroids[i];
     const double lift = slopes[0] * at.x + slopes[1] * at.y;
@@ -423,8 +462,7 @@ bool PatchPress::next_view(View& view) const {
   }
   const double level = std::max(search_.loaded(), contact_.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
-  // Where cells press that end for the height alone, the contact goes on beyond them.
-  const bool beyond = static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
+  const bool beyond = goes_beyond();
   const bool tilted = lifted > kSmallTilt * level;
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
   if (tilted) {
@@ -437,6 +475,10 @@ bool PatchPress::next_view(View& view) const {
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (contact_.exact()) view.sinks = beyond ? 0.0 : contact_.indentation() + std::max(lowest, 0.0);
+    view.reaches = ends_early() ? sinks() : 0.0;
+    // One spot that fills its rectangle has no parts that a level could leave out.
+    const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
+    view.touches = apart ? kTouches * contact_.indentation() : 0.0;
     return true;
   }
   if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {
@@ -446,9 +488,12 @@ bool PatchPress::next_view(View& view) const {
     return true;
   }
   // What stands higher than the body sinks in at its lowest is not touched.
-  const double sinks = kSinks * (contact_.indentation() + std::max(lowest, 0.0));
-  if (few && search_.level() > 0.0 && sinks < kMuchLower * seen_.highest) {
-    view.generosity = std::max(sinks / search_.level(), kLeastGenerous);
+  if (few && search_.level() > 0.0 && sinks() < kMuchLower * seen_.highest) {
+    view.generosity = std::max(sinks() / search_.level(), kLeastGenerous);
+    return true;
+  }
+  if (ends_early() && sinks() > kHigher * seen_.highest) {
+    view.reaches = sinks();
     return true;
   }
   return false;

@@ -36,6 +36,8 @@ class PatchPress {
   // From where the heights are seen.
   const PatchFace::View& view() const { return seen_; }
   void integrate_shear(ShearIntegrals& integrals) const { cells_.integrate_shear(integrals); }
+  // How far from the load the pressure is centred where the body tilts but does not carry all of its moment [m], else 0.
+  double missed() const { return merit_.missed; }
   // Slope by which the body tilts from where it stands [-].
   double tilt() const;
 
@@ -45,7 +47,13 @@ class PatchPress {
     Plane plane;
     double generosity;   // cells reach up to so many times the level of the spots
     double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
+    double reaches;      // and at least so high, where they ended before the contact did; 0 where that is not known [m]
+    double touches;      // up to where spots are gathered that may touch, as the last look found; 0 where none was [m]
     double from[2];      // slopes that the last look found away from its plane; 0 where none was
+  };
+  // What contacts found by different looks are compared by; all 0 where they are not.
+  struct Merit {
+    double missed, energy, elastic;   // elastic: energy in the surface alone [J]
   };
   // Whether all cells press, and no other would: the body has nothing else over the sheet.
   bool presses_all() const;
@@ -60,19 +68,24 @@ class PatchPress {
   Lattice lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
                        double coarser) const;
   const std::vector<Region>& taken_by_others(std::size_t number);
+  bool goes_beyond() const;
+  bool ends_early() const;
+  double sinks() const;
   bool next_view(View& view) const;
   // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
   // the one that has least is the body's, whatever cells it was looked for on.
   double energy(const SearchLoad& load) const;
-  // Whether the contact leaves a part of the load's moment; and whether it does though the body stands about its line.
-  bool is_off(const SearchLoad& load) const;
-  bool misses(const SearchLoad& load) const;
+  double missed(const SearchLoad& load) const;
+  Merit merit(const SearchLoad& load, const LawOptions& options) const;
+  // A contact that carries the load is better than one that misses it, and of two that do the one of less energy.
+  static bool is_worse(const Merit& one, const Merit& other);
 
   ContactSearch search_;
   PatchFace cells_;
   BentCells bent_;
   bool bends_ = false;
   CellContact contact_;
+  Merit merit_ = {};
   PatchFace::View seen_ = {};
   std::vector<Spot> spots_;
   std::vector<Region> regions_, taken_;

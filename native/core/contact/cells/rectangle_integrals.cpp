@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "linalg/kernels.hpp"
 
@@ -11,6 +12,9 @@ namespace {
 // Distances from which on a series stands for integrals: of rectangles in a lattice over their longer side, of any two over
 // half the sum of their diagonals.
 constexpr double kFarInLattice = 16.0, kFar = 1.5;
+// Sine of an angle below which rectangles are taken to lie along the same axes: of neighbours that is within .5 % for most,
+// where points of their parts are 2 to 5 % off.
+constexpr double kNearlyParallel = 0.15;
 // Parts along each side at most into which near rectangles are cut that are turned against each other.
 constexpr int kMostParts = 4;
 // Parts that fall together see each other as a square sees itself: 1/r averages to this over its side.
@@ -24,12 +28,34 @@ double far_integral(const CellRectangle& a, const CellRectangle& b) {
   return a.area * b.area * std::sqrt(inverse) * (1.0 + bend);
 }
 
+// The axes along which two rectangles lie, nearly: the mean of theirs, and the second's sides along them.
+struct SharedAxes {
+  SharedAxes(const CellRectangle& a, const CellRectangle& b) : cosine(a.cosine), sine(a.sine), sides{b.sides[0], b.sides[1]} {
+    double along = a.cosine * b.cosine + a.sine * b.sine, across = a.cosine * b.sine - a.sine * b.cosine;
+    shared = std::min(std::abs(along), std::abs(across)) < kNearlyParallel;
+    if (along == 1.0 || !shared) return;
+    if (std::abs(across) > std::abs(along)) {  // a quarter of a turn apart
+      std::swap(sides[0], sides[1]);
+      std::swap(along, across);
+      across = -across;
+    }
+    if (along < 0.0) along = -along, across = -across;
+    // Half of the turn from one to the other.
+    const double length = std::hypot(1.0 + along, across), c = (1.0 + along) / length, s = across / length;
+    cosine = c * a.cosine - s * a.sine;
+    sine = c * a.sine + s * a.cosine;
+  }
+
+  double cosine, sine, sides[2];
+  bool shared;
+};
+
 // Second differences along each axis of 1/r integrated twice along each.
-double parallel_integral(const CellRectangle& a, const CellRectangle& b) {
+double parallel_integral(const CellRectangle& a, const CellRectangle& b, const SharedAxes& axes) {
   const double dx = b.middle.x - a.middle.x, dy = b.middle.y - a.middle.y;
-  const double x = a.cosine * dx + a.sine * dy, y = a.cosine * dy - a.sine * dx;
-  const double sums[2] = {(a.sides[0] + b.sides[0]) / 2, (a.sides[1] + b.sides[1]) / 2};
-  const double differences[2] = {(a.sides[0] - b.sides[0]) / 2, (a.sides[1] - b.sides[1]) / 2};
+  const double x = axes.cosine * dx + axes.sine * dy, y = axes.cosine * dy - axes.sine * dx;
+  const double sums[2] = {(a.sides[0] + axes.sides[0]) / 2, (a.sides[1] + axes.sides[1]) / 2};
+  const double differences[2] = {(a.sides[0] - axes.sides[0]) / 2, (a.sides[1] - axes.sides[1]) / 2};
   const double along[4] = {sums[0], -sums[0], differences[0], -differences[0]};
   const double across[4] = {sums[1], -sums[1], differences[1], -differences[1]};
   double at_x[16], at_y[16], values[16], sum = 0.0;
@@ -102,7 +128,8 @@ bool are_far(const CellRectangle& a, const CellRectangle& b) {
 
 double inverse_distance(const CellRectangle& a, const CellRectangle& b) {
   if (are_far(a, b)) return far_integral(a, b);
-  return a.cosine == b.cosine && a.sine == b.sine ? parallel_integral(a, b) : near_integral(a, b);
+  const SharedAxes axes(a, b);
+  return axes.shared ? parallel_integral(a, b, axes) : near_integral(a, b);
 }
 
 PairShear near_shear_integrals(const CellRectangle& a, const CellRectangle& b) {

@@ -18,8 +18,8 @@ struct CellRectangle {
   double xx, xy, yy;     // its second moments over its area [m^2]
 };
 
-// Integral of 1/r over a pair [m^3]: in closed form where their sides are parallel, else point by point of parts of both;
-// by a series where they are far from each other.
+// Integral of 1/r over a pair [m^3]: in closed form where their sides are parallel or nearly so, else point by point of parts of
+// both; by a series where they are far from each other.
 double inverse_distance(const CellRectangle& a, const CellRectangle& b);
 
 // Integrals over a pair of y^2/r^3, -x y/r^3, x^2/r^3 [m^3], x/r^2 and y/r^2 [m^2 m], (x, y) from the second to the first,
