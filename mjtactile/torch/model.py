@@ -23,7 +23,6 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.torch.arguments import existing_layers, floating, matrices_of
 from mjtactile.torch.symmetry import Folded, LayerStress, as_buffer, element_integrals
 
-
 #: What makes loads on a curved pad, for errors.
 _MADE_OF = "Make the load with SurfaceLoad.from_tractions or contact_load, and its tensor with nodal_forces(load)."
 

@@ -1,4 +1,4 @@
-"""The pad's mirrors in PyTorch, as in fem/symmetry.py: of a flat sheet a quarter of whole matrices' memory and products.
+"""The pad's mirrors in PyTorch, as in fem/symmetry.py: a quarter of whole matrices' memory and products.
 
 A curved pad has the mirrors that its surface has: two, one or none, and so four, two or one symmetry class.
 """

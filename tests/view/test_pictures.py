@@ -13,7 +13,8 @@ from pressed_boxes import WEIGHT, boxes_on_pads, pressed
 
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import SphereCap
-from mjtactile.view.arrows import centre_of_pressure, force_arrow, twist_arrow
+from mjtactile.sim.wrench import centre_of_pressure
+from mjtactile.view.arrows import force_arrow, twist_arrow
 from mjtactile.view.frame import Frame, pads_of, take_frame
 from mjtactile.view.heat_map import LEAST_SCALE, Scale, heat_map, heat_map_html, palette
 from mjtactile.view.tiles import Tiles
