@@ -11,6 +11,7 @@ from scipy.interpolate import RectBivariateSpline
 from mjtactile._types import Array
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.pad_shape.surfaces import FLAT, CylinderSector, EllipsoidCap, SphereCap, Surface, SurfacePatch
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 _SIDE = 12e-3
 
@@ -57,8 +58,9 @@ def with_free_taxels(pad: Pad, count: int = 12) -> Pad:
     rng = np.random.default_rng(1)
     x, y = (rng.uniform(-0.35, 0.35, count) * side for side in pad.size)
     points = pad.surface.positions(x, y, rng.uniform(0.25, 0.75, count) * pad.thickness)
+    taxels = FreeTaxels(points)  # type: ignore[arg-type]
     return Pad(
-        size=pad.size, layers=pad.layers, taxels=points, sampling_radius=pad.sampling_radius, surface=pad.surface
+        size=pad.size, layers=pad.layers, taxels=taxels, sampling_radius=pad.sampling_radius, surface=pad.surface
     )
 
 

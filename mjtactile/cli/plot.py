@@ -98,6 +98,7 @@ def _draw_map(axes: Axes, pad: Pad, readings: Array, layer: int, outline: Polygo
 
 def _discs(feet: Array, radii: Array, values: Array) -> PatchCollection:
     """Taxels as discs as large as their balls, seen from above [mm], the uppermost on top."""
+    require("figures")
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 

@@ -49,8 +49,10 @@ def curved_pose_readings(
         for one, force in zip(readings, forces, strict=True):
             if force[2] < 0.0:
                 moment = np.cross(through, force)
-                how = {"law": presses.law, "tangential": presses.tangential}
-                one[...] = influence.readings(contact_load(influence, footprint, force, moment=moment, **how))
+                load = contact_load(
+                    influence, footprint, force, moment=moment, law=presses.law, tangential=presses.tangential
+                )
+                one[...] = influence.readings(load)
     return readings, forces, np.broadcast_to(through[:2], (len(forces), 2))
 
 

@@ -53,7 +53,7 @@ class Tiles:
 
 
 def _discs(pad: Pad, taxels: FreeTaxels) -> Indices:
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     size = np.array(pad.size)
     pixel = size.max() / _PIXELS
@@ -66,7 +66,7 @@ def _discs(pad: Pad, taxels: FreeTaxels) -> Indices:
     feet = pad.taxel_feet(0) * (1.0, 1.0, _DEPTH)
     tiles = []
     for layer in pad.layers_drawn:
-        distance, nearest = cKDTree(feet[layer]).query(middles)
+        distance, nearest = KDTree(feet[layer]).query(middles)
         shown = np.asarray(layer)[nearest]
         tiles.append(np.where(distance <= radii[shown], shown, -1).reshape(rows, columns))
     return np.stack(tiles)

@@ -41,10 +41,10 @@ def test_free_taxels_are_drawn_in_bands_of_depth_and_where_the_section_cuts_them
     titles = [axes.get_title() for axes in figure.axes]
     assert [t for t in titles if "deep" in t] == ["1 to 1.1 mm deep", "3 mm deep"]
     (discs,) = figure.axes[0].collections
-    np.testing.assert_allclose(discs.get_array(), [4.0, 1.0])  # the uppermost last, on top
+    np.testing.assert_allclose(np.asarray(discs.get_array()), [4.0, 1.0])  # the uppermost last, on top
     (section,) = [axes for axes in figure.axes if "section" in axes.get_title()]
     cut = section.collections[0].get_offsets()
-    np.testing.assert_allclose(cut, surface.positions(*feet[1:].T)[:, [0, 2]] * 1e3)
+    np.testing.assert_allclose(np.asarray(cut), surface.positions(*feet[1:].T)[:, [0, 2]] * 1e3)
     figure.canvas.draw()
 
 

@@ -13,6 +13,7 @@ from pressed_boxes import WEIGHT, boxes_on_pads, pressed
 
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import SphereCap
+from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.sim.wrench import centre_of_pressure
 from mjtactile.view.arrows import force_arrow, twist_arrow
 from mjtactile.view.frame import Frame, pads_of, take_frame
@@ -38,7 +39,7 @@ def test_layers_stand_side_by_side_rows_upwards():
 
 def test_free_taxels_are_discs_where_they_stand_in_a_tile_per_layer_of_the_sensor():
     points = [(4e-3, -2e-3, -1e-3), (-5e-3, 6e-3, -1e-3), (0.0, 0.0, -3e-3)]
-    tiles = Tiles.of(Pad(taxels=points, sampling_radius=6e-4))
+    tiles = Tiles.of(Pad(taxels=FreeTaxels(tuple(points)), sampling_radius=6e-4))
     assert tiles.depths == ("1 mm", "3 mm")
     shown = tiles.laid_out(np.array([1e3, 2e3, 3e3], np.float32))
     assert np.isnan(shown).mean() > 0.9
@@ -54,13 +55,16 @@ def test_free_taxels_are_discs_where_they_stand_in_a_tile_per_layer_of_the_senso
 def test_every_taxel_of_a_curved_pad_is_seen_however_small_and_the_upper_of_two():
     surface = SphereCap(12e-3)
     feet = np.array([(4e-3, 1e-3, 1e-3), (4e-3, 1e-3, 1.2e-3), (-4e-3, -1e-3, 1e-3)])
-    pad = Pad(size=(12e-3, 12e-3), taxels=surface.positions(*feet.T), sampling_radius=3e-4, surface=surface)
+    taxels = FreeTaxels(surface.positions(*feet.T))  # type: ignore[arg-type]
+    pad = Pad(size=(12e-3, 12e-3), taxels=taxels, sampling_radius=3e-4, surface=surface)
     shown = Tiles.of(pad).laid_out(np.array([1e3, 2e3, 3e3], np.float32))
     assert len(shown) == 1
     assert set(shown[np.isfinite(shown)].tolist()) == {1e3, 3e3}
     column = np.nonzero(shown[0] == 1e3)[1]
     assert (column.mean() + 0.5) / 64 * 12e-3 - 6e-3 == pytest.approx(4e-3, abs=1.2e-4)  # over its foot
-    tiny = Pad(taxels=[(x, y, -1e-3) for x in (-6e-3, 0.0, 6e-3) for y in (-3e-3, 1e-5)], sampling_radius=1e-6)
+    tiny = Pad(
+        taxels=FreeTaxels(tuple((x, y, -1e-3) for x in (-6e-3, 0.0, 6e-3) for y in (-3e-3, 1e-5))), sampling_radius=1e-6
+    )
     assert set(Tiles.of(tiny).taxel.ravel().tolist()) == {-1, 0, 1, 2, 3, 4, 5}
 
 
