@@ -211,10 +211,7 @@ class Pad:
             isinstance(self.surface, Surface),
             f"surface = {_shortened(self.surface)}; expected a surface, for example SphereCap(12e-3).",
         )
-        _require(
-            all(_is_length(s) for s in self.size),
-            f"pad size = {self.size} m; expected two positive lengths in metres (15 mm is 15e-3), {_LENGTH_RANGE}.",
-        )
+        _check_size(self.size)
         _require(
             max(self.size) <= MOST_ASPECT * min(self.size),
             f"pad size = {self.size} m; expected a sheet at most {MOST_ASPECT:g} times as long as wide. Lengths are in "
@@ -465,8 +462,24 @@ class Pad:
             stack: Any = Layer(thickness=_number("thickness", thickness, " in metres"), young=3e6, poisson=0.49)
         else:
             stack = layers
-        patch = fitted_patch(mesh, _pair("size", size), frame=frame, scale=scale, smoothing=smoothing)
+        width = _pair("size", size)
+        _check_size(width)
+        stack = _tuple_of_layers(stack)
+        patch = fitted_patch(mesh, width, frame=frame, scale=scale, smoothing=smoothing)
+        try:
+            patch.check(width, math.fsum(layer.thickness for layer in stack))
+        except PadError as error:
+            raise PadError(
+                f"{error} Where the mesh is a scan, its noise may be what bends so: give smoothing=..., such as 3e-5 m."
+            ) from error
         return cls(size=size, layers=stack, surface=patch, **others)
+
+
+def _check_size(size: tuple[float, float]) -> None:
+    _require(
+        all(_is_length(side) for side in size),
+        f"pad size = {size} m; expected two positive lengths in metres (15 mm is 15e-3), {_LENGTH_RANGE}.",
+    )
 
 
 def require_flat(pad: Pad, door: str, cure: str) -> None:
