@@ -171,7 +171,7 @@ class Surface(ABC):
             ~np.isfinite(np.stack(jet)).all(axis=0),
             np.hypot(x, y),
             (x, y),
-            lambda _: "the surface has ended: there is none. Give a smaller pad size, or a larger surface",
+            lambda _: "there is no surface: it ends within the pad. Give a smaller pad size, or a larger surface",
         )
         slope = np.degrees(np.arctan(np.hypot(jet.x, jet.y)))
         _refuse_where(

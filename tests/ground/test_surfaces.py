@@ -152,8 +152,8 @@ def test_texts_of_no_surface_are_refused(text, said):
 @pytest.mark.parametrize(
     ("surface", "said"),
     [
-        (SphereCap(1.9e-3), "has ended"),
-        (SphereCap(5.05e-3), "has ended"),
+        (SphereCap(1.9e-3), "there is no surface"),
+        (SphereCap(5.05e-3), "there is no surface"),
         (SphereCap(7.2e-3), r"x = -5 mm, y = -5 mm the surface has a slope of 79"),
     ],
 )
