@@ -61,8 +61,8 @@ def attach_pad(
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: when there is no such body, pad, fidelity, output or contact, the name is taken, or free taxels are to
-            be drawn.
+        SceneError: when there is no such body, pad, fidelity, output or contact, the name is taken, or free taxels are
+            to be drawn by `visual`.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()

@@ -103,7 +103,7 @@ def _discs(feet: Array, radii: Array, values: Array) -> PatchCollection:
     from matplotlib.patches import Circle
 
     order = np.argsort(-feet[:, 2], kind="stable")
-    circles = [Circle(tuple(feet[k, :2] * _MILLI), radii[k] * _MILLI) for k in order.tolist()]
+    circles = [Circle(tuple(feet[k, :2] * _MILLI), float(radii[k]) * _MILLI) for k in order.tolist()]
     discs = PatchCollection(circles, cmap=_COLOURS)
     discs.set_array(values[order])
     discs.set_clim(vmin=0.0)

@@ -107,11 +107,11 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise PadError("expected a mesh with triangles, or the name of a file of one.")
     corners = np.asarray(mesh.triangles, dtype=float) * positive_number("scale", scale, _SCALE)
-    wrong = ~np.isfinite(corners).all(axis=(1, 2))
-    if wrong.any():
+    wrong = np.flatnonzero(~np.isfinite(corners).all(axis=(1, 2)))
+    if len(wrong):
         raise PadError(
-            f"{name} has corners that are not finite in {int(wrong.sum())} of {len(wrong)} triangles, the first in "
-            f"triangle {int(np.argmax(wrong))}. Repair the mesh, or export it again."
+            f"{name} has corners that are not finite in {len(wrong)} of {len(corners)} triangles, the first in "
+            f"triangle {int(wrong[0])}. Repair the mesh, or export it again."
         )
     across = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
     if across > _LARGEST_MESH:

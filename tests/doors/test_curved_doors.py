@@ -10,6 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+import shapely
 from curved_pads import HOLLOWS, WALKED
 from shapely import Point
 from typer.testing import CliRunner
@@ -158,6 +159,10 @@ def test_a_face_lies_in_the_tangent_plane_turned_with_it():
     heights = made.upright(x, y)
     np.testing.assert_allclose((np.column_stack([x, y, heights]) - point) @ normal, 0.0, atol=1e-12)
     assert made.area == pytest.approx(sized_face("square", 0.4).area * normal[2], rel=1e-9)
+    seen = shapely.get_coordinates(made.outline)
+    corners = np.column_stack([seen, made.upright(*seen.T)])
+    sides = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    np.testing.assert_allclose(sides, np.full(4, np.sqrt(sized_face("square", 0.4).area)), rtol=1e-9)
     assert made.centroid == pytest.approx((3e-3, 3e-3), abs=5e-6)  # of a traced outline
 
 
@@ -209,7 +214,7 @@ def test_an_environment_s_transducers_know_free_taxels(kind):
     assert seen["tactile"].shape == (1, *pad.reading_shape)
 
 
-@walked
+@pytest.mark.parametrize("pad", [WALKED[name] for name in ("patch", "free", "free dome")])
 def test_press_reports_draws_and_writes(pad, tmp_path):
     file = written(pad, tmp_path / "pad.toml")
     out, figure = tmp_path / "press.npz", tmp_path / "press.png"

@@ -38,9 +38,9 @@ def test_layers_stand_side_by_side_rows_upwards():
 
 
 def test_free_taxels_are_discs_where_they_stand_in_a_tile_per_layer_of_the_sensor():
-    points = [(4e-3, -2e-3, -1e-3), (-5e-3, 6e-3, -1e-3), (0.0, 0.0, -3e-3)]
+    points = [(4e-3, -2e-3, -1e-3), (-5e-3, 6e-3, -1e-3), (0.0, 0.0, -1.8e-3)]
     tiles = Tiles.of(Pad(taxels=FreeTaxels(tuple(points)), sampling_radius=6e-4))
-    assert tiles.depths == ("1 mm", "3 mm")
+    assert tiles.depths == ("1 mm", "1.8 mm")
     shown = tiles.laid_out(np.array([1e3, 2e3, 3e3], np.float32))
     assert np.isnan(shown).mean() > 0.9
     rows, columns = shown.shape[1:]
