@@ -13,6 +13,7 @@ import pytest
 import shapely
 from curved_pads import HOLLOWS, WALKED
 from shapely import Point
+from small_pads import COARSE
 from typer.testing import CliRunner
 
 import mjtactile
@@ -26,10 +27,12 @@ from mjtactile.envs.options import EnvError
 from mjtactile.envs.simulation import SingleSimulation
 from mjtactile.envs.single import TactileEnv
 from mjtactile.errors import DatasetError, MjTactileError, SceneError
+from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.lerobot.features import tactile_features, tactile_key
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_text
+from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.view.viewer import Viewer
 
 _FIDELITY = "fast"
@@ -291,6 +294,18 @@ def test_free_taxels_are_not_drawn_by_the_plugin_and_it_says_who_does(name):
     spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
     with pytest.raises(SceneError, match=r"visual=True draws taxels on a grid.*Viewer"):
         mjtactile.attach_pad(spec, body="finger", name="tip", pad=WALKED[name], visual=True)
+
+
+def test_a_file_of_tables_that_was_written_anew_is_read_anew(tmp_path):
+    path, found = tmp_path / "pad.safetensors", []
+    for taxel in ((0.0, 0.0, -1e-3), (3e-3, 0.0, -2e-3)):
+        pad = replace(WALKED["free"], taxels=FreeTaxels((taxel,)))
+        influence = influence_matrices(pad, Fidelity(mesh=replace(COARSE, most_elements=64)), progress=False)
+        influence.save(path)
+        spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
+        mjtactile.attach_pad(spec, body="finger", name="tip", pad=str(path), fidelity=influence.fidelity)
+        found.append(mjtactile.TactileSensor(spec.compile(), "tip").pad.taxels)
+    assert found[0] != found[1]
 
 
 @walked
