@@ -11,6 +11,7 @@ from mjtactile.errors import PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
+from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.pad_geom import add_pad_geom
@@ -60,7 +61,8 @@ def attach_pad(
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: when there is no such body, pad, fidelity, output or contact, or the name is taken.
+        SceneError: when there is no such body, pad, fidelity, output or contact, the name is taken, or free taxels are
+            to be drawn by `visual`.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -68,6 +70,11 @@ def attach_pad(
     _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
+    if visual and isinstance(made.taxels, FreeTaxels):
+        raise SceneError(
+            "visual=True draws taxels on a grid, but this pad has free ones. Leave it off; the live view shows them: "
+            "mjtactile.view.Viewer, or mjtactile view MODEL.xml."
+        )
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
     config["visual"] = "on" if visual else "off"
     config |= {} if law is None else {"law": law}

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._types import Array
+from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError
 from mjtactile.pad_shape.surfaces import FLAT, Surface, surface_from
-from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels
+from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels, depth_bands
 
 if TYPE_CHECKING:
     import trimesh
@@ -211,10 +211,7 @@ class Pad:
             isinstance(self.surface, Surface),
             f"surface = {_shortened(self.surface)}; expected a surface, for example SphereCap(12e-3).",
         )
-        _require(
-            all(_is_length(s) for s in self.size),
-            f"pad size = {self.size} m; expected two positive lengths in metres (15 mm is 15e-3), {_LENGTH_RANGE}.",
-        )
+        _check_size(self.size)
         _require(
             max(self.size) <= MOST_ASPECT * min(self.size),
             f"pad size = {self.size} m; expected a sheet at most {MOST_ASPECT:g} times as long as wide. Lengths are in "
@@ -362,6 +359,22 @@ class Pad:
             return points * np.array([1.0, 1.0, -1.0]), np.zeros(len(points))
         return self.surface.feet(points, (self.size[0] / 2, self.size[1] / 2))
 
+    @cached_property
+    def layers_drawn(self) -> list[Indices]:
+        """Which readings, counted in a row, are drawn as one layer: sensing layers, or free taxels by their depth."""
+        if isinstance(self.taxels, FreeTaxels):
+            radius = float(self.taxels.ball_radii(self.sampling_radius).max())
+            return depth_bands(np.array(self.sensed_depths), radius)
+        return list(np.arange(math.prod(self.reading_shape)).reshape(len(self.depths), -1))
+
+    def depth_said(self, layer: int) -> str:
+        """Depth of a layer that is drawn, for people: "1 mm", or "0.8 to 2.1 mm"."""
+        if not isinstance(self.taxels, FreeTaxels):
+            return f"{self.depths[layer] * 1e3:g} mm"
+        depths = np.array(self.sensed_depths)[self.layers_drawn[layer]] * 1e3
+        least, most = f"{depths.min():.3g}", f"{depths.max():.3g}"
+        return f"{least} mm" if least == most else f"{least} to {most} mm"
+
     @property
     def description(self) -> dict[str, Any]:
         """The pad as plain numbers, as written beside saved tables."""
@@ -449,24 +462,40 @@ class Pad:
             stack: Any = Layer(thickness=_number("thickness", thickness, " in metres"), young=3e6, poisson=0.49)
         else:
             stack = layers
-        patch = fitted_patch(mesh, _pair("size", size), frame=frame, scale=scale, smoothing=smoothing)
+        width = _pair("size", size)
+        _check_size(width)
+        stack = _tuple_of_layers(stack)
+        patch = fitted_patch(mesh, width, frame=frame, scale=scale, smoothing=smoothing)
+        try:
+            patch.check(width, math.fsum(layer.thickness for layer in stack))
+        except PadError as error:
+            raise PadError(
+                f"{error} Where the mesh is a scan, its noise may be what bends so: give smoothing=..., such as 3e-5 m."
+            ) from error
         return cls(size=size, layers=stack, surface=patch, **others)
 
 
-def require_flat(pad: Pad, door: str) -> None:
-    """Refuse a curved pad where only flat ones are taken so far.
+def _check_size(size: tuple[float, float]) -> None:
+    _require(
+        all(_is_length(side) for side in size),
+        f"pad size = {size} m; expected two positive lengths in metres (15 mm is 15e-3), {_LENGTH_RANGE}.",
+    )
+
+
+def require_flat(pad: Pad, door: str, cure: str) -> None:
+    """Refuse a curved pad where only flat ones are taken.
 
     Args:
         pad: that was given.
         door: who was asked, as the error names it.
+        cure: what to do instead.
 
     Raises:
         PadError: when the pad's surface is curved.
     """
     if not pad.surface.is_flat:
         raise PadError(
-            f"{door} takes flat pads only, and this one is a {pad.summary}. Curved pads are pressed by contact_load, "
-            "SurfaceLoad.from_tractions, TactileSensor and the plugin. Or give a pad with surface=Flat()."
+            f"{door} takes flat pads only, and this one is a {pad.summary}. {cure} Or give a pad with surface=Flat()."
         )
 
 

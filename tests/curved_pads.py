@@ -11,6 +11,7 @@ from scipy.interpolate import RectBivariateSpline
 from mjtactile._types import Array
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.pad_shape.surfaces import FLAT, CylinderSector, EllipsoidCap, SphereCap, Surface, SurfacePatch
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 _SIDE = 12e-3
 
@@ -50,3 +51,24 @@ HOLLOWS = {
     "bowl": pad_with(lambda x, y: (x**2 + y**2) / 40e-3),
 }
 CURVED = BULGES | HOLLOWS
+
+
+def with_free_taxels(pad: Pad, count: int = 12) -> Pad:
+    """The same body with taxels at random places [m] between a quarter and three quarters of its depth."""
+    rng = np.random.default_rng(1)
+    x, y = (rng.uniform(-0.35, 0.35, count) * side for side in pad.size)
+    points = pad.surface.positions(x, y, rng.uniform(0.25, 0.75, count) * pad.thickness)
+    taxels = FreeTaxels(points)  # type: ignore[arg-type]
+    return Pad(
+        size=pad.size, layers=pad.layers, taxels=taxels, sampling_radius=pad.sampling_radius, surface=pad.surface
+    )
+
+
+#: What every door is walked with: two mirrors, one, none; and free taxels on a flat and on a curved pad.
+WALKED = {
+    "dome": BULGES["dome"],
+    "tip": BULGES["tip"],
+    "patch": BULGES["lopsided"],
+    "free": with_free_taxels(stack(BULGES["dome"])),
+    "free dome": with_free_taxels(BULGES["dome"]),
+}

@@ -8,13 +8,16 @@ import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, FidelityOption
+from mjtactile.cli.options import AsJson, FidelityOption, PadOption
 from mjtactile.errors import MjTactileError
 from mjtactile.fidelity import DEFAULT
+
+if TYPE_CHECKING:
+    from mjtactile.pad import Pad
 
 #: From this version on MuJoCo finds plugins by itself.
 _FINDS_PLUGINS = (4, 0)
@@ -60,25 +63,26 @@ def doctor(as_json: AsJson = False) -> None:
 
 def build(
     fidelity: FidelityOption = DEFAULT,
+    pad: PadOption = None,
     force: Annotated[bool, typer.Option("--force", help="Build even if there is one.")] = False,
 ) -> None:
-    """Build the default pad's influence matrices into the cache."""
+    """Build a pad's influence matrices into the cache."""
     from time import perf_counter
 
     from mjtactile.influence.cache import build_influence, cached_path, influence_matrices, stored_path
-    from mjtactile.pad import Pad
 
-    present = stored_path(Pad(), fidelity) is not None and not force
+    one = _pad(pad)
+    present = stored_path(one, fidelity) is not None and not force
     start = perf_counter()
     if force:
-        build_influence(Pad(), fidelity).save(cached_path(Pad(), fidelity))
-    influence = influence_matrices(fidelity=fidelity)
+        build_influence(one, fidelity).save(cached_path(one, fidelity))
+    influence = influence_matrices(one, fidelity)
     action = "found" if present else "built"
-    path = stored_path(Pad(), fidelity) or "not kept"
+    path = stored_path(one, fidelity) or "not kept"
     typer.echo(f"{action} {influence.nbytes / 1e6:.0f} MB in {perf_counter() - start:.2f} s: {path}")
 
 
-def info(as_json: AsJson = False) -> None:
+def info(pad: PadOption = None, as_json: AsJson = False) -> None:
     """Show the pad, the indenters, the meshes and the fidelities, and which tables are built."""
     import mujoco
 
@@ -87,18 +91,17 @@ def info(as_json: AsJson = False) -> None:
     from mjtactile.fidelity import MESHES, PRESETS, Fidelity
     from mjtactile.geometry.outlines import INDENTER_NAMES
     from mjtactile.influence.cache import cache_directory, stored_path
-    from mjtactile.pad import Pad
 
-    pad = Pad()
+    one = _pad(pad)
     facts: dict[str, Any] = {
         "version": __version__,
         "mujoco": mujoco.mj_versionString(),
-        "pad": pad.summary,
+        "pad": one.summary,
         "punches": list(INDENTER_NAMES),
         "other indenters": list(OTHER_INDENTERS),
         "cache": str(cache_directory()),
-        "meshes": {name: _size(stored_path(pad, Fidelity(mesh=name))) for name in MESHES},
-        "presets": {name: _size(stored_path(pad, name)) for name in PRESETS},
+        "meshes": {name: _size(stored_path(one, Fidelity(mesh=name))) for name in MESHES},
+        "presets": {name: _size(stored_path(one, name)) for name in PRESETS},
     }
     if as_json:
         typer.echo(json.dumps(facts, indent=2))
@@ -111,6 +114,14 @@ def info(as_json: AsJson = False) -> None:
                 f"{table} ({'not built' if size is None else f'{size / 1e6:.0f} MB'})" for table, size in value.items()
             )
         typer.echo(f"{name + ':':17}{value}")
+
+
+def _pad(path: Path | None) -> Pad:
+    """The pad of a TOML file; the default pad if None."""
+    from mjtactile.pad import Pad
+    from mjtactile.pad_names import pad_from_file
+
+    return Pad() if path is None else pad_from_file(path)
 
 
 @cache_app.command("list")

@@ -213,11 +213,9 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
         highlight=False,
     )
     table = Table("depth, mm", "peak, kPa", "at x, y, mm", box=None, pad_edge=False)
-    pad = report.influence.pad
-    for depth, reading in zip(pad.depths, report.readings, strict=True):
-        row, column = divmod(int(reading.argmax()), reading.shape[1])
-        place = f"{pad.grid.x[column] * 1e3:g}, {pad.grid.y[row] * 1e3:g}"
-        table.add_row(f"{depth * 1e3:g}", f"{reading.max() * 1e-3:.4g}", place)
+    for peak in report.peaks:
+        x, y = peak.place
+        table.add_row(peak.layer.removesuffix(" mm"), f"{peak.reading * 1e-3:.4g}", f"{x * 1e3:.4g}, {y * 1e3:.4g}")
     console.print(table)
     console.print(
         f"time per update ({report.readings.size} readings): {report.update_time * 1e3:.2f} ms",

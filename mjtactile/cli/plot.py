@@ -12,9 +12,12 @@ from mjtactile._installed import require
 from mjtactile._types import Array
 from mjtactile.geometry.planar import polygons_of, rings_of
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import PatchCollection
     from matplotlib.figure import Figure
 
 _MILLI = 1e3
@@ -36,7 +39,7 @@ def press_figure(
 
     Args:
         pad: what was pressed.
-        readings: (layers, rows, columns) [Pa].
+        readings: (layers, rows, columns) [Pa], or (taxels,) of free taxels, which are drawn by bands of depth.
         outline: what pressed, in the pad frame [m].
         title: of the figure.
         picture: RGB (height, width, 3) of the scene; without it that panel is left out.
@@ -44,7 +47,7 @@ def press_figure(
     require("figures")
     from matplotlib.figure import Figure
 
-    layers = len(pad.depths)
+    layers = len(pad.layers_drawn)
     map_columns = int(np.ceil(np.sqrt(layers)))
     rows = max(int(np.ceil(layers / map_columns)), 2)
     figure = Figure(figsize=(3.6 * map_columns + 5.0, 3.5 * rows), layout="constrained")
@@ -52,11 +55,12 @@ def press_figure(
     maps, side = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(3.6 * map_columns, 5.0))))
     for k, axes in enumerate(np.ravel(maps.subplots(rows, map_columns, squeeze=False))):
         if k < layers:
-            _draw_map(axes, pad, readings[k], pad.depths[k], outline)
+            _draw_map(axes, pad, readings, k, outline)
         else:
             axes.set_axis_off()
     panels = side.subplots(1 if picture is None else 2, 1, squeeze=False)[:, 0]
-    _draw_section(panels[0], pad, readings, outline)
+    section = _free_section if isinstance(pad.taxels, FreeTaxels) else _grid_section
+    section(panels[0], pad, readings, outline)
     if picture is not None:
         panels[1].imshow(picture)
         panels[1].set_title("scene")
@@ -64,36 +68,53 @@ def press_figure(
     return figure
 
 
-def _draw_map(axes: Axes, pad: Pad, reading: Array, depth: float, outline: Polygon | MultiPolygon) -> None:
-    half_pitch = np.array(pad.grid.pitch) / 2
-    extent = (
-        pad.grid.x[0] - half_pitch[0],
-        pad.grid.x[-1] + half_pitch[0],
-        pad.grid.y[0] - half_pitch[1],
-        pad.grid.y[-1] + half_pitch[1],
-    )
-    image = axes.imshow(
-        reading * _KILO, origin="lower", extent=tuple(_MILLI * e for e in extent), cmap=_COLOURS, vmin=0.0
-    )
+def _draw_map(axes: Axes, pad: Pad, readings: Array, layer: int, outline: Polygon | MultiPolygon) -> None:
+    values = readings.ravel()[pad.layers_drawn[layer]] * _KILO
+    if isinstance(pad.taxels, FreeTaxels):
+        extent = np.repeat(pad.size, 2) / 2 * (-1.0, 1.0, -1.0, 1.0)
+        taxels = pad.layers_drawn[layer]
+        image = _discs(pad.taxel_feet(0)[taxels], pad.taxels.ball_radii(pad.sampling_radius)[taxels], values)
+        axes.add_collection(image)
+        axes.set(facecolor="0.85", aspect="equal")
+    else:
+        half_pitch = np.array(pad.grid.pitch) / 2
+        extent = (
+            pad.grid.x[0] - half_pitch[0],
+            pad.grid.x[-1] + half_pitch[0],
+            pad.grid.y[0] - half_pitch[1],
+            pad.grid.y[-1] + half_pitch[1],
+        )
+        shown = values.reshape(pad.grid_shape[1:])
+        image = axes.imshow(shown, origin="lower", extent=tuple(_MILLI * e for e in extent), cmap=_COLOURS, vmin=0.0)
     for polygon in polygons_of(outline):
         for ring in rings_of(polygon):
             closed = np.concatenate([ring, ring[:1]]) * _MILLI
             axes.plot(closed[:, 0], closed[:, 1], color="white", linewidth=1.2)
-    axes.set(title=f"{depth * _MILLI:g} mm deep", xlabel="x [mm]", ylabel="y [mm]")
+    axes.set(title=f"{pad.depth_said(layer)} deep", xlabel="x [mm]", ylabel="y [mm]")
     axes.set(xlim=tuple(_MILLI * e for e in extent[:2]), ylim=tuple(_MILLI * e for e in extent[2:]))
     colourbar = axes.figure.colorbar(image, ax=axes, shrink=0.85)
     colourbar.set_label("von Mises [kPa]")
 
 
-def _draw_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
-    """Readings of the row with the highest one, where they are taken; the contact is drawn on top of the pad."""
+def _discs(feet: Array, radii: Array, values: Array) -> PatchCollection:
+    """Taxels as discs as large as their balls, seen from above [mm], the uppermost on top."""
+    require("figures")
+    from matplotlib.collections import PatchCollection
+    from matplotlib.patches import Circle
+
+    order = np.argsort(-feet[:, 2], kind="stable")
+    circles = [Circle(tuple(feet[k, :2] * _MILLI), float(radii[k]) * _MILLI) for k in order.tolist()]
+    discs = PatchCollection(circles, cmap=_COLOURS)
+    discs.set_array(values[order])
+    discs.set_clim(vmin=0.0)
+    return discs
+
+
+def _grid_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
+    """Readings of the row with the highest one, where they are taken."""
     row = int(np.unravel_index(np.argmax(readings), readings.shape)[1])
-    y, half_width = float(pad.grid.y[row]), pad.size[0] / 2
-    across = np.linspace(-half_width, half_width, _CURVE_POINTS)
-    top, base = _curve(pad, across, y, 0.0), _curve(pad, across, y, pad.thickness)
-    axes.add_patch(_area(np.concatenate([top.T, base.T[::-1]])))
-    for height in pad.interfaces:
-        axes.plot(*_curve(pad, across, y, -height), color="0.5", linewidth=0.8, linestyle="--")
+    y = float(pad.grid.y[row])
+    _draw_stack(axes, pad, y)
     x, z = np.stack([_curve(pad, pad.grid.x, y, depth) for depth in pad.depths], axis=1)
     values = readings[:, row] * _KILO
     if min(x.shape) > 1:
@@ -101,21 +122,48 @@ def _draw_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
     else:
         shading = axes.scatter(x.ravel(), z.ravel(), c=values.ravel(), cmap=_COLOURS, vmin=0.0)
     axes.plot(x.ravel(), z.ravel(), ".", color="white", markersize=2)
-    cut = outline.intersection(_line_at(pad, y))
-    for part in getattr(cut, "geoms", [cut]):
-        if not part.is_empty:
-            left, _, right, _ = part.bounds
-            pressed = _curve(pad, np.linspace(left, right, _CURVE_POINTS), y, 0.0)
-            axes.plot(*pressed, color="tab:orange", linewidth=4, solid_capstyle="butt")
+    _finish_section(axes, pad, y, outline, shading)
+
+
+def _free_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
+    """Free taxels whose balls the plane through the highest reading cuts, seen along y."""
+    assert isinstance(pad.taxels, FreeTaxels)
+    feet, radii = pad.taxel_feet(0), pad.taxels.ball_radii(pad.sampling_radius)
+    y = float(feet[np.argmax(readings), 1])
+    _draw_stack(axes, pad, y)
+    cut = np.abs(feet[:, 1] - y) <= radii
+    x, _, z = pad.taxels.positions[cut].T * _MILLI
+    shading = axes.scatter(x, z, c=readings[cut] * _KILO, cmap=_COLOURS, vmin=0.0, edgecolors="0.4", linewidths=0.5)
+    _finish_section(axes, pad, y, outline, shading)
+
+
+def _draw_stack(axes: Axes, pad: Pad, y: float) -> None:
+    """Surface, base and layers in a plane across the pad."""
+    half_width = pad.size[0] / 2
+    across = np.linspace(-half_width, half_width, _CURVE_POINTS)
+    top, base = _curve(pad, across, y, 0.0), _curve(pad, across, y, pad.thickness)
+    axes.add_patch(_area(np.concatenate([top.T, base.T[::-1]])))
+    for height in pad.interfaces:
+        axes.plot(*_curve(pad, across, y, -height), color="0.5", linewidth=0.8, linestyle="--")
     low, high = float(base[1].min()), float(top[1].max())
     axes.set(
-        title=f"section at y = {y * _MILLI:g} mm",
+        title=f"section at y = {y * _MILLI:.3g} mm",
         xlabel="x [mm]",
         ylabel="z [mm]",
         xlim=(-half_width * _MILLI, half_width * _MILLI),
         ylim=(low, high + 0.08 * (high - low)),
         aspect="equal",
     )
+
+
+def _finish_section(axes: Axes, pad: Pad, y: float, outline: Polygon | MultiPolygon, shading: ScalarMappable) -> None:
+    """What presses, drawn on top of the pad, and the scale."""
+    cut = outline.intersection(_line_at(pad, y))
+    for part in getattr(cut, "geoms", [cut]):
+        if not part.is_empty:
+            left, _, right, _ = part.bounds
+            pressed = _curve(pad, np.linspace(left, right, _CURVE_POINTS), y, 0.0)
+            axes.plot(*pressed, color="tab:orange", linewidth=4, solid_capstyle="butt")
     axes.figure.colorbar(shading, ax=axes, shrink=0.6, orientation="horizontal").set_label("von Mises [kPa]")
 
 

@@ -24,6 +24,7 @@ from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import PressResult, press, press_scene
 from mjtactile.units import GRAM_FORCE
@@ -37,6 +38,23 @@ OTHER_INDENTERS: dict[str, Callable[[], Indenter]] = {
 _TIMED_UPDATES = 15
 
 
+@dataclass(frozen=True)
+class Peak:
+    """The highest reading of a layer.
+
+    Attributes:
+        layer: its depth, for people.
+        reading: [Pa].
+        place: of the taxel, seen from above [m].
+        depth: of the taxel [m].
+    """
+
+    layer: str
+    reading: float
+    place: tuple[float, float]
+    depth: float
+
+
 @dataclass(frozen=True, eq=False)
 class PressReport:
     """A settled press and what the pad reads.
@@ -46,7 +64,7 @@ class PressReport:
         model, data: the scene, settled.
         commanded: force on the indenter [N], pad frame, shape (3,).
         settled: how the press ended.
-        readings: (layers, rows, columns) [Pa].
+        readings: (layers, rows, columns) [Pa], or (taxels,) of free taxels.
         load: tractions on the pad and the state of the contact.
         outline: what faces the pad [m].
         influence: of the pad.
@@ -76,9 +94,20 @@ class PressReport:
         """Magnitude of the contact force [N]."""
         return float(np.linalg.norm(self.settled.wrench[:3]))
 
+    @property
+    def peaks(self) -> list[Peak]:
+        """Highest reading of each sensing layer; of free taxels, of each band of depths that is drawn."""
+        pad, found = self.influence.pad, []
+        feet = np.concatenate([pad.taxel_feet(layer) for layer in range(pad.sensing_layers)])
+        for number, layer in enumerate(pad.layers_drawn):
+            taxel = layer[np.argmax(self.readings.ravel()[layer])]
+            x, y, depth = feet[taxel].tolist()
+            found.append(Peak(pad.depth_said(number), float(self.readings.ravel()[taxel]), (x, y), depth))
+        return found
+
     def as_dict(self) -> dict[str, Any]:
         """Every figure of the report as plain numbers, SI units unless the name says otherwise."""
-        peaks = self.readings.max(axis=(1, 2))
+        peaks = self.peaks
         return {
             "shape": self.shape,
             "fidelity": fidelity_text(self.influence.fidelity),
@@ -93,8 +122,8 @@ class PressReport:
             "contact_area_m2": self.load.contact_area,
             "indentation_m": _known(self.load.indentation),
             "peak_pressure_Pa": self.load.peak_pressure,
-            "depths_m": list(self.influence.pad.depths),
-            "peak_reading_Pa": peaks.tolist(),
+            "depths_m": [float(peak.depth) for peak in peaks],
+            "peak_reading_Pa": [peak.reading for peak in peaks],
             "update_s": self.update_time,
         }
 
@@ -109,9 +138,7 @@ class PressReport:
             "readings": self.readings,
             "wrench": self.settled.wrench,
             "commanded_force": self.commanded,
-            "x": pad.grid.x,
-            "y": pad.grid.y,
-            "depths": np.array(pad.depths),
+            **_places(pad),
             "contact_wkt": np.array(self.contact.wkt),
             "outline_wkt": np.array(self.outline.wkt),
             "report_json": np.array(json.dumps(self.as_dict())),
@@ -158,7 +185,6 @@ def run_press(problem: PressProblem) -> PressReport:
         ContactError: unknown law, or one that does not go with the shear asked for.
         SceneError: the indenter is off the pad, or the press does not settle.
     """
-    _ = problem.pad.grid  # which the report is drawn on, or it says what to do instead
     # The scene comes first: what is wrong with it shows before minutes may go into a table.
     chosen = as_fidelity(problem.fidelity)
     contact = {"law": problem.law, "tangential": problem.tangential}
@@ -218,6 +244,13 @@ def _scene(problem: PressProblem) -> mujoco.MjModel:
         raise
     except (ValueError, mujoco.FatalError) as error:  # solids that MuJoCo's compiler refuses
         raise SceneError(f"MuJoCo cannot make a scene of '{indenter.name}': {error}") from error
+
+
+def _places(pad: Pad) -> dict[str, Array]:
+    """Where the taxels are [m]: lines of a grid, or points in the pad frame."""
+    if isinstance(pad.taxels, FreeTaxels):
+        return {"taxels": pad.taxels.positions}
+    return {"x": pad.grid.x, "y": pad.grid.y, "depths": np.array(pad.depths)}
 
 
 def _known(value: float) -> float | None:

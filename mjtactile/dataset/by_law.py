@@ -2,7 +2,8 @@
 
 Under a flat face the contact scales with the force, and shear that is proportional to the pressure, or sticks, is
 linear in its resultants: three loads give the response to every force on a pose. On a curved body the contact grows
-with the force; there the same holds for forces that share one pressing component, so each pose gets one.
+with the force; there the same holds for forces that share one pressing component, so each pose gets one. Curved pads
+are in on_surface.py.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
+from mjtactile.dataset.on_surface import curved_pose_readings
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
 from mjtactile.errors import ContactWarning
@@ -32,10 +34,11 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
         presses: what presses.
 
     Returns:
-        readings (presses, layers, rows, columns) [Pa]; forces on the pad (presses, 3) [N], and the points in which
+        readings (presses, *reading_shape) [Pa]; forces on the pad (presses, 3) [N], and the points in which
         they pass through the surface (presses, 2) [m], pad frame.
     """
-    made = [_pose_readings(influence, presses, pose) for pose in presses.poses]
+    pose_readings = _pose_readings if influence.pad.surface.is_flat else curved_pose_readings
+    made = [pose_readings(influence, presses, pose) for pose in presses.poses]
     readings, forces, points = zip(*made, strict=True)
     return np.concatenate(readings), np.concatenate(forces), np.concatenate(points)
 

@@ -15,13 +15,14 @@ from mjtactile.errors import ContactWarning, SceneError
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import press, press_scene
+from mjtactile.sim.wrench import centre_of_pressure
 
 
 def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tuple[Array, Array, Array]:
     """Readings of all presses that share an outline; arguments and results as of `physics_readings`.
 
     Forces and points are those MuJoCo's contacts carry, not those commanded. A press that does not settle (NaN
-    readings) is left out by whoever asked.
+    readings) is left out by whoever asked. On a curved pad bodies come down along z, upright, wherever they touch.
     """
     indenter = shape_indenter(presses.shape, presses.size)
     readings, forces, points = [], [], []
@@ -41,7 +42,7 @@ def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tu
                 reading, wrench = _settled(model, data, sensor, direction * magnitude)
             readings.append(reading)
             forces.append(wrench[:3])
-            points.append(np.array([wrench[4], -wrench[3]]) / -wrench[2])
+            points.append(centre_of_pressure(wrench, influence.pad)[:2])
     return np.array(readings), np.array(forces), np.array(points)
 
 

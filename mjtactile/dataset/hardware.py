@@ -24,24 +24,34 @@ from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
 
 def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) -> Array:
-    """Readings as a new array of transducers reports them, (layers, rows, columns) [Pa].
+    """Readings as a new array of transducers reports them, of the same shape [Pa].
 
     Args:
         values: table [transducer] of the specification.
-        readings: ideal ones, (layers, rows, columns) [Pa].
+        readings: ideal ones, (layers, rows, columns) or (taxels,) [Pa].
         rng: from which the array's gains, offsets and noise are drawn.
 
     Raises:
         DatasetError: the table names no transducer.
         TransducerError: values that no transducer has.
     """
-    return transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))(readings)
+    array = transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))
+    return array(readings.reshape(array.shape)).reshape(readings.shape)
 
 
 def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) -> Transducer:
-    """An array of these transducers for readings (layers, rows, columns); errors as in `reported`."""
+    """An array of these transducers for readings (layers, rows, columns); free taxels (taxels,) are one row of it.
+
+    Raises:
+        DatasetError: as in `reported`, or crosstalk between free taxels, which have no neighbours in a row.
+    """
     imperfections, element = transducer_of(values)
-    layers, rows, columns = shape
+    if len(shape) == 1 and imperfections.crosstalk:
+        raise DatasetError(
+            f"[transducer] crosstalk = {imperfections.crosstalk} goes to neighbours on a grid, but the pad has free "
+            "taxels. Leave crosstalk out, or give the pad a TaxelGrid."
+        )
+    layers, rows, columns = (1, 1, *shape) if len(shape) == 1 else shape
     return Transducer(element, imperfections, shape=(layers, rows, columns), seed=seed)
 
 

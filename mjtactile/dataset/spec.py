@@ -18,10 +18,12 @@ from typing import Any
 from mjtactile._files import read_text
 from mjtactile.contact.options import LAWS
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
+from mjtactile.dataset.hardware import transducer_for
 from mjtactile.dataset.shapes import shape_face
-from mjtactile.errors import DatasetError, MjTactileError
+from mjtactile.errors import DatasetError, PadError
 from mjtactile.fidelity import DEFAULT, PRESETS
-from mjtactile.pad import Layer, Pad, TaxelGrid, require_flat
+from mjtactile.pad import Pad
+from mjtactile.pad_names import pad_from_file, pad_from_values
 from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MOST_SEED
 
 Range = tuple[float, float]
@@ -67,11 +69,14 @@ class DatasetSpec:
     pad: Pad = field(default_factory=Pad)
 
     def __post_init__(self) -> None:
-        """Refuse numbers of presses and seeds that no file can hold, and pads that cannot be pressed or stored."""
+        """Refuse numbers that no file can hold, transducers that the pad cannot have, places beside a curved pad."""
         for name, least, most in (("presses", 1, MOST_PRESSES), ("seed", 0, MOST_SEED)):
             _count({name: getattr(self, name)}, name, least, least, most)
-        require_flat(self.pad, "a dataset")
-        _ = self.pad.grid  # or it says what to do instead
+        if self.transducer is not None:
+            transducer_for(self.transducer, self.pad.reading_shape, seed=0)
+        if not self.pad.surface.is_flat:
+            for contact in self.contacts:
+                _check_on_pad(contact.shift, self.pad)
 
     @property
     def presses_per_outline(self) -> int:
@@ -100,11 +105,16 @@ def load_spec(path: Path) -> DatasetSpec:
         values = tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise DatasetError(f"cannot read {path} as a dataset's TOML file: {error}") from error
-    return parse_spec(values)
+    return parse_spec(values, path.parent)
 
 
-def parse_spec(values: dict[str, Any]) -> DatasetSpec:
-    """A dataset from the values of a TOML file; errors as in `load_spec`."""
+def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
+    """A dataset from the values of a TOML file; errors as in `load_spec`.
+
+    Args:
+        values: by name.
+        folder: in which files that `pad` names lie.
+    """
     known = {"presses", "seed", "backend", "fidelity", "law", "tangential", "free", "poses", "forces", "noise"}
     _refuse_unknown("the dataset", values, {*known, "transducer", "pad", "contact"})
     contacts = values.get("contact", [])
@@ -131,17 +141,13 @@ def parse_spec(values: dict[str, Any]) -> DatasetSpec:
         forces=_count(values, "forces", 4),
         noise=_range(values, "noise", (0.0, 0.0), 1.0, least=0.0, most=MOST_NOISE),
         transducer=values.get("transducer"),
-        pad=pad_from(values.get("pad", {})),
+        pad=pad_from(values.get("pad", {}), folder),
     )
     if spec.presses_per_outline > MOST_PER_OUTLINE:
         raise DatasetError(
             f"poses = {spec.poses} times forces = {spec.forces} presses share one outline; expected at most "
             f"{MOST_PER_OUTLINE}."
         )
-    if spec.transducer is not None:
-        from mjtactile.dataset.hardware import transducer_for
-
-        transducer_for(spec.transducer, spec.pad.reading_shape, seed=0)
     return spec
 
 
@@ -183,27 +189,34 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
     )
 
 
-def pad_from(values: dict[str, Any]) -> Pad:
-    """A pad from values in SI units, named as Pad's own arguments; the default pad of none.
+def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
+    """A pad from values in SI units, as in a pad's TOML file (`pad_from_file`); the default pad of none.
+
+    Args:
+        values: by name, or the name of such a file.
+        folder: in which files that are named lie.
 
     Raises:
-        DatasetError: for an argument that Pad, Layer or TaxelGrid does not have.
-        PadError: for a pad that cannot exist.
+        DatasetError: for a value that a pad does not have.
+        PadError: for a pad that cannot exist, or a file that cannot be read.
     """
-    _refuse_unknown("[pad]", values, {"size", "layers", "taxels", "depths", "sampling_radius"})
+    if isinstance(values, str):
+        return pad_from_file(folder / values)
+    _refuse_unknown("[pad]", values, {"size", "layers", "taxels", "depths", "sampling_radius", "surface"})
     try:
-        given = dict(values)
-        if "layers" in given:
-            given["layers"] = tuple(Layer(**layer) for layer in given["layers"])
-        if "taxels" in given:
-            given["taxels"] = TaxelGrid(**given["taxels"])
-        return Pad(**given)
-    except MjTactileError:
-        raise
-    except (TypeError, ValueError, OverflowError) as error:
+        return pad_from_values(values, folder)
+    except PadError as error:
+        raise PadError(f"[pad]: {error}") from error
+
+
+def _check_on_pad(shift: Range, pad: Pad) -> None:
+    """Refuse places beside a curved pad, where there is no surface to stand on."""
+    most = min(pad.size) / 2
+    if max(abs(shift[0]), abs(shift[1])) > most:
         raise DatasetError(
-            f"[pad]: {error}. Expected the arguments of Pad, Layer and TaxelGrid, in SI units."
-        ) from None
+            f"[[contact]] shift from {shift[0] / MILLIMETRE:g} to {shift[1] / MILLIMETRE:g} mm reaches beyond the "
+            f"curved pad, which ends {most / MILLIMETRE:g} mm from its middle. Give a smaller shift."
+        )
 
 
 def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from mjtactile._types import Array
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.pad import Pad
-from mjtactile.sim.pad_geom import contact_constants
+from mjtactile.sim.pad_geom import add_pad_geom
 
 #: How high the finger hovers [m], and the stiffness of the spring that lifts it there [N/m].
 HOVER, LIFT = 2e-3, 20.0
@@ -34,8 +34,6 @@ _WORLD = """
       <joint name="finger_y" type="slide" axis="0 1 0"/>
       <joint name="finger_turn" type="hinge" axis="0 0 1" armature="4e-5"/>
       <joint name="finger_z" type="slide" axis="0 0 1" stiffness="{lift}" springref="{hover}" damping="4"/>
-      <geom name="finger_pad" type="box" size="{x} {y} {half}" pos="0 0 {half}" quat="0 1 0 0"
-        rgba="0.75 0.8 0.85 1" mass="0"/>
       <geom name="finger_rod" type="cylinder" size="0.003 0.015" pos="0 0 0.02" contype="0" conaffinity="0" mass="0"
         rgba="0.5 0.5 0.55 1"/>
       <camera name="task" pos="0.03 -0.08 0.05" xyaxes="0.94 0.34 0 -0.17 0.48 0.86" fovy="45"/>
@@ -67,15 +65,9 @@ def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> m
         timestep: of MuJoCo [s].
         friction: of the pad, sliding [-].
     """
-    pad = options.pad or Pad()
-    x, y = pad.size
-    half = pad.thickness / 2
-    spec = mujoco.MjSpec.from_string(
-        _WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT, x=x / 2, y=y / 2, half=half)
-    )
-    geom = spec.geom(f"{PAD}_pad")
-    for key, value in contact_constants("stiff").items():
-        setattr(geom, key, value)
+    spec = mujoco.MjSpec.from_string(_WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT))
+    down = np.zeros(3), np.array([0.0, 1.0, 0.0, 0.0])
+    geom = add_pad_geom(spec, spec.body("finger"), PAD, options.pad or Pad(), down, "stiff")
     geom.friction[0] = friction
     observe_pad(spec, PAD, options)
     feel_force(spec, PAD_FORCE, f"{PAD}_pad")

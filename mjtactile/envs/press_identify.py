@@ -70,7 +70,17 @@ class PressIdentify(Task):
 
     @classmethod
     def model(cls, options: TouchOptions) -> mujoco.MjModel:
-        """The finger, and seven punches in a row, their faces up."""
+        """The finger, and seven punches in a row, their faces up.
+
+        Raises:
+            EnvError: for a curved pad, which would sink between the feet on which the punches carry a flat one.
+        """
+        if options.pad is not None and not options.pad.surface.is_flat:
+            raise EnvError(
+                f"PressIdentify takes flat pads only, and this one is a {options.pad.summary}: its punches stand on "
+                "feet at their corners, between which a curved pad would sink. Use EdgeFollow, GraspLift or PegInsert, "
+                "or give a pad with surface=Flat()."
+            )
         spec = finger_spec(options, timestep=cls.TIMESTEP, friction=1.0)
         for k, name in enumerate(INDENTER_NAMES):
             station = spec.worldbody.add_frame(pos=[k * _SPACING, 0.0, 0.0], quat=[0.0, 1.0, 0.0, 0.0])

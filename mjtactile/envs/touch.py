@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -12,10 +13,11 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.attach import add_pad_sensor, pad_table
-from mjtactile.envs.options import TouchOptions
+from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.fidelity import fidelity_text
 from mjtactile.pad import Pad
+from mjtactile.sim.pad_geom import PIECE
 from mjtactile.transducer.array import Transducer
 from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import TYPICAL
@@ -53,7 +55,15 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
         spec: of the model.
         name: of the pad and its sensor.
         options: what is observed of it.
+
+    Raises:
+        EnvError: the pad has hollows, so that it is of several geoms: the examiner looks at one.
     """
+    if spec.geom(f"{name}_pad{PIECE}1") is not None:
+        raise EnvError(
+            "the pad's surface has hollows, and MuJoCo collides it in pieces, of which environments know but one. "
+            "Expected a flat pad, or one that bulges everywhere."
+        )
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
         spec.delete(sensor)
     if options.touches:
@@ -97,7 +107,7 @@ class PadObserver:
 
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options
-        self.shape = (len(names), *(options.pad or Pad()).grid_shape)
+        self.shape = (len(names), *(options.pad or Pad()).reading_shape)
         # Where all pads' values stand in `sensordata`, one pad after the other.
         sensors = [sensor_slice(model, name) for name in names] if options.touches else []
         self._columns = np.array([column for where in sensors for column in range(where.start, where.stop)], dtype=int)
@@ -161,14 +171,15 @@ class PadObserver:
         return seen
 
     def _readings(self, readings: Array, rows: Rows) -> Array:
-        """Readings (k, pads, layers, rows, columns) [Pa] as the pads report them; written into the same array."""
-        readings *= self._gains[rows][:, :, None, None, None]
+        """Readings (k, pads, *reading_shape) [Pa] as the pads report them; written into the same array."""
+        of_pad = tuple(range(2, readings.ndim))
+        readings *= np.expand_dims(self._gains[rows], of_pad)
         if self.options.transducer is not None:
             for row, pads in zip(rows, readings, strict=True):
                 for transducer, pad in zip(self._transducers[row], pads, strict=True):
-                    pad[:] = transducer(pad)
+                    pad[:] = transducer(pad.reshape(transducer.shape)).reshape(pad.shape)
         if self.options.noise > 0.0:
-            peaks = self.options.noise * readings.max(axis=(2, 3, 4), keepdims=True)
+            peaks = self.options.noise * readings.max(axis=of_pad, keepdims=True)
             readings += peaks * self._normal(rows, self.shape, np.float32)
         return readings
 
@@ -204,6 +215,8 @@ def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
         if kind == "capacitive"
         else PiezoresistiveElement(area=nominal.full_force / FULL_SCALE)
     )
+    if len(shape) == 1:  # free taxels have no neighbours in a row
+        return Transducer(element, replace(TYPICAL, crosstalk=0.0), shape=(1, 1, *shape), seed=seed)
     layers, rows, columns = shape
     return Transducer(element, TYPICAL, shape=(layers, rows, columns), seed=seed)
 

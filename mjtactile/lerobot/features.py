@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from mjtactile.errors import DatasetError
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: What columns may hold.
 _KINDS = ("float32", "int64", "bool")
@@ -84,26 +85,39 @@ def tactile_features(
     Returns:
         Features by column; their `info` has unit, places of the taxels [m] and, for flat ones, the shape that they had.
     """
-    shape = pad.reading_shape
+    shape, axes = pad.reading_shape, _axes(pad)
     info = {
         "quantity": "von Mises stress",
         "unit": "Pa",
         "reading_shape": list(shape),
-        "axes": ["layer", "row", "column"],
-        "taxel_x": [float(x) for x in pad.grid.x],
-        "taxel_y": [float(y) for y in pad.grid.y],
-        "taxel_depth": [float(depth) for depth in pad.depths],
+        "axes": axes,
+        **_taxel_places(pad),
         "taxel_unit": "m",
         "frame": "pad: origin in the middle of the sensing surface, z out of it, x along columns, y along rows",
         "pad": pad.description,
     }
     info |= {} if rate is None else {"rate": rate}
     entry = (int(np.prod(shape)),) if flat else shape
-    axes = ["taxel"] if flat else ["layer", "row", "column"]
+    axes = ["taxel"] if flat else axes
     found = {tactile_key(name): Feature(shape=entry, names=axes, info=info)}
     if per_frame > 1:
         found[between_key(name)] = Feature(shape=(per_frame, *entry), names=["reading", *axes], info=info)
     return found
+
+
+def _axes(pad: Pad) -> list[str]:
+    return ["taxel"] if isinstance(pad.taxels, FreeTaxels) else ["layer", "row", "column"]
+
+
+def _taxel_places(pad: Pad) -> dict[str, Any]:
+    """Where taxels are [m]: lines of a grid as seen from above, and depths along the normals; or points (x, y, z)."""
+    if isinstance(pad.taxels, FreeTaxels):
+        return {"taxel_points": [list(point) for point in pad.taxels.points]}
+    return {
+        "taxel_x": [float(x) for x in pad.grid.x],
+        "taxel_y": [float(y) for y in pad.grid.y],
+        "taxel_depth": [float(depth) for depth in pad.depths],
+    }
 
 
 def tactile_columns(
@@ -113,7 +127,7 @@ def tactile_columns(
 
     Args:
         name: of the pad.
-        readings: (frames, readings to a frame, layers, rows, columns) [Pa].
+        readings: (frames, readings to a frame, *reading_shape) [Pa].
         flat: see `tactile_features`.
     """
     frames, per_frame = readings.shape[:2]

@@ -40,6 +40,9 @@ _CREASE = 30.0
 _LEAST_SMOOTHING = 1e-6
 #: Largest distance of patch and mesh over the rectangle's width: beyond it the mesh has a step, an edge or a fold.
 _MOST_DEVIATION = 0.02
+#: Larger meshes are not in metres [m].
+_LARGEST_MESH = 5.0
+_SCALE = "metres per unit of the mesh: 1e-3 for millimetres"
 #: How far from orthonormal rounding may take a frame's axes.
 _FRAME_TOLERANCE = 1e-6
 
@@ -73,13 +76,14 @@ def fitted_patch(
     triangles = _triangles_in_frame(mesh, frame, scale)
     lines = [_ray_line(triangles[..., axis], extent) for axis, extent in enumerate(size)]
     heights, owner = _top_heights(triangles, *lines)
-    _refuse_holes(heights, lines)
+    _refuse_holes(heights, lines, triangles)
+    _refuse_far_surface(heights, size)
     raised = _raised(triangles, heights, owner, lines)
     if smoothing is None:
         facets = float(np.sqrt(np.mean((raised - heights) ** 2)))
         smoothing = max(_OF_FACETS * facets, _LEAST_SMOOTHING * max(size))
-    elif not (np.isfinite(smoothing) and smoothing > 0.0):
-        raise PadError(f"smoothing = {smoothing!r}; expected a positive length in metres, such as 1e-5.")
+    else:
+        smoothing = positive_number("smoothing", smoothing, "a positive length in metres, such as 1e-5")
     patch = _spline(lines, raised, float(smoothing))
     return _measured(patch, lines, heights, size)
 
@@ -88,22 +92,38 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
     """Corners (triangles, 3, 3) [m] in the frame."""
     import trimesh
 
+    name = "the mesh"
     if isinstance(mesh, str | Path):
         path = Path(mesh)
+        name = str(path)
         if not path.is_file():
-            raise FileNotFoundError(f"{path} does not exist. Give the file of a mesh, such as an STL.")
+            raise FileNotFoundError(f"{path} is no file. Give the file of a mesh, such as an STL.")
         try:
-            mesh = trimesh.load(path, force="mesh")
+            mesh = trimesh.load(path, force="mesh", process=False)  # which would drop facets that are no numbers
         except Exception as error:  # whatever a reader of some format raises
             raise PadError(f"{path} cannot be read as a mesh: {error}") from error
+        if isinstance(mesh, trimesh.Trimesh) and not len(mesh.faces):
+            raise PadError(f"{path} holds no triangles: it is empty, cut short, or no mesh. Export it again.")
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise PadError("expected a mesh with triangles, or the name of a file of one.")
-    if not (np.isfinite(scale) and scale > 0.0):
-        raise PadError(f"scale = {scale!r}; expected metres per unit of the mesh: 1e-3 for millimetres.")
-    corners = np.asarray(mesh.triangles, dtype=float) * scale
+    corners = np.asarray(mesh.triangles, dtype=float) * positive_number("scale", scale, _SCALE)
+    wrong = np.flatnonzero(~np.isfinite(corners).all(axis=(1, 2)))
+    if len(wrong):
+        raise PadError(
+            f"{name} has corners that are not finite in {len(wrong)} of {len(corners)} triangles, the first in "
+            f"triangle {int(wrong[0])}. Repair the mesh, or export it again."
+        )
+    across = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    if across > _LARGEST_MESH:
+        raise PadError(
+            f"{name} is {across:.4g} m across; expected lengths in metres. If those are millimetres, pass scale=1e-3."
+        )
     if frame is None:
         return corners
-    pose = np.asarray(frame, dtype=float)
+    try:
+        pose = np.asarray(frame, dtype=float)
+    except (TypeError, ValueError):
+        raise PadError(f"frame = {str(frame)[:60]!r}; expected a pose (4, 4) of numbers.") from None
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         raise PadError(f"frame has shape {pose.shape}; expected a pose (4, 4) with finite numbers.")
     axes = pose[:3, :3]
@@ -153,7 +173,29 @@ def _top_heights(triangles: Array, x: Array, y: Array) -> tuple[Array, Indices]:
     return np.where(owner >= 0, heights, np.nan), owner
 
 
-def _refuse_holes(heights: Array, lines: list[Array]) -> None:
+def positive_number(name: str, value: Any, expected: str) -> float:
+    """A positive finite number, or an error that says what was expected."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = np.nan
+    if isinstance(value, str | bytes | bool) or not (np.isfinite(number) and number > 0.0):
+        raise PadError(f"{name} = {str(value)[:60]!r}; expected {expected}.")
+    return number
+
+
+def _refuse_far_surface(heights: Array, size: tuple[float, float]) -> None:
+    """Refuse a frame whose origin is nowhere near the surface, as under a mesh that is upside down."""
+    middle = float(heights[heights.shape[0] // 2, heights.shape[1] // 2])
+    if abs(middle) > max(size) / 2:
+        raise PadError(
+            f"over the frame's origin the mesh's upper side stands at z = {1e3 * middle:.4g} mm, but the origin is the "
+            f"middle of the pad's surface. Move the frame by {1e3 * middle:.4g} mm along its z. If that is the wrong "
+            "side of the mesh, it is upside down: z points out of the finger."
+        )
+
+
+def _refuse_holes(heights: Array, lines: list[Array], triangles: Array) -> None:
     missing = np.isnan(heights)
     if not missing.any():
         return
@@ -161,9 +203,16 @@ def _refuse_holes(heights: Array, lines: list[Array]) -> None:
     place = np.unravel_index(np.argmin(np.where(missing, np.hypot(x, y), np.inf)), heights.shape)
     raise PadError(
         f"the mesh has nothing over x = {1e3 * x[place]:.4g} mm, y = {1e3 * y[place]:.4g} mm: it has a hole there, "
-        f"or ends. {int(missing.sum())} of {missing.size} rays hit nothing. Move the frame, whose z points out of the "
-        "pad; give a smaller size; or a scale: lengths are metres, and of a mesh in millimetres 1e-3."
+        f"or ends. {int(missing.sum())} of {missing.size} rays hit nothing. In the frame the mesh reaches "
+        f"{_reaches(triangles)}. Move the frame, whose z points out of the pad; give a smaller size; or a scale: "
+        "lengths are metres, and of a mesh in millimetres 1e-3."
     )
+
+
+def _reaches(triangles: Array) -> str:
+    """From where to where a mesh goes, in words."""
+    low, high = 1e3 * triangles.min(axis=(0, 1)), 1e3 * triangles.max(axis=(0, 1))
+    return ", ".join(f"from {name} = {a:.4g} to {b:.4g} mm" for name, a, b in zip("xyz", low, high, strict=True))
 
 
 def _raised(triangles: Array, heights: Array, owner: Indices, lines: list[Array]) -> Array:
@@ -172,6 +221,7 @@ def _raised(triangles: Array, heights: Array, owner: Indices, lines: list[Array]
     places = np.stack([x, y, heights], axis=-1).reshape(-1, 3)
     hit, of_ray = np.unique(owner, return_inverse=True)
     normals = _corner_normals(triangles, hit)[of_ray.ravel()]
+    normals = normals * np.where(normals[..., 2:] < 0.0, -1.0, 1.0)  # what was hit from above faces up
     corners = triangles[owner.ravel()]
     shares = _barycentric(corners, places)
     away = np.einsum("pci,pci->pc", corners - places[:, None], normals)
@@ -220,8 +270,10 @@ def _corner_normals(triangles: Array, chosen: Indices) -> Array:
     of_vertex = csr_array((np.ones(len(vertex)), (vertex, np.arange(len(vertex)))), shape=(count, len(vertex)))
     pairs = of_vertex[vertex[wanted]].tocoo()
     own, other = wanted[pairs.row] // 3, pairs.col // 3
-    smooth = np.einsum("pi,pi->p", normals[own], normals[other]) > np.cos(np.radians(_CREASE))
-    weights = angles[pairs.col] * smooth
+    # Facets may be wound either way, in a mesh that was mirrored, or carelessly put together.
+    aligned = np.einsum("pi,pi->p", normals[own], normals[other])
+    smooth = np.abs(aligned) > np.cos(np.radians(_CREASE))
+    weights = angles[pairs.col] * smooth * np.sign(aligned)
     sums = np.zeros((len(wanted), 3))
     np.add.at(sums, pairs.row, weights[:, None] * normals[other])
     length = np.linalg.norm(sums, axis=1, keepdims=True)

@@ -8,6 +8,7 @@ are positive where the surface bulges out of the pad: there an offset surface at
 
 from __future__ import annotations
 
+import inspect
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
@@ -170,7 +171,7 @@ class Surface(ABC):
             ~np.isfinite(np.stack(jet)).all(axis=0),
             np.hypot(x, y),
             (x, y),
-            lambda _: "the surface has ended: there is none. Give a smaller pad size, or a larger surface",
+            lambda _: "there is no surface: it ends within the pad. Give a smaller pad size, or a larger surface",
         )
         slope = np.degrees(np.arctan(np.hypot(jet.x, jet.y)))
         _refuse_where(
@@ -441,14 +442,19 @@ def surface_from(description: Any) -> Surface:
         PadError: when the description is not one of a surface that there is.
     """
     if not isinstance(description, dict) or description.get("kind") not in _KINDS:
-        raise PadError(f'"surface" must be an object whose "kind" is one of {", ".join(_KINDS)}.')
+        raise PadError(
+            f'"surface" = {str(description)[:60]}; expected an object whose "kind" is one of {", ".join(_KINDS)}, for '
+            'example {"kind": "sphere", "radius": 12e-3}.'
+        )
     values = {name: value for name, value in description.items() if name != "kind"}
     of_kind = _KINDS[description["kind"]]
     try:
         made = of_kind(**values)
     except TypeError:
+        wanted = [name for name in inspect.signature(of_kind).parameters if name != "deviation"]
         raise PadError(
-            f'a surface of kind "{of_kind.kind}" does not have just the values {", ".join(sorted(values)) or "none"}.'
+            f'a surface of kind "{of_kind.kind}" needs {", ".join(wanted) or "nothing else"}, and '
+            f"{', '.join(sorted(values)) or 'none'} was given."
         ) from None
     if made.numbers.keys() != values.keys():
         raise PadError(f'a surface of kind "{of_kind.kind}" needs {", ".join(sorted(made.numbers))}.')

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mjtactile._types import Array
+from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError
 
 _WHAT = (
@@ -22,6 +22,8 @@ _WHAT = (
 
 #: Most characters of a value in a message.
 _LONGEST_VALUE = 120
+#: Taxels at more different depths than this are drawn together.
+_MOST_BANDS = 8
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,26 @@ class FreeTaxels:
             return cls(*rows)
         except (PadError, ValueError, RecursionError) as error:
             raise PadError(f"{path} holds no taxels: {error}") from error
+
+
+def depth_bands(depths: Array, radius: float) -> list[Indices]:
+    """Taxels in bands of depth, the upper first: what is drawn as one layer.
+
+    A band ends where the next taxel is deeper by more than a radius, so that sensors made in layers come apart into
+    them; taxels at depths of every kind are one band.
+
+    Args:
+        depths: of the taxels [m], shape (n,).
+        radius: of their balls [m].
+
+    Returns:
+        Indices of each band's taxels, ascending.
+    """
+    order = np.argsort(depths, kind="stable")
+    ends = np.flatnonzero(np.diff(depths[order]) > radius) + 1
+    if len(ends) >= _MOST_BANDS:
+        return [np.arange(len(depths))]
+    return [np.sort(band) for band in np.split(order, ends)]
 
 
 def as_taxels(value: Any) -> Any:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
 
 import mujoco
@@ -79,7 +80,15 @@ class Attributes:
 
 
 def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
-    return _loaded(named_pad(pad) or pad, _chosen_fidelity(fidelity) if fidelity else None)
+    known = named_pad(pad)
+    chosen = _chosen_fidelity(fidelity) if fidelity else None
+    return _loaded(pad, chosen, _version(pad)) if known is None else _loaded(known, chosen)
+
+
+def _version(path: str) -> tuple[int, int]:
+    """What changes when a file is written anew: its time [ns] and size [bytes]."""
+    found = Path(path).stat()
+    return found.st_mtime_ns, found.st_size
 
 
 def _chosen_fidelity(text: str) -> Fidelity:
@@ -92,8 +101,8 @@ def _chosen_fidelity(text: str) -> Fidelity:
 
 
 @lru_cache(maxsize=64)
-def _loaded(pad: Pad | str, fidelity: Fidelity | None) -> InfluenceMatrices:
-    """Tables of a pad or of a file; a pad that is named in two ways is loaded once."""
+def _loaded(pad: Pad | str, fidelity: Fidelity | None, _version: tuple[int, int] | None = None) -> InfluenceMatrices:
+    """Tables of a pad or of a version of a file; a pad that is named in two ways is loaded once."""
     if isinstance(pad, str):
         return load_influence(pad, fidelity=fidelity)
     return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)

@@ -11,7 +11,7 @@ from mjtactile.errors import InfluenceError, PresetError
 from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
-from mjtactile.pad import Pad, require_flat
+from mjtactile.pad import Pad
 from mjtactile.pad_names import named_pad, names_file
 
 
@@ -21,7 +21,6 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
     Raises:
         PresetError: for a fidelity that does not exist, or one beside matrices, which have their own.
         SceneError: when no pad or file has that name.
-        PadError: when the pad is curved, or its taxels are not on a grid.
     """
     is_file = isinstance(pad, Path) or (isinstance(pad, str) and names_file(pad))
     if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
@@ -29,34 +28,22 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
             f"fidelity {fidelity!r} was given beside influence matrices, which have their own. Drop it, or give a pad."
         )
     if isinstance(pad, InfluenceMatrices):
-        return _on_flat_grid(pad)
+        return pad
     if is_file:
-        return _on_flat_grid(load_influence(str(pad)))
+        return load_influence(str(pad))
     if isinstance(pad, str):
         pad = named_pad(pad)
     assert not isinstance(pad, Path)
-    chosen = Pad() if pad is None else pad
-    _require_flat_grid(chosen)
-    return influence_matrices(chosen, DEFAULT if fidelity is None else fidelity)
-
-
-def _on_flat_grid(influence: InfluenceMatrices) -> InfluenceMatrices:
-    _require_flat_grid(influence.pad)
-    return influence
-
-
-def _require_flat_grid(pad: Pad) -> None:
-    require_flat(pad, "PadModel")
-    _ = pad.grid  # or it says what to do instead
+    return influence_matrices(Pad() if pad is None else pad, DEFAULT if fidelity is None else fidelity)
 
 
 def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
-    """Sensing layers counted from the top, by default all.
+    """Sensing layers counted from the top, by default all; free taxels are one layer.
 
     Raises:
         InfluenceError: for layers that do not exist, or stand twice.
     """
-    count = len(pad.depths)
+    count = pad.sensing_layers
     chosen = tuple(range(count)) if layers is None else tuple(layers)
     if not chosen or len(set(chosen)) < len(chosen) or not all(0 <= k < count for k in chosen):
         raise InfluenceError(

@@ -18,20 +18,27 @@ from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.forces import nodal_batch
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_flat
+from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.torch.arguments import existing_layers, floating, matrices_of
 from mjtactile.torch.symmetry import Folded, LayerStress, as_buffer, element_integrals
+
+#: What makes loads on a curved pad, for errors.
+_MADE_OF = "Make the load with SurfaceLoad.from_tractions or contact_load, and its tensor with nodal_forces(load)."
 
 
 class PadOutput(NamedTuple):
     """What a pad feels under a batch of loads."""
 
-    readings: Tensor  #: von Mises stress (..., layers, rows, columns) [Pa]
-    stress: Tensor  #: mean stress tensor of every taxel, xx, yy, zz, xy, yz, zx: (..., 6, layers, rows, columns) [Pa]
+    readings: Tensor  #: von Mises stress (..., layers, rows, columns) or (..., taxels) [Pa]
+    stress: Tensor  #: mean stress tensor of every taxel, xx, yy, zz, xy, yz, zx: (..., 6, *reading_shape) [Pa]
 
 
 class PadModel(nn.Module):
     """Surface loads to readings, as `InfluenceMatrices` does it, for many loads at once and with gradients.
+
+    Pads may be flat or curved, and their taxels stand on a grid or anywhere; where it says (layers, rows, columns),
+    free taxels are (taxels,).
 
     There is nothing to learn in it. The matrices are buffers that follow the module to any device and floating-point
     type; a state dictionary holds the pad's fingerprint in their place, and is refused by a model of another pad.
@@ -81,8 +88,10 @@ class PadModel(nn.Module):
         self.to(device=device, dtype=floating(dtype))
 
     @property
-    def reading_shape(self) -> tuple[int, int, int]:
-        """Layers that are read, rows, columns."""
+    def reading_shape(self) -> tuple[int, ...]:
+        """Layers that are read, rows, columns; of free taxels (taxels,)."""
+        if isinstance(self.pad.taxels, FreeTaxels):
+            return self.pad.reading_shape
         return (len(self.layers), *self.pad.grid_shape[1:])
 
     @property
@@ -139,7 +148,7 @@ class PadModel(nn.Module):
         with _full_precision(response):
             norms = torch.linalg.vector_norm(response, dim=-1).split(points, dim=-1)
             layers = [of_layer @ average.T for of_layer, average in zip(norms, averages, strict=True)]
-        return torch.stack(layers, dim=-2).unflatten(-1, self.reading_shape[1:])
+        return torch.cat(layers, dim=-1).unflatten(-1, self.reading_shape)
 
     def stress(self, forces: Tensor) -> Tensor:
         """Mean stress tensor over every taxel's ball, pad frame, tension positive.
@@ -168,8 +177,8 @@ class PadModel(nn.Module):
                 readings.append(torch.linalg.vector_norm(response, dim=-1) @ average.T)
                 tensors.append(_stress_tensor(average @ response, average @ mean(classes)))
         shape = self.reading_shape
-        readings, stress = torch.stack(readings, dim=1), torch.stack(tensors, dim=1).movedim(-1, 1)
-        output = PadOutput(readings.unflatten(-1, shape[1:]), stress.unflatten(-1, shape[1:]))
+        readings, stress = torch.cat(readings, dim=1), torch.cat(tensors, dim=1).movedim(-1, 1)
+        output = PadOutput(readings.unflatten(-1, shape), stress.unflatten(-1, shape))
         return PadOutput(*(one.unflatten(0, batch) if batch else one[0] for one in output))
 
     def nodal_forces(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Tensor:
@@ -190,7 +199,9 @@ class PadModel(nn.Module):
 
         Raises:
             InfluenceError: for a tensor of another shape, type or device.
+            PadError: of a curved pad, where cells have areas and normals of their own.
         """
+        require_flat(self.pad, "PadModel.traction_forces", _MADE_OF)
         along_y, along_x = self.get_buffer("cells_y"), self.get_buffer("cells_x")
         self._check(tractions, (along_y.shape[1], along_x.shape[1], 3), "tractions", "cells y, cells x, 3")
         with _full_precision(tractions):
@@ -210,7 +221,9 @@ class PadModel(nn.Module):
 
         Raises:
             InfluenceError: when the footprint was made for another surface.
+            PadError: of a curved pad, on which a contact is no linear map of the wrench.
         """
+        require_flat(self.pad, "PadModel.wrench_basis", _MADE_OF)
         if footprint.surface.node_shape != self.surface.node_shape:
             raise InfluenceError(
                 f"the footprint lies on a surface of {footprint.surface.node_shape} nodes, but this model's has "

@@ -1,4 +1,7 @@
-"""The sheet's mirrors in PyTorch, as in fem/symmetry.py: a quarter of whole matrices' memory and products."""
+"""The pad's mirrors in PyTorch, as in fem/symmetry.py: a quarter of whole matrices' memory and products.
+
+A curved pad has the mirrors that its surface has: two, one or none, and so four, two or one symmetry class.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from mjtactile.fem.stiffness import PARITIES, Parity
-from mjtactile.fem.symmetry import QUADRANT_SIGNS, QUADRANTS
+from mjtactile.fem.stiffness import Parity
 from mjtactile.fem.vertex_loads import corner_weights
 from mjtactile.influence.matrices import EVEN, ODD_IN_X, ODD_IN_Y, InfluenceMatrices
 from mjtactile.influence.stress_matrix import read_matrix
@@ -29,12 +31,12 @@ def as_buffer(module: nn.Module, name: str, values: np.ndarray) -> None:
 
 
 class Folded(nn.Module):
-    """Nodal forces split into the four symmetry classes, on the degrees of freedom that have columns."""
+    """Nodal forces split into the symmetry classes, on the degrees of freedom that have columns."""
 
     def __init__(self, influence: InfluenceMatrices) -> None:
         super().__init__()
         self.on_corners = influence.fidelity.loads == "corners"
-        quarter = influence.mesh.quarter()
+        self.mirrors, quarter = influence.mirrors, influence.mesh.quarter()
         shape = (3, quarter.y.node_count, quarter.x.node_count)
         if self.on_corners:
             as_buffer(self, "corners_x", corner_weights(influence.surface.x))
@@ -53,17 +55,24 @@ class Folded(nn.Module):
         if self.on_corners:
             spread = torch.einsum("vj,bjic->bvic", self.get_buffer("corners_y"), forces)
             forces = torch.einsum("wi,bvic->bvwc", self.get_buffer("corners_x"), spread)
-        along_x = {sign: _mirrored(forces, 2, sign) for sign in (1, -1)}
-        both = {(x, y): _mirrored(along_x[x], 1, y) for x in (1, -1) for y in (1, -1)}
-        return [self._of_class(both, number, parity) for number, parity in enumerate(PARITIES)]
+        along_x = {sign: _mirrored(forces, 2, sign) for sign in _signs(self.mirrors.x)}
+        both = {(x, y): _mirrored(along_x[x], 1, y) for x in along_x for y in _signs(self.mirrors.y)}
+        return [self._of_class(both, number, parity) for number, parity in enumerate(self.mirrors.classes)]
 
     def _of_class(self, both: dict[tuple[int, int], Tensor], number: int, parity: Parity) -> Tensor:
         components = [both[parity.component_signs(component)][..., component] for component in range(3)]
         return torch.stack(components, dim=1).flatten(1)[:, self.get_buffer(f"columns_{number}")]
 
 
+def _signs(mirrored: bool) -> tuple[int, ...]:
+    """With which forces are added to their mirror images; 0 where there is no mirror."""
+    return (1, -1) if mirrored else (0,)
+
+
 def _mirrored(forces: Tensor, axis: int, sign: int) -> Tensor:
-    """The half that is not negative along an axis, with the mirror image of the other one added."""
+    """The half that is not negative along an axis, with the mirror image of the other one added; the whole for 0."""
+    if sign == 0:
+        return forces
     middle = forces.shape[axis] // 2
     negative, zero, positive = forces.split([middle, 1, middle], dim=axis)
     return torch.cat([zero, positive + sign * negative.flip(axis)], dim=axis)
@@ -75,19 +84,19 @@ class LayerStress(nn.Module):
     def __init__(self, influence: InfluenceMatrices, sensing_layer: int, kind: str) -> None:
         super().__init__()
         self.factors = []
-        for number, parity in enumerate(PARITIES):
+        for number, parity in enumerate(influence.mirrors.classes):
             factors = read_matrix(influence.tables, table_name(kind, parity, sensing_layer)).factors
             names = [f"class_{number}_factor_{place}" for place in range(len(factors))]
             for name, factor in zip(names, factors, strict=True):
                 as_buffer(self, name, factor)
             self.factors.append(names)
-        odd_in_x, odd_in_y = _ODD[kind]
-        flips = np.array([np.where(odd_in_x, x, 1.0) * np.where(odd_in_y, y, 1.0) for x, y in QUADRANTS])
-        as_buffer(self, "signs", QUADRANT_SIGNS.astype(np.float64))
+        (odd_in_x, odd_in_y), mirrors = _ODD[kind], influence.mirrors
+        flips = np.array([np.where(odd_in_x, x, 1.0) * np.where(odd_in_y, y, 1.0) for x, y in mirrors.images])
+        as_buffer(self, "signs", mirrors.signs.astype(np.float64))
         as_buffer(self, "flips", flips[:, None, :])
 
     def forward(self, classes: list[Tensor]) -> Tensor:
-        """Forces of each class (batch, columns) [N] to stress (batch, points, coordinates) [Pa] in all quadrants."""
+        """Forces of each class (batch, columns) [N] to stress (batch, points, coordinates) [Pa] in all images."""
         responses = []
         for names, of_class in zip(self.factors, classes, strict=True):
             for name in names:

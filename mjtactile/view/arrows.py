@@ -6,34 +6,10 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.pad import Pad
+from mjtactile.sim.wrench import centre_of_pressure
 
 #: Shorter arrows are not drawn [m].
 LEAST_LENGTH = 1e-4
-#: Smaller pressing forces say nothing of where [N].
-_LEAST_FORCE = 1e-6
-#: Steps towards where the force passes through a curved surface; each brings it nearer by the slope times the force's
-#: own.
-_STEPS = 20
-
-
-def centre_of_pressure(wrench: Array, pad: Pad | None = None) -> Array:
-    """Where the force passes through the sensing surface [m], (3,); the pad's origin where nothing presses.
-
-    Args:
-        wrench: force [N] and moment about the origin [N m], pad frame, (6,).
-        pad: whose surface that is; the plane z = 0 if None.
-    """
-    fx, fy, fz, mx, my, _ = wrench
-    if not fz < -_LEAST_FORCE:
-        return np.zeros(3)
-    found = np.array([-my / fz, mx / fz, 0.0])
-    if pad is None or pad.surface.is_flat:
-        return found
-    half = np.array(pad.size) / 2
-    for _ in range(_STEPS):
-        found[:2] = np.clip([(found[2] * fx - my) / fz, (found[2] * fy + mx) / fz], -half, half)
-        found[2] = pad.surface.height(*found[:2])
-    return found
 
 
 def force_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:

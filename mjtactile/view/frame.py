@@ -23,7 +23,7 @@ class ShownPad:
     """One pad in one moment.
 
     Attributes:
-        readings: von Mises stress (layers, rows, columns) [Pa], float32.
+        readings: von Mises stress (layers, rows, columns) [Pa], float32; of free taxels (taxels,).
         wrench: contact force [N] and moment about the pad's origin [N m], pad frame, (6,).
         position: of the pad frame's origin in the world [m], (3,).
         quat: orientation of the pad frame in the world, (w, x, y, z).

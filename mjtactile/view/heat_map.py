@@ -1,6 +1,7 @@
 """Readings as pictures in a page: a tile per layer, side by side, the top layer first; rows run upwards, as y does.
 
-A tile has a pixel per taxel and is drawn larger by the browser, with what presses as lines on it: little to send.
+A tile has a pixel per taxel, or some more of free ones, and is drawn larger by the browser, with what presses as lines
+on it: little to send.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.pad import Pad
+from mjtactile.view.tiles import Tiles
 
 Picture = npt.NDArray[np.uint8]
 
@@ -26,6 +27,10 @@ _ENDS = np.array([1.0, 2.0, 5.0, 10.0])
 #: How fast the scale falls back to what is read now, per frame.
 _DECAY = 0.97
 _COLOURS = 256
+#: Of a tile where there is no taxel.
+_NOTHING = 70
+#: Widths of lines over a tile's.
+_LINE = 0.0115
 
 
 class Scale:
@@ -50,18 +55,20 @@ class Scale:
 
 
 def heat_map(readings: npt.NDArray[np.float32], peak: float) -> Picture:
-    """RGB, a pixel per taxel, layers side by side and a white line between (rows, layers * (columns + 1) - 1, 3).
+    """RGB, tiles side by side and a white line between (rows, tiles * (columns + 1) - 1, 3).
 
     Args:
-        readings: (layers, rows, columns) [Pa].
+        readings: of `Tiles.laid_out`, (tiles, rows, columns) [Pa]; NaN where there is no taxel.
         peak: the reading that is brightest [Pa].
     """
-    level = np.clip(readings / peak * (_COLOURS - 1), 0, _COLOURS - 1).astype(np.intp)
-    tiles = np.pad(palette()[level[:, ::-1]], ((0, 0), (0, 0), (0, 1), (0, 0)), constant_values=255)
+    nothing = np.isnan(readings)
+    level = np.clip(np.where(nothing, 0.0, readings) / peak * (_COLOURS - 1), 0, _COLOURS - 1).astype(np.intp)
+    colours = np.where(nothing[..., None], np.uint8(_NOTHING), palette()[level])
+    tiles = np.pad(colours[:, ::-1], ((0, 0), (0, 0), (0, 1), (0, 0)), constant_values=255)
     return np.concatenate(list(tiles), axis=1)[:, :-1]
 
 
-def heat_map_html(name: str, said: str, picture: Picture, outline: Array, pad: Pad) -> str:
+def heat_map_html(name: str, said: str, picture: Picture, outline: Array, tiles: Tiles) -> str:
     """A heat map for a page, what presses drawn onto every layer.
 
     Args:
@@ -69,16 +76,16 @@ def heat_map_html(name: str, said: str, picture: Picture, outline: Array, pad: P
         said: line above it.
         picture: of `heat_map`.
         outline: line segments in the pad frame [m], (segments, 2, 2).
-        pad: whose taxels these are.
+        tiles: in which the picture is laid out.
     """
-    layers, rows, columns = pad.grid_shape
-    width, path = picture.shape[1], _path(outline, pad)
-    lines = "".join(f'<path d="{path}" transform="translate({layer * (columns + 1)})"/>' for layer in range(layers))
+    count, rows, columns = tiles.taxel.shape
+    width, path = picture.shape[1], _path(outline, tiles)
+    lines = "".join(f'<path d="{path}" transform="translate({tile * (columns + 1)})"/>' for tile in range(count))
     return (
         f'<div data-pad="{escape(name, quote=True)}" style="margin: 0.3em 0.8em; font-size: 0.85em">{escape(said)}'
         f'<svg viewBox="0 0 {width} {rows}" style="display: block; width: 100%">'
         f'<image href="{_address(picture)}" width="{width}" height="{rows}" style="image-rendering: pixelated"/>'
-        f'<g stroke="white" stroke-width="0.15">{lines}</g></svg></div>'
+        f'<g stroke="white" stroke-width="{_LINE * columns:.3g}">{lines}</g></svg></div>'
     )
 
 
@@ -91,12 +98,10 @@ def _address(picture: Picture) -> str:
     return "data:image/png;base64," + base64.b64encode(file.getvalue()).decode()
 
 
-def _path(segments: Array, pad: Pad) -> str:
-    """Line segments of the pad frame [m] on a tile, whose unit is a taxel, as a path of SVG."""
-    _, rows, _ = pad.grid_shape
-    taxels = pad.grid
-    corner = np.array([taxels.x[0] - taxels.pitch[0] / 2, taxels.y[0] - taxels.pitch[1] / 2])
-    places = (segments - corner) / np.array(taxels.pitch)
+def _path(segments: Array, tiles: Tiles) -> str:
+    """Line segments of the pad frame [m] on a tile, whose unit is a pixel, as a path of SVG."""
+    _, rows, columns = tiles.taxel.shape
+    places = (segments - tiles.low) / (tiles.high - tiles.low) * (columns, rows)
     places[..., 1] = rows - places[..., 1]
     return "".join(f"M{a:.2f} {b:.2f}L{c:.2f} {d:.2f}" for (a, b), (c, d) in places.tolist())
 

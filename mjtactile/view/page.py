@@ -19,6 +19,7 @@ from mjtactile.view.control_panel import ControlPanel
 from mjtactile.view.controls import Controls
 from mjtactile.view.frame import Frame, ShownPad
 from mjtactile.view.heat_map import Scale, heat_map, heat_map_html
+from mjtactile.view.tiles import Tiles
 
 #: Frames of the plot of forces.
 _HISTORY = 300
@@ -61,6 +62,7 @@ class Page:
         server.scene.configure_default_lights(cast_shadow=False)
         server.gui.main_panel.dock_right()
         self._marks = {name: PadMarks(server, number, sensor) for number, (name, sensor) in enumerate(pads.items())}
+        self._tiles = {name: Tiles.of(sensor.pad) for name, sensor in pads.items()}
         self._maps = self._heat_maps()
         self._history: deque[tuple[float, ...]] = deque(maxlen=_HISTORY)
         self._plot = self._force_plot()
@@ -81,21 +83,21 @@ class Page:
             peak = self._scale.follow([pad.readings for pad in frame.pads.values()])
             for name, pad in frame.pads.items():
                 self._marks[name].show(pad, self._controls)
-            self._maps.content = "".join(
-                heat_map_html(
-                    name, _label(name, pad, peak), heat_map(pad.readings, peak), pad.outline, self._pads[name].pad
-                )
-                for name, pad in frame.pads.items()
-            )
+            self._maps.content = "".join(self._map_of(name, pad, peak) for name, pad in frame.pads.items())
             self._note_forces(frame)
             self._panel.follow(frame, status)
+
+    def _map_of(self, name: str, pad: ShownPad, peak: float) -> str:
+        tiles = self._tiles[name]
+        picture = heat_map(tiles.laid_out(pad.readings), peak)
+        return heat_map_html(name, _label(name, pad, peak), picture, pad.outline, tiles)
 
     def _heat_maps(self) -> viser.GuiHtmlHandle:
         gui = self._server.gui
         panel = gui.add_panel()
         with panel.add_tab("Pads"):
             maps = gui.add_html("")
-            depths = sorted({_depths(sensor) for sensor in self._pads.values()})
+            depths = sorted({", ".join(tiles.depths) for tiles in self._tiles.values()})
             gui.add_markdown(f"Tiles: von Mises stress at {' or '.join(depths)} depth.")
         panel.dock_left()
         panel.set_width(_PANEL_WIDTH)
@@ -167,10 +169,6 @@ def _show_lines(handle: Any, points: Array) -> None:
 def _label(name: str, pad: ShownPad, peak: float) -> str:
     force = float(np.linalg.norm(pad.wrench[:3]))
     return f"{name}: {force:.2f} N, up to {pad.readings.max() / 1e3:.1f} kPa (brightest: {peak / 1e3:.1f} kPa)"
-
-
-def _depths(sensor: TactileSensor) -> str:
-    return ", ".join(f"{1e3 * depth:g}" for depth in sensor.pad.depths) + " mm"
 
 
 def _place_camera(server: viser.ViserServer, model: mujoco.MjModel) -> None:

@@ -5,7 +5,7 @@ from shapely import Point
 from mjtactile.cli.plot import press_figure
 from mjtactile.geometry.indenter import indenter_outline
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.pad_shape.surfaces import SphereCap
+from mjtactile.pad_shape.surfaces import FLAT, SphereCap
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,21 @@ def test_one_map_per_layer_with_the_outline_and_a_section(pad):
 def test_without_a_picture_the_scene_is_left_out():
     figure = press_figure(Pad(), np.ones(Pad().reading_shape), indenter_outline("star"))
     assert "scene" not in [axes.get_title() for axes in figure.axes]
+
+
+@pytest.mark.parametrize("surface", [FLAT, SphereCap(12e-3)], ids=["flat", "dome"])
+def test_free_taxels_are_drawn_in_bands_of_depth_and_where_the_section_cuts_them(surface):
+    feet = np.array([(0.0, 0.0, 1e-3), (3e-3, 2e-3, 1.1e-3), (-4e-3, 2e-3, 3e-3)])
+    pad = Pad(size=(12e-3, 12e-3), taxels=surface.positions(*feet.T), surface=surface, sampling_radius=4e-4)
+    figure = press_figure(pad, np.array([1e3, 4e3, 2e3]), Point(0, 0).buffer(1e-3))
+    titles = [axes.get_title() for axes in figure.axes]
+    assert [t for t in titles if "deep" in t] == ["1 to 1.1 mm deep", "3 mm deep"]
+    (discs,) = figure.axes[0].collections
+    np.testing.assert_allclose(np.asarray(discs.get_array()), [4.0, 1.0])  # the uppermost last, on top
+    (section,) = [axes for axes in figure.axes if "section" in axes.get_title()]
+    cut = section.collections[0].get_offsets()
+    np.testing.assert_allclose(np.asarray(cut), surface.positions(*feet[1:].T)[:, [0, 2]] * 1e3)
+    figure.canvas.draw()
 
 
 def test_a_single_row_of_taxels_can_be_drawn():

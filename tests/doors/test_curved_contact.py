@@ -179,6 +179,7 @@ def test_heat_maps_lie_on_the_surface():
 def test_the_live_view_shows_a_moment_of_a_curved_pad():
     from mjtactile.view.frame import pads_of, take_frame
     from mjtactile.view.heat_map import heat_map, heat_map_html
+    from mjtactile.view.tiles import Tiles
 
     pad = BULGES["dome"]
     model, data = ball_over(attached(pad), "t", pad, (2e-3, 0.0), 0.2)
@@ -186,7 +187,8 @@ def test_the_live_view_shows_a_moment_of_a_curved_pad():
     np.testing.assert_allclose(shown.position, data.site("t_surface").xpos, atol=1e-12)
     middle = shown.outline.mean(axis=(0, 1))
     assert np.hypot(middle[0] - 2e-3, middle[1]) < 5e-4
-    page = heat_map_html("t", "t", heat_map(shown.readings, 1e5), shown.outline, pad)
+    tiles = Tiles.of(pad)
+    page = heat_map_html("t", "t", heat_map(tiles.laid_out(shown.readings), 1e5), shown.outline, tiles)
     assert page.count("<path") == len(pad.depths)
 
 

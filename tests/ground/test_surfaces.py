@@ -136,11 +136,11 @@ def test_pads_come_back_from_text_and_description(surface):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('{"kind": "sphere"}', "needs radius|does not have just"),
-        ('{"kind": "sphere", "radius": 0.01, "colour": 1}', "does not have just"),
+        ('{"kind": "sphere"}', "needs radius, and none was given"),
+        ('{"kind": "sphere", "radius": 0.01, "colour": 1}', "needs radius, and colour, radius was given"),
         ('{"kind": "torus"}', "one of flat, sphere"),
         ('{"kind": "sphere", "radius": "wide"}', "positive length"),
-        ("3", "must be an object"),
+        ("3", "expected an object whose .kind. is one of"),
     ],
 )
 def test_texts_of_no_surface_are_refused(text, said):
@@ -152,8 +152,8 @@ def test_texts_of_no_surface_are_refused(text, said):
 @pytest.mark.parametrize(
     ("surface", "said"),
     [
-        (SphereCap(1.9e-3), "has ended"),
-        (SphereCap(5.05e-3), "has ended"),
+        (SphereCap(1.9e-3), "there is no surface"),
+        (SphereCap(5.05e-3), "there is no surface"),
         (SphereCap(7.2e-3), r"x = -5 mm, y = -5 mm the surface has a slope of 79"),
     ],
 )

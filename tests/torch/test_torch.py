@@ -6,18 +6,20 @@ import copy
 import io
 import pickle
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
+from curved_pads import WALKED
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import box
-from small_pads import COARSE, LAYERED_PAD
+from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
 from mjtactile import Footprint, Pad, contact_load, indenter_outline, influence_matrices, register_pad
-from mjtactile.errors import InfluenceError, PresetError, SceneError, StaleInfluenceError
+from mjtactile.errors import InfluenceError, PadError, PresetError, SceneError, StaleInfluenceError
 from mjtactile.fem.surface_grid import oriented_edges
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -120,6 +122,33 @@ def test_the_gradient_without_stress_is_zero(model):
     assert forces.grad is not None
     assert (readings == 0).all()
     assert (forces.grad == 0).all()
+
+
+@pytest.mark.parametrize("name", WALKED)
+def test_curved_pads_and_free_taxels_read_as_in_numpy_with_gradients(name):
+    influence = in_double_precision(WALKED[name], replace(COARSE, most_elements=64))
+    model = PadModel(influence, stress=True, dtype=torch.float64)
+    loads = some_loads(influence, 3, 4, 0.1)
+    forces = model.nodal_forces(loads)
+    agree(model(forces), influence.readings(loads), torch.float64)
+    agree(model.stress(forces), influence.stress(loads), torch.float64)
+    assert model.reading_shape == influence.pad.reading_shape
+    chosen = forces[0].clone().requires_grad_()
+    (gradient,) = torch.autograd.grad(model(chosen).sum(), chosen)
+    step = torch.zeros_like(forces[0])
+    step[4, 6, 2] = 1e-4
+    change = (model(forces[0] + step) - model(forces[0] - step)).sum() / 2e-4
+    assert float(gradient[4, 6, 2]) == pytest.approx(float(change), rel=1e-6)
+
+
+def test_what_is_linear_on_flat_pads_alone_is_refused_on_curved_ones():
+    model = PadModel(in_double_precision(WALKED["dome"], replace(COARSE, most_elements=64)), dtype=torch.float64)
+    cells = torch.zeros(len(model.surface.y.sizes), len(model.surface.x.sizes), 3, dtype=torch.float64)
+    with pytest.raises(PadError, match=r"traction_forces takes flat pads only.*SurfaceLoad.from_tractions"):
+        model.traction_forces(cells)
+    face = Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), model.surface)
+    with pytest.raises(PadError, match=r"wrench_basis takes flat pads only.*contact_load.*nodal_forces"):
+        model.wrench_basis(face)
 
 
 def test_a_layer_left_out_is_not_kept(layered):

@@ -13,9 +13,12 @@ from pressed_boxes import WEIGHT, boxes_on_pads, pressed
 
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import SphereCap
-from mjtactile.view.arrows import centre_of_pressure, force_arrow, twist_arrow
+from mjtactile.pad_shape.taxels import FreeTaxels
+from mjtactile.sim.wrench import centre_of_pressure
+from mjtactile.view.arrows import force_arrow, twist_arrow
 from mjtactile.view.frame import Frame, pads_of, take_frame
 from mjtactile.view.heat_map import LEAST_SCALE, Scale, heat_map, heat_map_html, palette
+from mjtactile.view.tiles import Tiles
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +37,44 @@ def test_layers_stand_side_by_side_rows_upwards():
     assert (picture[:, 13] == 255).all()
 
 
+def test_free_taxels_are_discs_where_they_stand_in_a_tile_per_layer_of_the_sensor():
+    points = [(4e-3, -2e-3, -1e-3), (-5e-3, 6e-3, -1e-3), (0.0, 0.0, -1.8e-3)]
+    tiles = Tiles.of(Pad(taxels=FreeTaxels(tuple(points)), sampling_radius=6e-4))
+    assert tiles.depths == ("1 mm", "1.8 mm")
+    shown = tiles.laid_out(np.array([1e3, 2e3, 3e3], np.float32))
+    assert np.isnan(shown).mean() > 0.9
+    rows, columns = shown.shape[1:]
+    for tile, value, (x, y, _) in ((0, 1e3, points[0]), (0, 2e3, points[1]), (1, 3e3, points[2])):
+        row, column = np.nonzero(shown[tile] == value)
+        # Pixels are .23 mm wide.
+        assert (column.mean() + 0.5) / columns * 15e-3 - 7.5e-3 == pytest.approx(x, abs=1.2e-4)
+        assert (row.mean() + 0.5) / rows * 15e-3 - 7.5e-3 == pytest.approx(y, abs=1.2e-4)
+        assert len(row) * (15e-3 / columns) ** 2 == pytest.approx(np.pi * 6e-4**2, rel=0.2)
+
+
+def test_every_taxel_of_a_curved_pad_is_seen_however_small_and_the_upper_of_two():
+    surface = SphereCap(12e-3)
+    feet = np.array([(4e-3, 1e-3, 1e-3), (4e-3, 1e-3, 1.2e-3), (-4e-3, -1e-3, 1e-3)])
+    taxels = FreeTaxels(surface.positions(*feet.T))  # type: ignore[arg-type]
+    pad = Pad(size=(12e-3, 12e-3), taxels=taxels, sampling_radius=3e-4, surface=surface)
+    shown = Tiles.of(pad).laid_out(np.array([1e3, 2e3, 3e3], np.float32))
+    assert len(shown) == 1
+    assert set(shown[np.isfinite(shown)].tolist()) == {1e3, 3e3}
+    column = np.nonzero(shown[0] == 1e3)[1]
+    assert (column.mean() + 0.5) / 64 * 12e-3 - 6e-3 == pytest.approx(4e-3, abs=1.2e-4)  # over its foot
+    tiny = Pad(
+        taxels=FreeTaxels(tuple((x, y, -1e-3) for x in (-6e-3, 0.0, 6e-3) for y in (-3e-3, 1e-5))), sampling_radius=1e-6
+    )
+    assert set(Tiles.of(tiny).taxel.ravel().tolist()) == {-1, 0, 1, 2, 3, 4, 5}
+
+
+def test_where_there_is_no_taxel_nothing_is_drawn():
+    readings = np.array([[[np.nan, 0.0, 5e3]]], np.float32)
+    nothing, none, most = heat_map(readings, 5e3)[0].tolist()
+    assert (none, most) == (palette()[0].tolist(), palette()[-1].tolist())
+    assert nothing[0] == nothing[1] == nothing[2] > 0
+
+
 def test_the_scale_follows_the_largest_reading_and_falls_slowly():
     scale = Scale()
     assert scale.follow([np.zeros((1, 2, 2), np.float32)]) == LEAST_SCALE
@@ -48,7 +89,7 @@ def test_the_scale_follows_the_largest_reading_and_falls_slowly():
 def test_the_page_s_picture_is_that_of_the_readings(frame: Frame):
     readings = frame.pads["pad0"].readings
     picture = heat_map(readings, float(readings.max()))
-    text = heat_map_html('a "pad"', "1 < 2", picture, frame.pads["pad0"].outline, Pad())
+    text = heat_map_html('a "pad"', "1 < 2", picture, frame.pads["pad0"].outline, Tiles.of(Pad()))
     found = re.search(r"base64,([^\"]*)", text)
     assert found is not None
     assert np.array_equal(np.asarray(Image.open(io.BytesIO(base64.b64decode(found[1])))), picture)

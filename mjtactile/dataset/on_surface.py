@@ -1,0 +1,79 @@
+"""Presses on curved pads by the contact laws alone.
+
+A body stands on the point of the surface over its shift, and is turned with the surface there: a flat punch lies in the
+tangent plane, tilt and azimuth are against the normal, and the force passes through that point. On a curved pad a
+contact is no combination of others, so every force is solved for itself.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+from shapely import affinity
+
+from mjtactile._types import Array
+from mjtactile.contact.contact_load import contact_load
+from mjtactile.contact.footprint import Footprint
+from mjtactile.dataset.sampling import OutlinePresses, PosePresses
+from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
+from mjtactile.errors import ContactWarning
+from mjtactile.fem.surface_grid import SurfaceGrid
+from mjtactile.influence.matrices import InfluenceMatrices
+
+
+def curved_pose_readings(
+    influence: InfluenceMatrices, presses: OutlinePresses, pose: PosePresses
+) -> tuple[Array, Array, Array]:
+    """Readings of one pose on a curved pad.
+
+    Args:
+        influence: of the pad.
+        presses: which body presses, by which law.
+        pose: where, and how hard.
+
+    Returns:
+        readings (presses, *reading_shape) [Pa]; forces (presses, 3) [N], pad frame; and the points in which they pass
+        through the surface, seen from above (presses, 2) [m]. Readings of a force that points out of the pad, as one
+        tilted on a steep slope may, are NaN.
+    """
+    outer = influence.surface.outer
+    forces = (pose.directions * pose.magnitudes[:, None]) @ outer.frames(*pose.shift)
+    through = outer.positions(*pose.shift)
+    footprint = footprint_on(influence.surface, presses, pose)
+    readings = np.full((len(forces), *influence.pad.reading_shape), math.nan)
+    with warnings.catch_warnings():
+        # Small hard bodies leave the range of small strains; the readings stay those of the linear model.
+        warnings.simplefilter("ignore", ContactWarning)
+        for one, force in zip(readings, forces, strict=True):
+            if force[2] < 0.0:
+                moment = np.cross(through, force)
+                load = contact_load(
+                    influence, footprint, force, moment=moment, law=presses.law, tangential=presses.tangential
+                )
+                one[...] = influence.readings(load)
+    return readings, forces, np.broadcast_to(through[:2], (len(forces), 2))
+
+
+def footprint_on(surface: SurfaceGrid, presses: OutlinePresses, pose: PosePresses) -> Footprint:
+    """A body that stands on a curved surface, turned with it."""
+    outer = surface.outer
+    point, axes = outer.positions(*pose.shift), outer.frames(*pose.shift)
+    if presses.shape == "sphere":
+        radius = SPHERE_RADIUS * presses.size
+        centre = point + radius * axes[2]
+
+        def ball(x: Array, y: Array) -> Array:
+            inside = radius**2 - (x - centre[0]) ** 2 - (y - centre[1]) ** 2
+            return np.where(inside > 0.0, centre[2] - np.sqrt(np.maximum(inside, 0.0)), np.inf)
+
+        return Footprint.from_height(ball, surface)
+    slopes = -axes[2, :2] / axes[2, 2]
+
+    def plane(x: Array, y: Array) -> Array:
+        return point[2] + slopes[0] * (x - point[0]) + slopes[1] * (y - point[1])
+
+    face = placed(sized_face(presses.shape, presses.size), (0.0, 0.0), pose.rotation)
+    seen = affinity.affine_transform(face, [*axes[:2, 0], *axes[:2, 1], *point[:2]])
+    return Footprint.from_height(plane, surface, outline=seen)
