@@ -9,6 +9,7 @@ import weakref
 import numpy as np
 import numpy.typing as npt
 import pytest
+import shapely
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -241,3 +242,19 @@ def test_law_uniform_on_a_whole_face_is_exact():
     )
     load = mjtactile.contact_load(influence, footprint, FORCE, moment=moment, law="uniform")
     np.testing.assert_allclose(forces, load.forces, atol=1e-9 * np.abs(load.forces).max())
+
+
+def test_a_part_of_a_ring_presses_as_its_mirror_image_does():
+    """A ring has more edges than are looked at for every point: all of them count, on either side of the pad."""
+    influence = fast()
+    ring = shapely.Point(0.0, 0.0).buffer(5e-3, 16).difference(shapely.Point(0.0, 0.0).buffer(4e-3, 16))
+    footprint = Footprint.from_outline(ring, influence.surface)
+    force = np.array([0.0, 0.0, -0.5])
+    found = []
+    for side in (1.0, -1.0):
+        moment = np.cross([0.0, side * 4.9e-3, 0.0], force)
+        load = mjtactile.contact_load(influence, footprint, force, moment=moment, law="elastic", cells=CELLS)
+        found.append(load.forces[..., 2])
+        assert found[-1].sum() == pytest.approx(force[2], rel=1e-9)
+    forces, mirrored = found
+    assert np.abs(forces - mirrored[::-1]).max() <= 1e-6 * np.abs(forces).max()

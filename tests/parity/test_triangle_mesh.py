@@ -204,6 +204,22 @@ def test_heights_over_a_grid_are_those_of_the_reference(name, angle, instruction
         assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-12)
 
 
+@pytest.mark.parametrize(("across", "count"), [(0.8e-3, 64), (2.5e-3, 40), (9e-3, 7)])
+@pytest.mark.parametrize("name", SOLIDS)
+def test_heights_over_a_small_or_a_coarse_grid_are_those_of_the_reference(name, across, count):
+    """Only what lies over the points is looked at: triangle by triangle, or point by point where those are few."""
+    lines = np.linspace(-across / 2, across / 2, count)
+    mesh, reference = both(name)
+    for seed in range(4):
+        middle = np.random.default_rng(seed).uniform(-3e-3, 3e-3, 2)
+        points = np.stack(np.meshgrid(lines, lines), axis=-1).reshape(-1, 2) + middle
+        points = points[(np.abs(points) < (PART.east, PART.north)).all(axis=1)]
+        found = mesh.heights(random_pose(seed), points)[0]
+        expected = reference.heights(random_pose(seed), points[:, 0], points[:, 1], -np.inf)
+        assert np.array_equal(np.isfinite(found), np.isfinite(expected))
+        assert found[np.isfinite(found)] == pytest.approx(expected[np.isfinite(found)], abs=1e-12)
+
+
 @pytest.mark.parametrize("name", SOLIDS)
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6), floor=st.sampled_from([-np.inf, -3e-3, 0.0]))

@@ -7,6 +7,8 @@ namespace mjtactile {
 namespace {
 
 constexpr std::size_t kFewEdges = 32;
+// Strips into which the edges of other outlines are sorted.
+constexpr std::size_t kStrips = 64;
 // How far corners that are looked at lie inside their outline, along an edge and across it, over the edge's length.
 constexpr double kInside = 1e-9, kAcross = 1e-11;
 
@@ -86,6 +88,32 @@ void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& 
   for (std::size_t i = 0; i < starts.size() && convex_; ++i) {
     for (const Point& corner : starts) convex_ = convex_ && left_of(starts[i], ends[i], corner) >= 0.0;
   }
+  if (!convex_) fill_strips();
+}
+
+void FlatMap::fill_strips() {
+  double north = -kNowhere;
+  south_ = kNowhere;
+  for (const Point& corner : starts_) south_ = std::min(south_, corner.y), north = std::max(north, corner.y);
+  per_ = static_cast<double>(kStrips) / (north - south_);
+  const auto over_each = [this](std::size_t edge, auto&& visit) {
+    const double from = starts_[edge].y, to = ends_[edge].y;
+    for (std::size_t k = strip(std::min(from, to)); k <= strip(std::max(from, to)); ++k) visit(k);
+  };
+  firsts_.assign(kStrips + 1, 0);
+  for (std::size_t i = 0; i < starts_.size(); ++i) over_each(i, [this](std::size_t k) { ++firsts_[k + 1]; });
+  for (std::size_t k = 0; k < kStrips; ++k) firsts_[k + 1] += firsts_[k];
+  edges_.resize(firsts_.back());
+  fill_.assign(firsts_.begin(), firsts_.end() - 1);
+  for (std::size_t i = 0; i < starts_.size(); ++i) {
+    over_each(i, [this, i](std::size_t k) { edges_[fill_[k]++] = static_cast<std::uint32_t>(i); });
+  }
+}
+
+std::size_t FlatMap::strip(double y) const {
+  const double place = (y - south_) * per_;
+  if (!(place > 0.0)) return 0;
+  return place < static_cast<double>(kStrips) ? static_cast<std::size_t>(place) : kStrips - 1;
 }
 
 void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
@@ -114,8 +142,9 @@ double FlatMap::height(double x, double y) const {
     return 0.0;
   }
   int winding = 0;
-  for (std::size_t i = 0; i < starts_.size(); ++i) {
-    const Point &a = starts_[i], &b = ends_[i];
+  const std::size_t beside = strip(y);
+  for (std::uint32_t k = firsts_[beside]; k < firsts_[beside + 1]; ++k) {
+    const Point &a = starts_[edges_[k]], &b = ends_[edges_[k]];
     const double left = left_of(a, b, {x, y});
     if (left == 0.0 && x >= std::min(a.x, b.x) && x <= std::max(a.x, b.x) && y >= std::min(a.y, b.y) &&
         y <= std::max(a.y, b.y)) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "geometry/height_map.hpp"
@@ -45,6 +46,11 @@ class FlatMap : public HeightMap {
  private:
   Rectangle sheet_ = {}, bounds_ = {};
   bool convex_ = false;   // then inside is what lies left of all edges
+  // Else edges by strips along y that they meet, strip after strip: only those beside a point tell whether it is inside.
+  void fill_strips();
+  std::size_t strip(double y) const;
+  double south_ = 0.0, per_ = 0.0;             // where the first strip begins [m], strips per length [1/m]
+  std::vector<std::uint32_t> firsts_, edges_, fill_;
   std::vector<Point> starts_, ends_, candidates_;
 };
 

@@ -169,6 +169,23 @@ void fit_boxes(TriangleMesh& mesh) {
   }
 }
 
+// Vertices in the order in which the triangles name them: those of one box lie near each other in memory.
+void sort_vertices(TriangleMesh& mesh) {
+  std::vector<std::int32_t> number(mesh.vertices.size() / 3, -1);
+  std::vector<double> sorted;
+  sorted.reserve(mesh.vertices.size());
+  for (std::int32_t& corner : mesh.faces) {
+    std::int32_t& known = number[static_cast<std::size_t>(corner)];
+    if (known < 0) {
+      known = static_cast<std::int32_t>(sorted.size() / 3);
+      const double* at = mesh.vertices.data() + 3 * static_cast<std::size_t>(corner);
+      sorted.insert(sorted.end(), at, at + 3);
+    }
+    corner = known;
+  }
+  mesh.vertices = std::move(sorted);
+}
+
 }  // namespace
 
 std::vector<MeshEdge> mesh_edges(const std::vector<std::int32_t>& faces, std::size_t vertices) {
@@ -261,6 +278,7 @@ TriangleMesh make_mesh(const float* vertices, std::size_t count, const std::int3
     for (std::size_t f = 0; f < kept.size(); f += 3) std::swap(kept[f + 1], kept[f + 2]);
   }
   TriangleMesh mesh = indexed_mesh(std::move(welded), std::move(kept), closed);
+  sort_vertices(mesh);
   mesh.dropped = dropped;
   return mesh;
 }

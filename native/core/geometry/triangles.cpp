@@ -387,34 +387,73 @@ double TriangleShadow::height(double x, double y, double floor) const {
   return lowest;
 }
 
+bool TriangleShadow::buckets_over(const Rectangle& box, BucketRange& range) const {
+  const double slack[2] = {kSeam * (grid_.east - grid_.west), kSeam * (grid_.north - grid_.south)};
+  if (!(box.west <= grid_.east + slack[0] && box.east >= grid_.west - slack[0] &&
+        box.south <= grid_.north + slack[1] && box.north >= grid_.south - slack[1])) {
+    return false;
+  }
+  const double low[2] = {box.west - slack[0], box.south - slack[1]}, high[2] = {box.east + slack[0], box.north + slack[1]};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    range.first[axis] = coarser_[finest_bucket(low[axis], axis)];
+    range.last[axis] = coarser_[finest_bucket(high[axis], axis)];
+  }
+  return true;
+}
+
+// Visit every triangle of some buckets once, in the first of them that it meets.
+template <typename Visit>
+void TriangleShadow::over(const BucketRange& range, Visit&& visit) const {
+  for (std::size_t row = range.first[1]; row <= range.last[1]; ++row) {
+    for (std::size_t column = range.first[0]; column <= range.last[0]; ++column) {
+      const std::size_t bucket = row * side_ + column;
+      for (std::uint32_t entry = starts_[bucket]; entry < starts_[bucket + 1]; ++entry) {
+        const Triangle& triangle = triangles_[entries_[entry]];
+        if (std::max<std::size_t>(coarser_[triangle.first[0]], range.first[0]) == column &&
+            std::max<std::size_t>(coarser_[triangle.first[1]], range.first[1]) == row) {
+          visit(entries_[entry]);
+        }
+      }
+    }
+  }
+}
+
 void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
-  static thread_local std::vector<double> x, y, lowest;  // kept between calls: nothing is allocated in a step
+  Rectangle box = {kInfinite, kInfinite, -kInfinite, -kInfinite};
+  for (const Point& at : points) {
+    box = {std::min(box.west, at.x), std::min(box.south, at.y), std::max(box.east, at.x), std::max(box.north, at.y)};
+  }
+  BucketRange range;
+  if (!buckets_over(box, range)) return;
+  // Where most triangles lie between the points it is cheaper to ask for each point than for each triangle.
   PointGrid grid;
-  if (!grid.fit(points)) {
+  if (points.size() < range.count() || !grid.fit(points)) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double found = height(points[i].x, points[i].y, floor);
       if (found < heights[i]) heights[i] = found;
     }
     return;
   }
+  static thread_local std::vector<double> x, y, lowest;  // kept between calls: nothing is allocated in a step
   // A row is looked at in whole eights: what goes beyond it asks about points of the next one, or about none.
   const std::size_t room = points.size() + std::size_t{kEight};
   x.assign(room, 0.0);
   y.assign(room, 0.0);
   lowest.assign(room, -kInfinite);
   for (std::size_t i = 0; i < points.size(); ++i) x[i] = points[i].x, y[i] = points[i].y, lowest[i] = heights[i];
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    const Triangle& triangle = triangles_[t];
+  over(range, [&](std::uint32_t number) {
+    const Triangle& triangle = triangles_[number];
     const double plane[9] = {triangle.second[0], triangle.second[1], triangle.second[2],
                              triangle.third[0], triangle.third[1], triangle.third[2],
                              triangle.height, triangle.second_rise, triangle.third_rise};
+    const auto& [along, across] = spans_[number];
     std::size_t first[2], end[2];
-    grid.find(spans_[t][0].low, spans_[t][0].high, spans_[t][1].low, spans_[t][1].high, first, end);
+    grid.find(along.low, along.high, across.low, across.high, first, end);
     for (std::size_t row = first[1]; row < end[1]; ++row) {
       const std::size_t at = row * grid.counts[0] + first[0];
       kernels().lower_by_triangle(plane, x.data() + at, y.data() + at, end[0] - first[0], -kSeam, floor, lowest.data() + at);
     }
-  }
+  });
   std::copy(lowest.begin(), lowest.end() - kEight, heights);
 }
 

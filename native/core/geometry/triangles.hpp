@@ -56,6 +56,10 @@ class TriangleShadow {
   struct Span {
     double low, high;
   };
+  struct BucketRange {               // columns and rows of buckets
+    std::size_t first[2], last[2];
+    std::size_t count() const { return (last[0] - first[0] + 1) * (last[1] - first[1] + 1); }
+  };
   Span span(const MeshBox& box, int axis) const;
   bool may_face_down(const MeshBox& box) const;
   Span corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const;
@@ -70,6 +74,10 @@ class TriangleShadow {
   void place_buckets();
   void fill_buckets();
   std::uint8_t finest_bucket(double at, std::size_t axis) const;
+  // False where no triangle is met over a rectangle; else the buckets in which all of those are.
+  bool buckets_over(const Rectangle& box, BucketRange& range) const;
+  template <typename Visit>
+  void over(const BucketRange& range, Visit&& visit) const;
 
   const TriangleMesh* mesh_ = nullptr;
   Pose pose_ = {};
