@@ -61,7 +61,8 @@ constexpr double kTouches = 0.6;
 constexpr double kWithin = 0.5;
 // A look whose contact has more energy than another's by this share of its own is the worse one: cells differ by less.
 constexpr double kWorse = 0.04;
-// A contact whose pressure is centred farther than this from the load, over its size, misses it.
+// A contact whose pressure is centred farther than this from the load, over its size, misses it, unless that is less than
+// the width of the narrowest cells: taxels would not see the difference.
 constexpr double kMissed = 0.01;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
@@ -300,7 +301,7 @@ double PatchPress::energy(const SearchLoad& load) const {
   return sum;
 }
 
-double PatchPress::missed(const SearchLoad& load) const {
+double PatchPress::missed(const SearchLoad& load, double narrowest) const {
   double force = 0.0;
   Point centre = {0.0, 0.0};
   for (std::size_t i = 0; i < heights_.size(); ++i) {
@@ -309,12 +310,12 @@ double PatchPress::missed(const SearchLoad& load) const {
     centre.x += own * cells_.face().centroids[i].x, centre.y += own * cells_.face().centroids[i].y;
   }
   const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
-  return away > kMissed * cells_.face().length ? away : 0.0;
+  return away > std::max(kMissed * cells_.face().length, narrowest) ? away : 0.0;
 }
 
 PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
-  return {missed(load), energy(load), contact_.energy()};
+  return {missed(load, options.narrowest), energy(load), contact_.energy()};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other) {

@@ -75,7 +75,7 @@ class PatchPress {
   // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
   // the one that has least is the body's, whatever cells it was looked for on.
   double energy(const SearchLoad& load) const;
-  double missed(const SearchLoad& load) const;
+  double missed(const SearchLoad& load, double narrowest) const;
   Merit merit(const SearchLoad& load, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it, and of two that do the one of less energy.
   static bool is_worse(const Merit& one, const Merit& other);
