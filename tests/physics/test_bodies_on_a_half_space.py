@@ -184,6 +184,19 @@ def test_sphere_under_shear_slips_in_a_ring(share, angle, cells):
     np.testing.assert_allclose(moved, motion, rtol=0.01)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_sphere_that_sticks_moves_its_contact_as_one(angle):
+    """Q (2 - nu) / (8 G a)  (eq. 7.42), the same all over the contact; cells at its rim stand for parts of squares."""
+    slide = 0.2 * FORCE * np.array([math.cos(angle), math.sin(angle)])
+    load = pressed(SOFT, sphere, FORCE, shear=(slide[0], slide[1]), tangential="stick", cells=200)
+    radius = contact_radius(load)
+    inside = np.linalg.norm(load.cells.centroids, axis=1) < 0.8 * radius
+    motion = (surface_motion(POISSON, load)[:2, inside].T @ slide) / np.linalg.norm(slide)
+    assert np.ptp(motion) <= 0.003 * motion.mean()
+    expected = np.linalg.norm(slide) * (2 - POISSON) / (8 * SHEAR * radius)
+    assert motion.mean() == pytest.approx(expected, rel=0.01)
+
+
 def test_stick_zone_is_the_same_at_any_angle():
     def stick_area(angle: float) -> float:
         shear = (0.012 * math.cos(angle), 0.012 * math.sin(angle))
