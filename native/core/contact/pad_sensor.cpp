@@ -160,19 +160,15 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   press.flat = false;
   if (touch.map != nullptr) return press_map(touch, press);
   if (whole) {
-    // Where what is left cannot bear the force, or not where it goes in, MuJoCo's contacts do not tell how deep the body
-    // stands in the pad.
+    // Where what is left cannot bear the force, MuJoCo's contacts do not tell how deep the body stands in the pad.
     const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
     const double above = press_above(touch, press, -sunk);
     const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
-    const bool bears = above > kBears * pressing(touch);
-    const double missed = above > 0.0 ? press.patch.missed() : kNowhere;
-    if ((bears && !(missed > 0.0)) || (above > 0.0 && !deeper)) return true;
+    if (above > kBears * pressing(touch) || (above > 0.0 && !deeper)) return true;
     if (!deeper) return press_points(touch, press);
     std::swap(press.patch, press.other_patch);
     std::swap(press.gap, press.other_gap);
-    const double all = press_above(touch, press, -pad_->depth());
-    if (bears ? all > kBears * pressing(touch) && press.patch.missed() < missed : all > above) return true;
+    if (press_above(touch, press, -pad_->depth()) > above) return true;
     if (above > 0.0) {
       std::swap(press.patch, press.other_patch);
       std::swap(press.gap, press.other_gap);

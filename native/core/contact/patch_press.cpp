@@ -127,6 +127,14 @@ double secant_share(const double* slopes, const double* before) {
   return back ? 1.0 - along / square : 1.0;
 }
 
+// Whether a point lies inside a hull.
+bool inside(const std::vector<Point>& hull, const Point& at) {
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    if (!(left_of(hull[i], hull[(i + 1) % hull.size()], at) > 0.0)) return false;
+  }
+  return hull.size() > 2;
+}
+
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
@@ -155,13 +163,14 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   };
   bool rested = !options.tilting, goes_on = true;
   View best = view, onward = view;
-  Merit& most = merit_ = {};
+  Merit most = {};
   bool last_is_best = true, resting_tried = false, ended = false;
   for (int look = 0; look < kLooks; ++look) {
     if (look > 0 && last_is_best) {
       if (contact_.exact() && presses_all()) break;
       // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
-      resting_tried = !rested && most.missed > 0.0;
+      // Onto a load beside all that the body covers the first plane has tilted it as far as it goes.
+      resting_tried = !rested && most.missed > 0.0 && inside(search_.covered(), load.through);
       if (!resting_tried && !goes_on) break;
       view = onward;
       if (resting_tried) view = best, view.plane = resting(load), rested = true;

@@ -36,8 +36,6 @@ class PatchPress {
   // From where the heights are seen.
   const PatchFace::View& view() const { return seen_; }
   void integrate_shear(ShearIntegrals& integrals) const { cells_.integrate_shear(integrals); }
-  // How far from the load the pressure is centred where the body tilts but does not carry all of its moment [m], else 0.
-  double missed() const { return merit_.missed; }
   // Slope by which the body tilts from where it stands [-].
   double tilt() const;
 
@@ -75,6 +73,7 @@ class PatchPress {
   // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
   // the one that has least is the body's, whatever cells it was looked for on.
   double energy(const SearchLoad& load) const;
+  // How far from the load the pressure is centred [m]; 0 where that is nothing that taxels see.
   double missed(const SearchLoad& load, double narrowest) const;
   Merit merit(const SearchLoad& load, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it, and of two that do the one of less energy.
@@ -85,7 +84,6 @@ class PatchPress {
   BentCells bent_;
   bool bends_ = false;
   CellContact contact_;
-  Merit merit_ = {};
   PatchFace::View seen_ = {};
   std::vector<Spot> spots_;
   std::vector<Region> regions_, taken_;
