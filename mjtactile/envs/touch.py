@@ -65,6 +65,8 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
             "Expected a flat pad, or one that bulges everywhere."
         )
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
+        # Before MuJoCo 3.17 a sensor that is deleted alone leaves its plugin behind, which ends the process at compile.
+        spec.delete(sensor.plugin)
         spec.delete(sensor)
     if options.touches:
         table, _ = pad_table(options.pad)
