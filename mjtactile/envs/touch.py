@@ -65,9 +65,11 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
             "Expected a flat pad, or one that bulges everywhere."
         )
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
-        # Before MuJoCo 3.17 a sensor that is deleted alone leaves its plugin behind, which ends the process at compile.
-        spec.delete(sensor.plugin)
+        plugin, count = sensor.plugin, len(spec.plugins)
         spec.delete(sensor)
+        # MuJoCo before 3.17 leaves its plugin behind, which would end the process at compile.
+        if len(spec.plugins) == count:
+            spec.delete(plugin)
     if options.touches:
         table, _ = pad_table(options.pad)
         add_pad_sensor(
