@@ -162,6 +162,12 @@ class TaxelGrid:
         """Row positions [m], shape (rows,)."""
         return self.centre[1] + (np.arange(self.rows, dtype=np.float64) - (self.rows - 1) / 2) * self.pitch[1]
 
+    @property
+    def corners(self) -> Array:
+        """Low and high corner of what the taxels stand for, half a pitch beyond the outermost [m], shape (2, 2)."""
+        ends = np.array([[self.x[0], self.y[0]], [self.x[-1], self.y[-1]]])
+        return ends + np.array([[-0.5], [0.5]]) * self.pitch
+
 
 @dataclass(frozen=True, kw_only=True)
 class Pad:

@@ -77,13 +77,8 @@ def _draw_map(axes: Axes, pad: Pad, readings: Array, layer: int, outline: Polygo
         axes.add_collection(image)
         axes.set(facecolor="0.85", aspect="equal")
     else:
-        half_pitch = np.array(pad.grid.pitch) / 2
-        extent = (
-            pad.grid.x[0] - half_pitch[0],
-            pad.grid.x[-1] + half_pitch[0],
-            pad.grid.y[0] - half_pitch[1],
-            pad.grid.y[-1] + half_pitch[1],
-        )
+        (west, south), (east, north) = pad.grid.corners.tolist()
+        extent = west, east, south, north
         shown = values.reshape(pad.grid_shape[1:])
         image = axes.imshow(shown, origin="lower", extent=tuple(_MILLI * e for e in extent), cmap=_COLOURS, vmin=0.0)
     for polygon in polygons_of(outline):

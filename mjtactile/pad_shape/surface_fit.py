@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError
-from mjtactile.pad_shape.surfaces import SurfacePatch
+from mjtactile.pad_shape.surfaces import SurfacePatch, positive_number
 
 if TYPE_CHECKING:
     import trimesh
@@ -171,17 +171,6 @@ def _top_heights(triangles: Array, x: Array, y: Array) -> tuple[Array, Indices]:
         heights[rows, columns] = np.where(better, height, heights[rows, columns])
         owner[rows, columns] = np.where(better, number, owner[rows, columns])
     return np.where(owner >= 0, heights, np.nan), owner
-
-
-def positive_number(name: str, value: Any, expected: str) -> float:
-    """A positive finite number, or an error that says what was expected."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = np.nan
-    if isinstance(value, str | bytes | bool) or not (np.isfinite(number) and number > 0.0):
-        raise PadError(f"{name} = {str(value)[:60]!r}; expected {expected}.")
-    return number
 
 
 def _refuse_far_surface(heights: Array, size: tuple[float, float]) -> None:

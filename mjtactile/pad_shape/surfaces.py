@@ -208,16 +208,23 @@ def _refuse_where(wrong: Any, order: Array, where: tuple[Array, Array], said: An
         raise PadError(f"at x = {x:.4g} mm, y = {y:.4g} mm {said(place)}.")
 
 
-def _length(name: str, value: Any) -> float:
-    if isinstance(value, str | bytes | bool | np.bool_):
-        raise PadError(f"{name} = {value!r}; expected a positive length in metres.")
+def positive_number(name: str, value: Any, expected: str) -> float:
+    """A positive finite number.
+
+    Raises:
+        PadError: for anything else; it says what was expected.
+    """
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise PadError(f"{name} = {value!r}; expected a positive length in metres.") from None
-    if not (math.isfinite(number) and number > 0.0):
-        raise PadError(f"{name} = {value!r}; expected a positive length in metres (12 mm is 12e-3).")
+        number = math.nan
+    if isinstance(value, str | bytes | bool | np.bool_) or not (math.isfinite(number) and number > 0.0):
+        raise PadError(f"{name} = {value!r:.60}; expected {expected}.")
     return number
+
+
+def _length(name: str, value: Any) -> float:
+    return positive_number(name, value, "a positive length in metres (12 mm is 12e-3)")
 
 
 @dataclass(frozen=True)

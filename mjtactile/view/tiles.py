@@ -41,10 +41,7 @@ class Tiles:
         half_size = np.array(pad.size) / 2
         if isinstance(pad.taxels, FreeTaxels):
             return cls(-half_size, half_size, depths, _discs(pad, pad.taxels))
-        grid = pad.taxels
-        half_pitch = np.array(grid.pitch) / 2
-        low = np.array([grid.x[0], grid.y[0]]) - half_pitch
-        high = np.array([grid.x[-1], grid.y[-1]]) + half_pitch
+        low, high = pad.taxels.corners
         return cls(low, high, depths, np.arange(np.prod(pad.reading_shape)).reshape(pad.reading_shape))
 
     def laid_out(self, readings: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

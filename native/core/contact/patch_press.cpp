@@ -64,6 +64,8 @@ constexpr double kWorse = 0.04;
 // A contact whose pressure is centred farther than this from the load, over its size, misses it, unless that is less than
 // the width of the narrowest cells: taxels would not see the difference.
 constexpr double kMissed = 0.01;
+// What lies on the rim of a body is not inside of it [m].
+constexpr double kInside = 1e-12;
 // A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
 constexpr double kNearRim = 0.15, kStrip = 3.0;
 // The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
@@ -127,14 +129,6 @@ double secant_share(const double* slopes, const double* before) {
   return back ? 1.0 - along / square : 1.0;
 }
 
-// Whether a point lies inside a hull.
-bool inside(const std::vector<Point>& hull, const Point& at) {
-  for (std::size_t i = 0; i < hull.size(); ++i) {
-    if (!(left_of(hull[i], hull[(i + 1) % hull.size()], at) > 0.0)) return false;
-  }
-  return hull.size() > 2;
-}
-
 }  // namespace
 
 bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
@@ -148,7 +142,8 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
   View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
-  if (options.tilting) view.plane = first_plane(load);
+  const std::vector<Point> hull = options.tilting ? search_.covered() : std::vector<Point>{};
+  if (options.tilting) view.plane = first_plane(load, hull);
   const auto press = [&]() {
     if (!add_cells(map, sheet, options, view)) return false;
     if (bends_) bent_.lay(cells_.face(), *plane);
@@ -170,7 +165,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       if (contact_.exact() && presses_all()) break;
       // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
       // Onto a load beside all that the body covers the first plane has tilted it as far as it goes.
-      resting_tried = !rested && most.missed > 0.0 && inside(search_.covered(), load.through);
+      resting_tried = !rested && most.missed > 0.0 && hull.size() > 2 && holds(hull, load.through, kInside);
       if (!resting_tried && !goes_on) break;
       view = onward;
       if (resting_tried) view = best, view.plane = resting(load), rested = true;
@@ -203,10 +198,12 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
       if (!options.law->couples()) break;
       continue;
     }
-    last_is_best = pressed && contact_.exact() && (look == 0 || !is_worse(merit(load, options), most));
-    ended = pressed && contact_.exact() && look + 2 < kLooks && ends_early();
+    const bool solved = pressed && contact_.exact();
+    const Merit found = solved ? merit(load, options) : Merit{};
+    last_is_best = solved && (look == 0 || !is_worse(found, most));
+    ended = solved && look + 2 < kLooks && ends_early();
     if (!last_is_best) continue;
-    best = view, most = merit(load, options);
+    best = view, most = found;
     onward = view;
     goes_on = next_view(onward);
   }
@@ -270,9 +267,8 @@ double PatchPress::likely_height() const {
 // A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to sides that meet
 // tilts it onto their corner. Sides count the more the closer they are, and as far as they run beside the load: nothing
 // jumps where another is nearer, or where one is made of pieces.
-Plane PatchPress::first_plane(const SearchLoad& load) {
+Plane PatchPress::first_plane(const SearchLoad& load, const std::vector<Point>& hull) const {
   Plane plane = {{0.0, 0.0}, load.through};
-  const std::vector<Point> hull = search_.covered();
   double all = 0.0, distance = 0.0, inward[2] = {0.0, 0.0};
   for (std::size_t i = 0; hull.size() > 2 && i < hull.size(); ++i) {
     const Point &a = hull[i], &b = hull[(i + 1) % hull.size()];

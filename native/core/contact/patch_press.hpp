@@ -59,7 +59,7 @@ class PatchPress {
   // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
   bool compact(const LawOptions& options) const;
   double likely_height() const;
-  Plane first_plane(const SearchLoad& load);
+  Plane first_plane(const SearchLoad& load, const std::vector<Point>& hull) const;
   void set_heights();
   bool add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view);
   void reach_out();

@@ -554,21 +554,30 @@ inline void integrate_inverse_distance(const double* x, const double* y, std::si
   }
 }
 
-// Every point of the first list is set against four of the second at once, of which the last ones may be none.
+// Four points of a list at once, of which the last ones may be none.
+struct FourPoints {
+  static constexpr std::size_t count = 4;
+
+  FourPoints(const double* from_x, const double* from_y, std::size_t first, std::size_t all) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t at = first + k < all ? first + k : first;
+      x[k] = from_x[at], y[k] = from_y[at], share[k] = first + k < all ? 1.0 : 0.0;
+    }
+  }
+
+  double x[count], y[count], share[count];
+};
+
+// Every point of the first list is set against four of the second.
 inline double sum_inverse_distances(const double* x, const double* y, std::size_t count, const double* to_x,
                                     const double* to_y, std::size_t to_count, double least) {
-  constexpr std::size_t kAtOnce = 4;
-  double sums[kAtOnce] = {};
-  for (std::size_t j = 0; j < to_count; j += kAtOnce) {
-    double u[kAtOnce], v[kAtOnce], share[kAtOnce];
-    for (std::size_t k = 0; k < kAtOnce; ++k) {
-      const std::size_t at = j + k < to_count ? j + k : j;
-      u[k] = to_x[at], v[k] = to_y[at], share[k] = j + k < to_count ? 1.0 : 0.0;
-    }
+  double sums[FourPoints::count] = {};
+  for (std::size_t j = 0; j < to_count; j += FourPoints::count) {
+    const FourPoints to(to_x, to_y, j, to_count);
     for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t k = 0; k < kAtOnce; ++k) {
-        const double away = u[k] - x[i], aside = v[k] - y[i], square = away * away + aside * aside;
-        sums[k] += share[k] / std::sqrt(square > least ? square : least);
+      for (std::size_t k = 0; k < FourPoints::count; ++k) {
+        const double away = to.x[k] - x[i], aside = to.y[k] - y[i], square = away * away + aside * aside;
+        sums[k] += to.share[k] / std::sqrt(square > least ? square : least);
       }
     }
   }
@@ -600,18 +609,14 @@ inline void shear_of_point(double from_x, double from_y, double weight, const do
 // As sum_inverse_distances().
 inline void sum_shear(const double* x, const double* y, std::size_t count, const double* to_x, const double* to_y,
                       std::size_t to_count, double least, double* sums) {
-  constexpr std::size_t kAtOnce = 4, kSums = 5;
-  double parts[kSums][kAtOnce] = {};
-  for (std::size_t j = 0; j < to_count; j += kAtOnce) {
-    double to_u[kAtOnce], to_v[kAtOnce], share[kAtOnce];
-    for (std::size_t k = 0; k < kAtOnce; ++k) {
-      const std::size_t at = j + k < to_count ? j + k : j;
-      to_u[k] = to_x[at], to_v[k] = to_y[at], share[k] = j + k < to_count ? 1.0 : 0.0;
-    }
+  constexpr std::size_t kSums = 5;
+  double parts[kSums][FourPoints::count] = {};
+  for (std::size_t j = 0; j < to_count; j += FourPoints::count) {
+    const FourPoints to(to_x, to_y, j, to_count);
     for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t k = 0; k < kAtOnce; ++k) {
-        const double u = x[i] - to_u[k], v = y[i] - to_v[k], square = u * u + v * v;
-        const double flat = share[k] / (square > least ? square : least), cube = flat * std::sqrt(flat);
+      for (std::size_t k = 0; k < FourPoints::count; ++k) {
+        const double u = x[i] - to.x[k], v = y[i] - to.y[k], square = u * u + v * v;
+        const double flat = to.share[k] / (square > least ? square : least), cube = flat * std::sqrt(flat);
         parts[0][k] += v * v * cube, parts[1][k] -= u * v * cube, parts[2][k] += u * u * cube;
         parts[3][k] += u * flat, parts[4][k] += v * flat;
       }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "contact/solvers/height_order.hpp"
 #include "linalg/small.hpp"
 
 namespace mjtactile {
@@ -36,7 +36,7 @@ bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std
     const double lowest = *std::min_element(heights, heights + count_);
     for (std::size_t i = 0; i < count_; ++i) heights_[i] = (heights[i] - lowest) / unit_;
   }
-  set_order(heights != nullptr);
+  order_by_height(heights != nullptr ? heights_.data() : nullptr, count_, order_);
   factor_.forget();
   pressed_.assign(start, start + count_);
   seen_.clear();
@@ -64,16 +64,6 @@ bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std
     }
   }
   return false;
-}
-
-// Cells in the order in which they are likely to be pressed: those that change sides come last.
-void BondedContact::set_order(bool by_height) {
-  order_.resize(count_);
-  std::iota(order_.begin(), order_.end(), std::size_t{0});
-  if (!by_height) return;
-  std::sort(order_.begin(), order_.end(), [this](std::size_t i, std::size_t j) {
-    return heights_[i] != heights_[j] ? heights_[i] < heights_[j] : i < j;
-  });
 }
 
 // The solution if exactly the pressed cells touched; false where they cannot carry the resultants.

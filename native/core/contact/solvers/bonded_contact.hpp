@@ -26,7 +26,6 @@ class BondedContact {
   const std::vector<double>& forces() const { return forces_; }
 
  private:
-  void set_order(bool by_height);
   bool on(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places, WorkLimit& limit);
   std::size_t violations(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places);
   void set_modes();

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "contact/solvers/bearing.hpp"
+#include "contact/solvers/height_order.hpp"
 #include "linalg/kernels.hpp"
 #include "linalg/small.hpp"
 
@@ -239,7 +239,7 @@ bool RigidContact::on(const RigidProblem& problem) {
 // The factor of the pressed cells' compliance and what does not depend on heights, unless they are known.
 bool RigidContact::factor_pressed(const RigidProblem& problem) {
   const std::size_t motions = problem.motions;
-  if (order_.size() != problem.cells()) set_order(problem);
+  if (order_.size() != problem.cells()) order_by_height(problem.heights, problem.cells(), order_);
   places_.clear();
   for (const std::size_t i : order_) {
     if (pressed_[i]) places_.push_back(i);
@@ -260,17 +260,6 @@ bool RigidContact::factor_pressed(const RigidProblem& problem) {
     for (std::size_t n = 0; n < motions; ++n) stiffness_[m][n] = dot(modes_[m], modes_[n], count);
   }
   return true;
-}
-
-// Cells in the order in which they are likely to be pressed: those that change sides come last.
-void RigidContact::set_order(const RigidProblem& problem) {
-  order_.resize(problem.cells());
-  std::iota(order_.begin(), order_.end(), std::size_t{0});
-  if (problem.heights == nullptr) return;
-  std::sort(order_.begin(), order_.end(), [&problem](std::size_t i, std::size_t j) {
-    const double first = problem.heights[i], second = problem.heights[j];
-    return first != second ? first < second : i < j;
-  });
 }
 
 // The inverse of the stiffness. Where pressed cells in one row leave a tilt open, it stays as it is, unless what is wanted

@@ -71,7 +71,6 @@ class RigidContact {
   void set_springs(const RigidProblem& problem);
   bool exchange_bounded(const RigidProblem& problem, const double* most);
   bool factor_pressed(const RigidProblem& problem);
-  void set_order(const RigidProblem& problem);
   bool invert_stiffness(const double* wanted);
   void separate(const RigidProblem& problem, const double* forces, const double* motion, double* separation) const;
   bool descend(const RigidProblem& problem);
