@@ -16,9 +16,9 @@ from mjtactile.pad import Pad
 
 #: Storage precisions of the stress matrices, coarse to fine.
 PRECISIONS = ("int8", "float16", "float32", "float64")
-#: What a reading is: the mean over a taxel's sample points of the von Mises stress, or the von Mises stress of their
-#: mean stress, in all layers ("mean") or in all but the shallowest ("deep"), where stress varies slowly.
-AVERAGINGS = ("points", "deep", "mean")
+#: What a reading is: the mean over a taxel's sample points of the von Mises stress, or of that of the mean stress over
+#: each quarter of the taxel's ball ("quarters"), or the von Mises stress of the mean stress over the ball ("mean").
+AVERAGINGS = ("points", "quarters", "mean")
 #: Where a load may act: on all nodes of the surface, or on the elements' corners only.
 LOADS = ("nodes", "corners")
 #: Contact laws a preset may name.
@@ -81,6 +81,10 @@ MESHES: dict[str, MeshDensity] = {
     "default": MeshDensity(
         in_plane_size=0.15, through_size=0.125, rim_grading=2.0, base_grading=0.75, points_per_axis=(2,)
     ),
+    # For loads on the elements' corners, which see no finer than these lie: nowhere much wider than elsewhere.
+    "even": MeshDensity(
+        in_plane_size=0.137, through_size=0.125, rim_grading=1.4, base_grading=0.75, points_per_axis=(2,)
+    ),
     "fine": MeshDensity(
         in_plane_size=0.125,
         through_size=1 / 12,
@@ -117,7 +121,7 @@ class Fidelity:
     mesh: str | MeshDensity = "default"  #: name of a mesh, or a density
     precision: str = "float32"  #: storage of the stress matrices: "int8", "float16", "float32" or "float64"
     reduction: float = 0.0  #: relative error of a layer's readings given away for speed [-], 0 for none; low_rank.py
-    averaging: str = "points"  #: "points", "deep" or "mean": norms first or the mean first; taxel_mean.py
+    averaging: str = "points"  #: "points", "quarters" or "mean": norms first or means first; taxel_mean.py
     loads: str = "nodes"  #: "nodes", or "corners": nodal forces spread onto elements' corners first; vertex_loads.py
     law: str = "uniform"  #: contact law: "uniform", "foundation" or "elastic"
     cells: int = 400  #: contact cells the elastic law aims at
@@ -152,10 +156,10 @@ DEFAULT = "balanced"
 PRESETS: dict[str, Fidelity] = {
     "fast": Fidelity(mesh="draft", precision="int8", reduction=0.03, averaging="mean", law="elastic", cells=20),
     "balanced": Fidelity(
-        mesh="default",
+        mesh="even",
         precision="float16",
-        reduction=0.01,
-        averaging="deep",
+        reduction=0.02,
+        averaging="quarters",
         loads="corners",
         law="elastic",
         cells=60,

@@ -43,16 +43,12 @@ class ClassStorage:
         self.fidelity = replace(plain, averaging=chosen.averaging, loads=chosen.loads)
         self.sampling = dict(sampling)
         self._classes = MirrorPlanes(*pad.surface.mirrors).classes
-        self._means, self._corners = {}, None
+        self._means, self._corners = None, None
         if chosen.averaging != "points":
             from mjtactile.influence.taxel_mean import LayerMeans
 
-            # Averaged: one point per taxel, with the mean stress over its ball; "deep": in all layers but the
-            # shallowest.
-            # Free taxels are one layer, some of it shallow.
-            spared = int(np.argmin(pad.depths or (0.0,))) if chosen.averaging == "deep" else None
-            self._means = {k: LayerMeans(pad, sampling, k) for k in range(pad.sensing_layers) if k != spared}
-            for means in self._means.values():
+            self._means = [LayerMeans(pad, sampling, k, chosen.averaging) for k in range(pad.sensing_layers)]
+            for means in self._means:
                 self.sampling |= means.sampling
         if chosen.loads == "corners":
             from mjtactile.influence.vertex_columns import CornerColumns
@@ -62,7 +58,7 @@ class ClassStorage:
 
     def averaged(self, kind: str, parity: Parity, sensing_layer: int, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Rows of the points that are left, of any columns of a matrix (columns, rows of all points)."""
-        if sensing_layer not in self._means:
+        if self._means is None:
             return matrix
         return self._means[sensing_layer].averaged(matrix, self._classes.index(parity), _ODD[kind])
 

@@ -1,47 +1,59 @@
-"""Readings as norms of mean stress: one averaged point per taxel in place of the points in its ball.
+"""Readings as norms of mean stress: a taxel's ball, or each quarter of it, is one averaged point.
 
-A reading is then the von Mises stress of the mean stress over the taxel's ball. By the triangle inequality it is at
-most the mean of the von Mises stress, and less only as far as the stress changes its direction within the ball. What
-is stored has the form of tables with one sample point per taxel, so that everything that reads tables reads these.
+A reading is then the von Mises stress of the mean stress over the ball, or the mean of those of its four quarters. By
+the triangle inequality it is at most the mean of the von Mises stress over all sample points, and less only as far as
+the stress changes its direction within what was averaged. Close to a contact it does so along the surface more than
+with depth: the ball is quartered by two planes along its normal. What is stored has the form of tables with one sample
+point per part, so that everything that reads tables reads these.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sparse
 
-from mjtactile._types import Indices, Mask, Tables
+from mjtactile._types import Array, Indices, Mask, Tables
 from mjtactile.fem.symmetry import FoldedPoints, MirrorPlanes, fold_points
 from mjtactile.fem.taxel_quadrature import Sampling, sampling_tables, stored_average
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 
+#: Sample points this close to a plane that quarters a ball, over the ball's radius, lie on it, half on either side.
+_ON_PLANE = 100 * LENGTH_TOLERANCE
+#: Quarters with less than this share of what is left of a ball are none: the rest lies beyond the pad's side.
+_LEAST_SHARE = 1e-9
+
 
 class LayerMeans:
-    """One sensing layer's taxels as one averaged point each.
+    """One sensing layer's balls, or their quarters, as one averaged point each.
 
     Args:
         pad: the sheet and its taxels.
         sampling: tables of the layer's own sample points, see `taxel_quadrature.sampling_tables`.
         sensing_layer: counted from the top.
+        averaging: "mean" for whole balls, "quarters" for their quarters.
     """
 
-    def __init__(self, pad: Pad, sampling: Tables, sensing_layer: int) -> None:
+    def __init__(self, pad: Pad, sampling: Tables, sensing_layer: int, averaging: str) -> None:
         self._mirrors = MirrorPlanes(*pad.surface.mirrors)
-        folded = _folded_taxels(pad, sensing_layer, self._mirrors)
+        balls = _whole_balls(pad, sampling, sensing_layer)
+        parts = _quarters(pad, sampling, sensing_layer, balls) if averaging == "quarters" else balls
+        folded = fold_points(parts.centres, LENGTH_TOLERANCE * pad.sampling_radius, self._mirrors)
         #: Sampling tables that take the place of the layer's own.
         self.sampling: Tables = sampling_tables(
-            Sampling(folded.positions, _one_point_each(folded, self._mirrors)), sensing_layer
+            Sampling(folded.positions, _average(parts, folded, (len(balls.taxel), self._mirrors))), sensing_layer
         )
-        # Of the taxels that the mirrors map onto each other, any one may stand for all.
+        # Of the parts that the mirrors map onto each other, any one may stand for all.
         _, chosen = np.unique(folded.index, return_index=True)
-        self._rows = stored_average(sampling, sensing_layer, self._mirrors)[chosen]
+        self._rows = parts.rows[chosen]
         self._home = folded.quadrant[chosen]
 
     def averaged(self, matrix: npt.NDArray[np.floating], number: int, odd: Sequence[Mask]) -> npt.NDArray[np.floating]:
-        """One class's matrix of the averaged points (columns, folded taxels * coordinates) from that of all points.
+        """One class's matrix of the averaged points (columns, folded parts * coordinates) from that of all points.
 
         Args:
             matrix: (columns, folded points * coordinates), of all columns or some.
@@ -51,17 +63,57 @@ class LayerMeans:
         return _averaged(matrix, self._rows, self._home, (self._mirrors, number), odd)
 
 
-def _folded_taxels(pad: Pad, sensing_layer: int, mirrors: MirrorPlanes) -> FoldedPoints:
-    return fold_points(pad.taxel_points(sensing_layer), LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Parts of balls whose stress is averaged.
+
+    Attributes:
+        taxel: which taxel's ball each is of.
+        share: of the ball [-]; those of one taxel sum to 1.
+        centres: points that stand for them [m], (parts, 3).
+        rows: averaging rows (parts, images * folded points).
+    """
+
+    taxel: Indices
+    share: Array
+    centres: Array
+    rows: sparse.csr_array
 
 
-def _one_point_each(folded: FoldedPoints, mirrors: MirrorPlanes) -> sparse.csr_array:
-    """The averaging matrix (taxels, images * folded taxels) that takes every taxel's own point."""
-    taxels, points = len(folded.index), len(folded.positions)
-    places = folded.quadrant * points + folded.index
-    return sparse.csr_array(
-        (np.ones(taxels), (np.arange(taxels), places)), shape=(taxels, len(mirrors.images) * points)
+def _whole_balls(pad: Pad, sampling: Tables, sensing_layer: int) -> _Parts:
+    rows = stored_average(sampling, sensing_layer, MirrorPlanes(*pad.surface.mirrors))
+    count = rows.shape[0]
+    return _Parts(np.arange(count), np.ones(count), pad.taxel_points(sensing_layer), rows)
+
+
+def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _Parts) -> _Parts:
+    """Quarters of balls that two planes along the pad's normal leave, without those beyond the pad's side."""
+    signs = np.array([(*image, 1) for image in MirrorPlanes(*pad.surface.mirrors).images])
+    positions = (signs[:, None] * sampling[f"sampling points {sensing_layer}"]).reshape(-1, 3)
+    weights = sparse.coo_array(balls.rows)
+    feet = pad.taxel_feet(sensing_layer)
+    tangents = pad.surface.frames(feet[:, 0], feet[:, 1])[:, :2]
+    offsets = np.einsum("eac,ec->ea", tangents[weights.row], positions[weights.col] - balls.centres[weights.row])
+    offsets = np.where(np.abs(offsets) < _ON_PLANE * pad.sampling_radius, 0.0, np.sign(offsets))
+    quarters = []
+    for side in itertools.product((1, -1), repeat=2):
+        inside = ((1 + offsets * side) / 2).prod(axis=1)
+        rows = sparse.csr_array((weights.data * inside, (weights.row, weights.col)), shape=weights.shape)
+        share = rows.sum(axis=1)
+        kept = np.flatnonzero(share > _LEAST_SHARE)
+        rows = sparse.csr_array(sparse.diags_array(1 / share[kept]) @ rows[kept])
+        quarters.append(_Parts(kept, share[kept], rows @ positions, rows))
+    return _Parts(
+        *(np.concatenate([getattr(one, name) for one in quarters]) for name in ("taxel", "share", "centres")),
+        sparse.csr_array(sparse.vstack([one.rows for one in quarters])),
     )
+
+
+def _average(parts: _Parts, folded: FoldedPoints, of_layer: tuple[int, MirrorPlanes]) -> sparse.csr_array:
+    """The averaging matrix (taxels, images * folded parts) that takes every taxel's own parts."""
+    (taxels, mirrors), points = of_layer, len(folded.positions)
+    places = folded.quadrant * points + folded.index
+    return sparse.csr_array((parts.share, (parts.taxel, places)), shape=(taxels, len(mirrors.images) * points))
 
 
 def _averaged(
@@ -71,21 +123,21 @@ def _averaged(
     of_class: tuple[MirrorPlanes, int],
     odd: Sequence[Mask],
 ) -> npt.NDArray[np.floating]:
-    """One class's matrix (columns, folded taxels * coordinates) from that of all points.
+    """One class's matrix (columns, folded parts * coordinates) from that of all points.
 
     Args:
         matrix: (columns, folded points * coordinates).
-        rows: averaging rows (folded taxels, images * folded points) of the taxels that stand for the others.
+        rows: averaging rows (folded parts, images * folded points) of the parts that stand for the others.
         home: image each of these lies in.
         of_class: the pad's mirrors, and the number of the class.
         odd: coordinates that change their sign under x -> -x, and under y -> -y.
     """
-    (mirrors, number), taxels, width = of_class, len(home), len(odd[0])
+    (mirrors, number), parts, width = of_class, len(home), len(odd[0])
     points = matrix.shape[1] // width
     flips = np.array([np.where(odd[0], x, 1) * np.where(odd[1], y, 1) for x, y in mirrors.images])
     signs = mirrors.signs[:, number, None] * flips  # (images, coordinates), of the class at each mirror image
     by_point = matrix.reshape(len(matrix), points, width)
-    averaged = np.zeros((len(matrix), taxels, width), matrix.dtype)
+    averaged = np.zeros((len(matrix), parts, width), matrix.dtype)
     for q in range(len(mirrors.images)):
         of_quadrant = rows[:, q * points : (q + 1) * points].astype(matrix.dtype)
         for k in range(width):

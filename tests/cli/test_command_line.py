@@ -127,7 +127,7 @@ def test_info_lists_punches_meshes_and_cache(tmp_path):
     done = run("info", "--json", MJTACTILE_CACHE=str(tmp_path))
     facts = json.loads(done.stdout)
     assert "star" in facts["punches"]
-    assert facts["meshes"] == {"draft": None, "default": None, "fine": None}
+    assert facts["meshes"] == {"draft": None, "default": None, "even": None, "fine": None}
     assert facts["presets"].keys() == {"fast", "balanced", "precise", "accurate"}
     # That of "fast" comes with the package.
     assert [name for name, size in facts["presets"].items() if size is not None] == ["fast"]

@@ -69,7 +69,7 @@ def test_a_sheet_too_thin_for_the_element_count_warns_and_names_the_cure():
 
 
 def test_an_unknown_mesh_lists_those_that_exist():
-    with pytest.raises(MeshError, match="draft, default, fine"):
+    with pytest.raises(MeshError, match="draft, default, even, fine"):
         mesh_density("coarse")
 
 

@@ -88,7 +88,7 @@ STORAGES = [
     {"reduction": 0.3},
     {"reduction": 0.1},
     {"averaging": "mean"},
-    {"averaging": "deep"},
+    {"averaging": "quarters"},
     {"loads": "corners"},
 ]
 
@@ -335,7 +335,7 @@ def test_oblong_layered_pads_are_cached_too():
 
 
 def test_unknown_mesh_lists_those_that_exist():
-    with pytest.raises(MeshError, match=r"'coarse' does not exist. Available: draft, default, fine"):
+    with pytest.raises(MeshError, match=r"'coarse' does not exist. Available: draft, default, even, fine"):
         influence_matrices(fidelity=Fidelity(mesh="coarse"))
 
 

@@ -173,7 +173,7 @@ VARIANTS = [
     {"precision": "float16", "reduction": 0.1, "law": "elastic", "cells": 50},
     {"precision": "int8", "reduction": 0.1},
     {"averaging": "mean"},
-    {"averaging": "deep", "loads": "corners", "precision": "int8"},
+    {"averaging": "quarters", "loads": "corners", "precision": "int8"},
 ]
 
 
@@ -206,7 +206,11 @@ def test_defaults_leave_no_trace_in_the_fingerprint():
     chosen, known = Fidelity(mesh="draft", precision="float16"), before(0.0)
     assert influence_fingerprint(Pad(), chosen) == known
     assert influence_fingerprint(Pad(), replace(chosen, reduction=0.01)) != before(0.01)
-    others = [replace(chosen, loads="corners"), replace(chosen, averaging="mean"), replace(chosen, averaging="deep")]
+    others = [
+        replace(chosen, loads="corners"),
+        replace(chosen, averaging="mean"),
+        replace(chosen, averaging="quarters"),
+    ]
     assert len({known, *(influence_fingerprint(Pad(), other) for other in others)}) == 4
 
 
@@ -314,4 +318,4 @@ def test_tables_are_named_by_class_and_layer():
 
 def test_size_is_that_of_all_arrays(small):
     assert small.nbytes == sum(table.nbytes for table in small.tables.values())
-    assert MESHES.keys() == {"draft", "default", "fine"}
+    assert MESHES.keys() == {"draft", "default", "even", "fine"}

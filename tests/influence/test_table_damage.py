@@ -26,7 +26,7 @@ from mjtactile.influence.table import read_tables, write_tables
 
 FLIPS, CUTS = 300, 50
 #: Every kind of array there is: indices, points, whole matrices, factors, scales, compliance.
-STORED = Fidelity(mesh=COARSE, precision="int8", reduction=0.1, averaging="deep")
+STORED = Fidelity(mesh=COARSE, precision="int8", reduction=0.1, averaging="quarters")
 
 
 @pytest.fixture(scope="module")

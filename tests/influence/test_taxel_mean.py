@@ -43,10 +43,43 @@ def test_readings_are_the_von_mises_stress_of_the_mean_stress(pad, request):
     np.testing.assert_allclose(mean.stress(load), expected, rtol=1e-9, atol=1e-11 * np.abs(expected).max())
 
 
-def test_deep_leaves_the_shallowest_layer_as_it_is(layered):
-    deep, mean, load = averaged(layered, "deep"), averaged(layered, "mean"), load_on(layered)
-    np.testing.assert_allclose(deep.readings(load)[0], layered.readings(load)[0], rtol=1e-12)
-    np.testing.assert_allclose(deep.readings(load)[1:], mean.readings(load)[1:], rtol=1e-12)
+def quarter_means(influence: InfluenceMatrices, response: np.ndarray, sensing_layer: int) -> np.ndarray:
+    """Mean von Mises stress (taxels,) of each taxel's quarters, from the response at its sample points one by one."""
+    pad, average = influence.pad, influence.averages[sensing_layer]
+    signs = np.array([(*image, 1) for image in influence.mirrors.images])
+    positions = (signs[:, None] * influence.tables[f"sampling points {sensing_layer}"]).reshape(-1, 3)
+    of_layer = response[influence.sample_slices[sensing_layer]]
+    readings = []
+    for taxel, centre in enumerate(pad.taxel_points(sensing_layer)):
+        entries = slice(*average.indptr[taxel : taxel + 2])
+        points, weights = average.indices[entries], average.data[entries]
+        sides = [tuple(np.round((positions[point] - centre)[:2], 9) > 0) for point in points]
+        quarters = {side: [n for n, other in enumerate(sides) if other == side] for side in sides}
+        readings.append(sum(np.linalg.norm(weights[inside] @ of_layer[points[inside]]) for inside in quarters.values()))
+    return np.array(readings)
+
+
+@pytest.mark.parametrize("pad", ["coarse_square", "layered"])
+def test_quarters_are_means_of_the_von_mises_stress_of_their_mean_stress(pad, request):
+    """On a sheet whose mirrors map taxels onto each other, and on one where they do not; balls at sides are halves."""
+    plain = request.getfixturevalue(pad)
+    quarters, load = averaged(plain, "quarters"), load_on(plain)
+    response = plain.point_response(load)
+    readings = quarters.readings(load).reshape(plain.pad.sensing_layers, -1)
+    for k, of_layer in enumerate(readings):
+        np.testing.assert_allclose(of_layer, quarter_means(plain, response, k), rtol=1e-9)
+    np.testing.assert_allclose(quarters.readings_of(quarters.point_response(load)).ravel(), readings.ravel(), rtol=1e-9)
+    stress = plain.stress(load)
+    np.testing.assert_allclose(quarters.stress(load), stress, rtol=1e-9, atol=1e-11 * np.abs(stress).max())
+
+
+def test_quarters_lie_between_means_and_points(draft):
+    """By the triangle inequality; on a disc they lose less than half of what means lose."""
+    load = load_on(draft)
+    points, quarters, means = (averaged(draft, name).readings(load) for name in ("points", "quarters", "mean"))
+    assert (means <= quarters * (1 + 1e-5)).all()
+    assert (quarters <= points * (1 + 1e-5)).all()
+    assert np.linalg.norm(points - quarters) < 0.5 * np.linalg.norm(points - means)
 
 
 def test_one_point_per_taxel_is_stored_and_bases_read_it(draft):

@@ -25,7 +25,7 @@ STORAGES = [
     *({"precision": precision, "reduction": 0.01} for precision in TOLERANCE),
     {"precision": "int8"},
     {"averaging": "mean", "precision": "float16"},
-    {"averaging": "deep", "loads": "corners", "precision": "int8", "reduction": 0.01},
+    {"averaging": "quarters", "loads": "corners", "precision": "int8", "reduction": 0.01},
     {"loads": "corners", "precision": "float64"},
 ]
 
