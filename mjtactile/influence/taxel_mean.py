@@ -82,8 +82,8 @@ class _Parts:
 
 def _whole_balls(pad: Pad, sampling: Tables, sensing_layer: int) -> _Parts:
     rows = stored_average(sampling, sensing_layer, MirrorPlanes(*pad.surface.mirrors))
-    count = rows.shape[0]
-    return _Parts(np.arange(count), np.ones(count), pad.taxel_points(sensing_layer), rows)
+    centres = pad.taxel_points(sensing_layer)
+    return _Parts(np.arange(len(centres)), np.ones(len(centres)), centres, rows)
 
 
 def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _Parts) -> _Parts:
@@ -104,7 +104,9 @@ def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _Parts) -> 
         rows = sparse.csr_array(sparse.diags_array(1 / share[kept]) @ rows[kept])
         quarters.append(_Parts(kept, share[kept], rows @ positions, rows))
     return _Parts(
-        *(np.concatenate([getattr(one, name) for one in quarters]) for name in ("taxel", "share", "centres")),
+        np.concatenate([one.taxel for one in quarters]),
+        np.concatenate([one.share for one in quarters]),
+        np.concatenate([one.centres for one in quarters]),
         sparse.csr_array(sparse.vstack([one.rows for one in quarters])),
     )
 
