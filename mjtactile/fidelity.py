@@ -83,7 +83,12 @@ MESHES: dict[str, MeshDensity] = {
     ),
     # For loads on the elements' corners, which see no finer than these lie: nowhere much wider than elsewhere.
     "even": MeshDensity(
-        in_plane_size=0.137, through_size=0.125, rim_grading=1.4, base_grading=0.75, points_per_axis=(2,)
+        in_plane_size=0.137,
+        through_size=0.125,
+        rim_grading=1.4,
+        base_grading=0.75,
+        points_per_axis=(2,),
+        most_elements=1000,
     ),
     "fine": MeshDensity(
         in_plane_size=0.125,

@@ -1,5 +1,8 @@
 """Environments of other packages, each with the MuJoCo that the package runs on, and mjtactile of the working tree.
 
+    python tests/soak/client_venvs.py                # all of them
+    python tests/soak/client_venvs.py robosuite
+
 mjtactile is installed there without its dependencies' bounds, and without torch, which reading a pad does not need.
 """
 
@@ -48,3 +51,8 @@ def install(name: str, folder: Path) -> Path:
         subprocess.run([*pip, "--no-deps", "--force-reinstall", str(built[0])], check=True)
         marker.touch()
     return python
+
+
+if __name__ == "__main__":
+    for wanted in sys.argv[1:] or VENVS:
+        install(wanted, FOLDER)
