@@ -64,7 +64,7 @@ class LayerMeans:
 
 
 @dataclass(frozen=True, eq=False)
-class _Parts:
+class _BallParts:
     """Parts of balls whose stress is averaged.
 
     Attributes:
@@ -80,13 +80,13 @@ class _Parts:
     rows: sparse.csr_array
 
 
-def _whole_balls(pad: Pad, sampling: Tables, sensing_layer: int) -> _Parts:
+def _whole_balls(pad: Pad, sampling: Tables, sensing_layer: int) -> _BallParts:
     rows = stored_average(sampling, sensing_layer, MirrorPlanes(*pad.surface.mirrors))
     centres = pad.taxel_points(sensing_layer)
-    return _Parts(np.arange(len(centres)), np.ones(len(centres)), centres, rows)
+    return _BallParts(np.arange(len(centres)), np.ones(len(centres)), centres, rows)
 
 
-def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _Parts) -> _Parts:
+def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _BallParts) -> _BallParts:
     """Quarters of balls that two planes along the pad's normal leave, without those beyond the pad's side."""
     signs = np.array([(*image, 1) for image in MirrorPlanes(*pad.surface.mirrors).images])
     positions = (signs[:, None] * sampling[f"sampling points {sensing_layer}"]).reshape(-1, 3)
@@ -102,8 +102,8 @@ def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _Parts) -> 
         share = rows.sum(axis=1)
         kept = np.flatnonzero(share > _LEAST_SHARE)
         rows = sparse.csr_array(sparse.diags_array(1 / share[kept]) @ rows[kept])
-        quarters.append(_Parts(kept, share[kept], rows @ positions, rows))
-    return _Parts(
+        quarters.append(_BallParts(kept, share[kept], rows @ positions, rows))
+    return _BallParts(
         np.concatenate([one.taxel for one in quarters]),
         np.concatenate([one.share for one in quarters]),
         np.concatenate([one.centres for one in quarters]),
@@ -111,7 +111,7 @@ def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _Parts) -> 
     )
 
 
-def _average(parts: _Parts, folded: FoldedPoints, of_layer: tuple[int, MirrorPlanes]) -> sparse.csr_array:
+def _average(parts: _BallParts, folded: FoldedPoints, of_layer: tuple[int, MirrorPlanes]) -> sparse.csr_array:
     """The averaging matrix (taxels, images * folded parts) that takes every taxel's own parts."""
     (taxels, mirrors), points = of_layer, len(folded.positions)
     places = folded.quadrant * points + folded.index
