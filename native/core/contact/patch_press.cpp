@@ -136,96 +136,132 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
                        const TangentPlane* plane) {
   bends_ = plane != nullptr;
   if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
+  Problem problem = {map, sheet, compliance, options, wrench, workspace, plane, {}, {}};
+  problem.load = load_of(wrench, compliance, options);
+  if (options.tilting) problem.hull = search_.covered();
+  Looks looks;
+  looks.view = first_view(problem);
+  looks.best = looks.onward = looks.view;
+  if (!look_first(problem, looks)) return false;
+  for (int look = 1; look < kLooks && turn(problem, looks); ++look) {
+    find_spots(problem, looks.view);
+    judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
+  }
+  if (looks.last_is_best) return true;
+  find_spots(problem, looks.best);
+  return press(problem, looks.best);
+}
+
+SearchLoad PatchPress::load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options) {
   SearchLoad load;
   load.force = -wrench[2];
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
-  const std::vector<Point> hull = options.tilting ? search_.covered() : std::vector<Point>{};
-  if (options.tilting) view.plane = first_plane(load, hull);
-  const auto press = [&]() {
-    if (!add_cells(map, sheet, options, view)) return false;
-    if (bends_) bent_.lay(cells_.face(), *plane);
-    contact_.place(cells_.face(), kHere, compliance, options, workspace, bends_ ? &bent_ : nullptr);
-    set_heights();
-    start_.clear();
-    const double likely = likely_height();
-    for (const double height : heights_) start_.push_back(height <= likely ? 1 : 0);
-    const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
-    contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
-    return true;
-  };
-  bool rested = !options.tilting, goes_on = true;
-  View best = view, onward = view;
-  Merit most = {};
-  bool last_is_best = true, resting_tried = false, ended = false;
-  for (int look = 0; look < kLooks; ++look) {
-    if (look > 0 && last_is_best) {
-      if (contact_.exact() && presses_all()) break;
-      // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
-      // Onto a load beside all that the body covers the first plane has tilted it as far as it goes.
-      resting_tried = !rested && most.missed > 0.0 && hull.size() > 2 && holds(hull, load.through, kInside);
-      if (!resting_tried && !goes_on) break;
-      view = onward;
-      if (resting_tried) view = best, view.plane = resting(load), rested = true;
-    } else if (look > 0 && resting_tried) {
-      if (!goes_on) break;
-      view = onward, resting_tried = false;
-    } else if (look > 0 && ended) {
-      // More of the body touches there than there were cells for.
-      view.reaches = sinks();
-      view.sinks = 0.0;
-    } else if (look > 0) {
-      // It tilted too far onto what lies there.
-      for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
-    }
-    load.reach = view.touches;
-    spots_ = search_.find(map, view.plane, load);
-    if (look == 0 && options.tilting && !search_.supported(load)) {
-      // The body leans: it tilts until the force passes through what it rests on.
-      view.plane = resting(load);
-      spots_ = search_.find(map, view.plane, load);
-      rested = true;
-    }
-    // Springs are pressed farther out than an elastic surface.
-    if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
-    const bool pressed = press();
-    if (look == 0 && !pressed) return false;
-    if (look == 0 && !contact_.exact()) {
-      most.missed = kNowhere;
-      goes_on = false;
-      if (!options.law->couples()) break;
-      continue;
-    }
-    const bool solved = pressed && contact_.exact();
-    const Merit found = solved ? merit(load, options) : Merit{};
-    last_is_best = solved && (look == 0 || !is_worse(found, most));
-    ended = solved && look + 2 < kLooks && ends_early();
-    if (!last_is_best) continue;
-    best = view, most = found;
-    onward = view;
-    goes_on = next_view(onward);
+  return load;
+}
+
+PatchPress::View PatchPress::first_view(const Problem& problem) const {
+  View view = {{{0.0, 0.0}, problem.load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
+  if (problem.options.tilting) view.plane = first_plane(problem.load, problem.hull);
+  return view;
+}
+
+// The first look, from which the others go on; false where nothing of the body faces the pad.
+bool PatchPress::look_first(const Problem& problem, Looks& looks) {
+  const LawOptions& options = problem.options;
+  find_spots(problem, looks.view);
+  if (options.tilting && !search_.supported(problem.load)) {
+    // The body leans: it tilts until the force passes through what it rests on.
+    rest(problem, looks);
+    find_spots(problem, looks.view);
   }
-  if (last_is_best) return true;
-  view = best;
+  // Springs are pressed farther out than an elastic surface.
+  if (options.law->couples() && compact(options)) looks.view.generosity = kCompact;
+  if (!press(problem, looks.view)) return false;
+  if (contact_.exact()) judge(problem, true, true, looks);
+  return true;
+}
+
+// Turn to the next view; false where the best contact is found, or no other view is known.
+bool PatchPress::turn(const Problem& problem, Looks& looks) {
+  if (looks.last_is_best) {
+    if (contact_.exact() && presses_all()) return false;
+    // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
+    // Onto a load beside all that the body covers the first plane has tilted it as far as it goes; under laws whose cells
+    // do not know of each other it would rest in the same way again.
+    looks.resting_tried = !looks.rested && problem.options.law->couples() && looks.most.missed > 0.0 &&
+                          problem.hull.size() > 2 && holds(problem.hull, problem.load.through, kInside);
+    if (looks.resting_tried) {
+      looks.view = looks.best;
+      rest(problem, looks);
+      return true;
+    }
+  } else if (!looks.resting_tried) {
+    if (looks.ended) {
+      // More of the body touches there than there were cells for.
+      looks.view.reaches = sinks();
+      looks.view.sinks = 0.0;
+      return true;
+    }
+    // It tilted too far onto what lies there.
+    for (int k = 0; k < 2; ++k) {
+      looks.view.plane.slopes[k] = (looks.view.plane.slopes[k] + looks.best.plane.slopes[k]) / 2;
+    }
+    return true;
+  }
+  looks.view = looks.onward;
+  looks.resting_tried = false;
+  return looks.goes_on;
+}
+
+// How the body rests on springs; farther than it may tilt none is looked at.
+void PatchPress::rest(const Problem& problem, Looks& looks) {
+  Plane& plane = looks.view.plane = search_.resting(problem.load);
+  const double slope = std::hypot(plane.slopes[0], plane.slopes[1]);
+  for (double& one : plane.slopes) one *= std::min(1.0, kMostSlope / std::max(slope, kMostSlope));
+  looks.rested = true;
+}
+
+void PatchPress::find_spots(const Problem& problem, const View& view) {
+  SearchLoad load = problem.load;
   load.reach = view.touches;
-  spots_ = search_.find(map, view.plane, load);
-  return press();
+  spots_ = search_.find(problem.map, view.plane, load);
+}
+
+// Lay cells on the spots and press them; false where there are none.
+bool PatchPress::press(const Problem& problem, const View& view) {
+  const LawOptions& options = problem.options;
+  if (!add_cells(problem.map, problem.sheet, options, view)) return false;
+  if (bends_) bent_.lay(cells_.face(), *problem.plane);
+  place_again(problem.compliance, options, problem.workspace);
+  set_heights();
+  start_.clear();
+  const double likely = likely_height();
+  for (const double height : heights_) start_.push_back(height <= likely ? 1 : 0);
+  const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
+  contact_.press(cells_.face(), problem.compliance, options, problem.wrench, problem.workspace, heights_.data(),
+                 known ? start_.data() : nullptr);
+  return true;
+}
+
+// Compare what the last look found with the best, and say where it leads to. `more`: whether another look is left after
+// the next one.
+void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
+  const bool solved = pressed && contact_.exact();
+  const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
+  looks.last_is_best = solved && !is_worse(found, looks.most);
+  looks.ended = solved && more && ends_early();
+  if (!looks.last_is_best) return;
+  looks.best = looks.onward = looks.view;
+  looks.most = found;
+  looks.goes_on = next_view(looks.onward);
 }
 
 bool PatchPress::presses_all() const {
   const std::vector<std::uint8_t>&pressed = contact_.pressed(), &goes_on = cells_.goes_on();
   return search_.sees_all() && std::find(pressed.begin(), pressed.end(), 0) == pressed.end() &&
          std::find(goes_on.begin(), goes_on.end(), 1) == goes_on.end();
-}
-
-// How the body rests on springs; farther than it may tilt none is looked at.
-Plane PatchPress::resting(const SearchLoad& load) {
-  Plane plane = search_.resting(load);
-  const double slope = std::hypot(plane.slopes[0], plane.slopes[1]);
-  for (double& one : plane.slopes) one *= std::min(1.0, kMostSlope / std::max(slope, kMostSlope));
-  return plane;
 }
 
 void PatchPress::place_again(const SurfaceCompliance& compliance, const LawOptions& options,

@@ -53,9 +53,36 @@ class PatchPress {
   struct Merit {
     double missed, energy, elastic;   // elastic: energy in the surface alone [J]
   };
+  // What is pressed on what: the arguments of solve(), and what follows from them.
+  struct Problem {
+    const HeightMap& map;
+    const Rectangle& sheet;
+    const SurfaceCompliance& compliance;
+    const LawOptions& options;
+    const double* wrench;
+    CellContact::Workspace& workspace;
+    const TangentPlane* plane;    // null on a flat pad
+    SearchLoad load;
+    std::vector<Point> hull;      // of what the body covers; none where it may not tilt
+  };
+  // Where the search for the best contact stands.
+  struct Looks {
+    View view, best, onward;      // the last, that of the best contact so far, and the one that this leads to
+    Merit most = {kNowhere, 0.0, 0.0};   // of the best contact
+    bool goes_on = false;         // whether `onward` is another view than the best
+    bool last_is_best = true, ended = false;        // of the last contact; whether it goes on beyond its cells
+    bool rested = false, resting_tried = false;     // whether a view was where springs rest; whether the last one was
+  };
+  static SearchLoad load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options);
+  View first_view(const Problem& problem) const;
+  bool look_first(const Problem& problem, Looks& looks);
+  bool turn(const Problem& problem, Looks& looks);
+  void rest(const Problem& problem, Looks& looks);
+  void find_spots(const Problem& problem, const View& view);
+  bool press(const Problem& problem, const View& view);
+  void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   // Whether all cells press, and no other would: the body has nothing else over the sheet.
   bool presses_all() const;
-  Plane resting(const SearchLoad& load);
   // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
   bool compact(const LawOptions& options) const;
   double likely_height() const;
