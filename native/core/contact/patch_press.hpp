@@ -27,15 +27,15 @@ class PatchPress {
   // Cells into a workspace in which others were placed since.
   void place_again(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
 
-  const CellContact& contact() const { return contact_; }
+  const CellContact& contact() const { return laid_.contact; }
   // How the cells lie on a curved pad.
-  const BentCells& bent() const { return bent_; }
+  const BentCells& bent() const { return laid_.bent; }
   // Of the body above the cells, seen from where it tilts to [m].
-  const std::vector<double>& heights() const { return heights_; }
-  const Face& face() const { return cells_.face(); }
+  const std::vector<double>& heights() const { return laid_.heights; }
+  const Face& face() const { return laid_.cells.face(); }
   // From where the heights are seen.
-  const PatchFace::View& view() const { return seen_; }
-  void integrate_shear(ShearIntegrals& integrals) const { cells_.integrate_shear(integrals); }
+  const PatchFace::View& view() const { return laid_.seen; }
+  void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
   // Slope by which the body tilts from where it stands [-].
   double tilt() const;
 
@@ -106,15 +106,20 @@ class PatchPress {
   // A contact that carries the load is better than one that misses it, and of two that do the one of less energy.
   static bool is_worse(const Merit& one, const Merit& other);
 
+  // Cells as a look laid them, and the contact on them.
+  struct Laid {
+    PatchFace cells;
+    BentCells bent;
+    CellContact contact;
+    PatchFace::View seen = {};
+    std::vector<double> heights;
+  };
+
   ContactSearch search_;
-  PatchFace cells_;
-  BentCells bent_;
+  Laid laid_, best_;   // of the last look; of the best one, while another is taken
   bool bends_ = false;
-  CellContact contact_;
-  PatchFace::View seen_ = {};
   std::vector<Spot> spots_;
   std::vector<Region> regions_, taken_;
-  std::vector<double> heights_;
   std::vector<std::uint8_t> start_;
 };
 
