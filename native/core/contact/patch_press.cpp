@@ -446,7 +446,7 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
   Region region = regions_[number];
-  cell = std::max(cell, region.area() / (kMostSounded * wanted));
+  cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSounded * wanted));
   if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
   return region.lattice(cell, options.narrowest);
 }
