@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace mjtactile {
 namespace {
@@ -110,11 +109,7 @@ std::size_t ContactSearch::root(std::size_t sample) {
 
 // Let the level rise until the parts under it carry the load.
 void ContactSearch::flood(const SearchLoad& load) {
-  order_.clear();
-  for (std::uint32_t i = 0; i < heights_.size(); ++i) {
-    if (std::isfinite(heights_[i])) order_.emplace_back(heights_[i], i);
-  }
-  std::make_heap(order_.begin(), order_.end(), std::greater<>());
+  rising_.begin(heights_);
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
   spacing_ = std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south) / kLines;
   parents_.resize(heights_.size());
@@ -122,14 +117,13 @@ void ContactSearch::flood(const SearchLoad& load) {
   const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   double around = 0.0, area = 0.0;
   sees_all_ = true;
-  for (auto end = order_.end(); end != order_.begin();) {
-    const auto [height, sample] = order_.front();
+  for (; !rising_.empty(); rising_.take_lowest()) {
+    const auto [height, sample] = rising_.lowest();
     const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
     if (carried && height > std::max(level_ + kSame * spacing_, load.reach)) {
       sees_all_ = false;
       break;
     }
-    std::pop_heap(order_.begin(), end--, std::greater<>());
     level_ = height;
     area += cell;
     under_[sample] = 1;
@@ -143,14 +137,18 @@ void ContactSearch::flood(const SearchLoad& load) {
 
 // Samples under the level that are near each other belong together: each is named after the first of its part.
 void ContactSearch::connect() {
+  constexpr auto kLast = static_cast<int>(kLines) - 1;
   for (std::size_t sample = 0; sample < parents_.size(); ++sample) {
     parents_[sample] = sample;
     if (!under_[sample]) continue;
     const auto column = static_cast<int>(sample % kLines), row = static_cast<int>(sample / kLines);
+    // The one beside it has met all that is near to both.
+    const bool beside = column > 0 && under_[sample - 1];
     for (int j = std::max(row - kNear, 0); j <= row; ++j) {
-      for (int i = std::max(column - kNear, 0); i <= std::min(column + kNear, static_cast<int>(kLines) - 1); ++i) {
+      const int first = !beside ? column - kNear : j < row ? column + kNear : column - 1;
+      for (int i = std::max(first, 0); i <= std::min(j < row ? column + kNear : column - 1, kLast); ++i) {
         const std::size_t other = static_cast<std::size_t>(j) * kLines + static_cast<std::size_t>(i);
-        if (other >= sample || !under_[other]) continue;
+        if (!under_[other]) continue;
         const std::size_t a = root(sample), b = root(other);
         if (a != b) parents_[std::max(a, b)] = std::min(a, b);
       }

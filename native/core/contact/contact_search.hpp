@@ -8,10 +8,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "contact/cells/lattice.hpp"
+#include "contact/solvers/rising_heights.hpp"
 #include "contact/solvers/springs.hpp"
 #include "geometry/height_map.hpp"
 
@@ -85,7 +85,7 @@ class ContactSearch {
   Rectangle bounds_ = {};
   std::vector<Point> points_, closer_, moved_;  // `moved_`: of those that are none of the grid's
   std::vector<double> raw_, heights_;
-  std::vector<std::pair<double, std::uint32_t>> order_;   // heights and samples
+  RisingHeights rising_;
   std::vector<std::size_t> parents_;
   std::vector<std::uint8_t> under_, under_closer_;
   std::vector<std::vector<Point>> members_;

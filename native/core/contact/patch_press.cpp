@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace mjtactile {
 namespace {
@@ -136,111 +137,149 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
                        const TangentPlane* plane) {
   bends_ = plane != nullptr;
   if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
+  Problem problem = {map, sheet, compliance, options, wrench, workspace, plane, {}, {}};
+  problem.load = load_of(wrench, compliance, options);
+  if (options.tilting) problem.hull = search_.covered();
+  Looks looks;
+  looks.view = first_view(problem);
+  looks.best = looks.onward = looks.view;
+  if (!look_first(problem, looks)) return false;
+  for (int look = 1; look < kLooks && turn(problem, looks); ++look) {
+    if (looks.last_is_best) std::swap(laid_, best_);
+    find_spots(problem, looks.view);
+    judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
+  }
+  if (looks.last_is_best) return true;
+  std::swap(laid_, best_);
+  place_again(compliance, options, workspace);
+  return true;
+}
+
+SearchLoad PatchPress::load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options) {
   SearchLoad load;
   load.force = -wrench[2];
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
   load.modulus = 1.0 / (kPi * compliance.factor());
   load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
-  View view = {{{0.0, 0.0}, load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
-  const std::vector<Point> hull = options.tilting ? search_.covered() : std::vector<Point>{};
-  if (options.tilting) view.plane = first_plane(load, hull);
-  const auto press = [&]() {
-    if (!add_cells(map, sheet, options, view)) return false;
-    if (bends_) bent_.lay(cells_.face(), *plane);
-    contact_.place(cells_.face(), kHere, compliance, options, workspace, bends_ ? &bent_ : nullptr);
-    set_heights();
-    start_.clear();
-    const double likely = likely_height();
-    for (const double height : heights_) start_.push_back(height <= likely ? 1 : 0);
-    const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
-    contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), known ? start_.data() : nullptr);
-    return true;
-  };
-  bool rested = !options.tilting, goes_on = true;
-  View best = view, onward = view;
-  Merit most = {};
-  bool last_is_best = true, resting_tried = false, ended = false;
-  for (int look = 0; look < kLooks; ++look) {
-    if (look > 0 && last_is_best) {
-      if (contact_.exact() && presses_all()) break;
-      // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
-      // Onto a load beside all that the body covers the first plane has tilted it as far as it goes.
-      resting_tried = !rested && most.missed > 0.0 && hull.size() > 2 && holds(hull, load.through, kInside);
-      if (!resting_tried && !goes_on) break;
-      view = onward;
-      if (resting_tried) view = best, view.plane = resting(load), rested = true;
-    } else if (look > 0 && resting_tried) {
-      if (!goes_on) break;
-      view = onward, resting_tried = false;
-    } else if (look > 0 && ended) {
-      // More of the body touches there than there were cells for.
-      view.reaches = sinks();
-      view.sinks = 0.0;
-    } else if (look > 0) {
-      // It tilted too far onto what lies there.
-      for (int k = 0; k < 2; ++k) view.plane.slopes[k] = (view.plane.slopes[k] + best.plane.slopes[k]) / 2;
-    }
-    load.reach = view.touches;
-    spots_ = search_.find(map, view.plane, load);
-    if (look == 0 && options.tilting && !search_.supported(load)) {
-      // The body leans: it tilts until the force passes through what it rests on.
-      view.plane = resting(load);
-      spots_ = search_.find(map, view.plane, load);
-      rested = true;
-    }
-    // Springs are pressed farther out than an elastic surface.
-    if (look == 0 && options.law->couples() && compact(options)) view.generosity = kCompact;
-    const bool pressed = press();
-    if (look == 0 && !pressed) return false;
-    if (look == 0 && !contact_.exact()) {
-      most.missed = kNowhere;
-      goes_on = false;
-      if (!options.law->couples()) break;
-      continue;
-    }
-    const bool solved = pressed && contact_.exact();
-    const Merit found = solved ? merit(load, options) : Merit{};
-    last_is_best = solved && (look == 0 || !is_worse(found, most));
-    ended = solved && look + 2 < kLooks && ends_early();
-    if (!last_is_best) continue;
-    best = view, most = found;
-    onward = view;
-    goes_on = next_view(onward);
+  return load;
+}
+
+PatchPress::View PatchPress::first_view(const Problem& problem) const {
+  View view = {{{0.0, 0.0}, problem.load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
+  if (problem.options.tilting) view.plane = first_plane(problem.load, problem.hull);
+  return view;
+}
+
+// The first look, from which the others go on; false where nothing of the body faces the pad.
+bool PatchPress::look_first(const Problem& problem, Looks& looks) {
+  const LawOptions& options = problem.options;
+  find_spots(problem, looks.view);
+  if (options.tilting && !search_.supported(problem.load)) {
+    // The body leans: it tilts until the force passes through what it rests on.
+    rest(problem, looks);
+    find_spots(problem, looks.view);
   }
-  if (last_is_best) return true;
-  view = best;
+  // Springs are pressed farther out than an elastic surface.
+  if (options.law->couples() && compact(options)) looks.view.generosity = kCompact;
+  if (!press(problem, looks.view)) return false;
+  if (laid_.contact.exact()) judge(problem, true, true, looks);
+  return true;
+}
+
+// Turn to the next view; false where the best contact is found, or no other view is known.
+bool PatchPress::turn(const Problem& problem, Looks& looks) {
+  if (looks.last_is_best) {
+    if (laid_.contact.exact() && presses_all()) return false;
+    // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
+    // Onto a load beside all that the body covers the first plane has tilted it as far as it goes; under laws whose cells
+    // do not know of each other it would rest in the same way again.
+    looks.resting_tried = !looks.rested && problem.options.law->couples() && looks.most.missed > 0.0 &&
+                          problem.hull.size() > 2 && holds(problem.hull, problem.load.through, kInside);
+    if (looks.resting_tried) {
+      looks.view = looks.best;
+      rest(problem, looks);
+      return true;
+    }
+  } else if (!looks.resting_tried) {
+    if (looks.ended) {
+      // More of the body touches there than there were cells for.
+      looks.view.reaches = sinks();
+      looks.view.sinks = 0.0;
+      return true;
+    }
+    // It tilted too far onto what lies there.
+    for (int k = 0; k < 2; ++k) {
+      looks.view.plane.slopes[k] = (looks.view.plane.slopes[k] + looks.best.plane.slopes[k]) / 2;
+    }
+    return true;
+  }
+  looks.view = looks.onward;
+  looks.resting_tried = false;
+  return looks.goes_on;
+}
+
+// How the body rests on springs; farther than it may tilt none is looked at.
+void PatchPress::rest(const Problem& problem, Looks& looks) {
+  Plane& plane = looks.view.plane = search_.resting(problem.load);
+  const double slope = std::hypot(plane.slopes[0], plane.slopes[1]);
+  for (double& one : plane.slopes) one *= std::min(1.0, kMostSlope / std::max(slope, kMostSlope));
+  looks.rested = true;
+}
+
+void PatchPress::find_spots(const Problem& problem, const View& view) {
+  SearchLoad load = problem.load;
   load.reach = view.touches;
-  spots_ = search_.find(map, view.plane, load);
-  return press();
+  spots_ = search_.find(problem.map, view.plane, load);
+}
+
+// Lay cells on the spots and press them; false where there are none.
+bool PatchPress::press(const Problem& problem, const View& view) {
+  const LawOptions& options = problem.options;
+  if (!add_cells(problem.map, problem.sheet, options, view)) return false;
+  if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.plane);
+  place_again(problem.compliance, options, problem.workspace);
+  set_heights();
+  start_.clear();
+  const double likely = likely_height();
+  for (const double height : laid_.heights) start_.push_back(height <= likely ? 1 : 0);
+  const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
+  laid_.contact.press(laid_.cells.face(), problem.compliance, options, problem.wrench, problem.workspace, laid_.heights.data(),
+                 known ? start_.data() : nullptr);
+  return true;
+}
+
+// Compare what the last look found with the best, and say where it leads to. `more`: whether another look is left after
+// the next one.
+void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
+  const bool solved = pressed && laid_.contact.exact();
+  const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
+  looks.last_is_best = solved && !is_worse(found, looks.most);
+  looks.ended = solved && more && ends_early();
+  if (!looks.last_is_best) return;
+  looks.best = looks.onward = looks.view;
+  looks.most = found;
+  looks.goes_on = next_view(looks.onward);
 }
 
 bool PatchPress::presses_all() const {
-  const std::vector<std::uint8_t>&pressed = contact_.pressed(), &goes_on = cells_.goes_on();
+  const std::vector<std::uint8_t>&pressed = laid_.contact.pressed(), &goes_on = laid_.cells.goes_on();
   return search_.sees_all() && std::find(pressed.begin(), pressed.end(), 0) == pressed.end() &&
          std::find(goes_on.begin(), goes_on.end(), 1) == goes_on.end();
 }
 
-// How the body rests on springs; farther than it may tilt none is looked at.
-Plane PatchPress::resting(const SearchLoad& load) {
-  Plane plane = search_.resting(load);
-  const double slope = std::hypot(plane.slopes[0], plane.slopes[1]);
-  for (double& one : plane.slopes) one *= std::min(1.0, kMostSlope / std::max(slope, kMostSlope));
-  return plane;
-}
-
 void PatchPress::place_again(const SurfaceCompliance& compliance, const LawOptions& options,
                              CellContact::Workspace& workspace) {
-  contact_.place(cells_.face(), kHere, compliance, options, workspace, bends_ ? &bent_ : nullptr);
+  laid_.contact.place(laid_.cells.face(), kHere, compliance, options, workspace, bends_ ? &laid_.bent : nullptr);
 }
 
 // Above each cell, on a curved pad where the cell's own normal meets the body.
 void PatchPress::set_heights() {
-  heights_ = cells_.heights();
-  for (std::size_t i = 0; bends_ && i < heights_.size(); ++i) {
-    const Point& gradient = cells_.gradients()[i];
-    const double *slopes = bent_.slopes().data() + 2 * i, stretch = bent_.stretches()[i];
+  laid_.heights = laid_.cells.heights();
+  for (std::size_t i = 0; bends_ && i < laid_.heights.size(); ++i) {
+    const Point& gradient = laid_.cells.gradients()[i];
+    const double *slopes = laid_.bent.slopes().data() + 2 * i, stretch = laid_.bent.stretches()[i];
     const double leans = (slopes[0] * gradient.x + slopes[1] * gradient.y) / (stretch * stretch);
-    heights_[i] /= std::max(1.0 + leans, kLeastLean);
+    laid_.heights[i] /= std::max(1.0 + leans, kLeastLean);
   }
 }
 
@@ -256,11 +295,11 @@ bool PatchPress::compact(const LawOptions& options) const {
 // How high the outermost cells that press are likely to stand.
 double PatchPress::likely_height() const {
   double under = 0.0, all = 0.0;
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    all += cells_.face().areas[i];
-    if (heights_[i] <= search_.level()) under += cells_.face().areas[i];
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    all += laid_.cells.face().areas[i];
+    if (laid_.heights[i] <= search_.level()) under += laid_.cells.face().areas[i];
   }
-  const double power = power_of(seen_.highest / search_.level(), all / under);
+  const double power = power_of(laid_.seen.highest / search_.level(), all / under);
   return power > 0.0 ? end_over_level(power) * search_.level() : search_.level();
 }
 
@@ -301,26 +340,26 @@ Plane PatchPress::first_plane(const SearchLoad& load, const std::vector<Point>& 
 }
 
 double PatchPress::energy(const SearchLoad& load) const {
-  double sum = contact_.energy() + load.force * search_.lowest();
-  for (std::size_t i = 0; i < heights_.size(); ++i) sum += contact_.normal()[i] * heights_[i];
+  double sum = laid_.contact.energy() + load.force * search_.lowest();
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) sum += laid_.contact.normal()[i] * laid_.heights[i];
   return sum;
 }
 
 double PatchPress::missed(const SearchLoad& load, double narrowest) const {
   double force = 0.0;
   Point centre = {0.0, 0.0};
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    const double own = contact_.normal()[i];
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    const double own = laid_.contact.normal()[i];
     force += own;
-    centre.x += own * cells_.face().centroids[i].x, centre.y += own * cells_.face().centroids[i].y;
+    centre.x += own * laid_.cells.face().centroids[i].x, centre.y += own * laid_.cells.face().centroids[i].y;
   }
   const double away = std::hypot(centre.x / force - load.through.x, centre.y / force - load.through.y);
-  return away > std::max(kMissed * cells_.face().length, narrowest) ? away : 0.0;
+  return away > std::max(kMissed * laid_.cells.face().length, narrowest) ? away : 0.0;
 }
 
 PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& options) const {
   if (!options.tilting || !options.law->couples()) return {};
-  return {missed(load, options.narrowest), energy(load), contact_.energy()};
+  return {missed(load, options.narrowest), energy(load), laid_.contact.energy()};
 }
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other) {
@@ -329,15 +368,15 @@ bool PatchPress::is_worse(const Merit& one, const Merit& other) {
 }
 
 double PatchPress::tilt() const {
-  return std::hypot(seen_.slopes[0] + contact_.slopes()[0], seen_.slopes[1] + contact_.slopes()[1]);
+  return std::hypot(laid_.seen.slopes[0] + laid_.contact.slopes()[0], laid_.seen.slopes[1] + laid_.contact.slopes()[1]);
 }
 
 void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                              const std::vector<double>& sunk, CellContact::Workspace& workspace) {
   set_heights();
-  for (std::size_t i = 0; i < heights_.size(); ++i) heights_[i] += sunk[i];
-  const std::vector<std::uint8_t> start = contact_.pressed();
-  contact_.press(cells_.face(), compliance, options, wrench, workspace, heights_.data(), start.data());
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) laid_.heights[i] += sunk[i];
+  const std::vector<std::uint8_t> start = laid_.contact.pressed();
+  laid_.contact.press(laid_.cells.face(), compliance, options, wrench, workspace, laid_.heights.data(), start.data());
 }
 
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
@@ -345,7 +384,7 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
                                           : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
   if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
   highest = std::max(highest, view.reaches);
-  seen_ = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
+  laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
   // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
   double wanted = 0.0;
@@ -358,11 +397,11 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
   reach_out();
   double coarser = 1.0;
   for (int round = 0; round < kRounds; ++round) {
-    cells_.clear();
+    laid_.cells.clear();
     for (std::size_t k = 0; k < spots_.size(); ++k) {
-      cells_.sound(lattice_over(k, options, view, wanted, coarser), seen_, taken_by_others(k));
+      laid_.cells.sound(lattice_over(k, options, view, wanted, coarser), laid_.seen, taken_by_others(k));
     }
-    const auto count = static_cast<double>(cells_.sounded());
+    const auto count = static_cast<double>(laid_.cells.sounded());
     if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
       // The body ends, or rises, sooner than most do.
       coarser = std::max(count / wanted, kLeastFiner);
@@ -371,22 +410,22 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
     if (count <= kNearly * most) break;
     coarser *= std::max(kLeastCoarser, count / most);
   }
-  cells_.lay(seen_);
-  if (cells_.heights().empty()) return false;
-  cells_.finish(sheet);
+  laid_.cells.lay(laid_.seen);
+  if (laid_.cells.heights().empty()) return false;
+  laid_.cells.finish(sheet);
   return true;
 }
 
 // Regions about the spots as far as the body may touch there: what stands linearly higher from the spot on is reached.
 void PatchPress::reach_out() {
   // Flat faces stand nowhere higher.
-  const double wider = search_.level() > 0.0 ? std::max(seen_.highest / search_.level(), kLeastWider) : kLeastWider;
+  const double wider = search_.level() > 0.0 ? std::max(laid_.seen.highest / search_.level(), kLeastWider) : kLeastWider;
   regions_.clear();
   for (const Spot& spot : spots_) {
     Region region = spot.region.lengthwise();
     // On lines through what is bent or hollow there may be nothing far into it.
     const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
-    cells_.trim(seen_, open ? kTrimmed : 0.0, wider, region);
+    laid_.cells.trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
     regions_.push_back(region);
   }
 }
@@ -401,13 +440,13 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   const bool breaks = search_.loaded() * kGenerous < search_.level();
   double cell = coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.generosity, kGenerous))) / share;
   // Bodies whose area grows fast with the height press on more than what lies under the level.
-  const double power = power_of(seen_.highest / search_.level(), regions_[number].area() / spot.region.lengthwise().area());
+  const double power = power_of(laid_.seen.highest / search_.level(), regions_[number].area() / spot.region.lengthwise().area());
   if (power > 0.0) cell *= std::max(std::pow(end_over_level(power), 2.0 / power), 1.0);
   // So many cells of one size lie along a line that runs askew to them.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
   Region region = regions_[number];
-  cell = std::max(cell, region.area() / (kMostSounded * wanted));
+  cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSounded * wanted));
   if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
   return region.lattice(cell, options.narrowest);
 }
@@ -426,9 +465,9 @@ const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
 // Whether cells press that end for the height alone: the contact goes on beyond them.
 bool PatchPress::goes_beyond() const {
   std::size_t at_end = 0, ends = 0;
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    ends += cells_.goes_on()[i];
-    at_end += cells_.goes_on()[i] && contact_.pressed()[i];
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    ends += laid_.cells.goes_on()[i];
+    at_end += laid_.cells.goes_on()[i] && laid_.contact.pressed()[i];
   }
   return static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
 }
@@ -436,8 +475,8 @@ bool PatchPress::goes_beyond() const {
 // Whether it surely does: of a single row of cells all end on their sides.
 bool PatchPress::ends_early() const {
   double within = 0.0, at_end = 0.0;
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    (cells_.goes_on()[i] ? at_end : within) += cells_.face().areas[i];
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    (laid_.cells.goes_on()[i] ? at_end : within) += laid_.cells.face().areas[i];
   }
   return goes_beyond() && within > kWithin * at_end;
 }
@@ -445,32 +484,32 @@ bool PatchPress::ends_early() const {
 // How high a part of the body may stand that touches, and a little over that.
 double PatchPress::sinks() const {
   double lowest = kNowhere;
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    if (contact_.pressed()[i]) lowest = std::min(lowest, heights_[i]);
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    if (laid_.contact.pressed()[i]) lowest = std::min(lowest, laid_.heights[i]);
   }
-  return kSinks * (contact_.indentation() + std::max(lowest, 0.0));
+  return kSinks * (laid_.contact.indentation() + std::max(lowest, 0.0));
 }
 
 // How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
 // not tilted away from them.
 bool PatchPress::next_view(View& view) const {
-  const double* slopes = contact_.slopes();
+  const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    if (!contact_.pressed()[i]) continue;
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    if (!laid_.contact.pressed()[i]) continue;
     ++pressed;
-    lowest = std::min(lowest, heights_[i]);
-    const Point& at = cells_.face().centroids[i];
+    lowest = std::min(lowest, laid_.heights[i]);
+    const Point& at = laid_.cells.face().centroids[i];
     const double lift = slopes[0] * at.x + slopes[1] * at.y;
     least = std::min(least, lift);
     most = std::max(most, lift);
   }
-  const double level = std::max(search_.loaded(), contact_.indentation());
+  const double level = std::max(search_.loaded(), laid_.contact.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
   const bool beyond = goes_beyond();
   const bool tilted = lifted > kSmallTilt * level;
-  const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(heights_.size());
+  const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
     const double share = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.from);
     std::copy(slopes, slopes + 2, view.from);
@@ -480,25 +519,25 @@ bool PatchPress::next_view(View& view) const {
     if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) return false;
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
-    if (contact_.exact()) view.sinks = beyond ? 0.0 : contact_.indentation() + std::max(lowest, 0.0);
+    if (laid_.contact.exact()) view.sinks = beyond ? 0.0 : laid_.contact.indentation() + std::max(lowest, 0.0);
     view.reaches = ends_early() ? sinks() : 0.0;
     // One spot that fills its rectangle has no parts that a level could leave out.
     const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
-    view.touches = apart ? kTouches * contact_.indentation() : 0.0;
+    view.touches = apart ? kTouches * laid_.contact.indentation() : 0.0;
     return true;
   }
-  if (search_.level() > 0.0 && contact_.indentation() > kDeep * seen_.highest && view.generosity < kMostGenerous) {
+  if (search_.level() > 0.0 && laid_.contact.indentation() > kDeep * laid_.seen.highest && view.generosity < kMostGenerous) {
     // Where the surface was pressed this deep, what stands a good part of that higher touches as well.
-    const double deeper = kShareOfDepth * contact_.indentation() / seen_.highest;
+    const double deeper = kShareOfDepth * laid_.contact.indentation() / laid_.seen.highest;
     view.generosity = std::min(view.generosity * std::min(deeper, kMostWider), kMostGenerous);
     return true;
   }
   // What stands higher than the body sinks in at its lowest is not touched.
-  if (few && search_.level() > 0.0 && sinks() < kMuchLower * seen_.highest) {
+  if (few && search_.level() > 0.0 && sinks() < kMuchLower * laid_.seen.highest) {
     view.generosity = std::max(sinks() / search_.level(), kLeastGenerous);
     return true;
   }
-  if (ends_early() && sinks() > kHigher * seen_.highest) {
+  if (ends_early() && sinks() > kHigher * laid_.seen.highest) {
     view.reaches = sinks();
     return true;
   }

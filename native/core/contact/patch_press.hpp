@@ -27,15 +27,15 @@ class PatchPress {
   // Cells into a workspace in which others were placed since.
   void place_again(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
 
-  const CellContact& contact() const { return contact_; }
+  const CellContact& contact() const { return laid_.contact; }
   // How the cells lie on a curved pad.
-  const BentCells& bent() const { return bent_; }
+  const BentCells& bent() const { return laid_.bent; }
   // Of the body above the cells, seen from where it tilts to [m].
-  const std::vector<double>& heights() const { return heights_; }
-  const Face& face() const { return cells_.face(); }
+  const std::vector<double>& heights() const { return laid_.heights; }
+  const Face& face() const { return laid_.cells.face(); }
   // From where the heights are seen.
-  const PatchFace::View& view() const { return seen_; }
-  void integrate_shear(ShearIntegrals& integrals) const { cells_.integrate_shear(integrals); }
+  const PatchFace::View& view() const { return laid_.seen; }
+  void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
   // Slope by which the body tilts from where it stands [-].
   double tilt() const;
 
@@ -53,9 +53,36 @@ class PatchPress {
   struct Merit {
     double missed, energy, elastic;   // elastic: energy in the surface alone [J]
   };
+  // What is pressed on what: the arguments of solve(), and what follows from them.
+  struct Problem {
+    const HeightMap& map;
+    const Rectangle& sheet;
+    const SurfaceCompliance& compliance;
+    const LawOptions& options;
+    const double* wrench;
+    CellContact::Workspace& workspace;
+    const TangentPlane* plane;    // null on a flat pad
+    SearchLoad load;
+    std::vector<Point> hull;      // of what the body covers; none where it may not tilt
+  };
+  // Where the search for the best contact stands.
+  struct Looks {
+    View view, best, onward;      // the last, that of the best contact so far, and the one that this leads to
+    Merit most = {kNowhere, 0.0, 0.0};   // of the best contact
+    bool goes_on = false;         // whether `onward` is another view than the best
+    bool last_is_best = true, ended = false;        // of the last contact; whether it goes on beyond its cells
+    bool rested = false, resting_tried = false;     // whether a view was where springs rest; whether the last one was
+  };
+  static SearchLoad load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options);
+  View first_view(const Problem& problem) const;
+  bool look_first(const Problem& problem, Looks& looks);
+  bool turn(const Problem& problem, Looks& looks);
+  void rest(const Problem& problem, Looks& looks);
+  void find_spots(const Problem& problem, const View& view);
+  bool press(const Problem& problem, const View& view);
+  void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   // Whether all cells press, and no other would: the body has nothing else over the sheet.
   bool presses_all() const;
-  Plane resting(const SearchLoad& load);
   // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
   bool compact(const LawOptions& options) const;
   double likely_height() const;
@@ -79,15 +106,20 @@ class PatchPress {
   // A contact that carries the load is better than one that misses it, and of two that do the one of less energy.
   static bool is_worse(const Merit& one, const Merit& other);
 
+  // Cells as a look laid them, and the contact on them.
+  struct Laid {
+    PatchFace cells;
+    BentCells bent;
+    CellContact contact;
+    PatchFace::View seen = {};
+    std::vector<double> heights;
+  };
+
   ContactSearch search_;
-  PatchFace cells_;
-  BentCells bent_;
+  Laid laid_, best_;   // of the last look; of the best one, while another is taken
   bool bends_ = false;
-  CellContact contact_;
-  PatchFace::View seen_ = {};
   std::vector<Spot> spots_;
   std::vector<Region> regions_, taken_;
-  std::vector<double> heights_;
   std::vector<std::uint8_t> start_;
 };
 

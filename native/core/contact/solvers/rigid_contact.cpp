@@ -29,6 +29,11 @@ constexpr double kStiffest = 1e-3;
 // limit it is, and loaded by what is more than the third of the resultants.
 constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
 
+// How far the share of the worst from which on cells change sides goes towards all of it, where they are not fewer.
+constexpr double kStricter = 1.0 / 3.0;
+// To which side a cell goes in an exchange with bounded forces.
+constexpr std::uint8_t kStays = 0, kIsFree = 1, kPresses = 2, kIsFull = 3;
+
 double along(const double* map, const double* resultants, std::size_t motions) {
   double value = map[motions];
   for (std::size_t m = 0; m < motions; ++m) value += map[m] * resultants[m];
@@ -157,9 +162,9 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
 bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most) {
   const std::size_t cells = problem.cells(), motions = problem.motions;
   const Matrix& compliance = *problem.compliance;
-  bool single = false;
+  std::size_t fewest = cells + 1;
+  double share = 0.0;
   pushed_.resize(cells);
-  seen_.clear();
   for (std::size_t round = 0; round < kBounded; ++round) {
     // What the full cells carry is taken off the load, and the surface lies lower where they push it.
     double left[kMostMotions];
@@ -173,19 +178,8 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
     if (!on({&compliance, problem.modes, motions, pushed_.data(), left})) return false;
     double scale = std::abs(motion_[0]);
     for (const double pushed : pushed_) scale = std::max(scale, std::abs(pushed));
-    bool changed = false;
-    for (std::size_t k = cells; k-- > 0 && !(changed && single);) {
-      if (full_[k]) {
-        // Let go where the surface would be pushed deeper than the body is.
-        if (separation_[k] > kTolerance * scale) full_[k] = 0, pressed_[k] = 1, changed = true;
-      } else if (pressed_[k]) {
-        if (forces_[k] > most[k] * (1.0 + kTolerance)) pressed_[k] = 0, full_[k] = 1, changed = true;
-        if (forces_[k] < -kTolerance * most[k]) pressed_[k] = 0, changed = true;
-      } else if (separation_[k] < -kTolerance * scale) {
-        pressed_[k] = 1, changed = true;
-      }
-    }
-    if (!changed) {
+    const std::size_t wrong = find_wrong(problem, most, scale);
+    if (wrong == 0) {
       double sum = -problem.resultants[0];
       for (std::size_t i = 0; i < cells; ++i) {
         if (full_[i]) forces_[i] = most[i], pressed_[i] = 1;
@@ -193,10 +187,43 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
       }
       return std::abs(sum) <= kBalanced * problem.resultants[0];
     }
-    // What comes round again ends with one cell at a time, the last one (Murty, Linear Complementarity, 1988, ch. 4).
-    single = seen_.again({&pressed_, &full_}) || single;
+    // All of them go over while that leaves fewer than ever; where it does not, the body has tilted too far for what was
+    // but a little wrong: then fewer and fewer of them do, the worst.
+    share = wrong < fewest ? share / 2 : share + (1.0 - share) * kStricter;
+    fewest = std::min(fewest, wrong);
+    send_over(share);
   }
   return false;
+}
+
+// Which cells press too little or too much, or lie where they may not, and by how much of what each bears at most; how many.
+std::size_t RigidContact::find_wrong(const RigidProblem& problem, const double* most, double scale) {
+  const Matrix& compliance = *problem.compliance;
+  exchange_.assign(cells(), kStays);
+  excess_.assign(cells(), 0.0);
+  for (std::size_t i = 0; i < cells(); ++i) {
+    const double deep = std::max(compliance[i][i] * most[i], std::numeric_limits<double>::min());
+    if (full_[i]) {
+      // Let go where the surface would be pushed deeper than the body is.
+      if (separation_[i] > kTolerance * scale) exchange_[i] = kPresses, excess_[i] = separation_[i] / deep;
+    } else if (pressed_[i]) {
+      if (forces_[i] > most[i] * (1.0 + kTolerance)) exchange_[i] = kIsFull, excess_[i] = forces_[i] / most[i] - 1.0;
+      if (forces_[i] < -kTolerance * most[i]) exchange_[i] = kIsFree, excess_[i] = -forces_[i] / most[i];
+    } else if (separation_[i] < -kTolerance * scale) {
+      exchange_[i] = kPresses, excess_[i] = -separation_[i] / deep;
+    }
+  }
+  return cells() - static_cast<std::size_t>(std::count(exchange_.begin(), exchange_.end(), kStays));
+}
+
+// Cells that are wrong by no less than this share of the worst change sides.
+void RigidContact::send_over(double share) {
+  const double least = share * *std::max_element(excess_.begin(), excess_.end());
+  for (std::size_t i = 0; i < cells(); ++i) {
+    if (exchange_[i] == kStays || excess_[i] < least) continue;
+    pressed_[i] = exchange_[i] == kPresses ? 1 : 0;
+    full_[i] = exchange_[i] == kIsFull ? 1 : 0;
+  }
 }
 
 // The solution if exactly the pressed cells were in contact; false where they cannot carry resultants.

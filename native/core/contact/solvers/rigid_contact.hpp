@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/solvers/seen_cells.hpp"
 #include "contact/solvers/springs.hpp"
 #include "linalg/dense.hpp"
 
@@ -76,18 +75,19 @@ class RigidContact {
   bool descend(const RigidProblem& problem);
   bool balances(const RigidProblem& problem) const;
   std::size_t violated(std::vector<std::uint8_t>& violated) const;
+  std::size_t find_wrong(const RigidProblem& problem, const double* most, double scale);
+  void send_over(double share);
 
   std::size_t motions_ = 0;
   bool flexible_ = true, definite_ = true, carries_ = true;
   std::vector<std::uint8_t> pressed_, exchange_, full_;
-  std::vector<double> forces_, separation_, reached_, pushed_, stiffnesses_, column_;
+  std::vector<double> forces_, separation_, excess_, reached_, pushed_, stiffnesses_, column_;
   double work_ = 0.0;
   double motion_[kMostMotions] = {};
   double pressed_heights_[kMostMotions] = {};             // B^T A^-1 g of the pressed cells
   double stiffness_[kMostMotions][kMostMotions] = {};     // B^T A^-1 B of the pressed cells
   double flexibility_[kMostMotions][kMostMotions] = {};   // its inverse
   SpringBed springs_;
-  SeenCells seen_;
   std::vector<std::size_t> order_, places_, filled_;
   // Of the pressed cells: the factor U of their compliance, and U^-T B and U^-T g by row.
   SubmatrixFactor factor_;
