@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 from scipy.special import ellipe
 
 from mjtactile._types import Array
@@ -66,7 +66,7 @@ def paraboloid_on_bonded_layer(chi: float) -> float:
 
     Source: Hayes, Keer, Herrmann, Mockros, J. Biomech. 5 (1972) 541, sections 2 and 4.
     """
-    radius = float(brentq(lambda a: np.sqrt(_depth_and_force(a)[0]) - chi, 0.01, 2.0))
+    radius = root_scalar(lambda a: np.sqrt(_depth_and_force(a)[0]) - chi, bracket=(0.01, 2.0)).root
     depth, force = _depth_and_force(radius)
     return force / (4 / 3 * depth**1.5)
 
