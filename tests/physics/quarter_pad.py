@@ -20,7 +20,7 @@ from mjtactile._types import Array
 
 
 @dataclass(frozen=True)
-class Material:
+class IsotropicSolid:
     """An isotropic solid."""
 
     young: float  #: [Pa]
@@ -43,7 +43,7 @@ class QuarterPad:
     """
 
     def __init__(
-        self, lines: tuple[Array, Array, Array], place: Callable[[Array, Array, Array], Array], material: Material
+        self, lines: tuple[Array, Array, Array], place: Callable[[Array, Array, Array], Array], material: IsotropicSolid
     ) -> None:
         self._lines, self._lame = lines, material.lame
         nodes = [np.sort(np.concatenate([line, (line[1:] + line[:-1]) / 2])) for line in lines]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from quarter_pad import Material, QuarterPad, ball_rule
+from quarter_pad import IsotropicSolid, QuarterPad, ball_rule
 from shapely import Polygon
 
 from mjtactile.contact.contact_load import contact_load
@@ -145,7 +145,7 @@ def graded(size: float, near: float, end: float) -> np.ndarray:
 def ball_on_the_tip() -> tuple[float, np.ndarray]:
     """Depth [m] and readings [Pa] of the ball on the tip, by scikit-fem."""
     case = CASES["tip_sphere5_c"]
-    outer, material = CylinderSector(8e-3), Material(3e6, 0.49)
+    outer, material = CylinderSector(8e-3), IsotropicSolid(3e6, 0.49)
     lines = (graded(0.24e-3, 0.96e-3, 6e-3), graded(0.24e-3, 0.96e-3, 8e-3), graded(0.24e-3, 0.9e-3, 3e-3))
     pad = QuarterPad(lines, outer.positions, material)
 
