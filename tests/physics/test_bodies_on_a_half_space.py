@@ -197,6 +197,21 @@ def test_sphere_that_sticks_moves_its_contact_as_one(angle):
     assert motion.mean() == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_few_cells_that_stick_move_as_one(angle):
+    """On a dozen cells, what a cell's own shear does to it is the largest part of how it moves.
+
+    The motion is that of the cells' polygons in closed form. What is left, 0.6 %, are pairs by their middles; 1.4 %
+    if cells give way to their own shear by a tenth more.
+    """
+    slide = 0.2 * FORCE * np.array([math.cos(angle), math.sin(angle)])
+    load = pressed(SOFT, sphere, FORCE, shear=(slide[0], slide[1]), tangential="stick", cells=12)
+    touching = load.forces[:, 2] < 0.0
+    assert 4 <= touching.sum() <= 16
+    motion = (surface_motion(POISSON, load)[:2, touching].T @ slide) / np.linalg.norm(slide)
+    assert np.ptp(motion) <= 0.009 * motion.mean()
+
+
 def test_stick_zone_is_the_same_at_any_angle():
     def stick_area(angle: float) -> float:
         shear = (0.012 * math.cos(angle), 0.012 * math.sin(angle))
