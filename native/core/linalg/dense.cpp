@@ -82,20 +82,20 @@ void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, st
     const std::size_t last = std::min(first + kSquare, row_end);
     for (std::size_t begin = column; begin < column_end; begin += kSquare) {
       const std::size_t end = std::min(begin + kSquare, column_end);
-      for (std::size_t j = begin; j < end; ++j) {
-        for (std::size_t i = first; i < last; ++i) to[j][i] = from[i][j];
-      }
+      kernels().transpose(from[first] + begin, from.stride(), last - first, end - begin, to[begin] + first, to.stride());
     }
   }
 }
 
 void mirror_upper(Matrix& matrix) {
-  const std::size_t size = matrix.rows();
+  const std::size_t size = matrix.rows(), stride = matrix.stride();
   for (std::size_t first = 0; first < size; first += kSquare) {
-    for (std::size_t begin = 0; begin <= first; begin += kSquare) {
-      for (std::size_t i = first; i < std::min(first + kSquare, size); ++i) {
-        for (std::size_t j = begin; j < std::min(begin + kSquare, i); ++j) matrix[i][j] = matrix[j][i];
-      }
+    const std::size_t last = std::min(first + kSquare, size);
+    for (std::size_t begin = 0; begin < first; begin += kSquare) {
+      kernels().transpose(matrix[begin] + first, stride, kSquare, last - first, matrix[first] + begin, stride);
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      for (std::size_t j = first; j < i; ++j) matrix[i][j] = matrix[j][i];
     }
   }
 }

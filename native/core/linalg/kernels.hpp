@@ -54,6 +54,9 @@ struct Kernels {
   void (*eliminate)(const double* upper, std::size_t upper_row, double* c, std::size_t c_row, std::size_t columns);
   // U^-1 x in place of x (size).
   void (*solve_upper)(const double* upper, std::size_t upper_row, std::size_t size, double* x);
+  // to(j, i) = from(i, j), both row by row, i < rows and j < columns.
+  void (*transpose)(const double* from, std::size_t from_row, std::size_t rows, std::size_t columns, double* to,
+                    std::size_t to_row);
 
   // Heights (whole eights) become that of a triangle over their points where it is over them, no less than the floor and
   // less than they are. With s = triangle[0] x + triangle[1] y + triangle[2] and t of the next three likewise, it is over

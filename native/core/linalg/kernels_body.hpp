@@ -367,6 +367,25 @@ struct Four {
 #endif
 };
 
+// Four rows of four at once; what is left number by number.
+inline void transpose(const double* from, std::size_t from_row, std::size_t rows, std::size_t columns, double* to,
+                      std::size_t to_row) {
+  constexpr std::size_t kFour = 4;
+  for (std::size_t i = 0; i < rows; i += kFour) {
+    const std::size_t taken = rows - i < kFour ? rows - i : kFour;
+    std::size_t j = 0;
+    for (; taken == kFour && j + kFour <= columns; j += kFour) {
+      Four square[kFour];
+      for (std::size_t k = 0; k < kFour; ++k) square[k] = Four::load(from + (i + k) * from_row + j);
+      Four::transpose(square);
+      for (std::size_t k = 0; k < kFour; ++k) square[k].store(to + (j + k) * to_row + i);
+    }
+    for (; j < columns; ++j) {
+      for (std::size_t k = 0; k < taken; ++k) to[j * to_row + i + k] = from[(i + k) * from_row + j];
+    }
+  }
+}
+
 // Powers of xi are lanes; the fourth holds what lies to the left.
 inline void add_edge_moments(const double* start, const double* end, const double* origin, const double* per,
                              const double* from, const double* traction, double* moments) {
@@ -640,6 +659,7 @@ inline Kernels make_kernels(const char* name) {
           factor_small,
           eliminate,
           solve_upper,
+          transpose,
           lower_by_triangle,
           add_edge_moments,
           add_element_forces,
