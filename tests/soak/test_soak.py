@@ -46,6 +46,15 @@ def test_scenes_that_went_wrong_once_end_well(tmp_path, seed):
 
 
 @FORKS
+def test_cells_do_not_multiply_around_a_speck_of_a_body(tmp_path):
+    """Lattices grow as far as a body goes on: those of one small cell took a second per step on this height field."""
+    run = soaked("--scenes", "1", "--seed", "210283", "--steps", "500", "--limit", "60", "--out", str(tmp_path))
+    assert run.returncode == 0, run.stdout[-3000:] + run.stderr[-1000:]
+    _, _, _, nearly_all, *_ = next(line for line in run.stdout.splitlines() if line.startswith("fast ")).split()
+    assert int(nearly_all) < 150_000, "microseconds that 99.9 % of the steps take at most"
+
+
+@FORKS
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="g++ on Linux only")
 @pytest.mark.skipif(os.uname().machine != "x86_64", reason="compiled for x86 only")

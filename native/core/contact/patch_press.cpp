@@ -447,6 +447,11 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
   Region region = regions_[number];
   cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSounded * wanted));
+  if (coarser > 1.0 && region.area() > 0.0) {
+    // Lattices grow as far as the body goes on: one cell on a speck of it may not stay as small as that.
+    const double wider = std::sqrt(std::max(cell / region.area(), 1.0));
+    region.width *= wider, region.height *= wider;
+  }
   if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
   return region.lattice(cell, options.narrowest);
 }
