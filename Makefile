@@ -12,8 +12,6 @@ MUJOCO_TESTS := tests/geometry/test_primitives.py tests/sim tests/plugin tests/d
 # and a dense contact takes the wrench that MuJoCo gives, whichever that is.
 ANY_MUJOCO := "not video and not opengl and not the_command and not dense_contact"
 NATIVE := $(shell find native -type f)
-# Packages that mjtactile's pads are put into, each in an environment of its own: tests/soak/client_venvs.py.
-CLIENT_VENVS := $(patsubst %,build/soak/%/installed,gymnasium-robotics robosuite dm-control)
 # Two processes of tests, one file in one of them.
 SIDE_BY_SIDE := -n 2 --dist loadfile
 
@@ -27,7 +25,7 @@ demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
 
 # Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo.
-test: $(VENV)/installed-dev build/lerobot/installed $(CLIENT_VENVS) .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
+test: $(VENV)/installed-dev build/lerobot/installed build/soak/installed .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(LINT_IMPORTS)
@@ -117,8 +115,10 @@ build/lerobot/installed: | $(VENV)/installed-dev
 	$(@D)/bin/python -m pip --disable-pip-version-check --quiet install --no-deps $(LEROBOT)
 	touch $@
 
-build/soak/%/installed: | $(VENV)/installed-dev
-	$(BIN)/python tests/soak/client_venvs.py $*
+# Packages that mjtactile's pads are put into, each in an environment of its own.
+build/soak/installed: tests/soak/client_venvs.py | $(VENV)/installed-dev
+	$(BIN)/python $<
+	touch $@
 
 # Random scenes, invariants on them, and hands of other packages under random actions: hours. Shorter, or in part:
 # make soak SCENES=100 STEPS=200 SEED=7 CLIENTS=

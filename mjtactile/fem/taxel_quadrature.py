@@ -23,9 +23,9 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sparse
 
-from mjtactile._types import Array, Tables
+from mjtactile._types import Array, Indices, Tables
 from mjtactile.errors import CorruptInfluenceError
-from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_points
+from mjtactile.fem.symmetry import BOTH, FoldedPoints, MirrorPlanes, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
 
@@ -65,12 +65,23 @@ def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampli
         positions.append(offsets + centre)
         weights.append(volumes / volumes.sum())
         taxels.append(np.full(len(volumes), taxel))
+    return folded_sampling(pad, np.concatenate(positions), np.concatenate(weights), np.concatenate(taxels))[0]
+
+
+def folded_sampling(pad: Pad, positions: Array, weights: Array, taxels: Indices) -> tuple[Sampling, FoldedPoints]:
+    """Sample points of one sensing layer folded by the pad's mirrors, and where each of them went.
+
+    Args:
+        pad: the sheet.
+        positions: of the points in the pad frame [m], (points, 3).
+        weights: of each in its taxel's mean [-], (points,); those of a taxel sum to 1.
+        taxels: which taxel each belongs to, (points,); every taxel has some.
+    """
     mirrors = MirrorPlanes(*pad.surface.mirrors)
-    folded = fold_points(np.concatenate(positions), LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
+    folded = fold_points(positions, LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
     columns = folded.quadrant * len(folded.positions) + folded.index
-    shape = (len(feet), len(mirrors.images) * len(folded.positions))
-    average = sparse.csr_array((np.concatenate(weights), (np.concatenate(taxels), columns)), shape=shape)
-    return Sampling(folded.positions, average)
+    shape = (int(taxels.max(initial=-1)) + 1, len(mirrors.images) * len(folded.positions))
+    return Sampling(folded.positions, sparse.csr_array((weights, (taxels, columns)), shape=shape)), folded
 
 
 def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:

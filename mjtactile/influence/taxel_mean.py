@@ -18,8 +18,8 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 
 from mjtactile._types import Array, Indices, Mask, Tables
-from mjtactile.fem.symmetry import FoldedPoints, MirrorPlanes, fold_points
-from mjtactile.fem.taxel_quadrature import Sampling, sampling_tables, stored_average
+from mjtactile.fem.symmetry import MirrorPlanes
+from mjtactile.fem.taxel_quadrature import folded_sampling, sampling_tables, stored_average
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 
 #: Sample points this close to a plane that quarters a ball, over the ball's radius, lie on it, half on either side.
@@ -42,11 +42,9 @@ class LayerMeans:
         self._mirrors = MirrorPlanes(*pad.surface.mirrors)
         balls = _whole_balls(pad, sampling, sensing_layer)
         parts = _quarters(pad, sampling, sensing_layer, balls) if averaging == "quarters" else balls
-        folded = fold_points(parts.centres, LENGTH_TOLERANCE * pad.sampling_radius, self._mirrors)
+        points, folded = folded_sampling(pad, parts.centres, parts.share, parts.taxel)
         #: Sampling tables that take the place of the layer's own.
-        self.sampling: Tables = sampling_tables(
-            Sampling(folded.positions, _average(parts, folded, (len(balls.taxel), self._mirrors))), sensing_layer
-        )
+        self.sampling: Tables = sampling_tables(points, sensing_layer)
         # Of the parts that the mirrors map onto each other, any one may stand for all.
         _, chosen = np.unique(folded.index, return_index=True)
         self._rows = parts.rows[chosen]
@@ -109,13 +107,6 @@ def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _BallParts)
         np.concatenate([one.centres for one in quarters]),
         sparse.csr_array(sparse.vstack([one.rows for one in quarters])),
     )
-
-
-def _average(parts: _BallParts, folded: FoldedPoints, of_layer: tuple[int, MirrorPlanes]) -> sparse.csr_array:
-    """The averaging matrix (taxels, images * folded parts) that takes every taxel's own parts."""
-    (taxels, mirrors), points = of_layer, len(folded.positions)
-    places = folded.quadrant * points + folded.index
-    return sparse.csr_array((parts.share, (parts.taxel, places)), shape=(taxels, len(mirrors.images) * points))
 
 
 def _averaged(

@@ -1,7 +1,6 @@
 """Environments of other packages, each with the MuJoCo that the package runs on, and mjtactile of the working tree.
 
-    python tests/soak/client_venvs.py                # all of them
-    python tests/soak/client_venvs.py robosuite
+    python tests/soak/client_venvs.py    # makes all of them
 
 mjtactile is installed there without its dependencies' bounds, and without torch, which reading a pad does not need.
 """
@@ -54,5 +53,5 @@ def install(name: str, folder: Path) -> Path:
 
 
 if __name__ == "__main__":
-    for wanted in sys.argv[1:] or VENVS:
-        install(wanted, FOLDER)
+    for package in VENVS:
+        install(package, FOLDER)

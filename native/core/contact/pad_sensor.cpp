@@ -172,7 +172,7 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
     if (above > 0.0) {
       std::swap(press.patch, press.other_patch);
       std::swap(press.gap, press.other_gap);
-      press.patch.place_again(compliance, options_, press.workspace);
+      press.patch.place(compliance, options_, press.workspace);
       return true;
     }
   }

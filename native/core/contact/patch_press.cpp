@@ -151,7 +151,7 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   }
   if (looks.last_is_best) return true;
   std::swap(laid_, best_);
-  place_again(compliance, options, workspace);
+  place(compliance, options, workspace);
   return true;
 }
 
@@ -237,7 +237,7 @@ bool PatchPress::press(const Problem& problem, const View& view) {
   const LawOptions& options = problem.options;
   if (!add_cells(problem.map, problem.sheet, options, view)) return false;
   if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.plane);
-  place_again(problem.compliance, options, problem.workspace);
+  place(problem.compliance, options, problem.workspace);
   set_heights();
   start_.clear();
   const double likely = likely_height();
@@ -267,7 +267,7 @@ bool PatchPress::presses_all() const {
          std::find(goes_on.begin(), goes_on.end(), 1) == goes_on.end();
 }
 
-void PatchPress::place_again(const SurfaceCompliance& compliance, const LawOptions& options,
+void PatchPress::place(const SurfaceCompliance& compliance, const LawOptions& options,
                              CellContact::Workspace& workspace) {
   laid_.contact.place(laid_.cells.face(), kHere, compliance, options, workspace, bends_ ? &laid_.bent : nullptr);
 }

@@ -24,8 +24,8 @@ class PatchPress {
   void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                    const std::vector<double>& sunk, CellContact::Workspace& workspace);
 
-  // Cells into a workspace in which others were placed since.
-  void place_again(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
+  // Put the cells into a workspace, in which others may have been placed since.
+  void place(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
 
   const CellContact& contact() const { return laid_.contact; }
   // How the cells lie on a curved pad.
