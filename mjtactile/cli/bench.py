@@ -18,7 +18,7 @@ Out = Annotated[Path | None, typer.Option(help="Write the result to this JSON fi
 
 @bench_app.command("mesh")
 def bench_mesh(as_json: AsJson = False, page: PageOption = None) -> None:
-    """Build time, size, memory, update time and error of each mesh, beside MuJoCo's <tactile>."""
+    """Build time, size, memory, update time and error of each mesh, beside MuJoCo's `<tactile>`."""
     from mjtactile.cli.benchmarks.mesh import mesh_benchmark
     from mjtactile.cli.benchmarks.tables import mesh_table, table_on_page
 
@@ -35,7 +35,7 @@ def bench_plugin(
     out: Out = None,
     page: PageOption = None,
 ) -> None:
-    """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's <tactile>, and many simulations at once."""
+    """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's `<tactile>`, and many simulations at once."""
     from mjtactile._files import check_apart, check_writable
     from mjtactile.cli.benchmarks.plugin import plugin_benchmark, plugin_table
     from mjtactile.cli.benchmarks.tables import rounded, table_on_page

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 from shapely import LineString, MultiPolygon, Point, Polygon, affinity, box
 
 from mjtactile.contact.contact_load import contact_load
@@ -239,6 +241,49 @@ def test_large_pressure_warns_of_the_linear_range():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         contact_load(INFLUENCE, SQUARE, (0, 0, -0.99 * limit))
+
+
+#: How far beside the load the pressure may be centred: the narrowest cells are as wide [m].
+MISSED = 0.05e-3
+
+
+@quietly
+@pytest.mark.parametrize("higher", [30e-6, 70e-6, 80e-6, 90e-6, 100e-6])
+def test_two_feet_of_which_one_bears_little_carry_the_load_together(higher):
+    pin, blunt = np.array([-6e-3, 6e-3]), np.zeros(2)
+    footprint = Footprint.from_height(feet([pin, blunt], [0.2e-3, 5e-3], [0.0, higher]), INFLUENCE.surface)
+    force = np.array([0.0, 0.0, -0.046])
+    for share in (0.3, 0.5, 0.7):
+        moment = moment_of(force, tuple(share * pin + (1 - share) * blunt))
+        load = contact_load(INFLUENCE, footprint, force, moment=moment, law="elastic")
+        assert wrench_difference(load, force, moment, SIDE) < CARRIED
+
+
+#: Among them those in which the body would have fallen over beside a foot that stands a little higher, or far away.
+@quietly
+@pytest.mark.parametrize("seed", [*range(25), 70, 80, 381, 1130, 1182, 1198, 1392, 1443, 1471, 1495, 1607, 1609, 1673])
+def test_a_body_on_feet_tilts_onto_all_that_it_takes_to_carry_the_load(seed):
+    random = np.random.default_rng(seed)
+    count = random.integers(2, 5)
+    places = random.uniform(-7e-3, 7e-3, (count, 2))
+    radii = np.exp(random.uniform(np.log(0.2e-3), np.log(20e-3), count))
+    heights = random.uniform(0, 0.15e-3, count) * random.integers(0, 2, count)
+    through = random.dirichlet(np.ones(count)) @ places
+    force = np.array([0.0, 0.0, -np.exp(random.uniform(np.log(0.02), np.log(2)))])
+    footprint = Footprint.from_height(feet(places, radii, heights), INFLUENCE.surface)
+    load = contact_load(INFLUENCE, footprint, force, moment=moment_of(force, tuple(through)), law="elastic")
+    assert np.abs(load.residual_force).max() <= CARRIED * -force[2]
+    assert np.linalg.norm(load.residual_moment) < MISSED * -force[2]
+
+
+def feet(places: ArrayLike, radii: ArrayLike, heights: ArrayLike) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Lower side of a body that stands on paraboloids: their lowest points (n, 2), radii and heights (n) [m]."""
+
+    def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        each = zip(np.asarray(places), np.asarray(radii), np.asarray(heights), strict=True)
+        return np.min([((x - at[0]) ** 2 + (y - at[1]) ** 2) / 2 / radius + high for at, radius, high in each], axis=0)
+
+    return height
 
 
 def test_loads_add():

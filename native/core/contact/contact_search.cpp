@@ -300,11 +300,13 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     if (!closer) break;
     set_level(load);
   }
+  reached_ = level_;
   for (std::size_t k = 0; k < part_count_; ++k) {
     double level = std::max(level_, load.reach), unused = 0.0;
     Region region = region_under(parts_[k], level, area, count);
     if (count == 0) level *= kReached, region = region_under(parts_[k], level, area, count);
     if (count == 0) continue;
+    reached_ = std::max(reached_, level);
     // It may end anywhere between the last point under the level and the next.
     const double c = std::abs(std::cos(region.angle - parts_[k].region.angle));
     const double s = std::abs(std::sin(region.angle - parts_[k].region.angle));
@@ -347,6 +349,21 @@ std::vector<Point> ContactSearch::covered() const {
     }
   }
   return convex_hull(std::move(ends));
+}
+
+double ContactSearch::share_until(const Plane& seen, const Plane& tilt, double height,
+                                  const std::vector<Region>& regions) const {
+  double least = kNowhere;
+  for (std::size_t i = 0; i < raw_.size(); ++i) {
+    const Point& at = points_[i];
+    const double falls = tilt(at.x, at.y);
+    if (!(falls > 0.0) || !std::isfinite(raw_[i])) continue;
+    const double share = std::max(raw_[i] - seen(at.x, at.y) - lowest_ - height, 0.0) / falls;
+    if (share < least && std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
+      least = share;
+    }
+  }
+  return least;
 }
 
 Plane ContactSearch::resting(const SearchLoad& load) {

@@ -52,12 +52,17 @@ class ContactSearch {
   // The same where no area is needed.
   double loaded() const { return loaded_; }
   double lowest() const { return lowest_; }
+  // Height up to which the spots reach: over the level where one was found to touch, or is close to it.
+  double reached() const { return reached_; }
   // Whether all that faces the pad lies under the level at which spots are gathered: no other plane sees more.
   bool sees_all() const { return sees_all_; }
   // Whether the load passes through what the spots span.
   bool supported(const SearchLoad& load) const;
   // Convex hull of what the body covers, counter-clockwise.
   std::vector<Point> covered() const;
+  // How much of a tilt about its middle it takes until the body, seen from a plane, comes down to a height at a point
+  // outside of some regions: a share of the tilt, infinite where it never does.
+  double share_until(const Plane& seen, const Plane& tilt, double height, const std::vector<Region>& regions) const;
   // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
   Plane resting(const SearchLoad& load);
 
@@ -94,7 +99,7 @@ class ContactSearch {
   std::size_t part_count_ = 0;
   std::vector<Spot> spots_;
   std::vector<Point> chosen_;
-  double level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, spacing_ = 0.0;
+  double level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, reached_ = 0.0, spacing_ = 0.0;
   bool sees_all_ = false;
   SpringBed springs_;
   std::vector<double> stiffness_, modes_, bed_heights_;

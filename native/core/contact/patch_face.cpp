@@ -55,12 +55,6 @@ double seen_from(const PatchFace::View& view, const Point& at, double height) {
   return height - view.slopes[0] * (at.x - view.middle.x) - view.slopes[1] * (at.y - view.middle.y) - view.lowest;
 }
 
-bool within(const Region& region, const Point& at) {
-  const double c = std::cos(region.angle), s = std::sin(region.angle);
-  const double x = at.x - region.centre.x, y = at.y - region.centre.y;
-  return std::abs(c * x + s * y) <= region.width / 2 && std::abs(c * y - s * x) <= region.height / 2;
-}
-
 }  // namespace
 
 void PatchFace::clear() {
@@ -88,7 +82,7 @@ void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice
   const auto counts = [&](double column, double row) {
     const Point at = lattice.at(column, row);
     return seen(view, at) <= view.highest &&
-           std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return within(one, at); });
+           std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return one.holds(at); });
   };
   for (std::size_t growth = 0; growth < kGrowths; ++growth) {
     const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
@@ -133,7 +127,7 @@ void PatchFace::sound(Lattice lattice, const View& view, const std::vector<Regio
     const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
     const bool counts = nodes_of(lattices_.size() - 1, place).under > 0 &&
                         std::none_of(taken.begin(), taken.end(), [&](const Region& one) {
-                          return within(one, lattice.at(column + 0.5, row + 0.5));
+                          return one.holds(lattice.at(column + 0.5, row + 0.5));
                         });
     places_.push_back(counts ? kSounded : kNone);
     sounded_ += counts ? 1 : 0;
@@ -155,16 +149,18 @@ PatchFace::Nodes PatchFace::nodes_of(std::size_t number, std::size_t place) cons
 }
 
 void PatchFace::lay(const View& view) {
+  const std::size_t first = cells_.size();
   for (std::size_t number = 0; number < lattices_.size(); ++number) {
     for (std::size_t place = 0; place < lattices_[number].cells(); ++place) {
       std::int32_t& counts = places_[firsts_[number] + place];
-      if (counts == kSounded) counts = lay_cell(view, number, place);
+      if (counts == kSounded && !cut_out(view, number, place)) counts = kNone;
     }
   }
+  set_heights(view, first);
 }
 
-// One more cell; its number among the face's, or that of none where too little of it counts.
-std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size_t place) {
+// One more cell, without its height; false where too little of it counts.
+bool PatchFace::cut_out(const View& view, std::size_t number, std::size_t place) {
   const Lattice& lattice = lattices_[number];
   const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
   const Nodes nodes = nodes_of(number, place);
@@ -173,10 +169,10 @@ std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size
   Point middle = lattice.at(column + 0.5, row + 0.5);
   if (!cell.whole) {
     Covered covered;
-    if (!cover(lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr, covered)) return kNone;
+    if (!cover(lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr, covered)) return false;
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
     // Ends are found to a part of a cell: a sliver's middle may come to lie where there is nothing, beyond the sheet.
-    if (!view.map->bounds().holds(middle.x, middle.y)) return kNone;
+    if (!view.map->bounds().holds(middle.x, middle.y)) return false;
     const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
     double longer = covered.xx, shorter = covered.yy;
     if (mean + apart > kSlanted * (mean - apart)) {
@@ -190,16 +186,42 @@ std::int32_t PatchFace::lay_cell(const View& view, std::size_t number, std::size
     cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
     cell.sides[1] = covered.area / cell.sides[0];
   }
-  Point gradient;
-  const double height = mean_height(view, cell, middle, gradient);
-  if (!std::isfinite(height)) return kNone;
   cells_.push_back(cell);
   goes_on_.push_back(nodes.finite > nodes.under ? 1 : 0);
   face_.centroids.push_back(middle);
-  face_.areas.push_back(cell.sides[0] * cell.sides[1]);
-  heights_.push_back(height);
-  gradients_.push_back(gradient);
-  return static_cast<std::int32_t>(cells_.size() - 1);
+  return true;
+}
+
+// Heights and gradients of the cells from one on, all looked at together; those over which there is no body are left out.
+void PatchFace::set_heights(const View& view, std::size_t first) {
+  points_.clear();
+  for (std::size_t i = first; i < cells_.size(); ++i) {
+    const Point& middle = face_.centroids[i];
+    const Arms arms = arms_of(cells_[i]);
+    points_.insert(points_.end(), {{middle.x + arms.ends[0].x, middle.y + arms.ends[0].y},
+                                   {middle.x + arms.ends[1].x, middle.y + arms.ends[1].y},
+                                   {middle.x - arms.ends[0].x, middle.y - arms.ends[0].y},
+                                   {middle.x - arms.ends[1].x, middle.y - arms.ends[1].y}});
+  }
+  view.map->heights(points_, found_);
+  std::size_t kept = first;
+  for (std::size_t i = first; i < cells_.size(); ++i) {
+    const Cell cell = cells_[i];
+    Point gradient;
+    const double height = mean_height(view, i, 4 * (i - first), gradient);
+    std::int32_t& place = places_[firsts_[cell.lattice] + cell.place];
+    if (!std::isfinite(height)) {
+      place = kNone;
+      continue;
+    }
+    place = static_cast<std::int32_t>(kept);
+    cells_[kept] = cell, goes_on_[kept] = goes_on_[i], face_.centroids[kept] = face_.centroids[i];
+    face_.areas.push_back(cell.sides[0] * cell.sides[1]);
+    heights_.push_back(height);
+    gradients_.push_back(gradient);
+    ++kept;
+  }
+  cells_.resize(kept), goes_on_.resize(kept), face_.centroids.resize(kept);
 }
 
 // The part of a cell under the view's height: along lines in both directions, so that turning the scene turns the cell.
@@ -289,27 +311,33 @@ bool PatchFace::search_ends(const Lattice& lattice, const View& view, double col
   return true;
 }
 
-// Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes.
-double PatchFace::mean_height(const View& view, const Cell& cell, const Point& middle, Point& gradient) const {
+// Where a cell is looked at, on both sides of its middle.
+PatchFace::Arms PatchFace::arms_of(const Cell& cell) {
+  const double lengths[2] = {cell.sides[0] / std::sqrt(6.0), cell.sides[1] / std::sqrt(6.0)};
+  return {{lengths[0], lengths[1]},
+          {{cell.cosine * lengths[0], cell.sine * lengths[0]}, {-cell.sine * lengths[1], cell.cosine * lengths[1]}}};
+}
+
+// Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes: four that were
+// looked at.
+double PatchFace::mean_height(const View& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
+  const Cell& cell = cells_[own];
   double sum = 0.0, apart[2] = {0.0, 0.0};
   int count = 0;
-  const double arms[2] = {cell.sides[0] / std::sqrt(6.0), cell.sides[1] / std::sqrt(6.0)};
-  for (const double sign : {1.0, -1.0}) {
-    for (int axis = 0; axis < 2; ++axis) {
-      const double along = sign * arms[axis];
-      const Point at = {middle.x + along * (axis == 0 ? cell.cosine : -cell.sine),
-                        middle.y + along * (axis == 0 ? cell.sine : cell.cosine)};
-      const double height = seen(view, at);
-      apart[axis] += sign * height;   // infinite or NaN where there is no body on a side
-      if (!std::isfinite(height)) continue;
-      sum += height;
-      ++count;
-    }
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double height = seen_from(view, points_[looked_at + k], found_[looked_at + k]);
+    apart[k % 2] += k < 2 ? height : -height;   // infinite or NaN where there is no body on a side
+    if (!std::isfinite(height)) continue;
+    sum += height;
+    ++count;
   }
+  const Arms arms = arms_of(cell);
   double slopes[2];
-  for (int axis = 0; axis < 2; ++axis) slopes[axis] = std::isfinite(apart[axis]) ? apart[axis] / (2.0 * arms[axis]) : 0.0;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    slopes[axis] = std::isfinite(apart[axis]) ? apart[axis] / (2.0 * arms.lengths[axis]) : 0.0;
+  }
   gradient = {cell.cosine * slopes[0] - cell.sine * slopes[1], cell.sine * slopes[0] + cell.cosine * slopes[1]};
-  return count > 0 ? sum / count : seen(view, middle);
+  return count > 0 ? sum / count : seen(view, face_.centroids[own]);
 }
 
 void PatchFace::trim(const View& view, double least, double most, Region& region) const {

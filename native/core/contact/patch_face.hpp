@@ -65,9 +65,14 @@ class PatchFace {
     double over[9];
     int under, finite;        // how many count, and over how many the body is at all
   };
+  struct Arms {               // from a cell's middle to where it is looked at, along its sides
+    double lengths[2];
+    Point ends[2];
+  };
   void grow(const View& view, const std::vector<Region>& taken, Lattice& lattice) const;
   Nodes nodes_of(std::size_t number, std::size_t place) const;
-  std::int32_t lay_cell(const View& view, std::size_t number, std::size_t place);
+  bool cut_out(const View& view, std::size_t number, std::size_t place);
+  void set_heights(const View& view, std::size_t first);
   double seen(const View& view, const Point& at) const;
   bool cover(const Lattice& lattice, const View& view, double column, double row, const double* over,
              Covered& covered) const;
@@ -76,7 +81,8 @@ class PatchFace {
             Covered& sum) const;
   bool search_ends(const Lattice& lattice, const View& view, double column, double row, bool along, double line,
                    double& low, double& high) const;
-  double mean_height(const View& view, const Cell& cell, const Point& middle, Point& gradient) const;
+  static Arms arms_of(const Cell& cell);
+  double mean_height(const View& view, std::size_t own, std::size_t looked_at, Point& gradient) const;
   static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
   void integrate();

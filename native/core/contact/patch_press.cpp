@@ -47,6 +47,8 @@ constexpr double kLeastCoarser = 1.25, kNearly = 1.1;
 constexpr int kRounds = 10;
 // Cells that are looked at for one that is wanted, at most: what is bent or hollow fills little of its rectangle.
 constexpr double kMostSounded = 32.0;
+// What lies outside of regions so many times as large as the spots' is another part of the body.
+constexpr double kApart = 2.0;
 // A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
 // than this many levels at once, nor beyond this slope.
 constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFallen = 0.9;
@@ -258,7 +260,7 @@ void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& l
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.most = found;
-  looks.goes_on = next_view(looks.onward);
+  looks.goes_on = next_view(found.missed, looks.onward);
 }
 
 bool PatchPress::presses_all() const {
@@ -382,6 +384,7 @@ void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptio
 bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
   double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
                                           : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
+  if (options.law->shapes()) highest = std::max(highest, search_.reached());
   if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
   highest = std::max(highest, view.reaches);
   laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
@@ -447,8 +450,11 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
   Region region = regions_[number];
   cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSounded * wanted));
-  if (coarser > 1.0 && region.area() > 0.0) {
-    // Lattices grow as far as the body goes on: one cell on a speck of it may not stay as small as that.
+  // Lattices grow as far as the body goes on: one cell on a speck of it may not stay as small as that.
+  if (!(region.area() > 0.0) || std::max(region.width, region.height) < options.narrowest) {
+    region.width = std::max(region.width, options.narrowest), region.height = std::max(region.height, options.narrowest);
+  }
+  if (coarser > 1.0) {
     const double wider = std::sqrt(std::max(cell / region.area(), 1.0));
     region.width *= wider, region.height *= wider;
   }
@@ -495,9 +501,31 @@ double PatchPress::sinks() const {
   return kSinks * (laid_.contact.indentation() + std::max(lowest, 0.0));
 }
 
+// The part of the body that the tilt which the last look found brings down onto the surface first.
+PatchPress::NextPart PatchPress::next_part() const {
+  const double* slopes = laid_.contact.slopes();
+  double force = 0.0, deepest = -kNowhere;
+  Point centre = {0.0, 0.0};
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    if (!laid_.contact.pressed()[i]) continue;
+    const Point& at = laid_.cells.face().centroids[i];
+    const double own = laid_.contact.normal()[i];
+    force += own;
+    centre.x += own * at.x, centre.y += own * at.y;
+    deepest = std::max(deepest, slopes[0] * at.x + slopes[1] * at.y - laid_.heights[i]);
+  }
+  if (!(force > 0.0)) return {kNowhere, 0.0};
+  centre = {centre.x / force, centre.y / force};
+  const double sunk = laid_.contact.indentation() - deepest + slopes[0] * centre.x + slopes[1] * centre.y;
+  wider_ = regions_;
+  for (Region& one : wider_) one.width *= kApart, one.height *= kApart;
+  const Plane seen = {{laid_.seen.slopes[0], laid_.seen.slopes[1]}, laid_.seen.middle};
+  return {search_.share_until(seen, {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
+}
+
 // How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
 // not tilted away from them.
-bool PatchPress::next_view(View& view) const {
+bool PatchPress::next_view(double missed, View& view) const {
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;
@@ -516,7 +544,10 @@ bool PatchPress::next_view(View& view) const {
   const bool tilted = lifted > kSmallTilt * level;
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
-    const double share = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.from);
+    // Where it carries the load, what else it comes down on is for the next look to find.
+    const NextPart next = missed > 0.0 ? next_part() : NextPart{kNowhere, 0.0};
+    const double rolling = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.from);
+    const double share = std::min(rolling, next.share);
     std::copy(slopes, slopes + 2, view.from);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     const double slope = std::hypot(to[0], to[1]);
@@ -529,6 +560,7 @@ bool PatchPress::next_view(View& view) const {
     // One spot that fills its rectangle has no parts that a level could leave out.
     const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
     view.touches = apart ? kTouches * laid_.contact.indentation() : 0.0;
+    if (next.share < rolling) view.touches = std::max(view.touches, kSinks * next.height);
     return true;
   }
   if (search_.level() > 0.0 && laid_.contact.indentation() > kDeep * laid_.seen.highest && view.generosity < kMostGenerous) {

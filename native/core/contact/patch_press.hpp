@@ -73,6 +73,11 @@ class PatchPress {
     bool last_is_best = true, ended = false;        // of the last contact; whether it goes on beyond its cells
     bool rested = false, resting_tried = false;     // whether a view was where springs rest; whether the last one was
   };
+  // Where another part of the body touches, outside of all spots: after which share of a tilt, and how high above the
+  // lowest point it stands then [m].
+  struct NextPart {
+    double share, height;
+  };
   static SearchLoad load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options);
   View first_view(const Problem& problem) const;
   bool look_first(const Problem& problem, Looks& looks);
@@ -96,7 +101,8 @@ class PatchPress {
   bool goes_beyond() const;
   bool ends_early() const;
   double sinks() const;
-  bool next_view(View& view) const;
+  NextPart next_part() const;
+  bool next_view(double missed, View& view) const;
   // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
   // the one that has least is the body's, whatever cells it was looked for on.
   double energy(const SearchLoad& load) const;
@@ -120,6 +126,7 @@ class PatchPress {
   bool bends_ = false;
   std::vector<Spot> spots_;
   std::vector<Region> regions_, taken_;
+  mutable std::vector<Region> wider_;   // kept: nothing is allocated in a step
   std::vector<std::uint8_t> start_;
 };
 

@@ -19,6 +19,12 @@ Point Lattice::at(double column, double row) const {
   return {cosine * x - sine * y + centre.x, sine * x + cosine * y + centre.y};
 }
 
+bool Region::holds(const Point& at) const {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const double x = at.x - centre.x, y = at.y - centre.y;
+  return std::abs(c * x + s * y) <= width / 2 && std::abs(c * y - s * x) <= height / 2;
+}
+
 Region Region::lengthwise() const {
   return width >= height ? *this : Region{centre, angle + kQuarter, height, width};
 }

@@ -27,6 +27,7 @@ struct Region {
   double angle, width, height;
 
   double area() const { return width * height; }
+  bool holds(const Point& at) const;
   // Turned by a quarter where it is wider than long, so that the longer side comes first.
   Region lengthwise() const;
   // Length of cells over their width, a power of two: long contacts take long cells.
