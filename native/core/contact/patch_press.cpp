@@ -51,6 +51,8 @@ constexpr double kMostSounded = 32.0;
 constexpr double kApart = 2.0;
 // A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
 // than this many levels at once, nor beyond this slope.
+// Contacts no wider along a tilt than this many of the narrowest cells tell little of it.
+constexpr double kNarrow = 1.5;
 constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFallen = 0.9;
 // Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
 // anew, up to a little over that.
@@ -260,7 +262,7 @@ void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& l
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.most = found;
-  looks.goes_on = next_view(found.missed, looks.onward);
+  looks.goes_on = next_view(found, problem.options.narrowest, looks.onward);
 }
 
 bool PatchPress::presses_all() const {
@@ -525,7 +527,7 @@ PatchPress::NextPart PatchPress::next_part() const {
 
 // How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
 // not tilted away from them.
-bool PatchPress::next_view(double missed, View& view) const {
+bool PatchPress::next_view(const Merit& found, double narrowest, View& view) const {
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;
@@ -541,11 +543,13 @@ bool PatchPress::next_view(double missed, View& view) const {
   const double level = std::max(search_.loaded(), laid_.contact.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
   const bool beyond = goes_beyond();
-  const bool tilted = lifted > kSmallTilt * level;
+  // A strip that carries the load stays one, however it tilts, where nothing else touches then.
+  const bool narrow = found.missed == 0.0 && lifted <= kNarrow * narrowest * std::hypot(slopes[0], slopes[1]);
+  const bool tilted = lifted > kSmallTilt * level && !(narrow && next_part().share >= 1.0);
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
     // Where it carries the load, what else it comes down on is for the next look to find.
-    const NextPart next = missed > 0.0 ? next_part() : NextPart{kNowhere, 0.0};
+    const NextPart next = found.missed > 0.0 ? next_part() : NextPart{kNowhere, 0.0};
     const double rolling = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.from);
     const double share = std::min(rolling, next.share);
     std::copy(slopes, slopes + 2, view.from);

@@ -102,7 +102,7 @@ class PatchPress {
   bool ends_early() const;
   double sinks() const;
   NextPart next_part() const;
-  bool next_view(double missed, View& view) const;
+  bool next_view(const Merit& found, double narrowest, View& view) const;
   // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
   // the one that has least is the body's, whatever cells it was looked for on.
   double energy(const SearchLoad& load) const;

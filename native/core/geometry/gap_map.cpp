@@ -122,13 +122,18 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
     return;
   }
   to.assign(points.size(), 0.0);
+  // Values of their own, which nothing that is written changes: several points are looked at side by side.
+  double* const heights = to.data();
+  const Point* const at = points.data();
+  const std::size_t count = points.size();
   for (std::size_t edge = 0; edge < starts_.size(); ++edge) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      to[i] = left_of(starts_[edge], ends_[edge], points[i]) >= 0.0 ? to[i] : kNowhere;
-    }
+    const Point start = starts_[edge], end = ends_[edge];
+    for (std::size_t i = 0; i < count; ++i) heights[i] = left_of(start, end, at[i]) >= 0.0 ? heights[i] : kNowhere;
   }
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!sheet_.holds(points[i].x, points[i].y)) to[i] = kNowhere;
+  const Rectangle sheet = sheet_;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool on = (at[i].x >= sheet.west) & (at[i].x <= sheet.east) & (at[i].y >= sheet.south) & (at[i].y <= sheet.north);
+    heights[i] = on ? heights[i] : kNowhere;
   }
 }
 
