@@ -35,6 +35,9 @@ constexpr double kLeftOver = 5e-3;
 constexpr int kCommonPowers = 20;
 // Width of the narrowest cells over the pad's depth.
 constexpr double kNarrowest = 0.01;
+// Contact cells up to which shear is solved for in the time of a step. Who asks for more waits for them: the time grows
+// with their cube.
+constexpr double kQuick = 100.0;
 // A hash kept as a double must be a whole number that a double holds.
 constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
 // Deviatoric coordinates and the mean stress under x -> -x and y -> -y (mjtactile/influence/matrices.py).
@@ -68,6 +71,7 @@ PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, 
     : pad_(std::move(pad)), options_(options), facing_gap_(facing_gap), tolerance_(tolerance) {
   if (!(options_.narrowest > 0.0)) options_.narrowest = kNarrowest * pad_->depth();
   options_.facing_gap = facing_gap_;
+  shear_.set_patience(std::max(std::pow(static_cast<double>(options_.cells) / kQuick, 3.0), 1.0));
   response_.resize(pad_->template deviatoric<Value>().response_size);
   if (pad_->has_mean()) mean_response_.resize(pad_->template mean<Value>().response_size);
   forces_.resize(3 * pad_->surface().nodes_x() * pad_->surface().nodes_y());
