@@ -181,7 +181,7 @@ class PadObserver:
         if self.options.transducer is not None:
             for row, pads in zip(rows, readings, strict=True):
                 for transducer, pad in zip(self._transducers[row], pads, strict=True):
-                    pad[:] = transducer(pad.reshape(transducer.shape)).reshape(pad.shape)
+                    pad[:] = transducer(pad)
         if self.options.noise > 0.0:
             peaks = self.options.noise * readings.max(axis=of_pad, keepdims=True)
             readings += peaks * self._normal(rows, self.shape, np.float32)
@@ -219,10 +219,9 @@ def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
         if kind == "capacitive"
         else PiezoresistiveElement(area=nominal.full_force / FULL_SCALE)
     )
-    if len(shape) == 1:  # free taxels have no neighbours in a row
-        return Transducer(element, replace(TYPICAL, crosstalk=0.0), shape=(1, 1, *shape), seed=seed)
-    layers, rows, columns = shape
-    return Transducer(element, TYPICAL, shape=(layers, rows, columns), seed=seed)
+    # Free taxels have no neighbours.
+    imperfections = replace(TYPICAL, crosstalk=0.0) if len(shape) == 1 else TYPICAL
+    return Transducer(element, imperfections, shape=shape, seed=seed)
 
 
 #: Mean readings below this say nothing of where [Pa].

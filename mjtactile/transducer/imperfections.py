@@ -24,7 +24,7 @@ class Imperfections:
     gain_spread: float = 0.0  #: standard deviation of the taxels' gains about 1 [-]
     offset_spread: float = 0.0  #: standard deviation of the taxels' signals at rest over the full signal [-]
     dead: float = 0.0  #: share of the taxels that always report rest [-]
-    dead_taxels: tuple[tuple[int, int, int], ...] = ()  #: those that do for certain, (layer, row, column)
+    dead_taxels: tuple[tuple[int, ...], ...] = ()  #: dead for certain: (layer, row, column), of free taxels (taxel,)
     crosstalk: float = 0.0  #: share of its signal a taxel gives to each of its four neighbours in the layer [-]
     hysteresis: float = 0.0  #: by how much a taxel reads too high while it is unloaded, over the reading [-]
     delay: int = 0  #: calls after which a reading comes out
