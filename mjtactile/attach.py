@@ -1,4 +1,4 @@
-"""Pads added to any model that is still being written: geom, site, sensor and plugin in one call."""
+"""Add a pad to a MuJoCo model specification (MjSpec): geom, site, sensor and plugin in one call."""
 
 from __future__ import annotations
 
