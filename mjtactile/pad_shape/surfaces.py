@@ -256,7 +256,7 @@ class Flat(Surface):
 
 
 class Quadric(Surface):
-    """Upper half of x^2 / a^2 + y^2 / b^2 + (z + c)^2 / c^2 = 1, with its apex at the origin; a or b may be infinite."""
+    """Upper half of x^2 / a^2 + y^2 / b^2 + (z + c)^2 / c^2 = 1; its apex is the origin, and a or b may be infinite."""
 
     @property
     @abstractmethod

@@ -1,8 +1,8 @@
-"""From the stress at every taxel to what hardware reports of it.
+"""From the stress at every taxel to the stress that hardware reports.
 
-A reading goes the way a signal goes: it lags and couples in the elastomer, the element turns it into a voltage with a
-gain of its own, noise comes on top, the converter clips and counts. What comes out is stress again, decoded with the
-nominal element's calibration, because that is what a driver knows; `volts` gives the signals themselves.
+The steps are those of a real signal: hysteresis and crosstalk in the elastomer, conversion to a voltage with the gain
+and offset of each element, noise, the converter's range and resolution, delay. The result is a stress again, decoded
+with the nominal element's calibration, since a driver knows no other; `volts` returns the signals.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from mjtactile._types import Array, Mask
 from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
 from mjtactile.transducer.imperfections import Imperfections, coupled, lagging
 
-#: Signals this far below rest still count, over the full signal: a converter's zero stands off its end, so that noise
-#: at rest is not cut in half.
+#: The converter's range extends this far below the signal at rest, over the full signal [-], so that noise at rest is
+#: not clipped.
 HEADROOM = 0.05
 
 
 class Element(Protocol):
-    """One kind of sensing element; `CapacitiveCell` and `PiezoresistiveElement` are some."""
+    """A kind of sensing element, such as `CapacitiveCell` and `PiezoresistiveElement`."""
 
     @property
     def full_signal(self) -> float:
@@ -31,11 +31,11 @@ class Element(Protocol):
         ...
 
     def signal(self, stress: npt.ArrayLike) -> Array:
-        """Signal [V] under a stress [Pa], rising with it."""
+        """Signal [V] under a stress [Pa] of any shape; it increases with the stress."""
         ...
 
     def stress(self, signal: npt.ArrayLike) -> Array:
-        """The stress [Pa] behind a signal [V]."""
+        """Stress [Pa] for a signal [V] of any shape: the inverse of `signal`."""
         ...
 
 
@@ -115,7 +115,7 @@ class Transducer:
             self._lagged = stress = lagging(stress, before, how.hysteresis)
         full = self.element.full_signal
         ideal = self.element.signal(coupled(stress, how.crosstalk))
-        # An element driven beyond its end may give no finite signal; what follows needs one.
+        # An element beyond its range may have an infinite signal; the next steps need finite numbers.
         signal = np.minimum(ideal, 2.0 * full) * self.gains + self.offsets * full
         if how.noise > 0.0:
             signal = signal + how.noise * full * self._noise.standard_normal(signal.shape)
@@ -124,17 +124,17 @@ class Transducer:
         return self._late(self._counted(np.where(self.dead, 0.0, signal)))
 
     def _counted(self, signal: Array) -> Array:
-        """Signals after the converter: limited to its range, in whole counts."""
+        """Signals after the converter: clipped to its range and rounded to whole counts [V]."""
         full = self.element.full_signal
         clipped = np.clip(signal, -HEADROOM * full, full)
         if self.imperfections.adc_bits is None:
             return clipped
-        # Counts are laid so that rest is one of them.
+        # Zero, the signal at rest, is a whole count.
         count = full * (1.0 + HEADROOM) / (2**self.imperfections.adc_bits - 1)
         return np.clip(np.round(clipped / count) * count, -HEADROOM * full, full)
 
     def _late(self, signal: Array) -> Array:
-        """The signal of some calls ago; that at rest where there were fewer calls."""
+        """The signal of `delay` calls ago; zero, the signal at rest, before that many calls."""
         if self.imperfections.delay == 0:
             return signal
         self._delayed.append(signal)

@@ -1,8 +1,8 @@
 """Gains and offsets of one array of transducers, measured at rest and under a known pressure.
 
-A driver decodes with the nominal element's curve. Gains and offsets are the array's own and stay with it, so that they
-can be measured once: at rest, and under a pressure that is the same everywhere, a fluid's for example. What is left is
-noise, which averages out over readings, and taxels that are dead, which recognisers mend.
+A driver decodes with the nominal element's curve. Gains and offsets differ between arrays but are constant for one
+array, so they can be measured once: at rest, and under a uniform pressure such as that of a fluid. Noise and dead
+taxels remain: averaging readings reduces noise, and recognisers replace dead taxels.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from mjtactile._types import Array, Mask
 from mjtactile.transducer.array import Element
 from mjtactile.transducer.capacitive import TransducerError
 
-#: A taxel with less than this share of the nominal gain is dead.
+#: A taxel with less than this fraction of the nominal gain is dead [-].
 _DEAD = 0.5
 
 
@@ -76,7 +76,7 @@ def calibrate(
         readings: how many are averaged, at rest and under the load.
 
     Raises:
-        TransducerError: for no pressure or no readings, or an array that does not feel it.
+        TransducerError: pressure or number of readings is not positive, or no taxel responds to the pressure.
     """
     nominal = float(element.signal(float(pressure)))
     if not (nominal > 0.0 and readings > 0):
