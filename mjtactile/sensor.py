@@ -90,14 +90,7 @@ class TactileSensor:
         self.influence = influence_matrices(self.pad, fidelity) if influence is None else influence
         self.law = self.influence.fidelity.law if law is None else law
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
-        options = contact_options(
-            self.influence,
-            law=law,
-            tangential=tangential,
-            friction=friction,
-            tilt=self.tilt,
-            contacts_know_friction=True,
-        )
+        options = contact_options(self.influence, law=law, tangential=tangential, friction=friction, tilt=self.tilt)
         self.facing_gap = facing_gap
         how = Reading(influence=self.influence, options=options, friction=friction, facing_gap=facing_gap)
         bodies = tuple(model.body(number).name for number in range(model.nbody))

@@ -177,7 +177,7 @@ class InfluenceMatrices(PadTables):
         return [[read_matrix(self.tables, table_name(kind, parity, k)) for parity in classes] for k in layers]
 
     def _averaged(self, deviatoric: Array, sensing_layer: int) -> Array:
-        """Readings of one sensing layer [Pa], (batch, taxels), from the stress at its points (batch, points, 5) [Pa]."""
+        """Readings (batch, taxels) [Pa] of one sensing layer, from the stress at its points (batch, points, 5) [Pa]."""
         return (self.averages[sensing_layer] @ von_mises(deviatoric).T).T
 
 

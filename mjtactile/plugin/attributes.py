@@ -197,7 +197,6 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
         tangential=attributes.tangential,
         friction=attributes.friction,
         tilt=attributes.tilt,
-        contacts_know_friction=True,
     )
     copy = ModelCopy(model, running_layout())
     check_pad_geom(copy, geom, pad)
