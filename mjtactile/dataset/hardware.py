@@ -5,7 +5,7 @@
     full_scale = 100e3       # [Pa]
     imperfections = { noise = 0.002, gain_spread = 0.01, dead = 0.003, adc_bits = 12 }
 
-Every press meets an array of its own, drawn from the press's seed.
+Every press has an array of its own, drawn from the press's seed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) 
 
     Raises:
         DatasetError: the table names no transducer.
-        TransducerError: values that no transducer has.
+        TransducerError: a value is outside its range.
     """
     return transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))(readings)
 
@@ -48,7 +48,7 @@ def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) ->
 
     Raises:
         DatasetError: the table names no transducer.
-        TransducerError: values that no transducer has, such as crosstalk between free taxels.
+        TransducerError: a value is outside its range, or crosstalk is given for free taxels.
     """
     imperfections, element = transducer_of(values)
     return Transducer(element, imperfections, shape=shape, seed=seed)
