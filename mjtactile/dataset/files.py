@@ -452,7 +452,7 @@ def _least_asked(path: Path) -> int:
 
 
 def _put_aside(path: Path) -> Path:
-    """Rename a damaged part to a name beginning with "_", which readers of Parquet folders ignore; nothing is deleted."""
+    """Rename a damaged part, not delete it; readers of Parquet folders ignore names that begin with "_"."""
     number = 0
     while (aside := path.with_name(f"_damaged-{number}-{path.name}")).exists():
         number += 1
