@@ -224,7 +224,7 @@ class Task(ABC):
         return 1.0 - self.steps / self.EPISODE_STEPS
 
     def _randomise(self, rows: Rows, drawn: Sequence[np.random.Generator]) -> None:
-        """Vary actuators and joints for domain randomisation; numbers are always drawn, so that seeds are comparable."""
+        """Vary actuators and joints for domain randomisation; always draws, so that seeds are comparable."""
         actuators, joints = self.simulation.model.nu, self.simulation.model.nv
         draws = np.array([one.uniform(-1.0, 1.0, actuators + joints) for one in drawn])
         if self.options.randomise == 0.0:
