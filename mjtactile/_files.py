@@ -1,6 +1,6 @@
-"""Files that people name: looked at before long work begins, and written whole or not at all.
+"""Files named by users: checked before long work begins, and written completely or not at all.
 
-Only regular files are read and written: a device or a pipe of that name stays what it is.
+Only regular files are read and written, never devices or pipes.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ def read_text(path: Path) -> str:
     """The text of a regular file in UTF-8.
 
     Raises:
-        OSError: there is none, it cannot be read, or there is something else of that name.
-        ValueError: it is no text, or no file can have that name.
+        OSError: there is no such file, it cannot be read, or it is not a regular file.
+        ValueError: the content is not UTF-8 text, or the name is not a valid file name.
     """
     found = unusable(path)
     if found is not None:
@@ -50,11 +50,11 @@ def read_text(path: Path) -> str:
 
 
 def unusable(path: Path) -> str | None:
-    """What stands at a path in place of a regular file, such as "a folder"; None for a file, or for nothing.
+    """The kind of a path that is not a regular file, such as "a folder"; None if it is one or does not exist.
 
     Raises:
-        OSError: the path cannot be looked at: too long, a loop of links, a folder that may not be searched.
-        ValueError: no file can have that name.
+        OSError: the path cannot be examined: too long, a loop of links, or a folder without search permission.
+        ValueError: the name is not a valid file name.
     """
     try:
         mode = path.stat().st_mode
@@ -66,11 +66,11 @@ def unusable(path: Path) -> str | None:
 
 
 def check_writable(path: Path) -> None:
-    """Find out before long work whether a file can be written.
+    """Check before long work that a file can be written.
 
     Raises:
-        OutputError: its folder is missing or refuses, the name is none a file can have, or what has that name is
-            write-protected or no regular file.
+        OutputError: its folder is missing or not writable, the name is not a valid file name, or the path exists and
+            is write-protected or not a regular file.
     """
     try:
         target = _target(path)
@@ -81,10 +81,10 @@ def check_writable(path: Path) -> None:
 
 
 def check_figure(path: Path) -> None:
-    """Find out before long work whether a figure can be drawn to a file.
+    """Check before long work that a figure can be drawn to a file.
 
     Raises:
-        OutputError: the name's ending is no kind of figure, or the file cannot be written.
+        OutputError: the file name's extension is not one of `FIGURE_KINDS`, or the file cannot be written.
         MissingExtraError: matplotlib, which draws figures, is not installed.
     """
     figure_kind(path)
@@ -93,10 +93,10 @@ def check_figure(path: Path) -> None:
 
 
 def check_apart(paths: Mapping[str, Path | None]) -> None:
-    """Refuse two names for the same file, one of which would overwrite the other.
+    """Refuse two outputs to the same file, since one would overwrite the other.
 
     Args:
-        paths: by the options that name them; those that are None are left out.
+        paths: paths by the name of the command-line option; entries that are None are ignored.
 
     Raises:
         OutputError: two are the same.
@@ -115,10 +115,10 @@ def check_apart(paths: Mapping[str, Path | None]) -> None:
 
 
 def figure_kind(path: Path) -> str:
-    """The kind of figure a file's name asks for, "png" without an ending.
+    """The image format that a file name asks for by its extension; "png" without one.
 
     Raises:
-        OutputError: the ending is no kind of figure.
+        OutputError: the extension is not one of `FIGURE_KINDS`.
     """
     kind = path.suffix.removeprefix(".").lower() or "png"
     if kind not in FIGURE_KINDS:
@@ -130,16 +130,16 @@ def save_figure(path: Path, figure: Any, dpi: int) -> None:
     """Write a matplotlib figure; it appears complete or not at all.
 
     Raises:
-        OutputError: the name's ending is no kind of figure, or the file cannot be written.
+        OutputError: the file name's extension is not one of `FIGURE_KINDS`, or the file cannot be written.
     """
     kind = figure_kind(path)
     write_atomically(path, lambda file: figure.savefig(file, format=kind, dpi=dpi))
 
 
 def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
-    """Let `write` fill a binary file that appears at `path` complete or not at all.
+    """Call `write` with an open binary file; the file appears at `path` complete or not at all.
 
-    A link is followed. A file that was there keeps its permissions.
+    Links are followed. An existing file is replaced and keeps its permissions.
 
     Raises:
         OutputError: when it cannot be written; the message says why.
@@ -154,13 +154,13 @@ def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
 
 @contextmanager
 def replacing(target: Path, prefix: str) -> Iterator[IO[bytes]]:
-    """A binary file to fill; it takes the place of `target` once it is whole, or leaves nothing behind.
+    """Yield a temporary binary file; it replaces `target` when the block ends, and is removed if the block fails.
 
-    A file that was there keeps its permissions.
+    An existing file keeps its permissions.
 
     Args:
-        target: regular file, or nothing yet.
-        prefix: of the name that the file has while it is written, in the same folder.
+        target: path of a regular file, which need not exist.
+        prefix: of the temporary file's name; it lies in the folder of `target`.
 
     Raises:
         OSError: when it cannot be written.
@@ -184,8 +184,8 @@ def _target(path: Path) -> Path:
     """The file behind a path, its links followed.
 
     Raises:
-        OSError: something else than a regular file is there, or one that is write-protected.
-        ValueError: no file can have that name.
+        OSError: the path is not a regular file, or it is write-protected.
+        ValueError: the name is not a valid file name.
     """
     found = unusable(path)
     if found == "a folder":
@@ -203,12 +203,12 @@ def _refused(path: Path, error: Exception) -> OutputError:
     return OutputError(f"cannot write {path}: {why}. Choose a file in a folder you can write to.")
 
 
-#: Entries of a safetensors header's metadata: what the writer says, the arrays' checksums, and that of all this.
+#: Entries of a safetensors header's metadata: the writer's text, the arrays' checksums, and the header's checksum.
 METADATA, CHECKSUMS, HEADER = "mjtactile", "checksums", "header"
 _WORD = 8
-#: Words of a row: 4 kB, what disks and memory are damaged by.
+#: Words per row of a checksum: 4 kB, the block size in which disks and memory are usually damaged.
 _ROW = 512
-#: Rows looked at in one go: few enough to stay in the processor's cache for the second sum.
+#: Rows summed at a time: few enough to stay in the processor's cache for the second sum.
 _ROWS = 128
 _DIGEST_BYTES = 8
 
@@ -234,21 +234,26 @@ def checksum(array: npt.NDArray[Any]) -> str:
 
 
 def with_checksums(arrays: Tables, said: str) -> dict[str, str]:
-    """A header's metadata for arrays by name, from what the writer says of them."""
+    """Metadata of a safetensors header with checksums.
+
+    Args:
+        arrays: what the file holds, by name.
+        said: the writer's own text about them.
+    """
     about = {METADATA: said, CHECKSUMS: json.dumps({name: checksum(array) for name, array in arrays.items()})}
     return about | {HEADER: _header_checksum(arrays, about)}
 
 
 def has_no_checksums(about: dict[str, str]) -> bool:
-    """Whether a header's metadata is from before there were any."""
+    """Whether a header's metadata was written by a version without checksums."""
     return set(about) == {METADATA}
 
 
 def check_header(arrays: Tables, about: dict[str, str]) -> None:
-    """Refuse a header that is not as it was written: names, types and shapes of arrays, and what is said of them.
+    """Refuse a header whose array names, types, shapes or metadata are not what was written.
 
     Raises:
-        ValueError: when it is not; the message says in which way.
+        ValueError: the header does not match its checksum; the message says in which way.
     """
     if set(about) != {METADATA, CHECKSUMS, HEADER}:
         raise ValueError(f"the header's metadata has entries {', '.join(sorted(about)) or 'none'}")
@@ -257,10 +262,10 @@ def check_header(arrays: Tables, about: dict[str, str]) -> None:
 
 
 def check_arrays(arrays: Tables, about: dict[str, str]) -> None:
-    """Refuse arrays that do not match their checksums in a header that was checked.
+    """Refuse arrays that do not match their checksums; `check_header` checks the header first.
 
     Raises:
-        ValueError: when some do not; the message names them.
+        ValueError: some arrays do not match; the message names them.
     """
     expected = json.loads(about[CHECKSUMS])
     wrong = [name for name, array in arrays.items() if checksum(array) != expected[name]]
@@ -269,7 +274,7 @@ def check_arrays(arrays: Tables, about: dict[str, str]) -> None:
 
 
 def _header_checksum(arrays: Tables, about: dict[str, str]) -> str:
-    """Of all a header says, offsets apart: arrays in each other's places are not what their checksums expect."""
+    """Checksum of everything in a header but the arrays' offsets; swapped arrays fail their own checksums."""
     entries = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
     said = json.dumps([entries, about[METADATA], about[CHECKSUMS]], sort_keys=True)
     return hashlib.blake2b(said.encode(), digest_size=_DIGEST_BYTES).hexdigest()

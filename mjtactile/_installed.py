@@ -1,4 +1,4 @@
-"""What is installed: this version, as pyproject.toml has it, its docs site, and what only some uses need."""
+"""The installed version, the address of the docs site, and the optional extras of pyproject.toml."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from mjtactile.errors import MissingExtraError
 
 __version__ = "0.1.0"
-#: Where the docs site stands, as pyproject.toml and mkdocs.yml have it.
+#: Address of the docs site; the same as in pyproject.toml and mkdocs.yml.
 DOCUMENTATION = "https://mjtactile.github.io/mjtactile/latest/"
 
 
@@ -17,8 +17,8 @@ class Extra:
     """An extra of pyproject.toml.
 
     Attributes:
-        modules: what it brings, as Python imports it.
-        purpose: what these are needed for, as the subject of "need".
+        modules: names of the Python modules it installs.
+        purpose: what needs these modules, as the subject of "need" in an error message.
     """
 
     modules: tuple[str, ...]
@@ -30,7 +30,7 @@ class Extra:
         return [name for name in self.modules if find_spec(name) is None]
 
 
-#: Extras by name, as pyproject.toml has them; those that only gather others are left out.
+#: Extras of pyproject.toml by name, without those that only combine others.
 EXTRAS = {
     "figures": Extra(("matplotlib", "PIL"), "figures and videos"),
     "dataset": Extra(("pyarrow",), "datasets of presses"),
@@ -52,13 +52,13 @@ def page_address(page: str) -> str:
 
 
 def require(name: str) -> None:
-    """Make sure, before they are imported, that the packages of an extra are installed.
+    """Check that the packages of an extra are installed; call it before importing them.
 
     Args:
         name: of the extra, a key of `EXTRAS`.
 
     Raises:
-        MissingExtraError: one is not; the message says the line that installs them.
+        MissingExtraError: a package is missing; the message gives the command that installs the extra.
     """
     extra = EXTRAS[name]
     if extra.missing:

@@ -1,4 +1,4 @@
-"""The compiled core, which presses bodies and reads pads: found, loaded, and handed arrays."""
+"""The compiled core, which solves contacts and computes readings: find it, load it, pass arrays to it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mjtactile.errors import NativeError
 
 #: Version of the functions in native/api/api.h that this module calls.
 API_VERSION = 10
-#: Functions that give back a handle, and those that give back a number of something.
+#: Functions that return a handle, and functions that return a count.
 _MADE = tuple(
     f"mjt_{name}"
     for name in (
@@ -32,10 +32,10 @@ _NAME = {"darwin": "libmjtactile.dylib", "win32": "mjtactile.dll"}.get(sys.platf
 
 
 def library_path() -> Path:
-    """Where the compiled core lies: MJTACTILE_LIBRARY, or what was installed with the package.
+    """Path of the compiled core: MJTACTILE_LIBRARY if set, else the library installed with the package.
 
     Raises:
-        NativeError: when there is none.
+        NativeError: there is no such file.
     """
     named = os.environ.get("MJTACTILE_LIBRARY")
     candidates = [Path(named)] if named else [Path(__file__).parent / _NAME]
@@ -55,10 +55,10 @@ def library_path() -> Path:
 
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL:
-    """The compiled core, loaded once.
+    """The compiled core, loaded at the first call.
 
     Raises:
-        NativeError: when there is none, or one of another version.
+        NativeError: the library is missing, or it has another version than `API_VERSION`.
     """
     path = library_path()
     loaded = ctypes.CDLL(str(path))
@@ -85,27 +85,27 @@ def use_instruction_set(name: str) -> None:
     """Use the kernels of an instruction set, "avx512", "avx2" or "plain", in all threads.
 
     Raises:
-        NativeError: when this processor does not have it.
+        NativeError: this processor does not support it.
     """
     if not library().mjt_use_kernels(name.encode()):
         raise NativeError(f"no kernels {name!r} for this processor. Known: avx512, avx2, plain.")
 
 
 def basis_bytes() -> int:
-    """Memory that wrench bases take in this process [bytes]; bounded by 256 MiB for each precision."""
+    """Memory that cached wrench bases take in this process [bytes]; at most 256 MiB for each precision."""
     return int(library().mjt_basis_bytes())
 
 
 def contiguous(array: npt.ArrayLike) -> Array:
-    """As the core takes it: double precision, in order."""
+    """The array as the core expects it: double precision, C-contiguous; copied only if necessary."""
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
 def pointer(array: npt.NDArray[Any] | None) -> ctypes.c_void_p:
-    """Where an array lies; it must stay alive."""
+    """Address of an array's data, null for None; the caller must keep the array alive."""
     return ctypes.c_void_p(None if array is None else array.ctypes.data)
 
 
 def sized(array: Array) -> tuple[ctypes.c_size_t, ctypes.c_void_p]:
-    """Length and place of an array."""
+    """Length and address of an array, as two arguments of a C function."""
     return ctypes.c_size_t(len(array)), pointer(array)

@@ -1,4 +1,4 @@
-"""Progress: a bar on a terminal; elsewhere lines for work that nobody expects, and else nothing."""
+"""Progress on standard error: a bar on a terminal; elsewhere lines of text if asked for, otherwise nothing."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-#: How often a line says how far work has come, where there is no terminal [s].
+#: Time between lines of progress where there is no terminal [s].
 _BETWEEN_LINES = 10.0
 
 
 def say(text: str) -> None:
-    """Put a line on standard error."""
+    """Write a line to standard error."""
     print(f"mjtactile: {text}", file=sys.stderr, flush=True)
 
 
@@ -20,14 +20,14 @@ def say(text: str) -> None:
 def progress_bar(
     description: str, total: float, *, wanted: bool = True, counted: bool = True, lines: bool = False
 ) -> Iterator[Callable[[float], None]]:
-    """A bar on standard error; yields what advances it by a number of steps.
+    """A progress bar on standard error; yields a function that advances it by a number of steps.
 
     Args:
-        description: what is being done.
-        total: steps in all.
-        counted: show how many steps are done; else the share in percent, for steps that are nothing to count.
+        description: text beside the bar.
+        total: number of steps.
         wanted: whether to show anything.
-        lines: whether standard error gets a line every ten seconds where it is no terminal.
+        counted: show the number of completed steps; False shows only the percentage.
+        lines: whether to write a line every ten seconds where standard error is not a terminal.
     """
     if not (wanted and sys.stderr.isatty()):
         yield _by_lines(total) if wanted and lines else lambda steps: None
@@ -50,7 +50,7 @@ def progress_bar(
 
 
 def _by_lines(total: float) -> Callable[[float], None]:
-    """What says, now and then, how much is done and how long the rest will take."""
+    """A function that counts steps and occasionally writes the percentage done and the time left."""
     began = said = time.monotonic()
     done = 0.0
 

@@ -9,9 +9,9 @@ import numpy.typing as npt
 
 #: Numbers in double precision.
 Array = npt.NDArray[np.float64]
-#: Yes or no, element by element.
+#: Booleans.
 Mask = npt.NDArray[np.bool_]
-#: Places in another array.
+#: Indices into another array.
 Indices = npt.NDArray[np.int64]
 #: Arrays of any type by name, as files hold them.
 Tables = dict[str, npt.NDArray[Any]]

@@ -1,4 +1,4 @@
-"""Pads added to any model that is still being written: geom, site, sensor and plugin in one call."""
+"""Add a pad to a MuJoCo model specification (MjSpec): geom, site, sensor and plugin in one call."""
 
 from __future__ import annotations
 
@@ -35,34 +35,34 @@ def attach_pad(
     """Add a tactile pad to a body.
 
     Adds a geom `<name>_pad`, a site `<name>_surface` in the pad frame, and a sensor `<name>` of the plugin
-    "mjtactile.pad". The geom is a box, or of a curved pad a mesh of the same name in the shape of the pad; of one with
-    hollows several, `<name>_pad_piece_1` and so on (docs/curved.md). The pad should stand a little above the body's own
-    geoms: it does not feel what touches those. It touches what the body's own geoms touch, and the model's defaults do
-    not change it.
+    "mjtactile.pad". A flat pad's geom is a box. A curved pad's geom is a mesh of the same name in the pad's shape; a
+    curved pad with hollows gets further geoms, `<name>_pad_piece_1` and so on (docs/curved.md). Place the pad slightly
+    above the body's own geoms: it does not feel contacts on those. The pad collides with whatever the body's own geoms
+    collide with. The model's defaults do not affect it.
 
     Args:
-        spec: of the model; compile it afterwards.
+        spec: model specification; compile it afterwards.
         body: name of the body; "world" for the world.
-        name: of the sensor.
-        pos: where the pad frame's origin, the middle of the sensing surface, stands in the body's frame [m], (3,).
-        quat: orientation of the pad frame there, z out of the pad, (w, x, y, z).
-        pad: a pad, the name of a registered one, or a file of saved influence matrices; by default the paper's. The
-            model holds the numbers of a pad, so that it can be saved and opened anywhere; of a file it holds the name.
-        fidelity: preset by name, or a Fidelity, of which the model holds every choice.
+        name: name of the sensor.
+        pos: origin of the pad frame, the middle of the sensing surface, in the body's frame [m], (3,).
+        quat: orientation of the pad frame in the body's frame, (w, x, y, z); the pad's z axis points out of the pad.
+        pad: a Pad, the name of a registered one, or a file of saved influence matrices; by default the paper's pad. The
+            model stores all numbers of a Pad, so that it can be saved and opened anywhere, but only the name of a file.
+        fidelity: a preset by name, or a Fidelity, of which the model stores every choice.
         output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces.
         visual: whether viewers show the top layer's readings as a heat map on the pad.
         law: contact law in place of the fidelity's own.
         friction: coefficient [-] that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
-        contact: "stiff", or "soft" for grippers that cannot align themselves: what is gripped askew presses with a
-            patch, not with a corner (docs/hands.md). `sim.pad_geom.contact_constants` has the numbers, and two more
-            for models of ours: "press" and "hand".
+        contact: "stiff", or "soft" for grippers that cannot align themselves with the object: a tilted object then
+            presses with a patch instead of a corner (docs/hands.md). `sim.pad_geom.contact_constants` lists the values,
+            and two more names that this package's own models use: "press" and "hand".
 
     Returns:
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: when there is no such body, pad, fidelity, output or contact, the name is taken, or free taxels are
-            to be drawn by `visual`.
+        SceneError: no such body, pad, fidelity, output or contact; the name is taken; or `visual` is set for a pad
+            with free taxels.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -70,15 +70,10 @@ def attach_pad(
     _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
-    if visual and isinstance(made.taxels, FreeTaxels):
-        raise SceneError(
-            "visual=True draws taxels on a grid, but this pad has free ones. Leave it off; the live view shows them: "
-            "mjtactile.view.Viewer, or mjtactile view MODEL.xml."
-        )
+    if visual:
+        _check_drawable(made)
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
-    config["visual"] = "on" if visual else "off"
-    config |= {} if law is None else {"law": law}
-    config |= {} if friction is None else {"friction": f"{friction:.17g}"}
+    config |= {"visual": "on" if visual else "off"} | _law_attributes(law, friction)
     geom = add_pad_geom(spec, parent, name, made, place, contact)
     add_pad_sensor(spec, name, config)
     return geom
@@ -95,6 +90,19 @@ def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
 def _check_free(spec: mujoco.MjSpec, name: str) -> None:
     if any(sensor.name == name for sensor in spec.sensors) or spec.geom(f"{name}_pad") is not None:
         raise SceneError(f"the model has a sensor '{name}' or a geom '{name}_pad' already. Give the pad another name.")
+
+
+def _check_drawable(pad: Pad) -> None:
+    if isinstance(pad.taxels, FreeTaxels):
+        raise SceneError(
+            "visual=True draws taxels on a grid, but this pad has free ones. Leave it off; the live view shows them: "
+            "mjtactile.view.Viewer, or mjtactile view MODEL.xml."
+        )
+
+
+def _law_attributes(law: str | None, friction: float | None) -> dict[str, str]:
+    chosen = {"law": law, "friction": None if friction is None else f"{friction:.17g}"}
+    return {name: value for name, value in chosen.items() if value is not None}
 
 
 def _fidelity_attribute(fidelity: str | Fidelity) -> str:
@@ -119,7 +127,13 @@ def _place(pos: npt.ArrayLike, quat: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 def pad_table(pad: Pad | str | None) -> tuple[str, Pad]:
-    """Text by which a model names a pad, and the pad: "default", a file's name, or the pad's own numbers.
+    """The plugin attribute `pad` of a model, and the pad it stands for.
+
+    Args:
+        pad: a Pad, the name of a registered one, or a file of saved influence matrices; None for the paper's pad.
+
+    Returns:
+        The attribute ("default", a file's name, or the pad's own numbers as text), and the Pad.
 
     Raises:
         SceneError: there is no pad or file of that name.
@@ -132,12 +146,12 @@ def pad_table(pad: Pad | str | None) -> tuple[str, Pad]:
 
 
 def add_pad_sensor(spec: mujoco.MjSpec, name: str, config: dict[str, str]) -> None:
-    """A sensor of the plugin on geom `<name>_pad`, which is there already.
+    """Add a sensor of the plugin to a model that already has the geom `<name>_pad`.
 
     Args:
-        spec: of the model.
-        name: of the sensor.
-        config: attributes of the plugin, see docs/plugin.md.
+        spec: model specification.
+        name: name of the sensor.
+        config: attributes of the plugin by name, see docs/plugin.md.
     """
     spec.activate_plugin(PLUGIN)
     instance = spec.add_plugin(name=f"{name}_plugin", plugin_name=PLUGIN, active=True)

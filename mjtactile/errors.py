@@ -6,7 +6,7 @@ from typing import ClassVar
 class MjTactileError(Exception):
     """Base of all errors of this package: the message says what is wrong, what was expected and the cure."""
 
-    #: The page in docs/ that says more, where there is one.
+    #: Page in docs/ with more information, or None.
     page: ClassVar[str | None] = None
 
 
@@ -29,7 +29,7 @@ class PresetError(MjTactileError, ValueError):
 
 
 class InfluenceError(MjTactileError, ValueError):
-    """Influence matrices asked for something they do not hold."""
+    """A request for something that influence matrices do not contain."""
 
 
 class StaleInfluenceError(InfluenceError):
@@ -37,7 +37,7 @@ class StaleInfluenceError(InfluenceError):
 
 
 class CorruptInfluenceError(InfluenceError):
-    """A saved table that is not what was written, or not what its pad and fidelity need."""
+    """A saved table that is damaged, or that lacks what its pad and fidelity need."""
 
 
 class IndenterError(MjTactileError, ValueError):
@@ -67,17 +67,17 @@ class NativeError(MjTactileError, RuntimeError):
 
 
 class MissingExtraError(MjTactileError, ImportError):
-    """A package that only some uses need is not installed; the message says the line that installs it."""
+    """An optional package is not installed; the message gives the command that installs it."""
 
 
 class DistributeError(MjTactileError, RuntimeError):
-    """Workers that cannot be had, or that die over a task again and again."""
+    """Workers that cannot be started or reached, or that are killed repeatedly during the same task."""
 
     page = "datasets.md"
 
 
 class RenderError(MjTactileError, RuntimeError):
-    """No working OpenGL without a screen, or a picture of no size."""
+    """Off-screen OpenGL does not work, or an image has no size."""
 
 
 class ContactWarning(UserWarning):
@@ -85,11 +85,11 @@ class ContactWarning(UserWarning):
 
 
 class MeshWarning(UserWarning):
-    """A mesh coarser than the one whose accuracy is known."""
+    """A finite-element mesh coarser than those whose accuracy was measured."""
 
 
 class InfluenceWarning(UserWarning):
-    """A cached table that had to be rebuilt or could not be kept."""
+    """A cached table that had to be rebuilt or could not be saved."""
 
 
 class UnitError(MjTactileError, ValueError):

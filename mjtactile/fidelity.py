@@ -1,4 +1,4 @@
-"""Fidelity by name: what a reading may cost, and how far it may be off.
+"""Fidelities by name: the trade between the time of a reading and its error.
 
 A preset bundles the choices that trade speed for accuracy: the mesh, how its influence matrices are stored, and how
 the contact pressure is found. The contact law and its cells are free to change later; the rest decides which table is
@@ -16,16 +16,17 @@ from mjtactile.pad import Pad
 
 #: Storage precisions of the stress matrices, coarse to fine.
 PRECISIONS = ("int8", "float16", "float32", "float64")
-#: What a reading is: the mean over a taxel's sample points of the von Mises stress, or of that of the mean stress over
-#: each quarter of the taxel's ball ("quarters"), or the von Mises stress of the mean stress over the ball ("mean").
+#: How a taxel's stress becomes one reading. "points": the mean over the sample points of the von Mises stress.
+#: "quarters": the mean stress tensor over each quarter of the taxel's ball, then the mean of their von Mises stresses.
+#: "mean": the von Mises stress of the mean stress tensor over the ball.
 AVERAGINGS = ("points", "quarters", "mean")
-#: Where a load may act: on all nodes of the surface, or on the elements' corners only.
+#: Where nodal forces may act: at all nodes of the surface, or at the elements' corners only.
 LOADS = ("nodes", "corners")
 #: Contact laws a preset may name.
 CONTACT_LAWS = ("uniform", "foundation", "elastic")
-#: Reference length over the shallowest sensing depth, of the paper's pad.
+#: Reference length over the shallowest sensing depth, as on the paper's pad [-].
 _DEPTHS_PER_LENGTH = 5.0
-#: Least of a density's numbers.
+#: Smallest value of a density's sizes and gradings [-].
 _LEAST = 1e-6
 
 
@@ -33,9 +34,9 @@ _LEAST = 1e-6
 class MeshDensity:
     """How finely a pad is meshed and sampled.
 
-    Sizes are fractions of the length over which the stress that is sensed varies: the sheet's thickness or, where
-    that is less, five times the shallowest sensing depth (on the paper's pad both are 5 mm). A bounded element count
-    keeps wide or thin sheets affordable; where it bites, a MeshWarning says so.
+    Sizes are relative to a reference length, over which the sensed stress varies: the smaller of the sheet's thickness
+    and five times the shallowest sensing depth (both are 5 mm on the paper's pad). `most_elements` bounds the cost of
+    wide or thin sheets; a MeshWarning is issued where it makes the mesh coarser.
     """
 
     in_plane_size: float  #: mean element size in the plane over the reference length [-]
@@ -45,8 +46,8 @@ class MeshDensity:
     points_per_axis: tuple[
         int, ...
     ]  #: sample points along each axis of a taxel's ball, per sensing layer; the last repeats
-    most_elements: int = 800  #: in the plane of the whole sheet; the cost grows with its cube
-    reference_length: float | None = None  #: what sizes are fractions of [m]; None: as said above
+    most_elements: int = 800  #: bound on elements in the plane of the sheet; the cost grows with its cube
+    reference_length: float | None = None  #: length that sizes are relative to [m]; None: as described above
 
     def __post_init__(self) -> None:
         """Refuse densities that make no mesh."""
@@ -64,7 +65,7 @@ class MeshDensity:
             raise MeshError(f"most_elements = {self.most_elements}; expected a whole number of at least 16.")
 
     def length_for(self, pad: Pad) -> float:
-        """The length that sizes are fractions of, on this pad [m]."""
+        """The reference length on a pad [m]."""
         if self.reference_length is not None:
             return self.reference_length
         shallowest = max(min(pad.sensed_depths), pad.sampling_radius)
@@ -81,7 +82,7 @@ MESHES: dict[str, MeshDensity] = {
     "default": MeshDensity(
         in_plane_size=0.15, through_size=0.125, rim_grading=2.0, base_grading=0.75, points_per_axis=(2,)
     ),
-    # For loads on the elements' corners, which see no finer than these lie: nowhere much wider than elsewhere.
+    # For loads="corners", whose resolution is the distance of corners: element sizes vary little across the sheet.
     "even": MeshDensity(
         in_plane_size=0.137,
         through_size=0.125,
@@ -102,7 +103,7 @@ MESHES: dict[str, MeshDensity] = {
 
 
 def mesh_density(mesh: str | MeshDensity) -> MeshDensity:
-    """The density behind a mesh's name; a MeshDensity stands for itself.
+    """The density of a named mesh; a MeshDensity is returned unchanged.
 
     Raises:
         MeshError: when no mesh has that name; the message lists those that exist.
@@ -116,7 +117,7 @@ def mesh_density(mesh: str | MeshDensity) -> MeshDensity:
 
 @dataclass(frozen=True, kw_only=True)
 class Fidelity:
-    """Choices that trade speed for accuracy; the defaults are those of a plain mesh.
+    """Choices that trade speed for accuracy; the defaults are a mesh "default" with nothing reduced.
 
     Raises:
         PresetError: for a choice that does not exist.
@@ -125,11 +126,11 @@ class Fidelity:
 
     mesh: str | MeshDensity = "default"  #: name of a mesh, or a density
     precision: str = "float32"  #: storage of the stress matrices: "int8", "float16", "float32" or "float64"
-    reduction: float = 0.0  #: relative error of a layer's readings given away for speed [-], 0 for none; low_rank.py
-    averaging: str = "points"  #: "points", "quarters" or "mean": norms first or means first; taxel_mean.py
-    loads: str = "nodes"  #: "nodes", or "corners": nodal forces spread onto elements' corners first; vertex_loads.py
+    reduction: float = 0.0  #: relative error of a layer's readings accepted for speed [-], 0 for none; low_rank.py
+    averaging: str = "points"  #: how a reading is averaged, one of `AVERAGINGS`; taxel_mean.py
+    loads: str = "nodes"  #: "nodes", or "corners": nodal forces are moved to elements' corners first; vertex_loads.py
     law: str = "uniform"  #: contact law: "uniform", "foundation" or "elastic"
-    cells: int = 400  #: contact cells the elastic law aims at
+    cells: int = 400  #: target number of contact cells of the elastic law
 
     def __post_init__(self) -> None:
         """Refuse what does not exist."""
@@ -155,7 +156,7 @@ class Fidelity:
         return mesh_density(self.mesh)
 
 
-#: The preset that is read where nobody says otherwise.
+#: The default preset everywhere.
 DEFAULT = "balanced"
 #: Named fidelities, fast to accurate.
 PRESETS: dict[str, Fidelity] = {
@@ -175,7 +176,7 @@ PRESETS: dict[str, Fidelity] = {
 
 
 def as_fidelity(fidelity: str | Fidelity) -> Fidelity:
-    """The fidelity behind a preset's name; a Fidelity stands for itself.
+    """The fidelity of a named preset; a Fidelity is returned unchanged.
 
     Raises:
         PresetError: when no preset has that name; the message lists those that exist.
@@ -191,7 +192,7 @@ def as_fidelity(fidelity: str | Fidelity) -> Fidelity:
 
 
 def fidelity_text(fidelity: str | Fidelity) -> str:
-    """A fidelity as a model names it: its preset's name, or its choices as compact JSON.
+    """A fidelity as the text of a model's attribute: its preset's name, or its choices as compact JSON.
 
     Raises:
         PresetError: when no preset has that name.
@@ -202,7 +203,7 @@ def fidelity_text(fidelity: str | Fidelity) -> str:
 
 
 def fidelity_summary(fidelity: Fidelity) -> str:
-    """A fidelity in a few words: its preset's name, or its choices that differ from a plain mesh's."""
+    """A fidelity in a few words: its preset's name, or the choices that differ from the defaults of `Fidelity`."""
     name = next((name for name, preset in PRESETS.items() if preset == fidelity), None)
     if name is not None:
         return name
@@ -217,8 +218,8 @@ def fidelity_from_text(text: str) -> Fidelity:
     """The fidelity that `fidelity_text` wrote.
 
     Raises:
-        PresetError: when it is neither a preset's name nor such a text.
-        MeshError: when it has a mesh that does not exist.
+        PresetError: the text is neither a preset's name nor the JSON of a fidelity.
+        MeshError: it names a mesh that does not exist.
     """
     if not text.lstrip().startswith("{"):
         return as_fidelity(text)

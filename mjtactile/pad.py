@@ -1,8 +1,8 @@
-"""The pad: a layered elastic body, its sensing elements (taxels), and where their readings are taken.
+"""The pad: a layered elastic body with sensing elements (taxels) at known depths.
 
-Lengths are metres, stresses pascals. The pad frame has its origin in the middle of the sensing surface,
-z out of the pad, x along taxel columns and y along taxel rows. The sensing surface is a plane or curved:
-surfaces.py.
+Lengths are in metres, stresses in pascals. The origin of the pad frame is the middle of the sensing surface. Its z axis
+points out of the pad; x runs along the rows of taxels (from column to column), y from row to row. The sensing surface
+is a plane or curved, see pad_shape/surfaces.py.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels, depth_bands
 if TYPE_CHECKING:
     import trimesh
 
-#: Thinnest layer that is meshed [m]; thinner ones are better described by a change of their neighbour's modulus.
+#: Least thickness of a layer [m]; describe thinner ones by another modulus of the neighbouring layer.
 MINIMUM_LAYER_THICKNESS = 1e-6
-#: Lengths of a pad, least and most [m]: from a micrometre to ten metres.
+#: Least and largest length of a pad [m].
 LENGTHS = 1e-6, 10.0
-#: Young's moduli of a pad, least and most [Pa]: far softer than any gel, far stiffer than diamond.
+#: Least and largest Young's modulus [Pa]: softer than any gel, stiffer than diamond.
 MODULI = 1.0, 1e15
-#: Longest sheet over its width [-].
+#: Largest ratio of a sheet's length to its width [-].
 MOST_ASPECT = 1000.0
-#: Most layers of a stack, most sensing layers, and most readings of a pad: taxels times sensing layers.
+#: Largest numbers of layers, of sensing layers, and of readings (taxels times sensing layers).
 MOST_LAYERS, MOST_DEPTHS, MOST_READINGS = 64, 64, 100_000
 #: Lengths closer than this fraction of the sheet's thickness count as equal.
 LENGTH_TOLERANCE = 1e-9
@@ -51,7 +51,7 @@ def _require(condition: bool | np.bool_, message: str) -> None:
 
 
 def _number(name: str, value: Any, unit: str) -> float:
-    """A real number as a float; NaN and infinities pass."""
+    """A real number as a float; NaN and infinity are accepted."""
     if isinstance(value, str | bytes | bool | np.bool_):
         raise PadError(f"{name} = {value!r}; expected a number{unit}.")
     try:
@@ -63,7 +63,7 @@ def _number(name: str, value: Any, unit: str) -> float:
 
 
 def _shortened(value: Any) -> str:
-    """A value for a message, however long."""
+    """A value as text for an error message, shortened if it is long."""
     try:
         said = repr(value)
     except ValueError:  # Python writes out no integers of many thousand digits
@@ -171,10 +171,11 @@ class TaxelGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class Pad:
-    """A layered elastic body under a rectangle, bonded to a rigid base, sides and top free.
+    """A layered elastic body over a rectangle, bonded to a rigid base; its sides and top are free.
 
-    Its outer surface is a plane or a smooth graph over the rectangle, `surface`; thickness, layers and depths are
-    measured along the inward normals. The inner offset surface is the base, the sides run along the normals.
+    Its outer surface is a plane or a smooth height field over the rectangle, `surface`. Thickness, layers and depths
+    are measured along the inward normals. The base is the offset surface at the full thickness; the sides are made of
+    normals.
 
     The defaults are the sensor of Aoyagi 2008 (Recognition of Contact State of Four Layers Arrayed Type Tactile
     Sensor by Using Neural Networks): 15 x 15 x 5 mm of PDMS, E = 3 MPa, 13 x 13 taxels at 1.25 mm pitch at depths
@@ -182,14 +183,14 @@ class Pad:
     0.49 is ours. Layers are listed from the sensing surface down.
 
     Raises:
-        PadError: for any value no such sheet has; the message names the value and the cure.
+        PadError: a value is outside its range, or values contradict each other; the message says what to change.
     """
 
     size: tuple[float, float] = (15e-3, 15e-3)  #: extent along (x, y) [m]
     layers: tuple[Layer, ...] = (Layer(thickness=5e-3, young=3e6, poisson=0.49),)  #: top first
-    #: Where its taxels are: a grid, seen from above; or FreeTaxels, their points (n, 3) [m], or a file of them.
+    #: Positions of the taxels: a grid seen from above; or FreeTaxels, points (n, 3) [m], or the name of a file of them.
     taxels: TaxelGrid | FreeTaxels = field(default_factory=TaxelGrid)
-    depths: tuple[float, ...] = _DEPTHS  #: sensing layers below the surface [m], top first; free taxels have none
+    depths: tuple[float, ...] = _DEPTHS  #: of the sensing layers [m], top first; () for free taxels
     sampling_radius: float = 0.625e-3  #: a reading is the mean over a ball of this radius [m]
     surface: Surface = FLAT  #: the outer surface over the rectangle
 
@@ -199,7 +200,7 @@ class Pad:
         object.__setattr__(self, "layers", _tuple_of_layers(self.layers))
         object.__setattr__(self, "taxels", as_taxels(self.taxels))
         free = isinstance(self.taxels, FreeTaxels)
-        # Free taxels have depths of their own: only the default, which nobody asked for, may stand beside them.
+        # Free taxels have depths of their own: with them, only the default of `depths` is accepted.
         unasked = isinstance(self.depths, tuple | list) and tuple(self.depths) in ((), _DEPTHS)
         depths = () if free and unasked else _tuple_of_depths(self.depths)
         object.__setattr__(self, "depths", depths)
@@ -299,12 +300,12 @@ class Pad:
 
     @property
     def interfaces(self) -> tuple[float, ...]:
-        """Heights z of the bonded interfaces between layers [m], top first, without surface and base."""
+        """Depths of the interfaces between layers as negative heights [m], top first, without surface and base."""
         return tuple(-math.fsum(layer.thickness for layer in self.layers[: i + 1]) for i in range(len(self.layers) - 1))
 
     @property
     def reading_shape(self) -> tuple[int, ...]:
-        """Shape of one set of readings: (sensing layers, rows, columns); of free taxels (taxels,)."""
+        """Shape of one set of readings: (sensing layers, rows, columns), or (taxels,) for free taxels."""
         if isinstance(self.taxels, FreeTaxels):
             return (len(self.taxels),)
         return len(self.depths), self.taxels.rows, self.taxels.columns
@@ -335,46 +336,46 @@ class Pad:
 
     @property
     def sensing_layers(self) -> int:
-        """Layers of taxels that are kept together; all free taxels are one."""
+        """Number of sensing layers; free taxels count as one."""
         return len(self.depths) or 1
 
     @cached_property
     def sensed_depths(self) -> tuple[float, ...]:
-        """Depths at which there are taxels [m]: those of the sensing layers, or of all free taxels."""
+        """Depths of the sensing layers, or of each free taxel [m]."""
         if isinstance(self.taxels, FreeTaxels):
             return tuple(self.feet(self.taxels.positions)[0][:, 2].tolist())
         return self.depths
 
     def taxel_feet(self, sensing_layer: int) -> Array:
-        """Taxels of a sensing layer as (x, y, depth) [m]: above which point of the projection, and how deep; (n, 3)."""
+        """Foot (x, y) in the projection and depth along the normal of each taxel of a layer [m], shape (n, 3)."""
         if isinstance(self.taxels, FreeTaxels):
             return self.feet(self.taxels.positions)[0]
         y, x = np.meshgrid(self.taxels.y, self.taxels.x, indexing="ij")
         return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, self.depths[sensing_layer])])
 
     def taxel_points(self, sensing_layer: int) -> Array:
-        """Middles of the balls of a sensing layer's taxels in the pad frame [m], (n, 3)."""
+        """Centres of the taxels of a sensing layer in the pad frame [m], shape (n, 3)."""
         if isinstance(self.taxels, FreeTaxels):
             return self.taxels.positions
         feet = self.taxel_feet(sensing_layer)
         return self.surface.positions(feet[:, 0], feet[:, 1], feet[:, 2])
 
     def feet(self, points: Array) -> tuple[Array, Array]:
-        """Where the normals through points (n, 3) [m] meet the surface, see `Surface.feet`."""
+        """Feet of points (n, 3) [m] on the pad's surface, see `Surface.feet`."""
         if self.surface.is_flat:
             return points * np.array([1.0, 1.0, -1.0]), np.zeros(len(points))
         return self.surface.feet(points, (self.size[0] / 2, self.size[1] / 2))
 
     @cached_property
     def layers_drawn(self) -> list[Indices]:
-        """Which readings, counted in a row, are drawn as one layer: sensing layers, or free taxels by their depth."""
+        """Indices of flattened readings drawn together: those of a sensing layer, or of a depth band of free taxels."""
         if isinstance(self.taxels, FreeTaxels):
             radius = float(self.taxels.ball_radii(self.sampling_radius).max())
             return depth_bands(np.array(self.sensed_depths), radius)
         return list(np.arange(math.prod(self.reading_shape)).reshape(len(self.depths), -1))
 
     def depth_said(self, layer: int) -> str:
-        """Depth of a layer that is drawn, for people: "1 mm", or "0.8 to 2.1 mm"."""
+        """Depth of one of `layers_drawn` as text: "1 mm", or "0.8 to 2.1 mm"."""
         if not isinstance(self.taxels, FreeTaxels):
             return f"{self.depths[layer] * 1e3:g} mm"
         depths = np.array(self.sensed_depths)[self.layers_drawn[layer]] * 1e3
@@ -383,10 +384,10 @@ class Pad:
 
     @property
     def description(self) -> dict[str, Any]:
-        """The pad as plain numbers, as written beside saved tables."""
+        """The pad as plain numbers, as stored with saved tables."""
         numbers = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "surface"}
         numbers |= {"layers": tuple(asdict(layer) for layer in self.layers), "taxels": asdict(self.taxels)}
-        # A flat pad says nothing of its surface, as before there were others: its tables stay valid.
+        # A flat pad has no entry "surface", as in versions without curved pads: their tables stay valid.
         return numbers if self.surface.is_flat else numbers | {"surface": self.surface.description}
 
     @classmethod
@@ -394,7 +395,7 @@ class Pad:
         """The pad that `description` described.
 
         Raises:
-            KeyError, TypeError, PadError: when it describes no pad.
+            KeyError, TypeError, PadError: the values do not describe a pad.
         """
         given = dict(description)
         layers = tuple(Layer(**layer) for layer in given.pop("layers"))
@@ -405,12 +406,12 @@ class Pad:
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 over every number of the pad: two pads share it only if they are the same pad."""
+        """SHA-256 of all numbers of the pad; equal only for equal pads."""
         return hashlib.sha256(json.dumps(self.description, sort_keys=True).encode()).hexdigest()
 
     @property
     def summary(self) -> str:
-        """One line for people: size, stack and taxels."""
+        """One line of text: size, layers and taxels."""
         stack = " + ".join(
             f"{layer.thickness * 1e3:.4g} mm (E {layer.young / 1e6:.4g} MPa, nu {layer.poisson:g})"
             for layer in self.layers
@@ -441,19 +442,19 @@ class Pad:
         """A pad whose outer surface is a smooth patch fitted to a mesh, such as a fingertip's.
 
         Args:
-            mesh: file that trimesh reads, such as an STL, or a mesh.
+            mesh: a trimesh mesh, or a file that trimesh reads, such as an STL.
             size: projected width of the pad along (x, y) [m].
-            thickness: of a single layer of the default material [m]; or give layers.
-            layers: top first; or give thickness.
-            frame: pose (4, 4) of the pad frame in the mesh's coordinates, lengths in metres: its third column is the
-                direction out of the pad, its fourth the origin. By default the mesh's own frame.
-            scale: metres per unit of the mesh: 1e-3 for one in millimetres.
-            smoothing: root mean square distance of patch and mesh that is given away for smoothness [m]; by default as
-                far as the mesh's own facets stand off a smooth surface.
+            thickness: of a single layer of the default material [m]; alternative to `layers`.
+            layers: top first; alternative to `thickness`.
+            frame: pose (4, 4) of the pad frame in the mesh's frame, translation in metres. The third column is the
+                direction out of the pad, the fourth the origin. By default the mesh's own frame.
+            scale: metres per unit of the mesh: 1e-3 for a mesh in millimetres.
+            smoothing: root mean square distance between patch and mesh that is accepted for smoothness [m]; by default
+                a tenth of the distance between the mesh's facets and a smooth surface through their corners.
             others: further arguments of Pad: taxels, depths, sampling_radius.
 
         Returns:
-            The pad; `pad.surface.deviation` is the largest distance of patch and mesh [m].
+            The pad; `pad.surface.deviation` is the largest distance between patch and mesh [m].
 
         Raises:
             FileNotFoundError: when there is no such file.
@@ -489,12 +490,12 @@ def _check_size(size: tuple[float, float]) -> None:
 
 
 def require_flat(pad: Pad, door: str, cure: str) -> None:
-    """Refuse a curved pad where only flat ones are taken.
+    """Refuse a curved pad where only flat pads are supported.
 
     Args:
-        pad: that was given.
-        door: who was asked, as the error names it.
-        cure: what to do instead.
+        pad: the pad to check.
+        door: name of the caller, for the error message.
+        cure: what to do instead, for the error message.
 
     Raises:
         PadError: when the pad's surface is curved.
@@ -538,7 +539,7 @@ def _tuple_of_depths(depths: Any) -> tuple[float, ...]:
 
 
 def _first_of(values: Any, most: int) -> tuple[Any, ...] | None:
-    """What an iterable holds, one more than `most` at most; None when it is no iterable."""
+    """The first `most` + 1 items of an iterable; None for anything that is not iterable."""
     try:
         return tuple(itertools.islice(values, most + 1))
     except TypeError:
@@ -546,12 +547,12 @@ def _first_of(values: Any, most: int) -> tuple[Any, ...] | None:
 
 
 def force_vector(magnitude: float, tilt_deg: float = 0.0, azimuth_deg: float = 0.0) -> Array:
-    """Force F (sin t cos a, sin t sin a, -cos t) in the pad frame [N], shape (3,).
+    """Force vector F (sin t cos a, sin t sin a, -cos t) in the pad frame [N], shape (3,).
 
     Args:
         magnitude: F [N]; 1 gf is 9.80665e-3 N.
-        tilt_deg: t, from straight into the pad [deg].
-        azimuth_deg: a, of the tangential part, from +x towards +y [deg].
+        tilt_deg: angle t between the force and the pad's inward normal (-z) [deg].
+        azimuth_deg: direction a of the tangential part, from +x towards +y [deg].
     """
     tilt, azimuth = math.radians(tilt_deg), math.radians(azimuth_deg)
     tangential = math.sin(tilt)

@@ -1,4 +1,4 @@
-"""Pads by name, as one line of text that holds the whole pad, and as TOML files of the same values."""
+"""Pads by registered name, as one line of JSON that describes the whole pad, and as TOML files."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.pad_shape.surfaces import FLAT, surface_from
 from mjtactile.pad_shape.taxels import FreeTaxels
 
-#: Name under which models ask for the plugin.
+#: Name of the plugin in MuJoCo models.
 PLUGIN = "mjtactile.pad"
 _PAD = frozenset({"size", "layers", "taxels", "depths", "sampling_radius"})
 _LAYER = frozenset({"thickness", "young", "poisson"})
 _TAXELS = frozenset({"rows", "columns", "pitch", "centre"})
 _FREE = frozenset({"points", "radii"})
 _MESH = frozenset({"kind", "file", "scale", "frame", "smoothing"})
-_LARGEST = 10**18  # of whole numbers: far more than any pad has, and no error in floating point
+_LARGEST = 10**18  # largest integer accepted: more than any pad has, and it does not overflow a float
 
 _pads: dict[str, Pad] = {"default": Pad()}
 
 
 def pad_text(pad: Pad) -> str:
-    """All numbers of a pad as compact JSON in SI units; `pad_from_text` gives the same pad, to the last bit.
+    """All numbers of a pad as compact JSON in SI units; `pad_from_text` restores exactly the same pad.
 
-    The text may stand wherever a model names a pad: `<config key="pad" value="..."/>`, with `&quot;` for each quote.
+    The text is a valid value of the plugin's attribute `<config key="pad" value="..."/>`, with `&quot;` for each quote.
     """
     return json.dumps(pad.description, separators=(",", ":"))
 
 
 def is_pad_text(text: str) -> bool:
-    """Whether a text is meant to describe a pad, rather than to name one or a file."""
+    """Whether a text describes a pad, as `pad_text` does; otherwise it is the name of a pad or a file."""
     return text.lstrip().startswith("{")
 
 
 def names_file(text: str) -> bool:
-    """Whether a text is the name of a file that exists; one that is too long for a name is not."""
+    """Whether a text is the name of an existing file."""
     try:
         return Path(text).is_file()
     except OSError:
@@ -49,8 +49,7 @@ def pad_from_text(text: str) -> Pad:
     """The pad that `pad_text` described.
 
     Raises:
-        PadError: when the text is not JSON, lacks a value or has one that a pad does not have, holds something else
-            than a number where a number belongs, or describes a pad that cannot exist.
+        PadError: the text is not JSON, a value is missing, unknown or not a number, or `Pad` refuses the values.
     """
     try:
         values = json.loads(text, object_pairs_hook=_object)
@@ -64,15 +63,14 @@ def pad_from_text(text: str) -> Pad:
 
 
 def pad_from_file(path: str | Path) -> Pad:
-    """A pad from a TOML file: the values of `pad_text`, of which any may be left out that the default pad has.
+    """A pad from a TOML file with the values of `pad_text`; missing values are those of the default pad.
 
-    Lengths are metres, moduli pascals. Besides what the text form knows, `taxels` may name a file of points, and
-    `surface` a mesh that a patch is fitted to, `{kind = "mesh", file = "tip.stl", scale = 1e-3, frame = [...]}`
-    with the arguments of `Pad.from_mesh`; both lie beside the file.
+    Lengths are in metres, moduli in pascals. In addition, `taxels` may be the name of a file of points, and `surface` a
+    mesh to fit a patch to, `{kind = "mesh", file = "tip.stl", scale = 1e-3, frame = [...]}` with the arguments of
+    `Pad.from_mesh`. Names of files are relative to the folder of the TOML file.
 
     Raises:
-        PadError: when the file cannot be read, has a value that a pad does not have, or describes a pad that cannot
-            exist.
+        PadError: the file cannot be read, a value is unknown, or `Pad` refuses the values.
     """
     path = Path(path)
     try:
@@ -89,11 +87,11 @@ def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
     """A pad from the values of a TOML file, see `pad_from_file`.
 
     Args:
-        values: by name.
-        folder: in which files that it names lie.
+        values: entries of the TOML file.
+        folder: that names of files are relative to.
 
     Raises:
-        PadError: when there is a value that a pad does not have, or the pad cannot exist.
+        PadError: a value is unknown, or `Pad` refuses the values.
     """
     whole = json.loads(pad_text(Pad())) | values
     taxels, surface = whole["taxels"], whole.pop("surface", None)
@@ -122,7 +120,7 @@ def _pad_of(values: Any) -> Pad:
 
 
 def _arguments(values: Any) -> dict[str, Any]:
-    """Arguments of Pad."""
+    """Arguments of `Pad` from the values of a description."""
     curved = isinstance(values, dict) and "surface" in values
     values = _checked("the pad", values, _PAD | {"surface"} if curved else _PAD)
     layers = values["layers"]
@@ -159,7 +157,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _checked(what: str, values: Any, names: frozenset[str]) -> dict[str, Any]:
-    """Values by name, which must be just these."""
+    """The values, after checking that they are a table with exactly these names."""
     if not isinstance(values, dict):
         raise PadError(f"{what} = {_short(values)}; expected an object with {', '.join(sorted(names))}.")
     if lacking := sorted(names - values.keys()):
@@ -170,7 +168,7 @@ def _checked(what: str, values: Any, names: frozenset[str]) -> dict[str, Any]:
 
 
 def _numbers(name: str, values: Any) -> Any:
-    """A tuple of numbers; Pad and TaxelGrid count them."""
+    """A tuple of numbers; Pad and TaxelGrid check how many there are."""
     if not isinstance(values, list):
         raise PadError(f'"{name}" = {_short(values)}; expected a list of numbers in metres.')
     return tuple(_number(name, value) for value in values)
@@ -190,14 +188,13 @@ def _short(value: Any) -> str:
 
 
 def register_pad(name: str, pad: Pad) -> None:
-    """Make a pad known by a name that models may use: `<config key="pad" value="name"/>`.
+    """Register a pad under a name for models: `<config key="pad" value="name"/>`.
 
-    The name is known to this process alone: one that opens such a model has to register the pad as well. A model that
-    is to be opened anywhere holds the pad's own numbers in place of a name, see `mjtactile.pad_text`; `attach_pad`
-    writes these.
+    Only this process knows the name; every process that opens such a model must register the pad. For models that can
+    be opened anywhere, use the text of the pad instead of a name, see `mjtactile.pad_text`; `attach_pad` does so.
 
     Raises:
-        SceneError: when the name is taken by another pad, or could be a file's or a pad's text.
+        SceneError: another pad has the name, or the name could be that of a file or the text of a pad.
     """
     if not name or Path(name).suffix or "/" in name or is_pad_text(name):
         raise SceneError(f"{name!r} is no name for a pad: it must not be empty or look like a file's.")
@@ -207,7 +204,11 @@ def register_pad(name: str, pad: Pad) -> None:
 
 
 def named_pad(name: str) -> Pad | None:
-    """The pad behind a name, a pad's text or its TOML file; None for a file of saved influence matrices."""
+    """The pad of a registered name, a text or a TOML file; None for the file of a saved table.
+
+    Raises:
+        SceneError: the text or the TOML file does not describe a pad.
+    """
     if name in _pads:
         return _pads[name]
     if Path(name).suffix.lower() == ".toml" and not is_pad_text(name):
@@ -234,5 +235,5 @@ def _no_pad(name: str) -> str:
 
 
 def no_such_value(attribute: str, value: str, known: tuple[str, ...]) -> str:
-    """What to say of a value that an attribute of a sensor does not have."""
+    """Error message for a sensor attribute with an unknown value."""
     return f'{PLUGIN}: {attribute}="{value}" does not exist. Available: {", ".join(known)}.'

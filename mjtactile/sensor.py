@@ -1,4 +1,4 @@
-"""One pad in one MuJoCo model: contact wrench and geometry in, readings out."""
+"""Readings of one pad in a MuJoCo model, from contact forces and the geometry of what touches it."""
 
 from __future__ import annotations
 
@@ -33,28 +33,28 @@ from mjtactile.sim.wrench import PadFrame, contact_wrenches, geom_frame
 class TactileSensor:
     """Readings of a pad that is a geom of a MuJoCo model: a box whose +z face senses, or a mesh of a curved pad.
 
-    Contact forces come from MuJoCo, footprints from the geometry of what touches: a body's colliding geoms as they
-    stand now, or in their place those of its geoms whose names end in "_tactile". The compiled core solves every
-    contact, as the plugin does. Contacts with the pad's sides, and what the sensing surface cannot carry, are in the
-    wrench but not in the readings.
+    Contact forces come from MuJoCo. Footprints come from the touching body's geoms that collide; if the body has geoms
+    whose names end in "_tactile", those are used instead. The compiled core solves every contact, as in the plugin.
+    Forces on the pad's sides, and forces that the sensing surface cannot carry, are part of the wrench but not of the
+    readings.
 
     Args:
         model: compiled model.
-        pad: its size and thickness must be the geom's; by default the paper's. Or the name of a sensor of the plugin
-            "mjtactile.pad", whose pad, fidelity and law are taken and whose readings are read; or of a pad's geom.
+        pad: a Pad whose size and thickness are those of the geom; by default the paper's. Or the name of a sensor of
+            the plugin "mjtactile.pad", whose pad, fidelity, law and readings are used; or the name of a pad's geom.
         geom: name of the pad's geom.
         fidelity: preset by name or a Fidelity, see `influence_matrices`; ignored when `influence` is given, or `pad` is
             a sensor of the plugin.
-        influence: influence matrices of this pad, where they are at hand.
-        law: contact law, see `contact_load`; None for the influence matrices' own.
-        tangential: how shear is spread, see `contact_load`.
-        friction: sliding friction [-], see `contact_load`; None for that of MuJoCo's contacts where "coulomb" needs it.
+        influence: influence matrices of this pad, if they are loaded already.
+        law: contact law, see `contact_load`; None for the one of the influence matrices' fidelity.
+        tangential: how shear is distributed, see `contact_load`.
+        friction: coefficient [-], see `contact_load`; None uses that of MuJoCo's contacts where "coulomb" needs one.
         tilt: "free" or "fixed", see `contact_load`; None for "free".
-        facing_gap: what is no further than this above a body's first touch belongs to its face [m].
+        facing_gap: parts of a body up to this height above its first contact point belong to the contact face [m].
 
     Raises:
-        SceneError: when the model has no such geom, or it has not the pad's shape.
-        ContactError: when there is no such law, tangential or tilt, or they do not go together.
+        SceneError: the model has no such geom, or the geom does not have the pad's shape.
+        ContactError: law, tangential or tilt is unknown, or they cannot be combined.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class TactileSensor:
         facing_gap: float = FACING_GAP,
     ) -> None:
         self.model = model
-        #: Where the plugin puts its readings, if it is a sensor of the plugin that is read.
+        #: Where `sensordata` holds the readings, for a sensor of the plugin.
         self._sensordata: slice | None = None
         if isinstance(pad, str):
             found = plugin_sensor(model, pad)
@@ -90,14 +90,7 @@ class TactileSensor:
         self.influence = influence_matrices(self.pad, fidelity) if influence is None else influence
         self.law = self.influence.fidelity.law if law is None else law
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
-        options = contact_options(
-            self.influence,
-            law=law,
-            tangential=tangential,
-            friction=friction,
-            tilt=self.tilt,
-            contacts_know_friction=True,
-        )
+        options = contact_options(self.influence, law=law, tangential=tangential, friction=friction, tilt=self.tilt)
         self.facing_gap = facing_gap
         how = Reading(influence=self.influence, options=options, friction=friction, facing_gap=facing_gap)
         bodies = tuple(model.body(number).name for number in range(model.nbody))
@@ -115,7 +108,10 @@ class TactileSensor:
         return self._reader.read(self.model, data).readings
 
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
-        """Tractions on the pad as nodal forces; None without contact. Its residual is what they do not carry."""
+        """Tractions on the pad as nodal forces; None without contact.
+
+        The load's residual is the part of the contact wrench that the tractions do not carry.
+        """
         found = self._reader.read(self.model, data, forces=True)
         if not found.wrench.any():
             return None
@@ -128,9 +124,9 @@ class TactileSensor:
         return self._reader.read(self.model, data).carried
 
     def health(self) -> Health:
-        """How many readings were beyond the range of small strains, carried in part, refused or slow.
+        """Counts of readings beyond the range of small strains, carried only in part, refused, or slow.
 
-        Of what this object has solved itself; for what the plugin put into `sensordata` see `mjtactile.plugin_health`.
+        They count what this object has solved. For readings that the plugin wrote, see `mjtactile.plugin_health`.
         """
         return self._reader.health()
 
@@ -139,13 +135,13 @@ class TactileSensor:
         return contact_wrenches(self.model, data, self.geom).total
 
     def outline(self, data: mujoco.MjData) -> Polygon | MultiPolygon:
-        """What faces the pad of all bodies that press on it, in the pad frame [m]; empty without contact.
+        """Union of the outlines of all bodies that press on the pad, in the pad frame [m]; empty without contact.
 
-        Of a round body on a flat pad that is all that could touch it; on a curved pad what is no further than
-        `facing_gap` over it.
+        On a flat pad, the outline of a round body is everything that could touch the pad. On a curved pad it is the
+        part within `facing_gap` above the surface.
 
         Warns:
-            ContactWarning: of bodies of which nothing faces the sensing surface.
+            ContactWarning: no part of a body faces the sensing surface.
         """
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
@@ -163,7 +159,7 @@ class TactileSensor:
         return areal(shapely.union_all(outlines))
 
     def _outline_of(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
-        """What of one body faces the pad, some of whose geoms touch it."""
+        """Outline of the part of a body that faces the pad [m]; `touching` are its geoms in contact."""
         model, gap = self.model, self.facing_gap
         if not self.pad.surface.is_flat:
             placed = geoms_in_pad(data, frame, pressing_geoms(model, body, touching))

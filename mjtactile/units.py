@@ -1,4 +1,4 @@
-"""Quantities as people type them at a command line, into SI units and back."""
+"""Quantities typed at a command line, converted to SI units, and limits of such numbers."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import re
 
 from mjtactile.errors import UnitError
 
-#: Of any seed; larger ones would be drawn from as well, but other programs could not read them back.
+#: Largest seed: other programs cannot read larger integers from our files.
 MOST_SEED = 2**63 - 1
-#: Of noise over the largest reading: beyond this there is nothing left to see.
+#: Largest noise relative to the largest reading [-].
 MOST_NOISE = 10.0
-#: Presses of a dataset: files' names count them with nine digits.
+#: Largest number of presses of a dataset: names of its files have nine digits.
 MOST_PRESSES = 10**9 - 1
 
 #: One gram-force [N], by definition of standard gravity.
 GRAM_FORCE = 9.80665e-3
 MILLIMETRE = 1e-3
-#: Smaller forces than this move nothing [N]: the weight of a microgram is ten times as much.
+#: Least pressing force [N], a tenth of the weight of a microgram.
 LEAST_FORCE = 1e-9
 
 _FORCE_UNITS = {"gf": GRAM_FORCE, "n": 1.0, "mn": 1e-3}
@@ -27,7 +27,7 @@ def parse_force(text: str) -> float:
     """A pressing force [N] from text such as "100gf", "0.98N" or "980 mN".
 
     Raises:
-        UnitError: without a unit, or not a positive number of at least `LEAST_FORCE`.
+        UnitError: the unit is missing or unknown, or the force is not at least `LEAST_FORCE`.
     """
     match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:e[-+]?[0-9]+)?)\s*([a-z]*)\s*", text, flags=re.IGNORECASE)
     unit = match.group(2).lower() if match else ""
@@ -46,7 +46,7 @@ def parse_millimetres(name: str, text: str) -> tuple[float, float]:
     """Two lengths [m] from text such as "1.25,0" in millimetres.
 
     Raises:
-        UnitError: when there are not two finite numbers.
+        UnitError: the text is not two finite numbers.
     """
     values = [_number(part) for part in text.split(",")]
     if len(values) != 2 or any(v is None or not math.isfinite(v) for v in values):

@@ -1,8 +1,8 @@
 """One pure function over many tasks: in this process, in processes of this machine, or on a Ray cluster.
 
-Results come as they are done and are stored by the process that asks for them, so that workers on other machines need
-no common disk. A task whose worker is killed is done again: that costs nothing but time, because a function of its
-task alone gives the same result anywhere.
+Results are returned in the order in which they are completed. The calling process stores them, so that workers on
+other machines need no shared disk. A task whose worker is killed is repeated; its result is the same, because it
+depends on the task alone.
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ from mjtactile.errors import DistributeError
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-#: A task is given up when so many workers were lost over it.
+#: A task is given up after this many of its workers were killed.
 _ATTEMPTS = 5
-#: Tasks handed to Ray ahead of each processor, so that none waits; more would pile up results in memory.
+#: Tasks submitted to Ray per processor, so that none idles; more would fill memory with results.
 _AHEAD = 2
-#: Workers of one machine are at most so many, or so many for each processor.
+#: Limit of workers on this machine: the larger of the first number and the second times the processors.
 _MOST_WORKERS, _MOST_PER_PROCESSOR = 16, 4
-#: How long a cluster may take to answer [s].
+#: Timeout for a connection to a cluster [s].
 _PATIENCE = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Workers:
-    """Who does the work; results never depend on it.
+    """Where tasks run; results never depend on it.
 
     Raises:
-        DistributeError: for no workers, more than this machine can do with, or an address without Ray.
+        DistributeError: the count is below one or above the limit of this machine, or an address is given without Ray.
     """
 
-    count: int = 1  #: processes of this machine, one core each; of a Ray cluster at `ray_address`, its processors count
-    ray: bool = False  #: on Ray, which does tasks of lost workers again on those that are left
+    count: int = 1  #: processes on this machine, one core each; not used for a Ray cluster at `ray_address`
+    ray: bool = False  #: use Ray, which repeats the tasks of lost workers on the remaining ones
     ray_address: str | None = None  #: of a Ray cluster, such as "10.0.0.1:6379" or "auto"; None starts one here
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense."""
-        # Each is a process of some hundred megabytes; those of a cluster elsewhere are not made here.
+        # Each worker is a process of some hundred megabytes on this machine, unless it belongs to a remote cluster.
         most = max(_MOST_WORKERS, _MOST_PER_PROCESSOR * (os.cpu_count() or 1))
         if self.count < 1:
             raise DistributeError(f"workers = {self.count}; expected at least 1.")
@@ -65,10 +65,10 @@ class Workers:
 
 
 def check_workers(workers: Workers) -> None:
-    """Find out before long work whether the workers can be had.
+    """Check before long work that the workers can be started or reached.
 
     Raises:
-        MissingExtraError: Ray is missing.
+        MissingExtraError: Ray is not installed.
         DistributeError: no cluster answers at the address.
     """
     if not workers.ray:
@@ -82,23 +82,23 @@ def check_workers(workers: Workers) -> None:
 
 
 def make_files(function: Callable[[Task], bytes], tasks: Mapping[Path, Task], workers: Workers) -> Iterator[Path]:
-    """Make files, each of them the result of a task, in whatever order they are done.
+    """Write files, each the result of one task, in the order in which tasks are completed.
 
-    Every file appears whole or not at all, so going on after an interruption is asking for those that are missing.
+    Every file appears complete or not at all. To resume after an interruption, ask for the missing files.
 
     Args:
-        function: from a task to a file's content. It must be pure, importable by name from a module (as pickle wants
-            it), and do as much work as is worth sending, a second or more.
-        tasks: by the path of the file each of them makes.
-        workers: who does it. They run one thread each.
+        function: returns the content of a file for a task. It must be pure and importable by name from a module (for
+            pickle), and should take a second or more.
+        tasks: by the path of the file that each of them makes.
+        workers: where tasks run, one thread each.
 
     Yields:
-        Paths as they are written.
+        Paths of the files as they are written.
 
     Raises:
-        MissingExtraError: when Ray is missing.
-        DistributeError: when Ray cannot be reached, or workers die over a task again and again.
-        OutputError: when a file cannot be written.
+        MissingExtraError: Ray is not installed.
+        DistributeError: Ray cannot be reached, or workers are killed repeatedly during the same task.
+        OutputError: a file cannot be written.
     """
     from mjtactile._files import write_atomically
 
@@ -111,15 +111,15 @@ def make_files(function: Callable[[Task], bytes], tasks: Mapping[Path, Task], wo
 def distributed(
     function: Callable[[Task], Result], tasks: Sequence[Task], workers: Workers
 ) -> Iterator[tuple[int, Result]]:
-    """Do tasks, in whatever order they are done.
+    """Run a function over tasks and yield results in the order in which they are completed.
 
     Args:
-        function: from a task to its result, pure and importable by name, see `make_files`.
-        tasks: one after another.
-        workers: who does them.
+        function: returns the result of a task; pure and importable by name, see `make_files`.
+        tasks: the arguments, one per call.
+        workers: where tasks run.
 
     Yields:
-        Places in `tasks`, and results. Errors of the function come out as they are.
+        (index in `tasks`, result). Exceptions of the function are passed on.
     """
     job = _Job(function)
     if not tasks:
@@ -140,7 +140,7 @@ class _Job(Generic[Task, Result]):
     def __call__(self, task: Task) -> Result:
         from threadpoolctl import threadpool_limits
 
-        # Sums come out in another order, and with other last bits, on another number of threads.
+        # The number of threads changes the order of sums, and so their last bits.
         with threadpool_limits(limits=1):
             return self.function(task)
 
@@ -150,7 +150,7 @@ def _by_processes(job: _Job[Task, Result], tasks: Sequence[Task], count: int) ->
     context = multiprocessing.get_context("spawn")
     losses = 0
     while left:
-        # One killed process breaks its pool: those that are left go to another one.
+        # One killed process breaks its pool: the remaining tasks go to a new pool.
         with ProcessPoolExecutor(min(count, len(left)), mp_context=context) as pool:
             try:
                 running = {pool.submit(job, task): place for place, task in left.items()}
@@ -215,8 +215,8 @@ def _version() -> str:
 
 @contextmanager
 def _cluster(workers: Workers) -> Iterator[Any]:
-    """Ray, connected: to the cluster asked for, or to one of this machine's processes for as long as it is needed."""
-    # What Ray reports home, and a warning of what it will do with accelerators some day, are nobody's wish here.
+    """Ray, connected to the requested cluster, or to a temporary one on this machine."""
+    # No usage reports, and no warning about a future change of accelerator settings.
     for name in ("RAY_USAGE_STATS_ENABLED", "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO"):
         os.environ.setdefault(name, "0")
     require("ray")
@@ -244,7 +244,7 @@ def _connect(ray: Any, address: str) -> None:
 
 
 def _reach(address: str) -> None:
-    """Raises OSError, ValueError or OverflowError where nothing answers at an address with a port."""
+    """Try to connect to an address with a port; raises OSError, ValueError or OverflowError if that fails."""
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if colon:
         socket.create_connection((host, int(port)), timeout=_PATIENCE).close()

@@ -24,7 +24,6 @@ MANY_OPTIONS = {
     "mjtactile.cli.view.view",
     "mjtactile.contact.contact_load.contact_load",
     "mjtactile.contact.contact_load.contact_loads",
-    "mjtactile.contact.options.contact_options",
     "mjtactile.contact.wrench_basis.WrenchBasis.__init__",
     "mjtactile.envs.many.TactileVectorEnv.__init__",
     "mjtactile.envs.many.make_vec",

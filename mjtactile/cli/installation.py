@@ -34,12 +34,12 @@ cache_app = typer.Typer(help="Tables kept for this user: list them, or make room
 
 @dataclass(frozen=True)
 class Finding:
-    """What the doctor found.
+    """One result of `doctor`.
 
     Attributes:
-        about: what was looked at.
-        says: how it is.
-        cure: how to mend it; None where nothing is wrong.
+        about: the subject of the check.
+        says: the result.
+        cure: how to solve the problem; None if there is none.
     """
 
     about: str
@@ -156,7 +156,7 @@ def cache_clear(
 
 
 def _examined(about: str, look: Callable[[], Finding]) -> Finding:
-    """What a look finds; an error is a finding, too."""
+    """The result of a check; an error is a finding as well."""
     try:
         return look()
     except MjTactileError as error:
@@ -191,7 +191,7 @@ def _look_at_the_core() -> Finding:
 
 
 def _look_at_the_plugin() -> Finding:
-    """Whether a process that begins anew reads a model with a pad; MuJoCo from 4.0 on needs no import of ours."""
+    """Check that a new process can read a model with a pad; MuJoCo from 4.0 on needs no import of mjtactile."""
     import mujoco
 
     alone = tuple(int(number) for number in mujoco.__version__.split(".")[:2]) >= _FINDS_PLUGINS
@@ -255,7 +255,7 @@ def _look_at_the_extras() -> Finding:
     return Finding("extras", "; ".join([f"installed: {', '.join(there) or 'none'}", *lines]))
 
 
-#: What the doctor looks at, in this order.
+#: Checks of `doctor`, in order.
 _LOOKS: dict[str, Callable[[], Finding]] = {
     "mjtactile": _look_at_the_package,
     "MuJoCo": _look_at_mujoco,

@@ -1,4 +1,4 @@
-"""The command line: options that several commands take, and what they may be."""
+"""The command line: options of several commands, with their checks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mjtactile.fidelity import PRESETS
 
 
 def finite(value: float | None) -> float | None:
-    """The same number, for `typer.Option(callback=finite)`: the parser itself takes "nan" and "inf" for numbers."""
+    """Refuse "nan" and "inf", which typer's parser accepts; use it as `typer.Option(callback=finite)`."""
     if value is not None and not math.isfinite(value):
         raise typer.BadParameter(f"{value} is not a finite number.")
     return value

@@ -38,11 +38,11 @@ def press_figure(
     """Layer maps with the outline drawn on them, a section through the pad, and the rendered scene.
 
     Args:
-        pad: what was pressed.
-        readings: (layers, rows, columns) [Pa], or (taxels,) of free taxels, which are drawn by bands of depth.
-        outline: what pressed, in the pad frame [m].
+        pad: the pad.
+        readings: (layers, rows, columns) [Pa]; or (taxels,) for free taxels, which are drawn by bands of depth.
+        outline: of the body in the pad frame [m].
         title: of the figure.
-        picture: RGB (height, width, 3) of the scene; without it that panel is left out.
+        picture: RGB image (height, width, 3) of the scene; without it that panel is omitted.
     """
     require("figures")
     from matplotlib.figure import Figure

@@ -188,8 +188,7 @@ def run_press(problem: PressProblem) -> PressReport:
     # The scene comes first: what is wrong with it shows before minutes may go into a table.
     chosen = as_fidelity(problem.fidelity)
     contact = {"law": problem.law, "tangential": problem.tangential}
-    # Without a coefficient "coulomb" takes that of MuJoCo's contact.
-    contact_options(chosen, **contact, friction=1.0 if problem.friction is None else problem.friction)
+    contact_options(chosen, **contact, friction=problem.friction)
     model = _scene(problem)
     data = mujoco.MjData(model)
     settled = press(model, data, problem.force)

@@ -1,1 +1,1 @@
-"""How a rigid body presses on a pad: footprints, contact laws, and the tractions that carry a wrench."""
+"""Contact of rigid bodies with a pad: footprints, contact laws, and the tractions that carry a wrench."""

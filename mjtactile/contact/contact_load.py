@@ -1,7 +1,7 @@
-"""Contact laws: which tractions on the footprint make up a given contact wrench.
+"""Tractions on a footprint that carry a given contact wrench.
 
-Tractions are what the indenter does to the pad, in the pad frame. They are returned as consistent nodal forces of the
-surface grid; these reproduce the traction's resultant force and moment to rounding.
+Tractions act on the pad, in the pad frame. They are returned as consistent nodal forces of the surface grid, which
+have the resultant force and moment of the tractions to rounding.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
 
-#: A part of the wrench counts as not carried when it is larger than this fraction of the wrench.
+#: A residual larger than this fraction of the wrench counts as not carried [-].
 _RESIDUAL_TOLERANCE = 1e-9
 
 
@@ -42,41 +42,43 @@ def contact_load(
 ) -> SurfaceLoad:
     """Tractions that carry a contact wrench on a footprint.
 
-    Laws: "uniform": pressure is constant over the footprint plus the linear gradient that carries the moment, and zero
-    where that would pull; a curved body presses with its lowest part. "foundation": springs under the body's true
-    shape, as stiff as the pad is under a face of the same area. "elastic": the pad's own compliance against the rigid
-    body: pressure where they touch, a gap where they do not.
+    Laws. "uniform": the pressure is constant plus a linear gradient that carries the moment, and zero where it would be
+    negative; a curved body presses with its lowest part. "foundation": independent springs under the body's true shape,
+    as stiff as the pad is under a face of the same area. "elastic": unilateral contact of the rigid body with the
+    elastic pad, with pressure where they touch and a gap elsewhere.
 
-    Shear: "proportional" to the pressure, as in sliding, with a turn for the torsion; "stick": the surface does not
-    move along the body; "coulomb": it sticks where |t| < mu p and slips elsewhere, after loading without history.
-    Laws "uniform" and "foundation" know proportional shear only.
+    Shear. "proportional": shear proportional to the pressure, as in sliding, plus a rotational part for the torsion.
+    "stick": the surface does not move relative to the body. "coulomb": the surface sticks where |t| < mu p and slips
+    elsewhere, without history of loading. Laws "uniform" and "foundation" allow "proportional" only.
 
     Args:
         influence: of the pad.
         footprint: of the body, made with the same influence matrices.
         force: on the pad [N], pad frame, shape (3,); pressing is force[2] < 0.
         moment: about the pad's origin [N m], shape (3,); by default the force acts at the footprint's centroid.
-        law: name of the contact law; by default the influence matrices' fidelity's.
-        tangential: how shear spreads.
-        friction: coefficient [-], which bounds shear and torsion; None: no bound. "coulomb" needs one.
-        tilt: "free": the body tilts until its moments are the given ones; "fixed": it keeps its orientation, and the
-            moments about x and y are what comes of that: the residual holds the difference to given ones. Law
-            "uniform" takes no notice of it.
-        cells: contact cells of laws "foundation" and "elastic"; by default as many as the fidelity says.
+        law: name of the contact law; by default that of the influence matrices' fidelity.
+        tangential: how shear is distributed.
+        friction: coefficient [-] that bounds shear and torsion; None: no bound. "coulomb" needs one.
+        tilt: "free": the body tilts until it carries the given moments. "fixed": it keeps its orientation, so that the
+            moments about x and y follow from the contact; the residual is the difference to given ones. Law "uniform"
+            ignores this option.
+        cells: number of contact cells of laws "foundation" and "elastic"; by default that of the fidelity.
 
     Returns:
-        The load, by the compiled core: what a sensor of the plugin reads of the same contact. No cell bears more than
-        the top layer's modulus. What the contact cannot carry is left out, nearest first, and stands in its residual.
+        The load, computed by the compiled core; sensors of the plugin have the same load for the same contact. The
+        pressure on a cell is at most the top layer's modulus. If the contact cannot carry the wrench, the load carries
+        the nearest possible wrench, and the residual is the rest.
 
     Raises:
-        ContactError: for an unknown name, a wrench that is not three finite numbers each, or no contact found.
-        Exception: what the footprint's gap function raises.
+        ContactError: an unknown name, a force or moment that is not three finite numbers, or no contact was found.
+        Exception: any exception of the footprint's gap function.
 
     Warns:
-        ContactWarning: when the wrench cannot be carried, no contact is found as the law wants it, or the contact is
-            beyond small strains.
+        ContactWarning: the wrench cannot be carried, the law's solution was not found, or strains are not small.
     """
-    options = contact_options(influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells)
+    options = contact_options(
+        influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells
+    ).with_friction()
     wrench = wanted_wrench(footprint, force, moment)
     return reported(influence, footprint, solved_load(influence, footprint, wrench, options), wrench, options)
 
@@ -84,16 +86,16 @@ def contact_load(
 def solved_load(
     influence: InfluenceMatrices, footprint: Footprint, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """Load by the law asked for; an empty load where the wrench does not press.
+    """The load of one body; an empty load if the wrench does not press on the pad.
 
     Args:
         influence: of the pad.
         footprint: of the body.
-        wrench: that it has to carry.
+        wrench: to be carried.
         options: how the contact is solved.
 
     Raises:
-        ContactError: when no contact was found.
+        ContactError: no contact was found.
     """
     return solved_loads(influence, [footprint], [wrench], options)[0]
 
@@ -110,7 +112,7 @@ def solved_loads(
         options: how the contacts are solved.
 
     Raises:
-        ContactError: when no contact was found.
+        ContactError: no contact was found.
     """
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
     loads = {k: _nothing(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
@@ -149,10 +151,10 @@ def _warn(text: str, stacklevel: int) -> None:
 def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """Warn of what a load does not carry and where it leaves the linear range, and return it."""
+    """Return a load after warnings about wrenches that it does not carry and about large strains."""
     answers = options.gives_moment
     if answers and not wrench.moment_given:
-        # The moment is what a body that keeps its orientation answers with; none was asked for.
+        # For a body of fixed orientation without a given moment, the moment is a result, not a residual.
         load = replace(load, residual_moment=load.residual_moment * np.array([0.0, 0.0, 1.0]))
     _warn_unless_carried(load, wrench, footprint, options, answers)
     warn_beyond_linear_range(influence, wrench, load.state)
@@ -191,18 +193,18 @@ def _warn_unless_carried(
 
 
 def _format(vector: Array, size: float) -> str:
-    """A vector as text, three digits each; components that are rounding errors of `size` become 0."""
+    """A vector as text with three digits; components that are rounding errors relative to `size` become 0."""
     shown = np.where(np.abs(vector) <= _RESIDUAL_TOLERANCE * size, 0.0, vector)
     return "(" + ", ".join(f"{v:.3g}" for v in shown) + ")"
 
 
 def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state: ContactState) -> None:
-    """Warn where strains are no longer small under a contact.
+    """Warn if the strains under a contact are not small.
 
     Args:
         influence: of the pad.
-        wrench: that presses.
-        state: of the contact; nothing is said of one without an area.
+        wrench: on the contact.
+        state: of the contact; without an area there is no warning.
 
     Warns:
         ContactWarning: mean pressure or indentation is beyond the linear range.
@@ -226,10 +228,11 @@ def contact_loads(
     tilt: str = "free",
     cells: int | None = None,
 ) -> list[SurfaceLoad]:
-    """Loads of several rigid bodies that press on one pad at once.
+    """Loads of several rigid bodies that press on one pad at the same time.
 
-    Under law "elastic" each body feels how the others bend the surface; under the other laws, and where only one body
-    presses, the loads are those of `contact_load`. They add up: `influence.readings(sum(loads[1:], loads[0]))`.
+    Under law "elastic" each body is affected by the surface's deflection under the others. Under the other laws, and if
+    only one body presses, the loads are those of `contact_load`. Loads add up:
+    `influence.readings(sum(loads[1:], loads[0]))`.
 
     Args:
         influence: of the pad.
@@ -243,12 +246,14 @@ def contact_loads(
         cells: for each body, as in `contact_load`.
 
     Raises:
-        ContactError: as `contact_load`, or when there are not as many forces or moments as footprints.
+        ContactError: as `contact_load`, or the numbers of forces, moments and footprints differ.
 
     Warns:
         ContactWarning: as `contact_load`.
     """
-    options = contact_options(influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells)
+    options = contact_options(
+        influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells
+    ).with_friction()
     given = [None] * len(footprints) if moments is None else list(np.asarray(moments, dtype=float))
     wanted_forces = list(np.asarray(forces, dtype=float))
     if not len(wanted_forces) == len(given) == len(footprints):

@@ -1,4 +1,4 @@
-"""Pads handed to the compiled core to be pressed: their compliance, and what single contact laws need."""
+"""Pads in the compiled core with the data for contacts: compliance, springs and range of small strains."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from mjtactile.influence.matrices import InfluenceMatrices
 
 
 def contact_pad(influence: InfluenceMatrices, *, stress: bool = False) -> CorePad:
-    """A pad that is pressed and read, shared by all that use the same influence matrices; see `core_pad`."""
+    """A pad with stress matrices and data for contacts, one for each influence matrices; see `core_pad`."""
     pad = core_pad(influence, stress=stress)
     _give_surface(pad, influence, compliant=True)
     return pad
 
 
 def press_pad(influence: InfluenceMatrices, *, compliant: bool) -> CorePad:
-    """A pad that is pressed but not read, without stress matrices; `compliant`: whether the law asks how it gives."""
+    """A pad without stress matrices, for contacts only; `compliant`: whether the law needs the surface compliance."""
     pad = CorePad(influence)
     _give_surface(pad, influence, compliant=compliant)
     return pad
 
 
 def _give_surface(pad: CorePad, influence: InfluenceMatrices, *, compliant: bool) -> None:
-    """Hand over the range of small strains, and how the surface gives."""
+    """Add the range of small strains and, if `compliant`, the surface compliance."""
 
     def hand_over() -> None:
         limits = contiguous([*linear_range(influence.pad), influence.pad.thickness])
@@ -50,10 +50,10 @@ def _give_surface(pad: CorePad, influence: InfluenceMatrices, *, compliant: bool
 
 
 def core_names(options: ContactOptions) -> tuple[bytes, bytes]:
-    """Names of law and tangential choice, as the core takes them.
+    """Names of law and tangential choice as arguments of the core.
 
     Raises:
-        NativeError: when the core has none of these names.
+        NativeError: the core does not have these names.
     """
     names = options.law.encode(), options.tangential.encode()
     if not library().mjt_knows(*names):
@@ -65,7 +65,7 @@ def core_names(options: ContactOptions) -> tuple[bytes, bytes]:
 
 
 def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
-    """Hand over what shear needs that does not spread in proportion to the pressure."""
+    """Add the tangential compliance, which shear "stick" and "coulomb" need."""
 
     def hand_over() -> None:
         compliance = surface_compliance(influence)
@@ -76,10 +76,10 @@ def give_shear(pad: CorePad, influence: InfluenceMatrices) -> None:
 
 
 def give_springs(pad: CorePad, areas: Array, stiffnesses: Array) -> None:
-    """Hand over the springs of law "foundation", see `foundation_springs`.
+    """Add the springs of law "foundation", see `foundation_springs`.
 
     Args:
-        pad: that gets them, once.
+        pad: the core's pad; later calls for the same pad have no effect.
         areas: logarithms of contact areas [m^2], ascending.
         stiffnesses: logarithms of the stiffness per area under each [Pa/m].
     """

@@ -1,4 +1,4 @@
-"""What faces the pad: the covered part of its surface, seen from above, and how far above it the body is."""
+"""Footprints: the part of a pad's surface that a body may touch, and the body's height above it."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.planar import area_on_sheet, areal
 
-#: Height of the body above the pad's surface, or its plane, [m] at points x, y [m]; infinite where there is no body.
+#: Height of a body above the pad's surface, or its plane z = 0, [m] at points x, y [m]; infinite without a body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
 
-#: What is further than this above the first touch cannot come into contact, over the sheet's thickness.
+#: Parts further above the first contact point than this, over the sheet's thickness, never come into contact [-].
 REACH = 0.2
-#: What touches first is what is within this of the lowest point, over the sheet's thickness.
+#: Parts within this height of the lowest point, over the sheet's thickness, touch first [-].
 _FIRST_TOUCH = 1e-3
-#: Lines of the grid that finds the lowest point, and of those that close in on it, each four times finer.
+#: Lines of the first grid in the search for the lowest point, and of the following ones, each four times finer.
 _FIRST_LINES, _CLOSER_LINES = 61, 17
 _REFINEMENTS = 8
-#: Under law "uniform" a curved body presses with what is within this of its lowest point [m].
+#: Under law "uniform" a curved body presses with its part up to this height above the lowest point [m].
 FACING_GAP = 50e-6
 
 
@@ -38,14 +38,14 @@ class Footprint:
     """A covered area of one pad's surface; make it with `from_outline`, `from_gap` or `from_height`.
 
     Attributes:
-        outline: where the body may touch, in the pad frame [m], cut at the sheet's edge.
-        surface: the grid it is integrated on.
-        gap: height of the body above the surface, along z; None for a flat face on a flat pad.
-        lowest: least height, where the body touches first [m].
-        reach: heights further than this above the lowest are out of reach [m].
-        bounded: whether the body may touch within the outline only, as whoever made it said; otherwise the outline is
-            traced from the gap function, which knows better.
-        upright: on a curved pad, height z of the body's lower side in the pad frame [m], where it stands.
+        outline: region where the body may touch, in the pad frame [m], clipped to the sheet.
+        surface: the pad's surface grid.
+        gap: height of the body above the surface, along z [m]; None for a flat face on a flat pad.
+        lowest: least height, that of the first contact point [m].
+        reach: parts further than this above the lowest point never touch [m].
+        bounded: whether contact is limited to the outline, which was given. Otherwise the outline was traced from the
+            gap function and is only approximate.
+        upright: on a curved pad, height z of the body's lower side in the pad frame [m], at its current position.
     """
 
     outline: Polygon | MultiPolygon
@@ -58,15 +58,15 @@ class Footprint:
 
     @classmethod
     def from_outline(cls, outline: BaseGeometry, surface: SurfaceGrid) -> Footprint:
-        """Footprint of a flat face; on a curved pad, of a face as curved as the pad is below it.
+        """Footprint of a flat face; on a curved pad, of a face with the curvature of the pad.
 
         Args:
-            outline: polygon or multipolygon in the pad frame, seen from above [m], holes allowed. What overhangs the
-                pad carries nothing.
-            surface: the pad's surface grid, `influence.surface`, which integrates loads.
+            outline: polygon or multipolygon in the pad frame, seen from above [m], holes allowed. Parts beyond the pad
+                are ignored.
+            surface: the pad's surface grid, `influence.surface`.
 
         Raises:
-            FootprintError: when the outline is not a valid area, or covers none of the pad.
+            FootprintError: the outline is not a valid area, or does not overlap the pad.
         """
         return cls._of_face(area_on_sheet(outline, surface.sheet), surface)
 
@@ -89,17 +89,17 @@ class Footprint:
         """Footprint of a body of any shape.
 
         Args:
-            gap: function of x and y [m] in the pad frame, arrays of shape (n,): height of the rigid surface above the
-                pad's own, along z [m]; infinite where there is no body. Only differences of height matter: the body
-                is lowered until it touches the pad.
+            gap: function of x and y [m] in the pad frame, arrays of shape (n,). It returns the height of the body above
+                the pad's surface, along z [m], shape (n,); infinite where there is no body. Only differences of height
+                matter: the body is lowered until it touches the pad.
             surface: the pad's surface grid, `influence.surface`.
-            outline: polygon within which the body may touch [m], where it is known; by default it is traced from the
-                gap function, which rounds corners off by a tenth of a millimetre on the paper's pad.
-            lowest: least height over the sheet [m], where it is known; by default it is looked for.
+            outline: polygon to which contact is limited [m]; by default it is traced from the gap function, which
+                rounds corners by a tenth of a millimetre on the paper's pad.
+            lowest: least height over the sheet [m]; by default it is searched for.
 
         Raises:
-            FootprintError: when the gap function is NaN or minus infinity somewhere, gives another number of heights
-                than points, or covers none of the pad.
+            FootprintError: the gap function returns NaN, minus infinity or another number of heights than points, or
+                no part of the body is above the pad.
         """
         checked = _checked(gap)
         sheet = surface.sheet
@@ -128,14 +128,15 @@ class Footprint:
         *,
         outline: BaseGeometry | None = None,
     ) -> Footprint:
-        """Footprint of a body where it stands over a pad, curved or flat.
+        """Footprint of a body at its current position over a pad, curved or flat.
 
         Args:
-            height: function of x and y [m] in the pad frame, arrays of shape (n,): height z of the body's lower side
-                [m], pad frame; infinite where there is no body. It should touch the pad, or stand a little over or in
-                it: it is moved along the pad's normal where the force goes in until it carries that.
+            height: function of x and y [m] in the pad frame, arrays of shape (n,). It returns the height z of the
+                body's lower side in the pad frame [m], shape (n,); infinite where there is no body. The body should
+                touch the pad or be close to contact. The solver moves it along the pad's normal at the point where the
+                force acts until it carries the force.
             surface: the pad's surface grid, `influence.surface`.
-            outline: polygon within which the body may touch, seen from above [m], where it is known.
+            outline: polygon to which contact is limited, seen from above [m]; by default it is traced.
 
         Raises:
             FootprintError: as `from_gap`.
@@ -147,9 +148,9 @@ class Footprint:
         return replace(made, upright=checked)
 
     def heights(self, points: Array) -> Array:
-        """Height of the body above the surface at first touch at points (n, 2) [m]; over a curved pad, z in its frame.
+        """Heights of the body at points (n, 2) [m]: above the surface at first contact, over a curved pad z; (n,) [m].
 
-        Infinite out of reach and, of a curved body, off the pad, or off its outline where that was given.
+        Infinite beyond the reach and, for a curved body, beyond the pad or a given outline.
         """
         if self.gap is None:
             return np.zeros(len(points))
@@ -166,7 +167,7 @@ class Footprint:
         return np.where(within, heights, np.inf)
 
     def height(self, x: float, y: float) -> float:
-        """The same at one point (x, y) [m], of a curved body."""
+        """`heights` at one point (x, y) [m], for a curved body."""
         assert self.gap is not None
         west, south, east, north = self._bounds
         if not (west <= x <= east and south <= y <= north):
@@ -186,7 +187,7 @@ class Footprint:
 
     @cached_property
     def lowest_part(self) -> Footprint:
-        """A footprint for laws that ignore a body's shape: a face with the outline of its lowest part."""
+        """Footprint of a flat face with the outline of the body's lowest part, for laws that ignore its shape."""
         if self.gap is None:
             return self
         area = self._below(FACING_GAP)
@@ -199,7 +200,7 @@ class Footprint:
 
     @cached_property
     def centroid(self) -> tuple[float, float]:
-        """Middle of the area that touches first (x, y) [m]; of the whole outline for a flat face."""
+        """Centroid (x, y) [m] of the area that touches first; of the whole outline for a flat face."""
         area = self.outline
         if self.gap is not None:
             first = self._below(_FIRST_TOUCH / REACH * self.reach)
@@ -209,17 +210,17 @@ class Footprint:
 
     @cached_property
     def integrals(self) -> Array:
-        """Integrals of each node's shape function times 1, x and y over the area, see SurfaceGrid."""
+        """Integrals of each node's shape function times 1, x and y over the area, see `SurfaceGrid.nodal_integrals`."""
         return self.surface.nodal_integrals(self.outline)
 
     def _below(self, height: float) -> Polygon | MultiPolygon:
-        """The part of the outline above which the body is no higher than this over its lowest point [m]."""
+        """The part of the outline where the body is at most `height` above its lowest point [m]."""
         assert self.gap is not None
         return areal(region_below(self.gap, self.lowest + height, self.outline.bounds).intersection(self.outline))
 
 
 def _reach(surface: SurfaceGrid) -> float:
-    """Height above the first touch from which on nothing is in reach [m], along z."""
+    """Height above the first contact point beyond which there is no contact [m], along z."""
     steepest = 1.0 if surface.outer.is_flat else float(np.max(surface.outer.stretch(*_corners(surface))))
     return REACH * surface.thickness * steepest
 
@@ -230,7 +231,7 @@ def _corners(surface: SurfaceGrid) -> tuple[Array, Array]:
 
 
 def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
-    """The same function, which checks the heights it returns."""
+    """The function with checks of the heights that it returns."""
 
     def heights(x: Array, y: Array) -> Array:
         values = np.asarray(gap(x, y), dtype=float)
@@ -239,7 +240,7 @@ def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
                 f"the gap function gave heights of shape {values.shape} for points of shape {x.shape}. It must take "
                 "arrays x and y and return one height per point."
             )
-        if not (values > -np.inf).all():  # NaN is not, either
+        if not (values > -np.inf).all():  # false for NaN too
             wrong = ~(values > -np.inf)
             first = int(np.flatnonzero(wrong)[0])
             raise FootprintError(
@@ -254,7 +255,7 @@ def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
 def _lowest(
     gap: Callable[[Array, Array], Array], bounds: tuple[float, float, float, float], outline: BaseGeometry | None
 ) -> float:
-    """Least height over the bounds, on a grid that closes in on it."""
+    """Least height over the bounds [m], on successively finer grids."""
     low_x, low_y, high_x, high_y = bounds
     lowest = np.inf
     for lines in (_FIRST_LINES, *[_CLOSER_LINES] * _REFINEMENTS):

@@ -1,8 +1,7 @@
-"""Stiffness of the springs that stand for the pad under law "foundation", calibrated against the elastic surface.
+"""Stiffness of the springs of law "foundation", calibrated against the elastic surface.
 
-An elastic surface gives more under a large face than springs of one stiffness would. The springs' stiffness therefore
-depends on the area in contact: it is the one with which a flat round punch of that area sinks in as far as on the
-pad itself.
+The stiffness per area of an elastic surface decreases with the size of the contact. The springs' stiffness therefore
+depends on the contact area: a flat round punch of that area has the same indentation on the springs as on the pad.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from mjtactile.contact.options import Wrench, contact_options
 from mjtactile.contact.press import Press
 from mjtactile.influence.matrices import InfluenceMatrices
 
-#: Radii of the punches, over half the sheet's shorter side.
+#: Radii of the punches over half the sheet's shorter side [-].
 _RADII = (0.02, 0.05, 0.1, 0.2, 0.4, 0.65, 0.95)
 _CELLS = 60
 _QUADRANT_SEGMENTS = 12
@@ -27,7 +26,7 @@ _calibrations: weakref.WeakKeyDictionary[InfluenceMatrices, tuple[Array, Array]]
 
 
 def foundation_springs(influence: InfluenceMatrices) -> tuple[Array, Array]:
-    """Logarithms of contact areas [m^2], ascending, and of the stiffness per area under each [Pa/m]; made once."""
+    """Logarithms of contact areas [m^2], ascending, and of the stiffness per area for each [Pa/m]; computed once."""
     if influence not in _calibrations:
         areas, stiffnesses = _calibrate(influence)
         _calibrations[influence] = np.log(areas), np.log(stiffnesses)

@@ -1,6 +1,6 @@
-"""Contact laws: what each is called, and what it knows of body and pad. The core's class of that name solves it.
+"""Contact laws: their names and properties. The class of the same name in the compiled core solves them.
 
-A law is one class here and one in native/core/contact/laws; nothing else tells them apart.
+A law is one class here and one in native/core/contact/laws; no other code depends on which law it is.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from mjtactile.contact.tangentials import TANGENTIALS
 
 
 class ContactLaw:
-    """How a body's pressure spreads over what it touches.
+    """How the pressure under a body is distributed.
 
     Attributes:
-        name: users and the core know it by.
-        tangentials: ways shear may spread under it.
-        springs: whether it needs the springs that stand for the pad.
-        shapes: whether it knows how the pad gives, looks at a curved body's shape and finds its indentation and tilt;
-            otherwise the body presses with its lowest part.
+        name: name of the law.
+        tangentials: names of the tangential choices it allows.
+        springs: whether it needs the springs of `foundation_springs`.
+        shapes: whether it uses the pad's compliance and a body's shape, and computes indentation and tilt; otherwise
+            a body presses with its lowest part.
     """
 
     name: ClassVar[str]
@@ -28,25 +28,25 @@ class ContactLaw:
 
 
 class Uniform(ContactLaw):
-    """A pressure that is constant but for the gradient that carries the moment, and zero where it would pull."""
+    """Constant pressure plus a linear gradient that carries the moment, and zero where it would be negative."""
 
     name = "uniform"
     shapes = False
 
 
 class Foundation(ContactLaw):
-    """Springs under the body's true shape, as stiff as the pad is under a face of the same area."""
+    """Independent springs under the body's true shape, as stiff as the pad is under a face of the same area."""
 
     name = "foundation"
     springs = True
 
 
 class Elastic(ContactLaw):
-    """The pad's own compliance against the rigid body: pressure where they touch, a gap where they do not."""
+    """Unilateral contact of the rigid body with the elastic pad: pressure where they touch, a gap elsewhere."""
 
     name = "elastic"
     tangentials = TANGENTIALS
 
 
-#: All of them by name.
+#: All laws by name.
 BY_NAME: dict[str, ContactLaw] = {law.name: law for law in (Uniform(), Foundation(), Elastic())}

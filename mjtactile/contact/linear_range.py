@@ -8,24 +8,24 @@ from mjtactile._types import Array
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
 
-#: Mean pressure over the top layer's modulus above which strains are no longer small.
+#: Largest mean pressure over the top layer's modulus for small strains [-].
 LINEAR_RANGE = 0.1
-#: Indentation over the sheet's thickness above which they are not either.
+#: Largest indentation over the sheet's thickness for small strains [-].
 LINEAR_INDENTATION = 0.1
-#: Reading at which a taxel saturates, over the modulus of its material.
+#: Reading at which a taxel saturates over the modulus of its material [-].
 SATURATION = 1.2
 
 
 def linear_range(pad: Pad) -> tuple[float, float]:
-    """Mean pressure [Pa] and indentation [m] up to which strains count as small."""
+    """Largest mean pressure [Pa] and indentation [m] for small strains."""
     return LINEAR_RANGE * pad.layers[0].young, LINEAR_INDENTATION * pad.thickness
 
 
 def saturation(pad: Pad) -> Array:
-    """Readings [Pa] at which the taxels of each sensing layer saturate under a contact, (layers,).
+    """Readings [Pa] at which the taxels of each sensing layer saturate under a contact, shape (layers,).
 
-    No cell of a contact presses with more than the top layer's modulus, so that much stress may be anywhere. A
-    stiffer layer may bear as much as its own modulus, where a taxel's ball meets it.
+    The pressure on a contact cell is at most the top layer's modulus, so such a stress is possible in every layer. In a
+    stiffer layer within a taxel's ball, stresses up to that layer's modulus are possible.
     """
     tops = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in pad.layers])])
     moduli = np.array([layer.young for layer in pad.layers])
@@ -38,12 +38,12 @@ def saturation(pad: Pad) -> Array:
 
 
 def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | None:
-    """In what way a contact is beyond the linear range, as a sentence; None within it.
+    """A sentence on how a contact exceeds the range of small strains; None if it does not.
 
     Args:
-        pad: that is pressed.
-        pressure: mean over the contact area [Pa].
-        indentation: of the surface where it is deepest [m]; NaN where it is not known.
+        pad: the pad.
+        pressure: mean pressure over the contact area [Pa].
+        indentation: largest indentation of the surface [m]; NaN if unknown.
     """
     most_pressure, most_indentation = linear_range(pad)
     if pressure > most_pressure:

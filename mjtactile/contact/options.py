@@ -1,4 +1,4 @@
-"""Options of a contact, checked: law, shear, friction, tilt and the wrench."""
+"""Checked options of a contact: law, shear, friction, tilt and the wrench."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class ContactOptions:
 
     law: str
     tangential: str
-    friction: float | None
-    tilting: bool
-    cells: int
+    friction: float | None  #: coefficient [-]; None: no bound on shear
+    tilting: bool  #: whether the body may tilt
+    cells: int  #: number of contact cells
 
     @property
     def contact_law(self) -> ContactLaw:
@@ -43,9 +43,21 @@ class ContactOptions:
         """How shear spreads."""
         return TANGENTIAL_CHOICES[self.tangential]
 
+    def with_friction(self) -> ContactOptions:
+        """The same options, where no contacts of MuJoCo supply a coefficient of friction.
+
+        Raises:
+            ContactError: shear may slip, but friction is None.
+        """
+        if self.choice.slips and self.friction is None:
+            raise ContactError(
+                f"tangential={self.tangential!r} needs a coefficient: pass friction=..., for example 0.8."
+            )
+        return self
+
     @property
     def gives_moment(self) -> bool:
-        """Whether the body keeps its orientation, so that the moments about x and y are results, not given."""
+        """Whether the body keeps its orientation, so that the moments about x and y are results."""
         return self.contact_law.shapes and not self.tilting
 
 
@@ -56,7 +68,7 @@ class Wrench:
     Attributes:
         force: [N], shape (3,); pressing is force[2] < 0.
         moment: [N m], shape (3,).
-        moment_given: False where the force was put at the footprint's centroid.
+        moment_given: False if the force acts at the footprint's centroid because no moment was given.
     """
 
     force: Array
@@ -70,7 +82,7 @@ class Wrench:
 
     @property
     def through(self) -> Array:
-        """Point (x, y) at which the force's line meets the surface, torsion apart [m]; for a pressing force."""
+        """Point (x, y) where the force's line of action meets the plane z = 0 [m]; for a pressing force."""
         return np.array([self.moment[1], -self.moment[0]]) / self.normal
 
 
@@ -82,22 +94,20 @@ def contact_options(
     friction: float | None = None,
     tilt: str = "free",
     cells: int | None = None,
-    contacts_know_friction: bool = False,
 ) -> ContactOptions:
-    """Options as `contact_load` takes them, checked.
+    """Check the options of `contact_load`.
 
     Args:
-        influence: of the pad, or their fidelity, whose choices stand where an option is None.
+        influence: of the pad, or their fidelity; it determines law and number of cells if these are None.
         law: name of the contact law.
-        tangential: how shear spreads.
+        tangential: how shear is distributed.
         friction: coefficient [-]; None for no bound.
         tilt: "free" or "fixed".
-        cells: contact cells.
-        contacts_know_friction: whether shear that slips may do without a coefficient, which then is that of MuJoCo's
-            contacts.
+        cells: number of contact cells.
+
 
     Raises:
-        ContactError: for names and numbers that make no sense, alone or together.
+        ContactError: an option is unknown or out of range, or options cannot be combined.
     """
     fidelity = influence if isinstance(influence, Fidelity) else influence.fidelity
     law = fidelity.law if law is None else law
@@ -114,23 +124,22 @@ def contact_options(
         raise ContactError(f"tangential={tangential!r} needs law={able}; law {law!r} knows 'proportional' only.")
     if friction is not None and not (_is_number(friction) and math.isfinite(friction) and friction >= 0.0):
         raise ContactError(f"friction = {friction!r}; expected a coefficient that is not negative, for example 0.8.")
-    if TANGENTIAL_CHOICES[tangential].slips and friction is None and not contacts_know_friction:
-        raise ContactError(f"tangential={tangential!r} needs a coefficient: pass friction=..., for example 0.8.")
+
     if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or cells < 1:
         raise ContactError(f"cells = {cells!r}; expected a whole number of contact cells from 1 on.")
     return ContactOptions(law=law, tangential=tangential, friction=friction, tilting=tilt == "free", cells=int(cells))
 
 
 def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayLike | None) -> Wrench:
-    """The wrench to carry.
+    """The wrench of a force and a moment, checked.
 
     Args:
-        footprint: at whose centroid the force acts where no moment is given.
+        footprint: of the body; without a moment, the force acts at its centroid.
         force: on the pad, pad frame [N], (3,).
         moment: about the pad's origin [N m], (3,), or None.
 
     Raises:
-        ContactError: when force or moment is not three finite numbers.
+        ContactError: force or moment is not three finite numbers.
     """
     wanted = _vector("force", force)
     if moment is None:

@@ -1,4 +1,4 @@
-"""Bodies pressed on a pad by the compiled core, without MuJoCo: footprints in, loads out."""
+"""Contacts of footprints with a pad, solved by the compiled core without MuJoCo."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mjtactile.geometry.planar import areal
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import Area, ContactState, SurfaceLoad
 
-#: Grid on which edges about what is under pressure are joined, over the size of the contact.
+#: Grid on which the ends of edges around the area under pressure are matched, over the size of the contact [-].
 _GRID = 1e-7
 
 _HeightsFunction = ctypes.CFUNCTYPE(
@@ -49,12 +49,12 @@ class Told(ctypes.Structure):
 
 
 class Solved(NamedTuple):
-    """What the core found of one body.
+    """The core's result for one body.
 
     Attributes:
         load: its tractions.
-        bounded: whether no contact was found as the law wants it, so that the nearest cells bear the force.
-        simplified: whether none was found with shear as asked for, so that a simpler choice carries it.
+        bounded: whether the law's solution was not found, so that the cells nearest to the body bear the force.
+        simplified: whether no solution with the requested shear was found, so that a simpler tangential choice is used.
     """
 
     load: SurfaceLoad
@@ -69,9 +69,9 @@ class CellForces(NamedTuple):
         centroids: (cells, 2) [m].
         areas: (cells,) [m^2].
         forces: (cells, 3) [N].
-        heights: of the body above each before it moved, (cells,) [m].
+        heights: of the body above each cell before it moved, (cells,) [m].
         edges: of the cells, each once, (edges, 2 ends, 2) [m].
-        sides: cells to the left and right of each edge, (edges, 2); -1 for none.
+        sides: indices of the cells to the left and right of each edge, (edges, 2); -1 for none.
     """
 
     centroids: Array
@@ -83,11 +83,11 @@ class CellForces(NamedTuple):
 
 
 class _CoreFootprint:
-    """A footprint as the core holds it.
+    """A footprint in the compiled core.
 
     Attributes:
-        handle: what the core's functions take.
-        error: what a gap function raised.
+        handle: pointer to the core's object, an argument of the core's functions.
+        error: exception of a gap function, if any.
     """
 
     def __init__(self, handle: int) -> None:
@@ -100,7 +100,7 @@ class _CoreFootprint:
 
 
 class _CurvedFootprint(_CoreFootprint):
-    """A body that the core asks for its heights, for one press."""
+    """The footprint of a curved body, whose heights the core obtains through a callback."""
 
     def __init__(self, footprint: Footprint) -> None:
         self._footprint, self._call = footprint, _HeightsFunction(self._heights)
@@ -112,11 +112,11 @@ class _CurvedFootprint(_CoreFootprint):
         try:
             if self.error is not None:
                 pass
-            elif count == 1:  # not worth an array
+            elif count == 1:  # faster without an array
                 heights = self._footprint.height(points[0], points[1])
             else:
                 heights = self._footprint.heights(np.ctypeslib.as_array(points, (count, 2)))
-        except BaseException as error:  # it must pass through C first
+        except BaseException as error:  # exceptions cannot pass through C: it is raised after the call
             self.error = error
         if count == 1:
             to[0] = heights
@@ -132,15 +132,15 @@ def _core_footprint(footprint: Footprint, cells: int) -> _CoreFootprint:
 
 
 class Press:
-    """Presses footprints on one pad, in one thread at a time.
+    """Solves contacts of footprints with one pad; use it in one thread at a time.
 
     Args:
         influence: of the pad.
         options: law, friction and tilt.
-        strength: pressure that no cell bears more than [Pa]; None: the top layer's modulus, as for the plugin's
-            sensors; 0: no bound.
+        strength: largest pressure on a cell [Pa]; None: the top layer's modulus, as for the plugin's sensors; 0: no
+            bound.
         springs: areas and stiffnesses for law "foundation", see `foundation_springs`.
-        narrowest: width of the narrowest cells [m]; 0: what the pad's taxels tell apart.
+        narrowest: width of the narrowest cells [m]; 0: determined by the resolution of the pad's taxels.
     """
 
     def __init__(
@@ -175,16 +175,15 @@ class Press:
         weakref.finalize(self, core.mjt_press_free, self._handle)
 
     def loads(self, footprints: Sequence[Footprint], wrenches: Sequence[Wrench]) -> list[Solved]:
-        """Loads of bodies that press at once.
+        """Loads of bodies that press at the same time.
 
         Args:
             footprints: of the bodies.
-            wrenches: one for each.
+            wrenches: one for each body.
 
         Raises:
-            ContactError: when nothing of a body that presses is in the pad's reach, or a footprint was made on another
-                surface.
-            Exception: what a gap function raises.
+            ContactError: no part of a pressing body can touch the pad, or a footprint was made for another surface.
+            Exception: any exception of a gap function.
         """
         count, nodes = len(footprints), self._surface.node_shape
         for one in footprints:
@@ -219,7 +218,7 @@ class Press:
         slips = self._options.choice.slips
         state = ContactState(
             indentation=told.indentation,
-            # The body moves down by indentation + slope . (x, y), so it turns by (-slope y, slope x).
+            # The body moves down by indentation + slope . (x, y), so it rotates by (-slope y, slope x).
             tilts=(0.0 - told.slopes[1], told.slopes[0]),
             contact_area=told.area,
             peak_pressure=told.peak,
@@ -231,7 +230,7 @@ class Press:
         return Solved(load, bool(told.bounded), bool(told.simplified))
 
     def cell_forces(self, body: int = 0) -> CellForces:
-        """Forces on the cells of a body pressed last; none where the law needs no cells."""
+        """Forces on the cells of a body in the last call of `loads`; empty arrays for laws without cells."""
         core, count, number = library(), self._cells[body], ctypes.c_size_t(body)
         edges = int(core.mjt_press_edges(self._handle, number, pointer(None), pointer(None)))
         found = CellForces(
@@ -247,9 +246,9 @@ class Press:
         return found
 
     def parts(self) -> Array | None:
-        """Nodal forces of the linear parts of the load, (parts, ny, nx, 3) [N], after a press of one body.
+        """Nodal forces of the linear parts of the load [N], (parts, ny, nx, 3), after `loads` of one body.
 
-        None where they are not a sum of parts.
+        None if the load is not linear in the wrench.
         """
         core, nothing = library(), pointer(None)
         count = int(core.mjt_press_parts(self._handle, ctypes.c_size_t(0), nothing))
@@ -260,17 +259,17 @@ class Press:
         return nodal
 
     def weights(self, wrench: Wrench, parts: int) -> Array | None:
-        """Share of each part in the load of a wrench, (parts,); None where the load is not a sum of the parts."""
+        """Factor of each part in the load of a wrench, (parts,); None if the load is not a sum of these parts."""
         weights, both = np.empty(parts), np.concatenate([wrench.force, wrench.moment])
         found = library().mjt_press_weights(self._handle, pointer(both), pointer(weights))
         return weights if found else None
 
 
 class _Rim:
-    """Outline of the area under pressure, made from its edges when it is first asked for.
+    """Outline of the area under pressure, computed from its edges at the first call.
 
     Args:
-        ends: of the edges, pressure on their left, (edges, 2 ends, 2) [m].
+        ends: of the edges, with the area on their left, (edges, 2 ends, 2) [m].
     """
 
     def __init__(self, ends: Array) -> None:
@@ -288,7 +287,7 @@ class _Rim:
         return areal(shapely.union_all(under, grid_size=grid))
 
     def _winds_about(self, point: Array) -> bool:
-        """Whether the edges run about a point."""
+        """Whether the edges enclose a point: their winding number about it is not zero."""
         start, end = self._ends[:, 0] - point, self._ends[:, 1] - point
         upward = (start[:, 1] <= 0.0) & (end[:, 1] > 0.0)
         downward = (start[:, 1] > 0.0) & (end[:, 1] <= 0.0)

@@ -1,4 +1,4 @@
-"""Pads and presses made ready for a contact law: with its springs, and with what shear needs."""
+"""Pads and presses with all data that a contact law and its shear need."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from mjtactile.influence.matrices import InfluenceMatrices
 
 
 def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: bool = False) -> CorePad:
-    """A pad on which contacts are solved as the options say; see `contact_pad`.
+    """The core's pad with the data for the given options; see `contact_pad`.
 
     Args:
         influence: of the pad.
         options: how contacts are solved.
-        stress: whether whole stress tensors are wanted.
+        stress: whether full stress tensors are needed.
     """
     pad = contact_pad(influence, stress=stress)
     if options.contact_law.springs:
@@ -33,7 +33,7 @@ def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: 
 def new_press(
     influence: InfluenceMatrices, options: ContactOptions, *, strength: float | None = None, narrowest: float = 0.0
 ) -> Press:
-    """A press of a pad for contacts as the options say; see `Press`."""
+    """A new `Press` with the data for the given options; arguments as there."""
     springs = foundation_springs(influence) if options.contact_law.springs else None
     return Press(influence, options, springs=springs, strength=strength, narrowest=narrowest)
 
@@ -44,7 +44,7 @@ _presses: weakref.WeakKeyDictionary[InfluenceMatrices, _Pool] = weakref.WeakKeyD
 
 @contextmanager
 def press_of(influence: InfluenceMatrices, options: ContactOptions) -> Iterator[Press]:
-    """A press of a pad for one thread; it is kept afterwards and reused for the same options."""
+    """Yield a `Press` for use in one thread; it is kept and reused for the same options."""
     free = _presses.setdefault(influence, {}).setdefault(options, [])
     press = free.pop() if free else new_press(influence, options)
     try:

@@ -1,4 +1,4 @@
-"""Ways that shear spreads over a contact: what each is called and needs. The core's class of that name solves it."""
+"""Tangential choices: how shear is distributed over a contact. The class of the same name in the core solves it."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import ClassVar
 
 
 class TangentialChoice:
-    """How shear spreads over what presses.
+    """How shear is distributed over the area under pressure.
 
     Attributes:
-        name: users and the core know it by.
-        couples: whether it asks how shear moves the surface.
-        slips: whether cells slip where friction bears no more, so that a coefficient must be known.
+        name: name of the choice.
+        couples: whether it needs the tangential compliance of the surface.
+        slips: whether cells slip at the limit of friction, so that a coefficient is needed.
     """
 
     name: ClassVar[str]
@@ -20,28 +20,28 @@ class TangentialChoice:
 
 
 class Proportional(TangentialChoice):
-    """Everywhere in proportion to the pressure, as in sliding, with a turn for the torsion."""
+    """Shear proportional to the pressure, as in sliding, plus a rotational part for the torsion."""
 
     name = "proportional"
     couples = False
 
 
 class Stick(TangentialChoice):
-    """The surface does not move along the body anywhere."""
+    """The surface does not move relative to the body."""
 
     name = "stick"
 
 
 class Coulomb(TangentialChoice):
-    """It sticks where it can and slips where shear reaches what friction bears, after loading without history."""
+    """The surface sticks below the limit of friction and slips at it, without history of loading."""
 
     name = "coulomb"
     slips = True
 
 
-#: All of them by name.
+#: All choices by name.
 TANGENTIAL_CHOICES: dict[str, TangentialChoice] = {one.name: one for one in (Proportional(), Stick(), Coulomb())}
 #: Their names, the default first.
 TANGENTIALS = tuple(TANGENTIAL_CHOICES)
-#: Of those that need no friction.
+#: Names of those that need no coefficient of friction.
 WITHOUT_FRICTION = tuple(name for name, one in TANGENTIAL_CHOICES.items() if not one.slips)

@@ -1,4 +1,4 @@
-"""Law "uniform" as a linear map from wrenches to nodal forces, for gradients: while nothing pulls, it is linear."""
+"""Law "uniform" as a linear map from wrenches to nodal forces, for gradients; valid while all pressure is positive."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from mjtactile.fem.surface_grid import SurfaceGrid
 
 @dataclass(frozen=True, eq=False)
 class UniformBasis:
-    """Law "uniform" on one footprint as a linear map, while its pressure is nowhere zero.
+    """Law "uniform" on one footprint as a linear map, valid while its pressure is positive everywhere.
 
     Attributes:
-        forces: nodal forces of its six parts, (6, nodes y, nodes x, 3): pressures 1, x, y and shears x, y, turn.
-        to_pressure: first moments (p, x p, y p) to the coefficients of pressures 1, x, y.
-        shear: area [m^2], centre x, y [m], and turning moment per unit of the turn's shear [N m].
+        forces: nodal forces of its six parts, (6, nodes y, nodes x, 3): pressures 1, x, y and shears x, y, rotational.
+        to_pressure: matrix from the integrals of (p, x p, y p) to the coefficients of pressures 1, x, y, (3, 3).
+        shear: area [m^2], centre x, y [m], and torsional moment of a unit rotational shear [N m].
     """
 
     forces: Array
@@ -27,7 +27,7 @@ class UniformBasis:
 
     @classmethod
     def of(cls, footprint: Footprint) -> UniformBasis:
-        """Parts of the law on a flat footprint."""
+        """The linear map of a flat footprint."""
         surface, integrals = footprint.surface, footprint.integrals
         local, nodes, (centre_x, centre_y, scale) = _local_frame(surface, integrals)
         polar = np.einsum("yx,yx->", local[1], nodes[1]) + np.einsum("yx,yx->", local[2], nodes[2])
@@ -41,10 +41,10 @@ class UniformBasis:
 
     @property
     def shares(self) -> Array:
-        """Share of each part per unit of force x, y, z and moment x, y, z, (6, 6)."""
+        """Matrix from force x, y, z [N] and moment x, y, z [N m] to the factor of each part, (6, 6)."""
         area, centre_x, centre_y, polar = self.shear
         shares = np.zeros((6, 6))
-        # First moments (p, x p, y p) of the pressure are -force z, moment y and -moment x.
+        # Integrals of (p, x p, y p) over the contact are -force z, moment y and -moment x.
         shares[:3, [2, 4, 3]] = self.to_pressure * [-1.0, 1.0, -1.0]
         shares[3, 0] = shares[4, 1] = 1.0 / area
         shares[5, [0, 1, 5]] = np.array([centre_y, -centre_x, 1.0]) / polar

@@ -1,9 +1,9 @@
-"""Readings of one footprint under changing wrenches, without pressing anew each time.
+"""Readings of one footprint under changing wrenches, without solving the contact each time.
 
-While the same contact cells of a flat face are pressed, the stress at the sample points is a fixed combination of a few
-responses, the wrench basis; it is made once a few readings in a row could have come from one. A wrench that presses
-other cells ends it: the contact is solved anew, and a new basis begins. Curved bodies, shear that friction bounds and
-shear that sticks are solved anew each time.
+While the same contact cells of a flat face are under pressure, the stress at the sample points is linear in the wrench:
+a combination of a few responses, the wrench basis. The basis is computed after a few readings in a row with the same
+cells. When a wrench changes the cells under pressure, the contact is solved again and a new basis follows. Curved
+bodies, shear limited by friction and shear that sticks are solved each time.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from mjtactile.contact.ready import new_press
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
 
-#: Readings in a row that press the same cells before a basis is worth its making.
+#: Number of readings in a row with the same cells under pressure after which a basis is computed.
 _STEADY_READINGS = 2
 
 
 class WrenchBasis:
-    """One footprint that does not move, pressed by one wrench after another.
+    """A footprint at a fixed position under a sequence of wrenches.
 
-    Readings equal those of `contact_load` to the rounding of single precision.
+    Readings equal those of `contact_load` to single precision.
 
     Args:
         influence: of the pad.
         footprint: made with the same influence matrices.
-        law: as in `contact_load`, and so are the rest.
-        tangential: how shear is spread.
+        law: as in `contact_load`, like the following options.
+        tangential: how shear is distributed.
         friction: coefficient that bounds shear [-].
         tilt: "free" or "fixed".
-        cells: across the footprint.
+        cells: number of contact cells.
 
     Raises:
-        ContactError: for options that make no sense.
+        ContactError: an option is unknown or out of range, or options cannot be combined.
     """
 
     def __init__(
@@ -57,13 +57,13 @@ class WrenchBasis:
         self.footprint = footprint
         self.options = contact_options(
             influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells
-        )
+        ).with_friction()
         self._parts: _Parts | None = None
         self._steady = 0
 
     @property
     def active(self) -> bool:
-        """Whether a basis is at hand."""
+        """Whether readings come from a wrench basis at present."""
         return self._parts is not None
 
     def readings(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> Array:
@@ -78,7 +78,7 @@ class WrenchBasis:
         return self.influence.readings_of(self.response(force, moment))
 
     def response(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> Array:
-        """Deviatoric stress at the sample points (points, 5) [Pa], which adds up over bodies; see `readings`."""
+        """Deviatoric stress at the sample points [Pa], (points, 5); responses of bodies add up. See `readings`."""
         wrench = wanted_wrench(self.footprint, force, moment)
         if self._parts is not None:
             response = self._parts.response(self.influence, wrench)
@@ -110,7 +110,7 @@ class _Parts:
         surface = influence.surface
         loads = [SurfaceLoad(forces[k], surface, surface.sheet) for k in self._used]
         response = influence.point_response(loads)
-        # Parts of very different size are scaled to one before they are rounded.
+        # Parts differ much in size; each is scaled to 1 before it is rounded to single precision.
         self._scale = np.maximum(np.abs(response).max(axis=(1, 2)), np.finfo(float).tiny)
         self._shape = response.shape[1:]
         self._response = (response / self._scale[:, None, None]).astype(np.float32).reshape(len(response), -1)
@@ -118,14 +118,14 @@ class _Parts:
 
     @classmethod
     def of(cls, basis: WrenchBasis, wrench: Wrench, state: ContactState) -> _Parts | None:
-        """Linear parts of the contact under a wrench; None where its load is not a sum of parts."""
+        """Linear parts of the contact under a wrench; None if its load is not linear in the wrench."""
         press = new_press(basis.influence, basis.options)
         press.loads([basis.footprint], [wrench])
         forces = press.parts()
         return None if forces is None else cls(basis.influence, press, forces, state)
 
     def response(self, influence: InfluenceMatrices, wrench: Wrench) -> Array | None:
-        """Response to a wrench; None where the parts do not make up its load."""
+        """Response to a wrench; None if other cells are under pressure, so that the parts do not apply."""
         weights = self._press.weights(wrench, self._count) if wrench.normal > 0.0 else None
         if weights is None:
             return None

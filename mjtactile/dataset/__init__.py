@@ -1,4 +1,4 @@
-"""Presses by the hundred thousand: described, drawn from seeds, pressed, kept on disk in parts."""
+"""Large datasets of presses: specified in TOML, sampled from seeds, simulated, and stored in parts."""
 
 from mjtactile.dataset.files import Dataset, DatasetWarning, make_dataset, read_dataset
 from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec

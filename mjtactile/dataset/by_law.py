@@ -1,9 +1,9 @@
-"""Presses made by the contact laws alone, without MuJoCo: several forces on a pose for little more than one.
+"""Presses computed by the contact laws alone, without MuJoCo; further forces at the same pose take little time.
 
-Under a flat face the contact scales with the force, and shear that is proportional to the pressure, or sticks, is
-linear in its resultants: three loads give the response to every force on a pose. On a curved body the contact grows
-with the force; there the same holds for forces that share one pressing component, so each pose gets one. Curved pads
-are in on_surface.py.
+Under a flat face the load is linear in the force if shear is proportional to the pressure or sticks, so three loads
+give the response to every force at a pose. The contact of a curved body grows with the pressing force; its load is
+linear only for forces with the same pressing component, so all forces at a pose have the same one. For curved pads see
+on_surface.py.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
 from mjtactile.errors import ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
 
-#: Tangential force of the loads that probe a contact, over the pressing force.
+#: Tangential over pressing force of the loads from which the others follow [-].
 _PROBE = 0.3
 
 
@@ -31,11 +31,11 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
 
     Args:
         influence: of the pad, at the presses' fidelity.
-        presses: what presses.
+        presses: the presses.
 
     Returns:
-        readings (presses, *reading_shape) [Pa]; forces on the pad (presses, 3) [N], and the points in which
-        they pass through the surface (presses, 2) [m], pad frame.
+        Readings [Pa], (presses, *reading_shape); forces on the pad [N], (presses, 3); and points (x, y) where their
+        lines of action meet the surface [m], (presses, 2); in the pad frame.
     """
     pose_readings = _pose_readings if influence.pad.surface.is_flat else curved_pose_readings
     made = [pose_readings(influence, presses, pose) for pose in presses.poses]
@@ -44,7 +44,7 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
 
 
 def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: PosePresses) -> Footprint:
-    """What faces the pad in a pose."""
+    """Footprint of the body at a pose."""
     if presses.shape == "sphere":
         return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence.surface, lowest=0.0)
     return Footprint.from_outline(
@@ -53,7 +53,7 @@ def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: 
 
 
 def sphere_gap(radius: float, x: float, y: float) -> Callable[[Array, Array], Array]:
-    """Height of a sphere above the surface it touches at (x, y) [m]."""
+    """Gap function of a sphere of this radius [m] that touches a flat surface at (x, y) [m]."""
 
     def gap(at_x: Array, at_y: Array) -> Array:
         inside = radius**2 - (at_x - x) ** 2 - (at_y - y) ** 2

@@ -1,4 +1,4 @@
-"""Presses made by MuJoCo: a press scene settled for every force, read by a TactileSensor as any scene would be."""
+"""Presses simulated by MuJoCo: a press scene is settled for every force and read by a TactileSensor."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from mjtactile.sim.wrench import centre_of_pressure
 
 
 def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tuple[Array, Array, Array]:
-    """Readings of all presses that share an outline; arguments and results as of `physics_readings`.
+    """Readings of all presses that share an outline; arguments and results as in `physics_readings`.
 
-    Forces and points are those MuJoCo's contacts carry, not those commanded. A press that does not settle (NaN
-    readings) is left out by whoever asked. On a curved pad bodies come down along z, upright, wherever they touch.
+    Forces and points are those of MuJoCo's contacts, not the commanded ones. A press that does not settle has NaN
+    readings; callers drop it. On a curved pad bodies are upright and approach along z.
     """
     indenter = shape_indenter(presses.shape, presses.size)
     readings, forces, points = [], [], []
@@ -47,7 +47,7 @@ def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tu
 
 
 def _settled(model: mujoco.MjModel, data: mujoco.MjData, sensor: TactileSensor, force: Array) -> tuple[Array, Array]:
-    """Readings and wrench of one press; NaN where it does not settle."""
+    """Readings and wrench of one press; NaN if it does not settle."""
     try:
         press(model, data, force)
     except SceneError:

@@ -1,11 +1,11 @@
-"""Datasets of presses on disk: made by any number of workers, continued where they were interrupted.
+"""Datasets of presses on disk: written by any number of workers, resumable after interruptions.
 
-A dataset is a folder of Parquet files: columns by name that pandas, polars, DuckDB or Arrow in any language read
-without this package, labels readable without the readings, compressed, and every part a file that is there whole or
-not at all, so that going on after an interruption is making the parts that are missing. HDF5 and Zarr hold arrays as
-well, but one HDF5 file is lost to a crash while it is written, and neither is read by table tools. Each file's
-metadata holds the pad, its fingerprint and the specification, as JSON under "mjtactile", and a checksum of the whole
-file (seal.py): a part that is damaged is made again, and refused by whoever reads it.
+A dataset is a folder of Parquet files. pandas, polars, DuckDB and Arrow in any language read them without this package,
+and labels can be read without the readings. Every part is a file that exists completely or not at all, so resuming
+means making the missing parts. HDF5 and Zarr store arrays too, but a crash destroys an HDF5 file that is being written,
+and table tools read neither. Each file's metadata contains the pad, its fingerprint and the specification as JSON under
+"mjtactile", and a checksum of the whole file (seal.py). Damaged parts are detected: readers refuse them, and
+`make_dataset` makes them again.
 """
 
 from __future__ import annotations
@@ -40,28 +40,28 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
-#: Of the files' metadata.
+#: Version of the files' format.
 FORMAT = 2
-#: Columns of names.
+#: Columns that contain names.
 _NAMES = ("shape", "preset", "law", "tangential", "transducer")
 #: Key of the metadata in a file's schema.
 _METADATA = b"mjtactile"
 
 
 class DamagedPartError(DatasetError):
-    """A part that is not as it was written; it can be made again."""
+    """A damaged part; `make_dataset` makes it again."""
 
 
 @dataclass(frozen=True)
 class PartOf:
-    """One part to make, as a worker gets it."""
+    """The task of a worker: one part to make."""
 
     spec: DatasetSpec
-    part: tuple[int, int]  #: first press and end
+    part: tuple[int, int]  #: index of the first press, and one past the last
 
 
 def part_file(task: PartOf) -> bytes:
-    """The file of one part."""
+    """Content of the Parquet file of one part."""
     require("dataset")
     import pyarrow.parquet as pq
 
@@ -89,12 +89,12 @@ def part_file(task: PartOf) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A part that was read back and is as it was written.
+    """A part that was read and verified.
 
     Attributes:
         path: of the file.
-        metadata: pad, specification and place of the part.
-        content: the file.
+        metadata: pad, specification and range of presses.
+        content: bytes of the file.
     """
 
     path: Path
@@ -103,17 +103,17 @@ class Part:
 
     @property
     def presses(self) -> tuple[int, int]:
-        """First press and end."""
+        """Index of the first press, and one past the last."""
         first, end = self.metadata["part"]
         return first, end
 
     @property
     def asked(self) -> int:
-        """How many presses were asked for when the part was made, in the whole dataset."""
+        """Number of presses of the whole dataset when the part was made."""
         return self.metadata["spec"]["presses"]
 
     def table(self, *, readings: bool) -> pa.Table:
-        """The columns, with the readings or without them."""
+        """The columns, with or without the readings."""
         require("dataset")
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -123,16 +123,16 @@ class Part:
 
 
 def part_name(first: int) -> str:
-    """What the file of a part is called, by its first press."""
+    """File name of a part, given the index of its first press."""
     return f"presses-{first:09d}.parquet"
 
 
 def read_part(path: Path) -> Part:
-    """Read a part and make sure that it is as it was written.
+    """Read a part and verify its checksum.
 
     Raises:
-        DamagedPartError: it is damaged, or lies under another part's name.
-        DatasetError: it is something else.
+        DamagedPartError: it is damaged, or has the name of another part.
+        DatasetError: it is another kind of file.
     """
     require("dataset")
     import pyarrow as pa
@@ -172,7 +172,7 @@ def part_schema(reading_shape: Sequence[int]) -> pa.Schema:
 
 
 def _is_foreign(content: bytes) -> bool:
-    """Whether it is a sound Parquet file of somebody else."""
+    """Whether a file is a valid Parquet file without this package's metadata."""
     require("dataset")
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -186,7 +186,7 @@ def _is_foreign(content: bytes) -> bool:
 
 
 def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
-    """Labels and readings of the presses of one outline, as columns; presses that did not settle are left out."""
+    """Labels and readings of the presses of one outline as columns, without presses that did not settle."""
     influence = _influence(spec.pad, presses.preset)
     if spec.backend == "mujoco":
         from mjtactile.dataset.by_scene import mujoco_readings as readings_of
@@ -224,7 +224,7 @@ def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.nd
 
 
 def _as_reported(spec: DatasetSpec, readings: Array, rng: np.random.Generator) -> tuple[Array, float]:
-    """Readings [Pa] as the transducer reports them, with noise, and its relative standard deviation."""
+    """Readings [Pa] with transducer and noise, and the noise's standard deviation over the largest reading [-]."""
     if spec.transducer is not None:
         from mjtactile.dataset.hardware import reported
 
@@ -265,21 +265,21 @@ def _table(spec: DatasetSpec, part: tuple[int, int], columns: dict[str, np.ndarr
     return pa.table({**arrays, "readings": lists}, schema=schema.with_metadata({_METADATA: json.dumps(metadata)}))
 
 
-#: About as many presses go into one file.
+#: Approximate number of presses in one file.
 _PRESSES_PER_PART = 960
 _FILES = "presses-*.parquet"
 
 
 class DatasetWarning(UserWarning):
-    """A part of a dataset that had to be made again."""
+    """A part of a dataset was damaged and is made again."""
 
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """Presses read back.
+    """Presses read from disk.
 
     Attributes:
-        readings: (presses, layers, rows, columns) [Pa], float32.
+        readings: (presses, *reading_shape) [Pa], float32.
         labels: the other columns by name, (presses,) each, SI units; see docs/datasets.md.
         metadata: pad, fingerprint and specification.
     """
@@ -290,17 +290,17 @@ class Dataset:
 
     @property
     def forces(self) -> Array:
-        """On the pad, pad frame, (presses, 3) [N]."""
+        """Forces on the pad in the pad frame [N], (presses, 3)."""
         return self._vectors("force_x", "force_y", "force_z")
 
     @property
     def positions(self) -> Array:
-        """Where the forces pass through the surface, (presses, 2) [m]."""
+        """Points (x, y) where the forces' lines of action meet the surface [m], (presses, 2)."""
         return self._vectors("position_x", "position_y")
 
     @property
     def shifts(self) -> Array:
-        """Where the bodies' origins are, (presses, 2) [m]."""
+        """Positions (x, y) of the bodies' origins in the pad frame [m], (presses, 2)."""
         return self._vectors("shift_x", "shift_y")
 
     def _vectors(self, *names: str) -> Array:
@@ -308,21 +308,21 @@ class Dataset:
 
 
 def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1, progress: bool = True) -> int:
-    """Make the parts of a dataset that are not there yet, or not as they were written.
+    """Make the missing and damaged parts of a dataset.
 
     Args:
-        spec: what to make.
-        folder: where to; made if needed. Parts of the same specification are kept.
-        workers: processes, one core each, or where to find others (workers.py). The files do not depend on them.
+        spec: specification of the dataset.
+        folder: of the dataset, created if necessary. Existing parts of the same specification are kept.
+        workers: number of processes, one core each, or a `Workers`. The files do not depend on it.
         progress: show a progress bar on a terminal.
 
     Returns:
-        How many presses were made now; those in MuJoCo that did not settle are left out.
+        Number of presses made by this call, without those that did not settle in MuJoCo.
 
     Raises:
-        DatasetError: the folder holds another dataset, more presses than are asked for, or something else under a
-            part's name; another process is making it; the presses do not fit on the disk.
-        DistributeError: there are no workers, or they die again and again.
+        DatasetError: the folder contains another dataset, more presses than specified, or another file with a part's
+            name; another process is making the dataset; or the disk is too small.
+        DistributeError: workers cannot be started or reached, or are killed repeatedly.
         OSError: the folder cannot be written.
 
     Warns:
@@ -343,7 +343,7 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1,
         parts = {folder / part_name(part[0]): part for part in _parts(spec) if part not in kept}
         if not parts:
             return 0
-        for preset in spec.presets:  # built once, before workers ask for them together
+        for preset in spec.presets:  # built once, before all workers need them at the same time
             influence_matrices(spec.pad, preset, progress=progress)
         made = 0
         total = sum(end - first for first, end in parts.values())
@@ -351,22 +351,23 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1,
         with progress_bar(f"pressing, {spec.backend}", total, wanted=progress) as advance:
             for path in make_files(part_file, tasks, chosen):
                 first, end = parts[path]
-                with path.open("rb") as file:  # Arrow opens no names that are not UTF-8
+                with path.open("rb") as file:  # Arrow cannot open names that are not UTF-8
                     made += pq.ParquetFile(file).metadata.num_rows
                 advance(end - first)
     return made
 
 
 def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = None) -> Dataset:
-    """Read a dataset, every file against its checksum.
+    """Read a dataset and verify all checksums.
 
     Args:
-        folder: as given to `make_dataset`.
-        labels_only: leave the readings out, as an empty array.
-        most: read no more parts once there are this many presses; by default all.
+        folder: of the dataset, as in `make_dataset`.
+        labels_only: do not read the readings; they are an empty array.
+        most: stop after the part in which this number of presses is reached; by default read all.
 
     Raises:
-        DatasetError: there is none, files are not of one dataset, one is damaged, or presses are missing.
+        DatasetError: there is no dataset, its files belong to different datasets, a file is damaged, or presses are
+            missing.
     """
     require("dataset")
     import pyarrow as pa
@@ -404,17 +405,17 @@ def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = 
 
 
 def _parts(spec: DatasetSpec) -> Iterator[tuple[int, int]]:
-    """First press and end of every part; parts hold whole outlines, the last one as much as is asked for."""
+    """First press and end of every part; all parts but the last contain whole outlines."""
     per_part = math.ceil(_PRESSES_PER_PART / spec.presses_per_outline) * spec.presses_per_outline
     return ((first, min(first + per_part, spec.presses)) for first in range(0, spec.presses, per_part))
 
 
 def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
-    """First press and end of the parts that are there and as they were written; damaged ones are put aside.
+    """First press and end of the valid parts in a folder; damaged parts are renamed.
 
     Raises:
-        DatasetError: the folder holds another dataset, more presses than are asked for, or something else under a
-            part's name.
+        DatasetError: the folder contains another dataset, more presses than specified, or another file with a part's
+            name.
     """
     kept, damaged, most = set(), [], 0
     for path in sorted(folder.glob(_FILES)):
@@ -445,13 +446,13 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
 
 
 def _least_asked(path: Path) -> int:
-    """How many presses were asked for at least when a part that is damaged now was made, by its name."""
+    """Least number of presses of the dataset that a damaged part belonged to, from its name."""
     digits = path.stem.removeprefix("presses-")
     return int(digits) + 1 if digits.isdecimal() and len(digits) == len(part_name(0)) - len("presses-.parquet") else 0
 
 
 def _put_aside(path: Path) -> Path:
-    """Rename a damaged part: it may be somebody's, and readers of Parquet folders pass over names with a line first."""
+    """Rename a damaged part, not delete it; readers of Parquet folders ignore names that begin with "_"."""
     number = 0
     while (aside := path.with_name(f"_damaged-{number}-{path.name}")).exists():
         number += 1
@@ -459,7 +460,7 @@ def _put_aside(path: Path) -> Path:
 
 
 def _check_space(spec: DatasetSpec, folder: Path, presses: int) -> None:
-    """Refuse what the disk cannot hold; readings with noise hardly get smaller by compression."""
+    """Refuse datasets larger than the free disk space; compression of noisy readings is neglected."""
     needed, free = presses * math.prod(spec.pad.reading_shape) * 4, shutil.disk_usage(folder).free
     if needed > free:
         raise DatasetError(
@@ -470,10 +471,10 @@ def _check_space(spec: DatasetSpec, folder: Path, presses: int) -> None:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Keep other processes from making a dataset in the same folder, and clear away what a killed one left.
+    """Lock the folder against other processes that make datasets, and remove partial files of killed processes.
 
     Raises:
-        DatasetError: another process is at it.
+        DatasetError: another process has locked the folder.
     """
     from filelock import FileLock, Timeout
 
@@ -484,7 +485,7 @@ def _alone(folder: Path) -> Iterator[None]:
         raise DatasetError(
             f"another process is making the dataset in {folder}. Wait for it, or choose another folder."
         ) from None
-    except NotImplementedError:  # a disk without locks
+    except NotImplementedError:  # a file system without locks
         pass
     try:
         if lock.is_locked:

@@ -5,7 +5,7 @@
     full_scale = 100e3       # [Pa]
     imperfections = { noise = 0.002, gain_spread = 0.01, dead = 0.003, adc_bits = 12 }
 
-Every press meets an array of its own, drawn from the press's seed.
+Every press has an array of its own, drawn from the press's seed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
 
 def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) -> Array:
-    """Readings as a new array of transducers reports them, of the same shape [Pa].
+    """Readings as a newly drawn array of transducers reports them, same shape [Pa].
 
     Args:
         values: table [transducer] of the specification.
@@ -33,26 +33,25 @@ def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) 
 
     Raises:
         DatasetError: the table names no transducer.
-        TransducerError: values that no transducer has.
+        TransducerError: a value is outside its range.
     """
-    array = transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))
-    return array(readings.reshape(array.shape)).reshape(readings.shape)
+    return transducer_for(values, readings.shape, seed=int(rng.integers(2**31)))(readings)
 
 
 def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) -> Transducer:
-    """An array of these transducers for readings (layers, rows, columns); free taxels (taxels,) are one row of it.
+    """An array of the transducers that a table describes.
+
+    Args:
+        values: table [transducer] of the specification.
+        shape: of one set of readings, (layers, rows, columns) or (taxels,).
+        seed: of the array's gains, offsets and noise.
 
     Raises:
-        DatasetError: as in `reported`, or crosstalk between free taxels, which have no neighbours in a row.
+        DatasetError: the table names no transducer.
+        TransducerError: a value is outside its range, or crosstalk is given for free taxels.
     """
     imperfections, element = transducer_of(values)
-    if len(shape) == 1 and imperfections.crosstalk:
-        raise DatasetError(
-            f"[transducer] crosstalk = {imperfections.crosstalk} goes to neighbours on a grid, but the pad has free "
-            "taxels. Leave crosstalk out, or give the pad a TaxelGrid."
-        )
-    layers, rows, columns = (1, 1, *shape) if len(shape) == 1 else shape
-    return Transducer(element, imperfections, shape=(layers, rows, columns), seed=seed)
+    return Transducer(element, imperfections, shape=shape, seed=seed)
 
 
 def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:

@@ -1,8 +1,8 @@
 """Presses on curved pads by the contact laws alone.
 
-A body stands on the point of the surface over its shift, and is turned with the surface there: a flat punch lies in the
-tangent plane, tilt and azimuth are against the normal, and the force passes through that point. On a curved pad a
-contact is no combination of others, so every force is solved for itself.
+A body touches the surface at the point above its shift and is oriented along the surface there: a flat punch lies in
+the tangent plane, tilt and azimuth of the force are relative to the normal, and the force acts at that point. Contacts
+on a curved pad are not linear in the force, so every force is solved separately.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ def curved_pose_readings(
 
     Args:
         influence: of the pad.
-        presses: which body presses, by which law.
-        pose: where, and how hard.
+        presses: the body and the contact law.
+        pose: position of the body, and forces.
 
     Returns:
-        readings (presses, *reading_shape) [Pa]; forces (presses, 3) [N], pad frame; and the points in which they pass
-        through the surface, seen from above (presses, 2) [m]. Readings of a force that points out of the pad, as one
-        tilted on a steep slope may, are NaN.
+        Readings [Pa], (presses, *reading_shape); forces on the pad in the pad frame [N], (presses, 3); and points
+        (x, y) of the surface where they act [m], (presses, 2). Readings are NaN for a force that points out of the pad,
+        which is possible for tilted forces on steep slopes.
     """
     outer = influence.surface.outer
     forces = (pose.directions * pose.magnitudes[:, None]) @ outer.frames(*pose.shift)
@@ -57,7 +57,7 @@ def curved_pose_readings(
 
 
 def footprint_on(surface: SurfaceGrid, presses: OutlinePresses, pose: PosePresses) -> Footprint:
-    """A body that stands on a curved surface, turned with it."""
+    """Footprint of a body that touches a curved surface at a pose, oriented along the surface."""
     outer = surface.outer
     point, axes = outer.positions(*pose.shift), outer.frames(*pose.shift)
     if presses.shape == "sphere":

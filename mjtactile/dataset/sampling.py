@@ -1,8 +1,8 @@
-"""Which presses a dataset holds: drawn from its specification, each from seeds of its own.
+"""Random sampling of a dataset's presses from its specification.
 
-Presses that share an outline are drawn together, because cells of an outline that only moved are cheap. Every outline,
-pose and press has its own stream of random numbers, named by the dataset's seed and its place, so a press is the same
-however many workers make the dataset and wherever it was interrupted.
+Presses that share an outline are drawn together, because a moved outline reuses its contact cells. Every outline, pose
+and press has its own stream of random numbers, seeded by the dataset's seed and its index. So a press does not depend
+on the number of workers or on interruptions.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ _OUTLINE, _POSE, _PRESS, NOISE = range(4)
 
 @dataclass(frozen=True, kw_only=True)
 class PosePresses:
-    """A body in one place, and the forces that press on it there."""
+    """One pose of a body, and the forces on it there."""
 
     shift: tuple[float, float]  #: of the body's origin in the pad frame [m]
-    rotation: float  #: counter-clockwise about its origin, before the shift [rad]
-    directions: Array  #: (presses, 3), unit vectors, pad frame; pressing is -z
-    magnitudes: Array  #: (presses,) [N]
+    rotation: float  #: counter-clockwise about the body's origin, before the shift [rad]
+    directions: Array  #: unit vectors of the forces, pad frame, (presses, 3); pressing is -z
+    magnitudes: Array  #: of the forces [N], (presses,)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,12 +38,12 @@ class OutlinePresses:
     preset: str
     law: str
     tangential: str
-    free: bool  #: the body may tilt, and the force passes through its origin
+    free: bool  #: whether the body may tilt; the force then acts at its origin
     poses: tuple[PosePresses, ...]
 
 
 def stream(seed: int, kind: int, index: int) -> np.random.Generator:
-    """The random numbers of one outline, pose or press."""
+    """Random generator of one outline, pose or press, by the kind and its index."""
     return np.random.default_rng([seed, kind, index])
 
 

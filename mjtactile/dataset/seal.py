@@ -1,8 +1,8 @@
-"""A checksum inside a Parquet file, of all the other bytes of it.
+"""A checksum of a Parquet file, stored inside the file.
 
-It is an entry of the file's own key-value metadata, which other readers pass over: 64 digits that are zeros while the
-file is written and become the SHA-256 of the file with those zeros. So every file stands for itself, whatever it is
-copied with, and not a bit of it can change unnoticed: neither in the columns, nor in the schema, nor in the checksum.
+It is an entry of the file's key-value metadata, which other readers ignore: 64 digits that are zeros while the file is
+written, then replaced by the SHA-256 of the file with those zeros. So each file can be verified by itself, and any
+change of its columns, schema or checksum is detected.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import re
 
 _KEY = b"mjtactile.sha256"
 _ZEROS = b"0" * 64
-#: What a file's metadata hold before it is sealed.
+#: Metadata of a file before it is sealed.
 UNSEALED = {_KEY: _ZEROS}
-#: Key and value as Parquet's footer has them, with the value's field and length between (Thrift's compact protocol).
+#: Key and value in Parquet's footer, with the value's field and length between them (Thrift's compact protocol).
 _SEAL = re.compile(_KEY + rb"\x18\x40([0-9a-f]{64})")
 
 
 def sealed(content: bytes) -> bytes:
-    """A Parquet file with `UNSEALED` among its metadata, with its checksum."""
+    """Replace the zeros in a Parquet file with metadata `UNSEALED` by its checksum."""
     places = list(_SEAL.finditer(content))
     if len(places) != 1 or places[0][1] != _ZEROS:
         raise ValueError("the file has no place for one checksum: was it written with UNSEALED among its metadata?")
@@ -27,12 +27,12 @@ def sealed(content: bytes) -> bytes:
 
 
 def is_sealed(content: bytes) -> bool:
-    """Whether a file has a checksum, right or wrong."""
+    """Whether a file has a checksum, correct or not."""
     return _KEY in content
 
 
 def is_whole(content: bytes) -> bool:
-    """Whether a file has a checksum, and every byte is as it was when it got it."""
+    """Whether a file has a correct checksum."""
     found = _SEAL.search(content)
     return found is not None and found[1] == _checksum(content, found)
 

@@ -1,4 +1,4 @@
-"""Shapes by name for datasets and recognition: the seven punches, a disc, a sphere, and any flat punch of one's own.
+"""Shapes by name for datasets and recognition: the seven punches, further flat punches, a sphere, and mesh files.
 
 Lengths are metres. A shape at size 1 has the dimensions given here; sizes multiply every length in its plane.
 """
@@ -42,13 +42,13 @@ def _cross() -> Polygon:
 
 _OWN = {"disc": lambda: ellipse(DISC_RADIUS, DISC_RADIUS), "hexagon": _hexagon, "cross": _cross}
 
-#: Every shape that has a name; a file of a mesh whose lowest face is flat is a shape as well.
+#: Names of all shapes; the file of a mesh whose lowest face is flat is a shape as well.
 SHAPE_NAMES: tuple[str, ...] = (*INDENTER_NAMES, *_OWN, "sphere")
 
 
 @cache
 def shape_face(shape: str) -> Polygon | MultiPolygon | None:
-    """The flat face a shape presses with, at size 1 about its origin [m]; None for the sphere.
+    """Outline of a shape's flat face at size 1, about its origin [m]; None for the sphere.
 
     Args:
         shape: a name, or the path of a mesh file in metres.
@@ -71,7 +71,7 @@ def shape_face(shape: str) -> Polygon | MultiPolygon | None:
 
 
 def sized_face(shape: str, size: float) -> Polygon | MultiPolygon:
-    """The flat face of a shape at a size [m].
+    """Outline of a shape's flat face at a size [m].
 
     Raises:
         IndenterError: there is no such shape, or it is curved.
@@ -83,13 +83,13 @@ def sized_face(shape: str, size: float) -> Polygon | MultiPolygon:
 
 
 def placed(face: Polygon | MultiPolygon, shift: tuple[float, float], rotation: float) -> Polygon | MultiPolygon:
-    """A face turned counter-clockwise about its origin [rad], then shifted [m]."""
+    """An outline rotated counter-clockwise about the origin [rad], then shifted [m]."""
     turned = affinity.rotate(face, rotation, origin=(0, 0), use_radians=True)
     return affinity.translate(turned, *shift)
 
 
 def shape_indenter(shape: str, size: float = 1.0) -> Indenter:
-    """A shape at a size as a body for press scenes; errors as in `shape_face`."""
+    """A shape at a size as an indenter for press scenes; errors as in `shape_face`."""
     if shape_face(shape) is None:
         return sphere(SPHERE_RADIUS * size)
     outline = sized_face(shape, size)

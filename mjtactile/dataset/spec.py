@@ -1,7 +1,7 @@
-"""What a dataset of presses holds: a TOML file, read into checked values.
+"""Specification of a dataset of presses, read from a TOML file.
 
-In the file lengths are millimetres, forces gram-force and angles degrees, as in benchmarks/; here they are SI. A range
-is two numbers, drawn from uniformly, or one.
+The file has millimetres, gram-force and degrees, as in benchmarks/; the values here are in SI units. A range is two
+numbers, the limits of a uniform distribution, or a single number.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from mjtactile.units import GRAM_FORCE, MILLIMETRE, MOST_NOISE, MOST_PRESSES, MO
 Range = tuple[float, float]
 
 BACKENDS = ("physics", "mujoco")
-#: Presses of one outline, poses times forces: they are made together.
+#: Largest number of presses of one outline, poses times forces; they are made together.
 MOST_PER_OUTLINE = 10_000
-#: Forces beyond this [gf] are far outside the linear range of any pad; those in MuJoCo reach 255 gf along each axis.
+#: Largest force [gf], far outside the linear range of any pad; forces in MuJoCo are at most 255 gf along each axis.
 MOST_FORCE = 10_000.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSpec:
-    """One kind of contact: which bodies press, where, and how hard."""
+    """One kind of contact: bodies, positions and forces."""
 
     shapes: tuple[str, ...]  #: names of shapes.SHAPE_NAMES, or mesh files
-    weight: float = 1.0  #: share of the presses, relative to the other kinds
+    weight: float = 1.0  #: relative number of presses, compared with the other kinds [-]
     size: Range = (1.0, 1.0)  #: relative to the shape's own [-]
     shift: Range = (0.0, 0.0)  #: along x and along y, each [m]
     rotation: Range = (0.0, 2.0 * math.pi)  #: counter-clockwise [rad]
     force: Range = (5 * GRAM_FORCE, 200 * GRAM_FORCE)  #: magnitude [N]
-    tilt: Range = (0.0, math.radians(35.0))  #: of the force, from straight into the pad [rad]
-    azimuth: Range = (0.0, 2.0 * math.pi)  #: of the tilt, from +x towards +y [rad]
-    upright: float = 0.0  #: share of the presses whose force is not tilted [-]
+    tilt: Range = (0.0, math.radians(35.0))  #: angle of the force to the pad's inward normal [rad]
+    azimuth: Range = (0.0, 2.0 * math.pi)  #: direction of the tangential force, from +x towards +y [rad]
+    upright: float = 0.0  #: fraction of the presses whose force is not tilted [-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,21 +55,21 @@ class DatasetSpec:
     """A dataset; make it with `load_spec`."""
 
     contacts: tuple[ContactSpec, ...]
-    presses: int = 1000  #: how many
+    presses: int = 1000  #: number of presses
     seed: int = 0
-    backend: str = "physics"  #: "physics": contact laws alone; "mujoco": press scenes, settled
-    presets: tuple[str, ...] = (DEFAULT,)  #: fidelities by name, drawn with equal odds
-    laws: tuple[str, ...] = ("elastic",)  #: contact laws, drawn with equal odds
-    tangential: tuple[str, ...] = ("proportional",)  #: how shear spreads, drawn with equal odds
-    free: float = 0.0  #: share of the bodies that may tilt, so that the force passes through their origin [-]
-    poses: int = 6  #: in a row with the same outline: cells of a moved outline cost a fifth of new ones
-    forces: int = 4  #: in a row on the same pose: another force on an unmoved footprint costs next to nothing
+    backend: str = "physics"  #: "physics": contact laws alone; "mujoco": simulated press scenes
+    presets: tuple[str, ...] = (DEFAULT,)  #: fidelities by name, drawn with equal probability
+    laws: tuple[str, ...] = ("elastic",)  #: contact laws, drawn with equal probability
+    tangential: tuple[str, ...] = ("proportional",)  #: distributions of shear, drawn with equal probability
+    free: float = 0.0  #: fraction of the bodies that may tilt; the force then acts at their origin [-]
+    poses: int = 6  #: successive poses of each outline; cells of a moved outline cost a fifth of new ones
+    forces: int = 4  #: successive forces at each pose; a further force at the same pose costs almost nothing
     noise: Range = (0.0, 0.0)  #: standard deviation of additive noise, relative to the press's largest reading [-]
     transducer: dict[str, Any] | None = None  #: "name" and parameters; see hardware.py
     pad: Pad = field(default_factory=Pad)
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no file can hold, transducers that the pad cannot have, places beside a curved pad."""
+        """Refuse numbers out of range, transducers unsuitable for the pad, and positions beyond a curved pad."""
         for name, least, most in (("presses", 1, MOST_PRESSES), ("seed", 0, MOST_SEED)):
             _count({name: getattr(self, name)}, name, least, least, most)
         if self.transducer is not None:
@@ -80,17 +80,17 @@ class DatasetSpec:
 
     @property
     def presses_per_outline(self) -> int:
-        """Presses that share one outline, the unit of work."""
+        """Number of presses that share one outline, the unit of work."""
         return self.poses * self.forces
 
     @property
     def description(self) -> dict[str, Any]:
-        """Everything as plain values."""
+        """The specification as plain values."""
         return json.loads(json.dumps({**asdict(self), "pad": self.pad.description}))
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 over what the presses depend on; their number is left out, so that a dataset can be continued."""
+        """SHA-256 of everything but the number of presses, so that a dataset can be extended."""
         values = {name: value for name, value in self.description.items() if name != "presses"}
         return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
@@ -99,7 +99,7 @@ def load_spec(path: Path) -> DatasetSpec:
     """Read a dataset's TOML file.
 
     Raises:
-        DatasetError: it cannot be read, or says what cannot be; the message names the entry.
+        DatasetError: the file cannot be read, or an entry is invalid; the message names the entry.
     """
     try:
         values = tomllib.loads(read_text(path))
@@ -112,8 +112,8 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
     """A dataset from the values of a TOML file; errors as in `load_spec`.
 
     Args:
-        values: by name.
-        folder: in which files that `pad` names lie.
+        values: entries of the file.
+        folder: that a file name in `pad` is relative to.
     """
     known = {"presses", "seed", "backend", "fidelity", "law", "tangential", "free", "poses", "forces", "noise"}
     _refuse_unknown("the dataset", values, {*known, "transducer", "pad", "contact"})
@@ -152,7 +152,7 @@ def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
 
 
 def spec_from(description: dict[str, Any]) -> DatasetSpec:
-    """The specification behind `DatasetSpec.description`, as stored with datasets and weights."""
+    """The specification from a `DatasetSpec.description`, as stored with datasets and weights."""
     contacts = tuple(ContactSpec(**_with_tuples(entry)) for entry in description["contacts"])
     values = _with_tuples(description)
     return DatasetSpec(**{**values, "contacts": contacts, "pad": pad_from(description["pad"])})
@@ -190,15 +190,15 @@ def _contact(entry: dict[str, Any]) -> ContactSpec:
 
 
 def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
-    """A pad from values in SI units, as in a pad's TOML file (`pad_from_file`); the default pad of none.
+    """A pad from the values of a pad's TOML file (`pad_from_file`), in SI units; the default pad if there are none.
 
     Args:
-        values: by name, or the name of such a file.
-        folder: in which files that are named lie.
+        values: entries by name, or the name of such a file.
+        folder: that file names are relative to.
 
     Raises:
-        DatasetError: for a value that a pad does not have.
-        PadError: for a pad that cannot exist, or a file that cannot be read.
+        DatasetError: a value is unknown.
+        PadError: `Pad` refuses the values, or a file cannot be read.
     """
     if isinstance(values, str):
         return pad_from_file(folder / values)
@@ -210,7 +210,7 @@ def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
 
 
 def _check_on_pad(shift: Range, pad: Pad) -> None:
-    """Refuse places beside a curved pad, where there is no surface to stand on."""
+    """Refuse positions beyond a curved pad, where there is no surface to touch."""
     most = min(pad.size) / 2
     if max(abs(shift[0]), abs(shift[1])) > most:
         raise DatasetError(
@@ -220,7 +220,7 @@ def _check_on_pad(shift: Range, pad: Pad) -> None:
 
 
 def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
-    """The same values, lists as tuples."""
+    """The same values with lists as tuples."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
@@ -249,10 +249,10 @@ def _count(values: dict[str, Any], name: str, default: int, least: int = 1, most
 
 
 def _short(value: object) -> str:
-    """A value as it was written, or the beginning of it."""
+    """A value as text, shortened if it is long."""
     try:
         text = repr(value)
-    except ValueError:  # Python does not print whole numbers of many thousand digits
+    except ValueError:  # Python does not print integers of many thousand digits
         return "a huge number"
     return text if len(text) <= 60 else f"{text[:60]}..."
 
@@ -283,7 +283,7 @@ def _range(
     least: float = -math.inf,
     most: float = math.inf,
 ) -> Range:
-    """A range in SI units; one number stands for itself."""
+    """A range in SI units; a single number is both limits."""
     given = values.get(name, default)
     pair = (given, given) if _is_number(given) else given
     if not (isinstance(pair, list | tuple) and len(pair) == 2 and all(map(_is_number, pair)) and pair[0] <= pair[1]):

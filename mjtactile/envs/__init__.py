@@ -1,4 +1,4 @@
-"""gymnasium environments whose agents feel: see docs/environments.md.
+"""gymnasium environments with tactile observations: see docs/environments.md.
 
     import gymnasium
     import mjtactile  # its environments are registered by this

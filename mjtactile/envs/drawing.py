@@ -1,4 +1,4 @@
-"""Pictures of an environment, and its window: opened when first asked for, freed when closed."""
+"""Rendering of an environment to images and to a window, which are created at the first use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 
 class Drawing:
-    """Draws one environment's simulation.
+    """Renders one environment's simulation.
 
     Args:
         camera: name of the model's camera.
@@ -22,10 +22,10 @@ class Drawing:
         self._forget()
 
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData) -> npt.NDArray[np.uint8]:
-        """RGB, shape (height, width, 3), top row first.
+        """RGB image, shape (height, width, 3), top row first.
 
         Raises:
-            RenderError: there is no working OpenGL.
+            RenderError: OpenGL does not work.
         """
         if self._scene is None:
             self._open(model)
@@ -42,7 +42,7 @@ class Drawing:
         return np.ascontiguousarray(picture[::-1])
 
     def show(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Bring the window up to date."""
+        """Update the window."""
         if self._window is None:
             from mujoco import viewer
 
@@ -53,7 +53,7 @@ class Drawing:
             self._window.sync()
 
     def close(self) -> None:
-        """Free it; harmless when done twice."""
+        """Close the window and free the renderer; further calls have no effect."""
         if self._buffers is not None:
             self._buffers.free()
             self._context.free()

@@ -17,13 +17,13 @@ from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told
 
-#: Speeds at full action [m/s, rad/s] and the most force [N].
+#: Speeds at full action [m/s, rad/s] and largest force [N].
 SPEED, TURN_SPEED, FORCE = 0.025, 2.0, 1.0
-#: Where it starts: this far off the edge [m] and turned out of its direction [rad] at most.
+#: Largest initial distance from the edge [m] and angle to its direction [rad].
 OFFSET, HEADING = 2e-3, 0.4
-#: The edge is lost when the pad's middle is this far from it [m].
+#: Distance of the pad's centre from the edge at which the edge is lost [m].
 LOST = 6e-3
-#: Rewards: for the whole way around, for each step by its distance from the edge [1/m], for a lap done, for losing it.
+#: Rewards: for the whole way around, per step and distance from the edge [1/m], for a complete lap, for losing it.
 LAP, DISTANCE, DONE, LOSING = 10.0, -2.0, 1.0, -1.0
 _SPACING, _THICKNESS = 0.15, 6e-3
 _FRICTION = 0.3
@@ -44,17 +44,17 @@ PLATES: dict[str, Polygon] = {
 }
 
 
-#: Their rims, and the rims' lengths [m].
+#: Rims of the plates, and the rims' lengths [m].
 _RIMS = np.array([outline.exterior for outline in PLATES.values()], dtype=object)
 _LENGTHS = shapely.length(_RIMS)
 
 
 class EdgeFollow(Task):
-    """A finger over the rim of one of five plates, which one, where on it and how turned unknown.
+    """A finger over the rim of one of five plates; plate, position on the rim and orientation are unknown.
 
-    The plate lies to the left of its way: the rim is followed counter-clockwise. Success: once around.
+    The rim is followed counter-clockwise, with the plate on the left. Success: one complete lap.
 
-    Options of `reset`: `plate`, its name, in place of a drawn one.
+    Options of `reset`: `plate`, the name of the plate; by default it is drawn.
     """
 
     SUMMARY = "Follow the edge of an unknown plate with a pad, counter-clockwise, once around."
@@ -159,13 +159,13 @@ class EdgeFollow(Task):
 
 
 def rim_points(plates: npt.NDArray[np.int_], arcs: Array) -> Array:
-    """The points of plates' rims after so much of their lengths.
+    """Points of plates' rims by arc length.
 
     Args:
-        plates: places in PLATES, shape (k,).
-        arcs: from the rims' beginnings [m], shape (k,).
+        plates: indices into PLATES, shape (k,).
+        arcs: arc lengths from the rims' first points [m], shape (k,).
 
     Returns:
-        x and y from the plates' middles [m], shape (k, 2).
+        x and y relative to the plates' centres [m], shape (k, 2).
     """
     return shapely.get_coordinates(shapely.line_interpolate_point(_RIMS[plates], arcs % _LENGTHS[plates]))

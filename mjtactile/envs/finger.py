@@ -1,6 +1,6 @@
-"""A finger with one pad facing down, on slides and a hinge: driven sideways by position, pressed down by force.
+"""A finger with one pad facing down, on slides and a hinge: position control sideways, force control downwards.
 
-The middle of the pad's surface is the finger's origin; at rest it hovers, held up by a weak spring.
+The middle of the pad's surface is the finger's origin. At rest a weak spring holds it above the ground.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.pad import Pad
 from mjtactile.sim.pad_geom import add_pad_geom
 
-#: How high the finger hovers [m], and the stiffness of the spring that lifts it there [N/m].
+#: Height of the finger at rest [m], and the stiffness of its spring [N/m].
 HOVER, LIFT = 2e-3, 20.0
-#: Name of the finger's pad, and of the sensor of all forces on it (world frame, for the examiner).
+#: Name of the finger's pad, and of the sensor of the total force on it (world frame, for rewards only).
 PAD, PAD_FORCE = "finger", "finger_force"
 
 #: Servos of x and y (2000 N/m) and of the turn (0.5 N m/rad) are critically damped for 50 g and 5e-5 kg m2; damping of
@@ -50,20 +50,20 @@ _WORLD = """
 
 
 def press_control(force: Array) -> Array:
-    """The controls [N] under which fingers press a plane at height 0 with forces [N], against their springs."""
+    """Controls [N] with which fingers press on a plane at height 0 with given forces [N], against their springs."""
     return np.where(force > 0.0, force + LIFT * HOVER, 0.0)
 
 
 def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> mujoco.MjSpec:
-    """An empty world with the finger at its origin and a camera `task` that follows it.
+    """Model specification with the finger at the world's origin and a camera `task` that follows it.
 
-    Joints and controls in this order: x, y [m], turn about the vertical [rad], each with its target, and z, whose
-    control is the force that presses down [N], see `press_control`.
+    Joints and controls in this order: x, y [m] and rotation about the vertical [rad], with their targets as controls,
+    and z, whose control is the downward force [N], see `press_control`.
 
     Args:
-        options: what is seen of the pad.
+        options: observation of the pad.
         timestep: of MuJoCo [s].
-        friction: of the pad, sliding [-].
+        friction: sliding friction of the pad [-].
     """
     spec = mujoco.MjSpec.from_string(_WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT))
     down = np.zeros(3), np.array([0.0, 1.0, 0.0, 0.0])

@@ -17,50 +17,51 @@ from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 
-#: What is drawn: mass [kg], evenly in its logarithm, and friction [-], evenly.
+#: Ranges of the random mass [kg], uniform in its logarithm, and friction [-], uniform.
 MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
-#: The grip starts here, stays within this [N], and changes by up to this factor in a step.
+#: Initial grip [N], range of the grip [N], and largest factor of its change in a step [-].
 FIRST_GRIP, GRIPS, GRIP_FACTOR = 0.1, (0.1, 25.0), 1.35
-#: Lifting speed at full action [m/s], and how high the hand may go [m].
+#: Lifting speed at full action [m/s], and largest height of the hand [m].
 LIFT_SPEED, REACH = 0.02, 0.02
-#: The object is lifted when it has risen so far [m]; it has slipped away when it hangs this much lower in the hand [m].
+#: Rise at which the object is lifted [m], and slip in the hand at which it is dropped [m].
 LIFTED, SLIPPED = 0.01, 0.003
-#: It breaks under this many times the grip that holds it, under 20 N whatever it is; below 0.5 N nothing breaks.
+#: The object breaks at this multiple of the least grip [-], and always at the second value [N], but never below the
+#: third [N].
 FRAGILITY, CRUSHING, HARMLESS = 2.5, 20.0, 0.5
-#: Rewards: for the grip on its (logarithmic) way to what holds and the object on its way up, each paid as it gets
-#: further than before; for success.
+#: Rewards: for progress of the grip (logarithmic) towards the least grip, for progress of the object upwards, each paid
+#: once; for success.
 GRIP_WAY, WAY, SUCCESS = 0.5, 1.0, 1.0
-#: Of the wrist's encoder [m], as good ones have, and of the gripper's opening: its stroke in eight bits, as grippers of
-#: that size report it. Exact ones would weigh: a servo gives way by micrometres, and fingers that slide part by more.
+#: Resolution of the wrist's encoder [m], and of the gripper's opening [m]: eight bits of its stroke, as in real
+#: grippers. With exact values an agent could weigh the object by the servo's deflection of some micrometres.
 RESOLUTION, OPENING_RESOLUTION = 1e-4, STROKE / 255
-#: How far off its place the object may stand along y and z [m].
+#: Largest offset of the object along y and z [m].
 OFFSET = 5e-4
 _GRAVITY = 9.81
-#: Height of the pads over the table, and what hangs below the handle: half extents [m].
+#: Height of the pads over the table [m], and half extents of the block below the handle [m].
 _HEIGHT, _BASE = 0.055, (0.0055, 0.03, 0.0185)
 _GAP = 1e-4
 
 
 def least_grip(mass: Array, friction: Array) -> Array:
-    """Force of each finger that just holds an object at rest [N]: friction of two pads carries its weight."""
+    """Least grip of each finger that holds an object at rest by the friction of two pads [N]."""
     return mass * _GRAVITY / (2.0 * friction)
 
 
 def crushing_grip(mass: Array, friction: Array) -> Array:
-    """Force of a finger under which the object breaks [N]."""
+    """Grip of each finger at which the object breaks [N]."""
     return within(FRAGILITY * least_grip(mass, friction), HARMLESS, CRUSHING)
 
 
 class GraspLift(Task):
-    """The gripper stands around a handle. The object is fragile for its weight, so that no one grip does for all.
+    """A gripper around the handle of an object that breaks under too large a grip; no single grip suits all objects.
 
-    Success: at the episode's end it has risen by 10 mm, and was neither dropped nor crushed.
+    Success: at the episode's end the object has risen by 10 mm, and was neither dropped nor crushed.
 
     Args:
-        split: "all" masses and frictions, or those to "train" with, or those to "test" with: bands that alternate.
+        split: "all" masses and frictions, or the alternating bands of them for "train" or "test".
         options: see `Task`.
 
-    Options of `reset`: `mass` [kg] and `friction` [-] in place of drawn ones.
+    Options of `reset`: `mass` [kg] and `friction` [-]; by default they are drawn.
     """
 
     SUMMARY = (
@@ -193,7 +194,7 @@ class GraspLift(Task):
         return rewards, crushed | dropped | last, told
 
     def _share_of_grip(self) -> Array:
-        """How far, in its logarithm, the grip has come to the one that just holds: from 0 to 1."""
+        """Progress of the grip's logarithm towards that of the least grip [-], from 0 to 1."""
         come = np.log(np.maximum(self._most, FIRST_GRIP) / FIRST_GRIP)
         share, needed = np.ones(len(come)), self._needed
         return np.divide(np.minimum(come, needed), needed, out=share, where=needed > 0.0)

@@ -1,4 +1,4 @@
-"""The gripper over an object that it holds by a handle, no larger than its pads, so that slip can be seen on them."""
+"""The gripper over an object with a handle that is smaller than the pads, so that slip is visible in the readings."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from mjtactile.experiments.hands.fingertip import FingertipPads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 from mjtactile.sim.pad_geom import contact_constants
 
-#: Names of the sensors of all contact forces on each pad, world frame, for the examiner.
+#: Names of the sensors of the total contact force on each pad, world frame, for rewards only.
 PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)
-#: Of the wrist's drives [m/s], their stiffness [N/m] and damping [N s/m], critical for 1 kg: half a kilogram moves it
-#: by 12 micrometres.
+#: Top speed of the wrist's drives [m/s], their stiffness [N/m] and damping [N s/m], critical for 1 kg; half a kilogram
+#: deflects them by 12 micrometres.
 _TOP_SPEED, _STIFFNESS, _DAMPING = 0.5, 4e5, 1.3e3
-#: Extent of the handle [m]: held along x, by faces of y times z.
+#: Extent of the handle [m]; it is gripped along x, on faces of y times z.
 HANDLE = (0.012, 0.009, 0.008)
 
 
 def gripper_spec(
     options: TouchOptions, *, wrist: str, grasp_height: float, timestep: float, friction: float
 ) -> mujoco.MjSpec:
-    """The gripper on its wrist, a camera `task`, and body `object`: a handle that floats at the pads' height.
+    """Model specification with the gripper on its wrist, a camera `task`, and a body `object` with a handle.
 
     Args:
-        options: what is seen of the pads.
+        options: observation of the pads.
         wrist: driven axes.
-        grasp_height: of the pads' middles over the table [m].
+        grasp_height: height of the pads' centres over the table [m].
         timestep: of MuJoCo [s].
-        friction: of the object, sliding [-].
+        friction: sliding friction of the object [-].
     """
     table, pad = pad_table(options.pad)
     grasped = GraspObject(size=HANDLE, mass=0.02, friction=friction)
@@ -44,8 +44,8 @@ def gripper_spec(
     spec.option.timestep = timestep
     spec.option.impratio = 10.0
     spec.body("object").pos = [0.0, 0.0, grasp_height]
-    # Softer contacts part visibly where they slide, by friction times speed times their time constant: a hand would
-    # feel with its encoders what no real one can.
+    # Sliding contacts separate by friction times speed times their time constant. With softer contacts the gripper's
+    # encoders would show that, unlike real ones.
     stiff = contact_constants("stiff")
     for geom in (spec.geom("object"), *(spec.geom(f"{name}_pad") for name in GRIPPER_PADS)):
         geom.solref, geom.solimp = stiff["solref"], stiff["solimp"]
@@ -61,7 +61,7 @@ def gripper_spec(
 
 
 def _drive_by_speed(actuator: Any, reach: Array) -> None:
-    """Make a position servo follow a target that moves with the speed commanded [m/s]: targets that jump would jerk."""
+    """Make a position servo integrate a commanded speed [m/s], since jumps of its target would cause jerks."""
     actuator.gainprm[0], actuator.biasprm[1:3] = _STIFFNESS, [-_STIFFNESS, -_DAMPING]
     actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
     actuator.actlimited, actuator.actrange = True, reach
@@ -69,7 +69,7 @@ def _drive_by_speed(actuator: Any, reach: Array) -> None:
 
 
 def _looking(along: Array) -> Array:
-    """Orientation (w, x, y, z) of a camera that looks along a direction, the world's z up in the picture."""
+    """Orientation (w, x, y, z) of a camera that looks along a direction, with the world's z up in the image."""
     back = -along / np.linalg.norm(along)
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)

@@ -1,4 +1,4 @@
-"""Many environments at once: on `mujoco.batch` where this MuJoCo has it, one after the other where not."""
+"""Vector environments: on `mujoco.batch` if this MuJoCo has it, otherwise one environment after the other."""
 
 from __future__ import annotations
 
@@ -33,21 +33,22 @@ def make_vec(
     batched: bool | None = None,
     **options: Any,
 ) -> VectorEnv[Any, Any, Any]:
-    """A vector environment whose results are those of as many single ones, bit by bit.
+    """A vector environment with exactly the results of single environments.
 
-    Environment i of `reset(seed=s)` is `gymnasium.make(name)` with `reset(seed=s + i)`.
+    Environment i after `reset(seed=s)` equals `gymnasium.make(name)` after `reset(seed=s + i)`, bit by bit.
 
     Args:
-        task: id of one of the environments here, or a task of one's own.
-        num_envs: how many.
-        threads: that simulate, on `mujoco.batch`; 0 for as many as there are processors.
+        task: id of an environment of this package, or a `Task` subclass.
+        num_envs: number of environments.
+        threads: simulation threads on `mujoco.batch`; 0 for the number of processors.
         autoreset_mode: see `gymnasium.vector.AutoresetMode`.
-        copy: whether observations may be kept; if not, the next step may overwrite them.
-        batched: whether on `mujoco.batch`; None: where there is one.
+        copy: whether returned observations are copies; if not, the next step may overwrite them.
+        batched: whether to use `mujoco.batch`; None: if it exists.
         options: of the environments, see `TactileEnv`.
 
     Raises:
-        EnvError: there is no such environment, or no `mujoco.batch` where it was asked for, or fewer than one.
+        EnvError: there is no such environment, `mujoco.batch` was requested but does not exist, or `num_envs` is less
+            than one.
     """
     kind = task_of(task)
     if num_envs < 1:
@@ -64,24 +65,24 @@ def make_vec(
 
 
 class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArray[Any]]):
-    """A task many times over, on a batch: simulations advance on threads, all else is done on arrays.
+    """Many environments of one task on `mujoco.batch`: simulations run on threads, everything else on arrays.
 
     Seeds, infos and autoreset are those of `gymnasium.vector.SyncVectorEnv`.
 
     Args:
         kind: the task.
-        num_envs: how many.
-        threads: that simulate, this one included; 0 for as many as there are processors.
-        autoreset_mode: when an environment that has ended begins anew.
-        copy: whether observations may be kept; if not, the next step may overwrite them.
+        num_envs: number of environments.
+        threads: simulation threads, including the calling one; 0 for the number of processors.
+        autoreset_mode: when a finished environment is reset.
+        copy: whether returned observations are copies; if not, the next step may overwrite them.
         render_mode, width, height: see `TactileEnv`.
         options: of the task.
 
     Attributes:
-        task: with the simulations of all environments.
+        task: the task with the simulations of all environments.
 
     Raises:
-        EnvError: for an option that makes no sense.
+        EnvError: an option is invalid.
     """
 
     def __init__(
@@ -117,14 +118,16 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin episodes; environment i with the same seed begins the same one.
+        """Begin episodes; the same seed begins the same episode.
 
         Args:
-            seed: of environment 0, the others one more each; or one for each; None: go on drawing.
-            options: of the task, for all; `reset_mask`, shape (num_envs,) bool, says which begin, by default all.
+            seed: of environment 0, incremented by one for each further environment; or a sequence of seeds. None
+                continues the present random streams.
+            options: of the task, for all environments; `reset_mask`, shape (num_envs,) bool, selects those that begin,
+                by default all.
 
         Raises:
-            EnvError: for options the task does not know, a mask or seeds that do not fit.
+            EnvError: an option is unknown, or the mask or the seeds have the wrong length.
         """
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         if seeds is not None and len(seeds) != self.num_envs:
@@ -144,11 +147,11 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         return self._shown(), infos
 
     def step(self, actions: npt.NDArray[np.float32]) -> tuple[Observation, Array, Mask, Mask, dict[str, Any]]:
-        """Act in every environment, advance all simulations, and say what came of it.
+        """Act in every environment for one control period; arguments and results as in gymnasium.
 
         Raises:
-            EnvError: the actions are not of the space's shape, or not finite; or one was not reset, at first or, where
-                nothing begins by itself, after it had ended.
+            EnvError: the actions do not have the space's shape or are not finite; or an environment was never reset,
+                or has ended and autoreset is disabled.
         """
         waiting = self._ended
         if self.autoreset_mode == AutoresetMode.DISABLED and waiting.any():
@@ -174,28 +177,28 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         return self._shown(), rewards, terminated, truncated, infos
 
     def render(self) -> tuple[Any, ...] | None:
-        """A picture (height, width, 3) uint8 of each environment; of "human", None.
+        """An image (height, width, 3) uint8 of each environment; None for render mode "human".
 
         Raises:
-            RenderError: there is no working OpenGL.
+            RenderError: OpenGL does not work.
         """
         if self.render_mode != "rgb_array":
             return None
         return tuple(one.picture(*self.task.simulation.state(k)) for k, one in enumerate(self._drawings))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Free what drawing took."""
+        """Free the renderers."""
         for drawing in self._drawings:
             drawing.close()
 
     def _begin(self, mask: Mask, infos: dict[str, Any], options: dict[str, Any]) -> None:
-        """Begin episodes where the mask says, and add what `told` says of them to the infos."""
+        """Begin episodes in the environments of a mask, and add the task's infos of them."""
         rows = _rows(mask)
         self.task.begin(rows, [self._drawn[k] for k in rows], options)
         _add(infos, self.task.told(), mask)
 
     def _look(self, mask: Mask) -> None:
-        """Observe again where the mask says."""
+        """Update the observations of the environments of a mask."""
         seen = self.task.observe(_rows(mask))
         if mask.all():
             self._seen = seen
@@ -217,7 +220,7 @@ def _rows(mask: Mask) -> Rows:
 
 
 def _add(infos: dict[str, Any], told: Told, mask: Mask) -> None:
-    """Say something of some environments as gymnasium has it: under `_name` stands of which `name` says something."""
+    """Add infos of some environments in gymnasium's form: the mask `_name` is True where `name` is set."""
     if not mask.any():
         return
     for name, values in told.items():
@@ -226,7 +229,7 @@ def _add(infos: dict[str, Any], told: Told, mask: Mask) -> None:
 
 
 def _add_final(infos: dict[str, Any], seen: Observation, told: Told, ended: Mask) -> None:
-    """What was seen, and what there was to say, at the end of those episodes that begin anew in the same step."""
+    """Add final observations and final infos of the episodes that ended and are reset in the same step."""
     final = np.full(len(ended), None, dtype=object)
     for k in np.flatnonzero(ended):
         final[k] = {name: values[k].copy() for name, values in seen.items()}

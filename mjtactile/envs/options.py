@@ -1,4 +1,4 @@
-"""What every environment can be asked for, checked."""
+"""Options of every environment, checked."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from mjtactile.errors import MjTactileError, PresetError
 from mjtactile.fidelity import Fidelity, as_fidelity
 from mjtactile.pad import Pad
 
-#: What is seen of the pads.
+#: Kinds of observations of the pads.
 OBSERVATIONS = ("readings", "pascals", "wrench", "recognised", "none")
-#: What the readings go through.
+#: Kinds of transducers.
 TRANSDUCERS = ("capacitive", "piezoresistive")
 
 
 class EnvError(MjTactileError, ValueError):
-    """An environment asked for something it does not have."""
+    """An environment was given an invalid option, or misused."""
 
     page = "environments.md"
 
 
 @dataclass(frozen=True, kw_only=True)
 class TouchOptions:
-    """What is seen of the pads, and how well.
+    """Observation of the pads.
 
     Raises:
-        EnvError: for a value that makes no sense; the message says which do.
+        EnvError: a value is invalid; the message lists the valid ones.
     """
 
-    #: "readings": von Mises stress at every taxel over 10 kPa, "pascals": the same in Pa; "wrench": contact force and
-    #: moment on each pad; "recognised": force, place and confidence, recognised from the readings; "none": nothing, and
-    #: no pad is simulated.
+    #: "readings": von Mises stress at every taxel over 10 kPa; "pascals": the same in Pa; "wrench": contact force and
+    #: moment on each pad; "recognised": force, position and confidence, recognised from the readings; "none": no
+    #: observation, and no pad is simulated.
     observation: str = "readings"
-    fidelity: str | Fidelity = "fast"  #: of the readings: a preset by name, or a Fidelity; recognisers know "fast"
-    transducer: str | None = None  #: readings go through "capacitive" or "piezoresistive" cells, imperfect ones
+    fidelity: str | Fidelity = "fast"  #: of the readings: a preset by name, or a Fidelity
+    transducer: str | None = None  #: readings of imperfect "capacitive" or "piezoresistive" cells; None: ideal ones
     noise: float = 0.01  #: standard deviation of white noise over a pad's largest reading [-]
     randomise: float = 0.0  #: domain randomisation: 0 for none, 1 for the ranges in docs/environments.md
     pad: Pad | None = None  #: of every finger; None for the default pad
@@ -67,21 +67,21 @@ class TouchOptions:
 
     @property
     def touches(self) -> bool:
-        """Whether pads are read at all."""
+        """Whether pads are read."""
         return self.observation != "none"
 
 
-#: Which bands are drawn from.
+#: Choices of bands to draw from.
 SPLITS = ("all", "train", "test")
 
 
 class Bands:
-    """A range in bands of equal width; every second one, from the second on, is never trained on.
+    """A range divided into bands of equal width; every second band, from the second on, is for tests only.
 
     Args:
-        low, high: of the range.
-        split: "all" bands, those to "train" with, or those to "test" with.
-        count: of bands, odd, so that what is tested lies between what was trained.
+        low, high: limits of the range.
+        split: "all" bands, or those for "train" or "test".
+        count: number of bands; odd, so that every band for tests lies between bands for training.
 
     Raises:
         EnvError: there is no such split.
@@ -94,6 +94,6 @@ class Bands:
         self._bands = {"all": np.arange(count), "train": np.arange(0, count, 2), "test": np.arange(1, count, 2)}[split]
 
     def draw(self, drawn: np.random.Generator) -> float:
-        """A value, evenly from the bands."""
+        """A value drawn uniformly from the bands."""
         band = self._bands[drawn.integers(len(self._bands))]
         return float(self._low + (band + drawn.random()) * self._width)

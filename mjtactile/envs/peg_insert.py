@@ -1,4 +1,4 @@
-"""mjtactile/PegInsert-v0: put a peg that is held between two pads into a hole whose place is half known."""
+"""mjtactile/PegInsert-v0: insert a peg that is held between two pads into a hole at an uncertain position."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS
 
-#: Half the peg's width, its length below the handle's middle, and how much wider the hole is than the peg [m].
+#: Half the peg's width, its length below the handle's middle, and the clearance of the hole [m].
 PEG, LENGTH, CLEARANCE = 4e-3, 0.03, 6e-4
-#: The hole's middle may be this far off along x and y, and the peg starts this high over it [m].
+#: Largest offset of the hole's centre along x and y, and initial height of the peg over it [m].
 OFFSET, ABOVE = 2e-3, 2e-3
-#: Speed at full action [m/s], and how far the hand may go sideways and down [m].
+#: Speed at full action [m/s], and range of the hand sideways and down [m].
 SPEED, REACH, DEEP = 0.03, 5e-3, 0.02
-#: Grip at action -1 and 1 [N], its first value, and the speed of its change: the whole range in so many steps.
+#: Grip at action -1 and 1 [N], its initial value [N], and the number of steps for a change over the whole range.
 GRIPS, FIRST_GRIP, GRIP_STEPS = (2.0, 20.0), 6.0, 10
-#: Inserted when the tip is so deep [m]; lost when the peg has moved or turned so far in the hand [m, rad].
+#: Depth of the tip for success [m]; displacement and rotation in the hand at which it is lost [m, rad].
 INSERTED, LOST, TILTED = 8e-3, 4e-3, 0.35
-#: Rewards: for the whole way down, paid as it gets deeper than before, each step, success, losing the peg.
+#: Rewards: for progress downwards over the whole way, for each step, for success, for losing the peg.
 WAY, STEP_COST, SUCCESS, LOSING = 1.0, 0.005, 1.0, -0.5
 _FRICTION, _WALL, _TOP, _MASS = 0.8, 0.012, 0.03, 0.03
 _AXES = ("wrist_x", "wrist_y", "wrist_z")
 
 
 class PegInsert(Task):
-    """A gripper that holds a square peg over a block with a square hole, which may be 2 mm off along x and y.
+    """A gripper holds a square peg over a block with a square hole, whose position varies by 2 mm along x and y.
 
     Success: the peg's tip is 8 mm deep in the hole.
 
-    Options of `reset`: `hole`, its place (x, y) [m] in place of a drawn one.
+    Options of `reset`: `hole`, the position (x, y) of the hole [m]; by default it is drawn.
     """
 
     SUMMARY = (

@@ -1,4 +1,4 @@
-"""mjtactile/PressIdentify-v0: touch an unknown shape, here and there, until sure which it is; then say so."""
+"""mjtactile/PressIdentify-v0: touch an unknown shape at several places and answer which one it is."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from mjtactile.geometry.indenter import punch
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.sim.mjcf import indenter_mjcf
 
-#: Speeds at full action [m/s, rad/s], how far the finger may go from where it starts [m, rad], and the most force [N].
+#: Speeds at full action [m/s, rad/s], range of the finger about its start [m, rad], and largest force [N].
 SPEED, TURN_SPEED, REACH, TURN_REACH, FORCE = 0.02, 3.0, 1e-3, math.pi / 2, 1.0
-#: Size of the punches over the paper's 10 mm, and how far off their middle the finger starts at most, along x and y
-#: [m]: wherever it goes, the whole face lies on the pad. Feet beside it would carry nothing (mjcf.py).
+#: Size of the punches over the paper's 10 mm [-], and largest initial offset of the finger from their centre along x
+#: and y [m]. The whole face stays on the pad, because feet beside the pad would not carry load (mjcf.py).
 SIZE, OFFSET = 0.75, 1e-3
-#: Rewards: each step, a right answer, a wrong one.
+#: Cost of each step; rewards of a correct and a wrong answer.
 STEP_COST, RIGHT, WRONG = 0.01, 1.0, -1.0
-#: Shapes stand this far from each other [m]; only one is touched in an episode.
+#: Distance between shapes [m]; only one is touched in an episode.
 _SPACING = 0.05
 
 
 class PressIdentify(Task):
-    """A finger over one of seven punches, which one, where and how turned unknown.
+    """A finger over one of seven punches; shape, position and orientation are unknown.
 
-    Options of `reset`: `shape`, the name of a punch, in place of a drawn one.
+    Options of `reset`: `shape`, the name of the punch; by default it is drawn.
     """
 
     SUMMARY = "Touch an unknown punch, shifted and turned at random, until sure; then answer which of seven it is."
@@ -73,7 +73,7 @@ class PressIdentify(Task):
         """The finger, and seven punches in a row, their faces up.
 
         Raises:
-            EnvError: for a curved pad, which would sink between the feet on which the punches carry a flat one.
+            EnvError: the pad is curved; it would touch the ground between the feet of the punches.
         """
         if options.pad is not None and not options.pad.surface.is_flat:
             raise EnvError(

@@ -1,4 +1,4 @@
-"""The environments' ids, known to gymnasium without importing what they need."""
+"""Registration of the environments' ids with gymnasium, without importing their modules."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import gymnasium
 if TYPE_CHECKING:
     from mjtactile.envs.task import Task
 
-#: Where the task of each environment is.
+#: Module and class of each environment's task.
 ENTRY_POINTS = {
     "mjtactile/PressIdentify-v0": "mjtactile.envs.press_identify:PressIdentify",
     "mjtactile/GraspLift-v0": "mjtactile.envs.grasp_lift:GraspLift",
@@ -20,7 +20,7 @@ ENTRY_POINTS = {
 
 
 def register_environments() -> None:
-    """Make the ids known; once is enough, twice is harmless."""
+    """Register the ids; further calls have no effect."""
     for name in ENTRY_POINTS:
         if name not in gymnasium.registry:
             gymnasium.register(
@@ -32,7 +32,7 @@ def register_environments() -> None:
 
 
 def task_of(task: str | type[Task]) -> type[Task]:
-    """The task of an id; a task itself is its own.
+    """The task of an id; a task is returned unchanged.
 
     Raises:
         EnvError: there is no such id.
@@ -40,7 +40,7 @@ def task_of(task: str | type[Task]) -> type[Task]:
     if not isinstance(task, str):
         return task
     if task not in ENTRY_POINTS:
-        # Imported here: whoever registers these ids wants nothing of SciPy yet.
+        # Imported here, so that registering does not import SciPy.
         from mjtactile.envs.options import EnvError
 
         raise EnvError(f"environment {task!r} does not exist here. Available: {', '.join(ENTRY_POINTS)}.")

@@ -1,6 +1,6 @@
-"""Simulations of one model as arrays, row k of each for simulation k: one in an MjData, or many in a `mujoco.batch`.
+"""Simulations of one model as arrays with a row for each simulation: one MjData, or many in a `mujoco.batch`.
 
-Tasks read and write nothing but these arrays, so that the same code, and the same bits, come out of both.
+Tasks read and write these arrays only, so the same code gives identical results with both.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import ContactWarning
 
-#: Simulations meant, shape (k,).
+#: Indices of some of the simulations, shape (k,).
 Rows = npt.NDArray[np.int32]
 
-#: Flag of MjOption that leaves sensors out; only the last of several steps is read.
+#: Flag of MjOption that disables sensors; they are computed in the last of several steps only.
 SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
 
 
 class Simulations(Protocol):
-    """What tasks see of n simulations.
+    """Interface of n simulations for tasks.
 
     Order of a reset: write model fields, `reset`, write the state, `forward`.
 
     Attributes:
-        model: with the names and sizes; values that differ between simulations are those of `field`.
-        count: of simulations, n.
+        model: names and sizes; for values that differ between simulations use `field`.
+        count: number of simulations, n.
     """
 
     model: mujoco.MjModel
@@ -57,27 +57,27 @@ class Simulations(Protocol):
 
     @property
     def sensordata(self) -> Array:
-        """Sensors as of the last step or forward pass, shape (n, nsensordata)."""
+        """Sensor data of the last step or forward pass, shape (n, nsensordata)."""
         ...
 
     def field(self, name: str) -> Array:
-        """A field of the simulations' own models, to read and write, shape (n, ...)."""
+        """A field of the simulations' models by its name, to read and write, shape (n, ...)."""
         ...
 
     def reset(self, rows: Rows) -> None:
-        """Some simulations to their model's rest, after its fields were written."""
+        """Reset some simulations to their model's initial state; call it after writing model fields."""
         ...
 
     def forward(self, rows: Rows) -> None:
-        """Compute what follows from the state of some, sensors included."""
+        """Run the forward pass of some simulations, including sensors."""
         ...
 
     def step(self, rows: Rows, count: int) -> None:
-        """Advance some by `count` steps of MuJoCo; sensors are those of the last one."""
+        """Advance some simulations by `count` MuJoCo steps; sensor data is that of the last step."""
         ...
 
     def state(self, row: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """Model and data of one, to draw; the same objects each time, brought up to date."""
+        """Model and data of one simulation for rendering; the same objects each time, updated."""
         ...
 
 
@@ -146,9 +146,9 @@ class BatchSimulations:
     """Many simulations that advance together, on threads; see `Simulations`.
 
     Args:
-        model: of all.
-        count: how many.
-        threads: that simulate, the calling one included; 0 for as many as there are processors.
+        model: of all simulations.
+        count: number of simulations.
+        threads: simulation threads, including the calling one; 0 for the number of processors.
 
     Raises:
         ImportError: this MuJoCo has no `mujoco.batch`.

@@ -1,4 +1,4 @@
-"""One environment, as gymnasium has it."""
+"""A single environment with gymnasium's interface."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ROW = np.zeros(1, dtype=np.int32)
 
 
 def render_modes() -> list[str]:
-    """Render modes that work on this machine; "human" only where there is a screen."""
+    """Render modes that work on this machine; "human" only with a display."""
     window = not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     return ["rgb_array", "human"] if window else ["rgb_array"]
 
@@ -28,7 +28,7 @@ def check_render_mode(render_mode: str | None) -> None:
     """Refuse a render mode that does not work on this machine.
 
     Raises:
-        EnvError: it does not.
+        EnvError: the mode does not exist or does not work here.
     """
     if render_mode is not None and render_mode not in render_modes():
         raise EnvError(
@@ -38,19 +38,19 @@ def check_render_mode(render_mode: str | None) -> None:
 
 
 class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
-    """A task, alone; what `gymnasium.make` gives.
+    """A single environment of a task; `gymnasium.make` returns it.
 
     Args:
-        task: its id ("mjtactile/GraspLift-v0"), or a task of one's own.
-        render_mode: "rgb_array", "human" where there is a screen, or None.
-        width, height: of pictures [pixels].
+        task: its id, such as "mjtactile/GraspLift-v0", or a `Task` subclass.
+        render_mode: "rgb_array", "human" (with a display), or None.
+        width, height: of images [pixels].
         options: of the task.
 
     Attributes:
-        task: with a simulation of its own.
+        task: the task with its simulation.
 
     Raises:
-        EnvError: for an id or an option that does not exist.
+        EnvError: the id or an option does not exist.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": render_modes(), "render_fps": 25}  # type: ignore[misc]
@@ -74,10 +74,10 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode; the same seed begins the same one.
+        """Begin an episode; the same seed begins the same episode.
 
         Raises:
-            EnvError: for options the task does not know.
+            EnvError: the task does not know an option.
         """
         super().reset(seed=seed)
         self.task.begin(_ROW, [self.np_random], options)
@@ -88,7 +88,7 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Act for one control period.
 
         Raises:
-            EnvError: the action is not of the space's shape, or not finite; or nothing was ever reset.
+            EnvError: the action does not have the space's shape or is not finite; or the environment was never reset.
         """
         rewards, terminated, truncated, told = self.task.step(np.asarray(action)[None], _ROW)
         self._show()
@@ -96,10 +96,10 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self._seen(), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def render(self) -> Any:
-        """A picture (height, width, 3) uint8 of "rgb_array"; of "human", None.
+        """An image (height, width, 3) uint8 for render mode "rgb_array"; None for "human".
 
         Raises:
-            RenderError: there is no working OpenGL.
+            RenderError: OpenGL does not work.
         """
         if self.render_mode == "rgb_array":
             return self._drawing.picture(*self.task.simulation.state(0))
@@ -108,7 +108,7 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return None
 
     def close(self) -> None:
-        """Free what drawing took."""
+        """Free the renderer."""
         self._drawing.close()
 
     def _seen(self) -> Observation:

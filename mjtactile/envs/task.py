@@ -1,7 +1,7 @@
-"""What all tasks share: their options and spaces, how episodes begin, and the step; for n environments at once.
+"""The base class of tasks: options, spaces, beginning of episodes and steps, for n environments at once.
 
-Row k of every array is environment k's. A single environment is n = 1: whatever is computed for it is computed by the
-same code, element by element, so that its bits are those of one among many.
+Row k of every array belongs to environment k. A single environment is the case n = 1 of the same code, so its results
+are identical to those in a vector environment.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from mjtactile.envs.simulation import Rows, Simulations, SingleSimulation
 from mjtactile.envs.touch import PadObserver
 
 Observation = dict[str, npt.NDArray[np.float32]]
-#: What there is to say besides, by name, each of shape (n,).
+#: Infos by name, each of shape (n,).
 Told = dict[str, npt.NDArray[Any]]
 
-#: Actuators' gains and joints' damping differ by up to this under full randomisation [-].
+#: Largest relative variation of actuators' gains and joints' damping under full randomisation [-].
 ACTUATOR_SPREAD, DAMPING_SPREAD = 0.1, 0.2
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One number that goes in or out, described where it is defined: spaces and documentation come from here.
+    """One component of actions or observations; spaces and documentation are made from these.
 
     Attributes:
-        name: what it is.
+        name: of the component.
         unit: of the number, "-" for none.
-        low, high: its range; what would lie outside is cut off.
-        meaning: in a sentence; for an action, what -1 to 1 stand for.
+        low, high: range; values outside are clipped.
+        meaning: a sentence; for an action, the meaning of -1 to 1.
     """
 
     name: str
@@ -50,43 +50,43 @@ class Channel:
 class Task(ABC):
     """n environments of one kind.
 
-    A task is a subclass in a file of its own: its constants, its model, and the methods below that are abstract, each
-    written once on arrays of all environments. It sees its simulations through `self.simulation` and draws from the
-    generators it is given, nothing else, so that a seed decides everything.
+    A task is a subclass in a file of its own with its constants, its model and the abstract methods below, which work
+    on arrays of all environments. It accesses its simulations only through `self.simulation` and draws only from the
+    given generators, so that the seed determines everything.
 
-    `_act` and `_judge` are called for all environments at each step. Where one waits to begin anew, its simulation
-    stands still, and what they wrote is overwritten when it begins.
+    `_act` and `_judge` are called for all environments at each step. The simulation of an environment that waits for
+    its reset does not advance, and what they wrote for it is overwritten at the reset.
 
     Args:
-        simulate: makes the simulations of a model; by default one.
-        noise: see `TouchOptions`; None for the task's own.
-        options: the others of `TouchOptions`.
+        simulate: function that makes the simulations of a model; by default a single one.
+        noise: see `TouchOptions`; None for the task's default.
+        options: the other arguments of `TouchOptions`.
 
     Attributes:
-        options: what is seen of the pads.
-        simulation: of all environments.
-        touch: their pads.
-        steps: since the episode began, shape (n,); -1 where none ever did.
+        options: observation of the pads.
+        simulation: the simulations of all environments.
+        touch: observer of their pads.
+        steps: number of steps since the episode began, shape (n,); -1 before the first reset.
         action_space, observation_space: of one environment.
 
     Raises:
-        EnvError: for an option that makes no sense.
+        EnvError: an option is invalid.
     """
 
-    #: What the task is, in a sentence.
+    #: Description of the task in a sentence.
     SUMMARY: ClassVar[str]
-    #: What goes in, each from -1 to 1, and what comes out besides touch.
+    #: Components of actions, each from -1 to 1, and of the observation `proprioception`.
     ACTIONS: ClassVar[tuple[Channel, ...]]
     PROPRIOCEPTION: ClassVar[tuple[Channel, ...]]
     #: Names of the pads' sensors.
     PADS: ClassVar[tuple[str, ...]]
-    #: Of MuJoCo [s], its steps in one of the environment, and the latter's in an episode.
+    #: MuJoCo's time step [s], MuJoCo steps per environment step, and environment steps per episode.
     TIMESTEP: ClassVar[float]
     SUBSTEPS: ClassVar[int]
     EPISODE_STEPS: ClassVar[int]
-    #: Name of the camera that draws.
+    #: Name of the camera for rendering.
     CAMERA: ClassVar[str] = "task"
-    #: Noise where none is asked for [-].
+    #: Default noise [-], see `TouchOptions`.
     NOISE: ClassVar[float] = 0.01
 
     def __init__(
@@ -113,62 +113,62 @@ class Task(ABC):
 
     @property
     def period(self) -> float:
-        """Of a step [s]."""
+        """Duration of an environment step [s]."""
         return self.TIMESTEP * self.SUBSTEPS
 
     @classmethod
     @abstractmethod
     def model(cls, options: TouchOptions) -> mujoco.MjModel:
-        """The task's model; the same for every episode but for fields and state."""
+        """The task's model; episodes differ in some fields and the state only."""
 
     @abstractmethod
     def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
-        """Draw what differs in the next episode of some environments, and write what of it are fields of the model.
+        """Draw the random quantities of the next episodes of some environments, and write fields of the model.
 
         Args:
-            rows: of the environments, shape (k,).
-            drawn: from, k generators.
-            options: of `reset`, to empty.
+            rows: indices of the environments, shape (k,).
+            drawn: k generators to draw from.
+            options: of `reset`; used ones are removed.
 
         Raises:
-            EnvError: for an option of `reset` that makes no sense.
+            EnvError: an option of `reset` is invalid.
         """
 
     @abstractmethod
     def _place(self, rows: Rows) -> None:
-        """Write the state in which episodes of some environments begin."""
+        """Write the initial state of the episodes of some environments."""
 
     @abstractmethod
     def _act(self, actions: Array) -> None:
-        """Write controls; actions (n, number of actions) are within their space."""
+        """Write controls for actions (n, number of actions), which are within their space."""
 
     @abstractmethod
     def _proprioception(self) -> Array:
-        """What is felt of the own body, in the order of PROPRIOCEPTION, shape (n, their number); changes nothing."""
+        """Values of PROPRIOCEPTION in its order, shape (n, their number); without side effects."""
 
     @abstractmethod
     def _judge(self) -> tuple[Array, Mask, Told]:
-        """Rewards of the step, which episodes it ends, and what else there is to say; called once a step."""
+        """Rewards of the step, (n,), whether it ends the episodes, (n,), and infos; called once per step."""
 
     def told(self) -> Told:
-        """What else there is to say when an episode begins."""
+        """Infos at the beginning of an episode."""
         return {}
 
     def begin(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any] | None = None) -> None:
-        """Begin episodes in some environments; generators in the same state begin the same ones.
+        """Begin episodes in some environments; generators in the same state begin the same episodes.
 
         Args:
-            rows: of the environments, shape (k,).
-            drawn: from, k generators.
-            options: of the task, the same for all; what they may be is said by each task.
+            rows: indices of the environments, shape (k,).
+            drawn: k generators to draw from.
+            options: of `reset`, the same for all; see the tasks.
 
         Raises:
-            EnvError: for options the task does not know.
+            EnvError: the task does not know an option.
         """
         self.steps[rows] = 0
         self._randomise(rows, drawn)
         self._draw(rows, drawn, dict(options or {}))
-        # Streams of their own: what is drawn for later episodes must not depend on how much was observed in this one.
+        # Separate streams: random numbers of later episodes must not depend on the number of observations in this one.
         noise = [np.random.default_rng(one.integers(2**63)) for one in drawn]
         self.simulation.reset(rows)
         self._place(rows)
@@ -180,15 +180,15 @@ class Task(ABC):
 
         Args:
             actions: of all environments, shape (n, number of actions).
-            rows: that run, shape (k,); the others stand still.
+            rows: indices of the environments that advance, shape (k,).
 
         Returns:
-            Rewards, whether terminated, whether truncated, each of shape (n,), and what else there is to say; of rows
-            that do not run, nothing of it means anything.
+            Rewards, terminated, truncated, each of shape (n,), and infos; values of environments that do not advance
+            are undefined.
 
         Raises:
-            EnvError: actions are not of the space's shape, or not finite where something runs; or there is an
-                environment that was never reset.
+            EnvError: actions do not have the space's shape, or are not finite for an environment that advances; or an
+                environment was never reset.
         """
         if self.steps.min() < 0:
             raise EnvError("no episode has begun: reset first.")
@@ -201,7 +201,7 @@ class Task(ABC):
                 f"{', for each of so many environments: ' + str(shape[0]) if shape[0] > 1 else ''}."
             )
         if len(rows) < len(given):
-            # What stands still is given numbers that nothing stumbles over.
+            # Environments that do not advance get valid numbers.
             running = np.zeros_like(given)
             running[rows] = given[rows]
             given = running
@@ -212,7 +212,7 @@ class Task(ABC):
         return rewards, terminated, ~terminated & (self.steps >= self.EPISODE_STEPS), told
 
     def observe(self, rows: Rows) -> Observation:
-        """What some environments see now, (k, ...) by name; once a step of each, as each look has noise of its own."""
+        """Observations of some environments by name, (k, ...); call it once per step, since it draws new noise."""
         own = self._proprioception()[rows].astype(np.float32, order="C")
         own = np.minimum(np.maximum(own, self._own.low), self._own.high)
         if not self.options.touches:
@@ -220,11 +220,11 @@ class Task(ABC):
         return {"proprioception": own, "tactile": self.touch.observe(self.simulation.sensordata, rows)}
 
     def _time_left(self) -> Array:
-        """Share of the episode's steps, shape (n,)."""
+        """Remaining fraction of the episode's steps [-], shape (n,)."""
         return 1.0 - self.steps / self.EPISODE_STEPS
 
     def _randomise(self, rows: Rows, drawn: Sequence[np.random.Generator]) -> None:
-        """Actuators and joints a little off, under domain randomisation; drawn always, so that seeds mean the same."""
+        """Vary actuators and joints for domain randomisation; always draws, so that seeds are comparable."""
         actuators, joints = self.simulation.model.nu, self.simulation.model.nv
         draws = np.array([one.uniform(-1.0, 1.0, actuators + joints) for one in drawn])
         if self.options.randomise == 0.0:
@@ -236,11 +236,11 @@ class Task(ABC):
 
 
 def within(values: Array, low: Array | float, high: Array | float) -> Array:
-    """Values cut off at the ends of a range; `np.clip`, which takes several times as long for one number."""
+    """Values clipped to a range, as by `np.clip`, which is several times slower for single numbers."""
     return np.minimum(np.maximum(values, low), high)
 
 
 def _box(channels: Sequence[Channel]) -> gymnasium.spaces.Box:
-    """The space of so many numbers, float32."""
+    """The float32 space of some components."""
     low, high = (np.array([getattr(channel, end) for channel in channels], np.float32) for end in ("low", "high"))
     return gymnasium.spaces.Box(low, high, dtype=np.float32)

@@ -1,4 +1,4 @@
-"""From a simulation's sensors to the observation `tactile`: readings, wrenches or what was recognised of them."""
+"""The observation `tactile` from a simulation's sensors: readings, wrenches, or results of recognition."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from mjtactile.recognition import ForceRecogniser
 
 
-#: Largest reading shown [Pa], force [N] and moment [N m]; what is beyond is cut off.
+#: Limits of observed readings [Pa], forces [N] and moments [N m]; larger values are clipped.
 LARGEST_READING, LARGEST_FORCE, LARGEST_MOMENT = 4e6, 100.0, 1.0
-#: Readings are scaled by this [Pa]: the tasks' own, a light touch to a firm grip, then read some .1 to 10.
+#: Scale of observed readings [Pa]; contacts of the tasks, from a light touch to a firm grip, give about .1 to 10.
 READING_SCALE = 10e3
-#: Of transducers that readings go through [Pa]: a grip of 20 N reads some hundred kPa.
+#: Full scale of transducers [Pa]; readings under a grip of 20 N are some hundred kPa.
 FULL_SCALE = 200e3
-#: Nothing is recognised while the mean of a pad's readings is below this [Pa], some 3 gf.
+#: Least mean of a pad's readings for recognition [Pa], about 3 gf.
 CONTACT_THRESHOLD = 50.0
-#: Pads' sensitivities differ by up to this under full randomisation [-].
+#: Largest relative variation of pads' sensitivities under full randomisation [-].
 GAIN_SPREAD = 0.1
-#: What is recognised of each pad: force (3) [N], position (2) [m], confidence [-].
+#: Number of recognised values of each pad: force (3) [N], position (2) [m], confidence [-].
 RECOGNISED = 6
 _WRENCH_LIMITS = np.array([LARGEST_FORCE] * 3 + [LARGEST_MOMENT] * 3)
 _RECOGNISED_LIMITS = np.array([LARGEST_FORCE] * 3 + [0.02, 0.02, 1.0])
@@ -47,17 +47,17 @@ _OUTPUTS = {"readings": "von_mises", "pascals": "von_mises", "recognised": "von_
 
 
 def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
-    """Give the pad on geom `<name>_pad` the sensor that the options ask for, in place of one it may have.
+    """Add the sensor for the observation to the pad on geom `<name>_pad`, replacing an existing one.
 
-    The physics is the same with and without a sensor.
+    The sensor does not affect the physics.
 
     Args:
-        spec: of the model.
+        spec: model specification.
         name: of the pad and its sensor.
-        options: what is observed of it.
+        options: observation of the pad.
 
     Raises:
-        EnvError: the pad has hollows, so that it is of several geoms: the examiner looks at one.
+        EnvError: the pad has hollows, so that it consists of several geoms; rewards use the forces on one.
     """
     if spec.geom(f"{name}_pad{PIECE}1") is not None:
         raise EnvError(
@@ -67,7 +67,7 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
         plugin, count = sensor.plugin, len(spec.plugins)
         spec.delete(sensor)
-        # MuJoCo before 3.17 leaves its plugin behind, which would end the process at compile.
+        # MuJoCo before 3.17 does not delete the sensor's plugin instance, which would abort the process at compile.
         if len(spec.plugins) == count:
             spec.delete(plugin)
     if options.touches:
@@ -80,7 +80,7 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
 
 
 def feel_force(spec: mujoco.MjSpec, name: str, geom: str) -> None:
-    """A sensor of MuJoCo's own: total contact force of a geom, world frame [N], for the examiner alone."""
+    """Add a MuJoCo sensor of the total contact force on a geom, world frame [N], for rewards only."""
     spec.add_sensor(
         name=name,
         type=mujoco.mjtSensor.mjSENS_CONTACT,
@@ -94,36 +94,36 @@ def feel_force(spec: mujoco.MjSpec, name: str, geom: str) -> None:
 
 
 def sensor_slice(model: mujoco.MjModel, name: str) -> slice:
-    """Where a sensor's values stand in `sensordata`."""
+    """The slice of `sensordata` with a sensor's values."""
     sensor = model.sensor(name)
     return slice(int(sensor.adr[0]), int(sensor.adr[0] + sensor.dim[0]))
 
 
 class PadObserver:
-    """The pads of n environments, as these observe them.
+    """Observations of the pads of n environments.
 
     Args:
-        model: compiled.
+        model: compiled model.
         names: of the pads' sensors, in the order of the observation.
-        options: what is seen of them.
-        count: of environments, n.
+        options: observation of the pads.
+        count: number of environments, n.
     """
 
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options
         self.shape = (len(names), *(options.pad or Pad()).reading_shape)
-        # Where all pads' values stand in `sensordata`, one pad after the other.
+        # Indices of all pads' values in `sensordata`, one pad after the other.
         sensors = [sensor_slice(model, name) for name in names] if options.touches else []
         self._columns = np.array([column for where in sensors for column in range(where.start, where.stop)], dtype=int)
         self._gains = np.ones((count, len(names)))
-        # Of each environment: where its noise comes from, and its pads' transducers.
+        # For each environment: the generator of its noise, and its pads' transducers.
         self._drawn = [np.random.default_rng(0) for _ in range(count)]
         self._transducers: list[list[Transducer]] = [[] for _ in range(count)]
         self._recognise = self._recogniser() if options.observation == "recognised" else None
 
     @property
     def space(self) -> gymnasium.spaces.Box | None:
-        """Space of the observation `tactile` of one environment; None where there is no such observation."""
+        """Space of the observation `tactile` of one environment; None for observation "none"."""
         observation = self.options.observation
         if observation == "none":
             return None
@@ -135,11 +135,11 @@ class PadObserver:
         return gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
     def begin(self, rows: Rows, drawn: Sequence[np.random.Generator]) -> None:
-        """New episodes: sensitivities, and transducers with what is wrong with them.
+        """Draw sensitivities and transducers for new episodes of some environments.
 
         Args:
-            rows: of the environments, shape (k,).
-            drawn: k generators, from which their noise is drawn from now on.
+            rows: indices of the environments, shape (k,).
+            drawn: k generators, from which noise is drawn as well from now on.
         """
         spread = GAIN_SPREAD * self.options.randomise
         for row, one in zip(rows, drawn, strict=True):
@@ -152,14 +152,14 @@ class PadObserver:
                 ]
 
     def observe(self, sensordata: Array, rows: Rows) -> npt.NDArray[np.float32]:
-        """What some environments see now.
+        """Current observations of some environments.
 
         Args:
-            sensordata: of all, shape (n, nsensordata).
-            rows: of the environments, shape (k,).
+            sensordata: of all environments, shape (n, nsensordata).
+            rows: indices of the environments, shape (k,).
 
         Returns:
-            Shape (k, *space.shape).
+            Observations, shape (k, *space.shape).
         """
         sensed = sensordata[rows[:, None], self._columns].reshape(len(rows), self.shape[0], -1)
         if self.options.observation == "wrench":
@@ -175,26 +175,26 @@ class PadObserver:
         return seen
 
     def _readings(self, readings: Array, rows: Rows) -> Array:
-        """Readings (k, pads, *reading_shape) [Pa] as the pads report them; written into the same array."""
+        """Readings (k, pads, *reading_shape) [Pa] with sensitivities, transducers and noise; modified in place."""
         of_pad = tuple(range(2, readings.ndim))
         readings *= np.expand_dims(self._gains[rows], of_pad)
         if self.options.transducer is not None:
             for row, pads in zip(rows, readings, strict=True):
                 for transducer, pad in zip(self._transducers[row], pads, strict=True):
-                    pad[:] = transducer(pad.reshape(transducer.shape)).reshape(pad.shape)
+                    pad[:] = transducer(pad)
         if self.options.noise > 0.0:
             peaks = self.options.noise * readings.max(axis=of_pad, keepdims=True)
             readings += peaks * self._normal(rows, self.shape, np.float32)
         return readings
 
     def _noisy_wrenches(self, wrenches: Array, rows: Rows) -> Array:
-        """Forces with noise relative to the largest of their components, and so moments."""
+        """Wrenches with noise, relative to the largest component of each force and of each moment."""
         parts = wrenches.reshape(len(rows), -1, 2, 3)
         deviation = self.options.noise * np.abs(parts).max(axis=3, keepdims=True)
         return (parts + deviation * self._normal(rows, parts.shape[1:], np.float64)).reshape(wrenches.shape)
 
     def _normal(self, rows: Rows, shape: tuple[int, ...], kind: type[np.floating[Any]]) -> npt.NDArray[Any]:
-        """Standard normal numbers, each environment's from its own generator, (k, *shape)."""
+        """Standard normal numbers (k, *shape), from the generator of each environment."""
         numbers = np.empty((len(rows), *shape), kind)
         for row, out in zip(rows, numbers, strict=True):
             self._drawn[row].standard_normal(dtype=kind, out=out)
@@ -219,28 +219,27 @@ def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
         if kind == "capacitive"
         else PiezoresistiveElement(area=nominal.full_force / FULL_SCALE)
     )
-    if len(shape) == 1:  # free taxels have no neighbours in a row
-        return Transducer(element, replace(TYPICAL, crosstalk=0.0), shape=(1, 1, *shape), seed=seed)
-    layers, rows, columns = shape
-    return Transducer(element, TYPICAL, shape=(layers, rows, columns), seed=seed)
+    # Free taxels have no neighbours.
+    imperfections = replace(TYPICAL, crosstalk=0.0) if len(shape) == 1 else TYPICAL
+    return Transducer(element, imperfections, shape=shape, seed=seed)
 
 
-#: Mean readings below this say nothing of where [Pa].
+#: Least mean reading for a centroid [Pa].
 _LEAST = 20.0
 
 
 def moments(readings: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Moments of readings along the rows (the pad's y), for each layer of each pad.
+    """Statistical moments of readings along the pad's y axis, for each layer of each pad.
 
-    Slip along y moves the pattern or, under a fingertip that aligns itself, changes its width; shear along y makes it
-    lopsided, the more so the deeper; the normal force scales the whole.
+    Slip along y moves the pattern or, under a self-aligning fingertip, changes its width. Shear along y makes the
+    pattern asymmetric, more so in deeper layers. The normal force scales the pattern.
 
     Args:
         readings: (..., layers, rows, columns) [Pa].
 
     Returns:
-        (..., layers, 4): log(1 + mean / 1 kPa), centroid, standard deviation and cube root of the third moment, the
-        last three over half the number of rows and 0 where next to nothing is felt.
+        (..., layers, 4): log(1 + mean / 1 kPa), centroid, standard deviation and cube root of the third moment. The
+        last three are over half the number of rows, and 0 for a mean below 20 Pa.
     """
     profile = readings.mean(axis=-1)
     rows = profile.shape[-1]

@@ -1,1 +1,1 @@
-"""What is measured with hands, grasps and control loops, and the study this package grew from."""
+"""Experiments with hands, grasps and control loops, and the study of the original paper."""

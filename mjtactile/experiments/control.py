@@ -1,6 +1,6 @@
-"""Controllers that close the loop on what was recognised, and on nothing else.
+"""Controllers that use the results of recognition only.
 
-They know no scene: they are told what a recogniser said and answer where to move, or what they believe.
+They have no access to the scene: their inputs are recognised values, their outputs displacements or beliefs.
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ from mjtactile.errors import MjTactileError
 
 
 class ControlError(MjTactileError, ValueError):
-    """A controller that cannot work: no gain, no stiffness, or a force that does not press."""
+    """A controller with an invalid gain or stiffness, or a commanded force that does not press."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceServo:
-    """Moves a springy arm until the recognised force is the commanded one.
+    """Moves a compliant arm until the recognised force equals the commanded one.
 
-    An arm of stiffness k that is in contact presses with k times how far its target lies beyond the surface, so the
-    target moves by the share `gain` of (commanded - recognised) / k at each call: an integrator, whose error falls by
-    1 - gain a call if k is right and still vanishes if k is off by up to 2 / gain. Before contact the target
-    approaches at a constant speed.
+    In contact, an arm of stiffness k presses with k times the distance of its target behind the surface. The target
+    moves by `gain` times (commanded - recognised) / k at each call. This integrator reduces the error by the factor
+    1 - gain per call for the correct k, and converges for an error of k by a factor up to 2 / gain. Before contact the
+    target approaches at a constant speed.
 
     Raises:
-        ControlError: for values with which it would not converge.
+        ControlError: the servo would not converge with these values.
     """
 
-    stiffness: float  #: of the arm, as far as it is known [N/m]
-    gain: float = 0.15  #: share of the error that a call takes away [-]
-    approach_speed: float = 0.02  #: speed at which the surface is looked for [m/s]
-    largest_step: float = 4e-4  #: the target moves no further than this in a call [m]
+    stiffness: float  #: estimated stiffness of the arm [N/m]
+    gain: float = 0.15  #: fraction of the error that is corrected per call [-]
+    approach_speed: float = 0.02  #: speed before contact [m/s]
+    largest_step: float = 4e-4  #: largest displacement of the target per call [m]
 
     def __post_init__(self) -> None:
-        """Refuse an integrator that runs away."""
+        """Refuse values with which the integrator is unstable."""
         if not (
             self.stiffness > 0.0 and 0.0 < self.gain < 1.0 and self.approach_speed > 0.0 and self.largest_step > 0.0
         ):
@@ -47,11 +47,11 @@ class ForceServo:
             )
 
     def step(self, recognised: npt.ArrayLike | None, commanded: npt.ArrayLike, period: float) -> Array:
-        """How far to move the target now.
+        """The next displacement of the target.
 
         Args:
-            recognised: force on the pad, pad frame [N], shape (3,); None while nothing is felt.
-            commanded: what it is to be [N], shape (3,); it must press, so commanded[2] < 0.
+            recognised: force on the pad, pad frame [N], shape (3,); None without contact.
+            commanded: desired force on the pad [N], shape (3,); it must press (commanded[2] < 0).
             period: time since the last call [s].
 
         Returns:
@@ -71,15 +71,14 @@ class ForceServo:
 
 
 class ShapeBelief:
-    """What shape it is, from one recognition after another of the same touch.
+    """Belief about a shape from a sequence of recognitions of the same contact.
 
-    Probabilities of noisy looks at one thing are averaged, as a committee votes; looks are not independent, so they are
-    not multiplied.
+    Probabilities are averaged, not multiplied, because successive recognitions are not independent.
 
     Args:
-        enough: probability at which it is sure.
-        least: looks before it may be sure.
-        most: looks after which it settles for the likeliest.
+        enough: mean probability at which the belief is settled [-].
+        least: least number of recognitions.
+        most: number of recognitions after which the belief is settled in any case.
     """
 
     def __init__(self, *, enough: float = 0.9, least: int = 10, most: int = 60) -> None:
@@ -93,7 +92,7 @@ class ShapeBelief:
         self._shapes: tuple[str, ...] = ()
 
     def look(self, shapes: Sequence[str], probabilities: npt.ArrayLike) -> None:
-        """Add one recognition: the shapes it chose among, and the probability of each, (shapes,)."""
+        """Add one recognition: names of the candidate shapes, and the probability of each, (shapes,)."""
         seen = np.asarray(probabilities, dtype=float)
         if self._sum is None:
             self._shapes, self._sum = tuple(shapes), np.zeros(len(seen))
@@ -104,15 +103,15 @@ class ShapeBelief:
 
     @property
     def shape(self) -> str | None:
-        """The likeliest shape; None before the first look."""
+        """The most probable shape; None before the first recognition."""
         return None if self._sum is None else self._shapes[int(self._sum.argmax())]
 
     @property
     def confidence(self) -> float:
-        """Its mean probability [-]; 0 before the first look."""
+        """Mean probability of that shape [-]; 0 before the first recognition."""
         return 0.0 if self._sum is None else float(self._sum.max()) / self.looks
 
     @property
     def settled(self) -> bool:
-        """Whether to look no longer."""
+        """Whether no further recognition is needed."""
         return self.looks >= self.most or (self.looks >= self.least and self.confidence >= self.enough)

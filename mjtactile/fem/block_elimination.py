@@ -1,11 +1,11 @@
 """Solving the sheet for every surface load at once, by eliminating one layer of elements after another.
 
-A node plane touches only the planes of its own element layer, so the stiffness is block tridiagonal once each
-element layer's middle plane is condensed out. Going up from the clamped base leaves the stiffness the surface
-feels; its inverse is the surface compliance. Going down again gives the displacement of each plane as a matrix
-times the displacement of the plane above. Both passes are dense matrix products, which suits influence matrices:
-they need every column. (A sparse Cholesky factor must be applied to thousands of right-hand sides instead; measured
-in docs/solver.md.)
+A plane of nodes is coupled only to the planes of its own element layers, so the stiffness is block tridiagonal once
+each element layer's middle plane is condensed out. Elimination from the clamped base upwards leaves the condensed
+stiffness of the surface; its inverse is the surface compliance. Back-substitution downwards gives the displacement of
+each plane as a matrix times that of the plane above. Both passes are dense matrix products, which suits influence
+matrices because they need every column. (A sparse Cholesky factor would be applied to thousands of right-hand sides;
+docs/solver.md compares the two.)
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from mjtactile.fem.stiffness import Parity, Stiffness, free_in_plane
 
 @dataclass(frozen=True, eq=False)
 class _ElementLayer:
-    """How the planes of one element layer follow from its upper plane.
+    """Displacements of the planes of one element layer as functions of its upper plane's.
 
-    u_lower = lower_from_upper u_upper and u_middle = middle_from_upper u_upper + middle_from_lower u_lower;
-    the lower plane of the bottom layer is clamped, its matrices are None.
+    u_lower = lower_from_upper u_upper and u_middle = middle_from_upper u_upper + middle_from_lower u_lower.
+    The lower plane of the bottom layer is clamped: its matrices are None.
     """
 
     middle_from_upper: Array
@@ -39,11 +39,11 @@ class EliminatedSheet:
 
     Args:
         stiffness: of the sheet or of a quarter of it.
-        parity: symmetry class of a quarter model; None when the mesh is of the whole sheet.
-        on_layer: called after each element layer, for progress.
+        parity: symmetry class of a quarter model; None for a mesh of the whole sheet.
+        on_layer: called after each element layer, to report progress.
 
     Raises:
-        MeshError: when the arithmetic breaks down (an element layer is not positive definite).
+        MeshError: an element layer is not positive definite in double precision.
     """
 
     def __init__(
@@ -57,13 +57,13 @@ class EliminatedSheet:
         self.surface_compliance: Array = _inverse(surface)
 
     def _eliminate(self, on_layer: Callable[[], None]) -> Array:
-        """Stiffness that the surface plane feels; leaves the way back down in self._layers, base first."""
+        """Condensed stiffness of the surface plane; stores the back-substitution in self._layers, base first."""
         block = self._stiffness.block
-        below = np.empty((0, 0))  # stiffness of the lower plane from what is under it; the base has none
+        below = np.empty((0, 0))  # condensed stiffness of all layers below; none below the base
         for element in range(self._stiffness.mesh.z.element_count):
             lower, middle, upper = 2 * element, 2 * element + 1, 2 * element + 2
-            # With Cholesky factors K_mm = L L^T, what a plane adds to the next is (L^-1 K_mu)^T (L^-1 K_mu). Products
-            # with inverses would lose twice as many digits: all of them where the Poisson ratio is near 0.5.
+            # With Cholesky factors K_mm = L L^T, a plane adds (L^-1 K_mu)^T (L^-1 K_mu) to the next. Products with
+            # inverses would lose twice as many digits: all of them where the Poisson ratio is near 0.5.
             of_middle = _factor(block(middle, middle).toarray())
             to_upper = _forward(of_middle, block(middle, upper).toarray())
             stiffness = block(upper, upper).toarray() - to_upper.T @ to_upper
@@ -80,15 +80,15 @@ class EliminatedSheet:
         return below
 
     def descend(self, forces: Array | slice = slice(None)) -> Iterator[tuple[int, Array]]:
-        """Displacements of one node plane after another, from the surface down; the base itself stays at zero.
+        """Displacements of each plane of nodes, from the surface down to the plane above the base.
 
         Args:
-            forces: nodal forces on the surface [N], shape (free degrees of freedom, columns); or unit forces on some
-                free degrees of freedom, by default on each, one after another.
+            forces: nodal forces on the surface [N], shape (free degrees of freedom, columns); or a slice of the free
+                degrees of freedom, each loaded by a unit force in a column of its own. By default, all of them.
 
         Yields:
-            (plane, displacements): the plane's number, counted from the base at 0, and the displacements of its free
-            degrees of freedom [m] under each column's load, shape (free degrees of freedom, columns).
+            (plane, displacements): the plane's index, 0 being the base, and the displacements of its free degrees of
+            freedom under each column's load [m], shape (free degrees of freedom, columns).
         """
         upper = self.surface_compliance[:, forces] if isinstance(forces, slice) else self.surface_compliance @ forces
         yield 2 * len(self._layers), upper
@@ -104,7 +104,7 @@ class EliminatedSheet:
                 yield 2 * element, upper
 
     def base_reaction(self, plane_1: Array, plane_2: Array) -> Array:
-        """Nodal forces of the clamped base on the sheet [N], from the displacements of the two planes above it."""
+        """Nodal forces of the clamped base on the sheet [N], from the displacements [m] of the two planes above it."""
         block = self._stiffness.block
         return block(0, 1) @ plane_1 + block(0, 2) @ plane_2
 

@@ -1,8 +1,8 @@
-"""Quadratic finite elements on a line: the one-dimensional factors every three-dimensional matrix is made of.
+"""Quadratic finite elements on a line: the one-dimensional factors of every three-dimensional matrix.
 
 The sheet is a box, its mesh a tensor product of three lines, and its layers are uniform in the plane. Each
-stiffness matrix is therefore a short sum of Kronecker products of the small matrices made here. scikit-fem
-integrates them.
+stiffness matrix is therefore a short sum of Kronecker products of the small matrices of this module, which
+scikit-fem integrates.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Line:
 
     @cached_property
     def nodes(self) -> Array:
-        """Node positions [m], ascending: vertices at even places, middles at odd ones."""
+        """Node positions [m], ascending: vertices at even indices, middles of elements at odd ones."""
         nodes = np.empty(self.node_count)
         nodes[::2] = self.vertices
         nodes[1::2] = (self.vertices[:-1] + self.vertices[1:]) / 2

@@ -23,7 +23,7 @@ from mjtactile.pad_shape.surfaces import FLAT, Surface
 
 #: Most element layers of a sheet; ordinary pads have five to twenty.
 _MOST_ELEMENT_LAYERS = 400
-#: Growth of elements below everything that is sensed, from one to the next.
+#: Ratio of the sizes of successive elements below the deepest taxels [-].
 _GROWTH = 1.5
 
 
@@ -31,12 +31,12 @@ _GROWTH = 1.5
 class SheetMesh:
     """Elements of a whole sheet, or of its quarter x >= 0, y >= 0.
 
-    Under a curved surface the lines are those of (x, y, -depth): the elements stand on the inward normals.
+    Under a curved surface the lines are those of the coordinates (x, y, -depth), with depth along the inward normals.
 
     Attributes:
-        x, y, z: element lines in the pad frame [m]; z rises from the base to the surface at 0.
-        materials: the layer each element layer belongs to, base first.
-        outer: the outer surface, from which the mesh is swept.
+        x, y, z: element lines in the pad frame [m]; z ascends from the base to 0 at the surface.
+        materials: material of each element layer, base first.
+        outer: the outer surface, from which the mesh is swept inwards.
     """
 
     x: Line
@@ -62,14 +62,14 @@ class SheetMesh:
 
     @property
     def interfaces(self) -> tuple[int, ...]:
-        """Vertices of z, by index, at which the material changes."""
+        """Indices of the vertices of z at which the material changes."""
         pairs = zip(self.materials, self.materials[1:], strict=False)
         return tuple(i + 1 for i, (below, above) in enumerate(pairs) if below is not above)
 
     def quarter(self) -> SheetMesh:
-        """The part with x >= 0 and y >= 0; the sheet's lines have a vertex at 0.
+        """The part with x >= 0 and y >= 0; lines of a whole sheet have a vertex at 0.
 
-        Along an axis along which the outer surface is not its own mirror image it is whole.
+        A line is kept whole if the outer surface is not symmetric along it.
         """
         lines = ((self.x, self.outer.mirrors[0]), (self.y, self.outer.mirrors[1]))
         x, y = (_positive_half(line) if mirrored else line for line, mirrored in lines)
@@ -85,19 +85,19 @@ def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
 
 
 def mesh_description(mesh: SheetMesh, density: MeshDensity) -> dict[str, object]:
-    """Everything a table depends on besides the pad, as plain numbers for its fingerprint."""
+    """The mesh's part of a table's fingerprint, as plain numbers."""
     lines = {name: getattr(mesh, name).vertices.tolist() for name in "xyz"}
     return {**lines, "points_per_axis": asdict(density)["points_per_axis"]}
 
 
 def _graded_sizes(count: int, grading: float) -> Array:
-    """Relative sizes of elements in a geometric row whose first is `grading` times the last; they sum to 1."""
+    """Relative sizes of elements in geometric progression, the first `grading` times the last; they sum to 1."""
     sizes = np.geomspace(grading, 1.0, count) if count > 1 else np.ones(1)
     return sizes / sizes.sum()
 
 
 def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, ...]:
-    """Elements along half the sheet in x and y, with no more in the plane than the density allows."""
+    """Numbers of elements along half the sheet in x and y, within the density's `most_elements`."""
     size = density.in_plane_size * density.length_for(pad)
     wanted = [max(2, math.ceil(extent / 2 / size - 1e-9)) for extent in pad.size]
     total = 4 * math.prod(wanted)
@@ -105,7 +105,7 @@ def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, ...]:
         return tuple(wanted)
     share = math.sqrt(density.most_elements / total)
     counts = [max(2, math.floor(count * share)) for count in wanted]
-    # A narrow sheet keeps four elements across; what they cost is saved along it.
+    # A narrow sheet keeps four elements across its width and gets fewer along its length.
     counts = [
         min(n, max(2, density.most_elements // (4 * other))) for n, other in zip(counts, counts[::-1], strict=True)
     ]
@@ -132,7 +132,7 @@ def _through_line(pad: Pad, density: MeshDensity) -> tuple[Line, tuple[Layer, ..
     vertices, materials, top = [0.0], [], 0.0
     for layer in pad.layers:
         bottom = top + layer.thickness
-        # The graded line's own element numbers, read off at the layer's ends, say how many elements it needs.
+        # Element indices of the graded line, interpolated at the layer's ends, give its number of elements.
         start, end = np.interp([top, bottom], depths, numbers)
         own = max(1, round(end - start))
         fractions = np.interp(np.linspace(start, end, own + 1), numbers, depths)
@@ -147,7 +147,7 @@ def _through_line(pad: Pad, density: MeshDensity) -> tuple[Line, tuple[Layer, ..
 def _wanted_depths(pad: Pad, density: MeshDensity) -> Array:
     """Depths of the element ends of a sheet without interfaces [m], from 0 to the thickness.
 
-    Down to the deepest taxels elements have the wanted size; what lies further below gets growing ones.
+    Elements have the density's size down to the deepest taxels and grow below them.
     """
     length = density.length_for(pad)
     sensed = max(length, max(pad.sensed_depths) + pad.sampling_radius)

@@ -36,16 +36,15 @@ _IN_PLANE_PRESSURES = ((0, 0), (1, 0), (0, 1))
 class Parity:
     """Symmetry class of a deformation under the sheet's two mirrors.
 
-    +1: the deformation is its own mirror image, -1: it is minus its mirror image; 0: the body has no such mirror. Under
-    the mirror x -> -x the component u_x changes its sign, so in the class x = +1 it is odd in x while u_y and u_z are
-    even.
+    +1: the deformation is symmetric (equal to its mirror image); -1: antisymmetric; 0: the body has no such mirror. The
+    mirror x -> -x changes the sign of u_x, so in the class x = +1 u_x is odd in x, while u_y and u_z are even.
     """
 
     x: int
     y: int
 
     def component_signs(self, component: int) -> tuple[int, int]:
-        """Signs of displacement component 0, 1, 2 = x, y, z under x -> -x and y -> -y."""
+        """Parities of displacement component 0, 1 or 2 (x, y, z) in x and in y: +1 even, -1 odd."""
         return (-self.x if component == 0 else self.x, -self.y if component == 1 else self.y)
 
 
@@ -86,7 +85,7 @@ class Stiffness:
 
 
 def assemble(mesh: SheetMesh) -> Stiffness:
-    """Stiffness of the sheet on a mesh: a half sheet's x and y lines give the quarter model."""
+    """Stiffness of a mesh, of the whole sheet or of its quarter."""
     x, y = _InPlaneFactors(mesh.x), _InPlaneFactors(mesh.y)
     shear = _shear_terms(mesh, x, y)
     volume = _volume_terms(mesh, x, y)

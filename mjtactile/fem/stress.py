@@ -45,11 +45,11 @@ _TERMS = _gradient_terms()
 
 
 class StressSampler:
-    """Gathers the stress at points of the quarter x >= 0, y >= 0, plane by plane, for one symmetry class.
+    """Accumulates the stress at points of the quarter x >= 0, y >= 0, plane by plane, for one symmetry class.
 
     Args:
         mesh: of the whole sheet.
-        parity: symmetry class of the displacements that will be added.
+        parity: symmetry class of the displacements passed to `add`.
         points: positions [m], shape (points, 3), x and y not negative, none on an interface between layers.
         columns: number of loads.
     """
@@ -74,14 +74,14 @@ class StressSampler:
             self._in_plane[component, x, y].append((measure, z))
 
     def restart(self, columns: int) -> None:
-        """Forget all planes and begin with another number of loads."""
+        """Reset to zero stress, for another number of loads."""
         self._measures = np.zeros((_MEASURES, self._points, columns))
 
     def add(self, plane: int, free: np.ndarray, displacements: Array) -> None:
-        """Add one node plane.
+        """Add the contribution of one plane of nodes.
 
         Args:
-            plane: its number, the base being 0.
+            plane: index of the plane; the base is 0.
             free: mask over the plane's degrees of freedom that `displacements` covers.
             displacements: shape (free degrees of freedom, columns) [m].
         """
@@ -125,7 +125,7 @@ def _distinct_pairs(points: Array) -> tuple[Array, np.ndarray, Array, np.ndarray
     """Distinct (x, y) of points (points, 3), ordered by x.
 
     Returns:
-        distinct x [m]; of each pair, the place of its x among them and its y [m]; of each point, its pair.
+        Distinct x [m]; for each pair the index of its x and its y [m]; for each point the index of its pair.
     """
     pairs, pair_of_point = np.unique(points[:, :2], axis=0, return_inverse=True)
     x, x_of_pair = np.unique(pairs[:, 0], return_inverse=True)

@@ -32,13 +32,13 @@ _SHAPE_COEFFICIENTS = np.array([[0.0, -0.5, 0.5], [1.0, 0.0, -1.0], [0.0, 0.5, 0
 
 @dataclass(frozen=True, eq=False)
 class SurfaceGrid:
-    """Quadratic elements on the sheet's surface, in the pad frame; of a curved one, on its projection.
+    """Grid of quadratic elements on the sheet's surface, in the pad frame; on the projection of a curved surface.
 
     Attributes:
         x: elements along x over the whole sheet [m].
         y: elements along y over the whole sheet [m].
-        thickness: of the sheet below [m].
-        outer: the surface over the grid; nodal integrals are those of its projection onto the plane.
+        thickness: of the sheet [m].
+        outer: the outer surface; nodal integrals are those over its projection.
     """
 
     x: Line
@@ -114,10 +114,10 @@ class SurfaceGrid:
     def _cell_moments(self, edges: Array) -> Array:
         """Integrals of eta^b xi^a, a, b <= 3, over the part of each cell within edges, (cells y, cells x, b, a) [m^2].
 
-        Green's theorem along x: the area integral equals the boundary integral of F dy, where F(x, y) is the
-        integral of the integrand over the part of the cell left of x. An edge thus feeds the cell it runs in, and
-        fills all cells of its row further left. In the column of the first edge, F counts from that edge: of polygons
-        much smaller than a cell, areas as large as the cell would leave few digits.
+        By Green's theorem the area integral equals the boundary integral of F dy, where F(x, y) is the integral of the
+        integrand over the part of the cell left of x. An edge thus contributes to the cell it lies in and to all cells
+        of its row further left. In the column of the first edge, F is measured from that edge: otherwise polygons much
+        smaller than a cell would be small differences of large areas.
         """
         start, end = self._split(edges)
         middle = (start + end) / 2
@@ -152,7 +152,7 @@ class SurfaceGrid:
         return moments + (filled + heights[..., None] * parts[:, None, :])
 
     def _references(self, edges: Array) -> Array:
-        """Powers 1 to 4 of xi from which integrals count in each column, (columns, 4)."""
+        """Powers 1 to 4 of the xi from which F is measured in each column, (columns, 4)."""
         xi = np.full(self.x.element_count, -1.0)
         if len(edges):
             x = edges[0, 0, 0]
@@ -188,7 +188,7 @@ class SurfaceGrid:
 
 
 def _powers(values: Array, degree: int) -> Array:
-    """Powers 0 to `degree`, in a last axis."""
+    """Powers 0 to `degree` of values, along a new last axis."""
     powers = np.ones((*values.shape, degree + 1))
     for k in range(degree):
         np.multiply(powers[..., k], values, out=powers[..., k + 1])

@@ -1,8 +1,8 @@
-"""The sheet's two mirrors: loads split into four symmetry classes, responses put together again.
+"""Mirror symmetry: loads are split into four symmetry classes, and responses are recombined from them.
 
-Every table holds a quarter of the sheet per class. A load is folded by adding up its mirror images with the class's
-signs; a response at a mirrored point is the sum over classes with the same signs. A curved pad has the mirrors that its
-surface has: with one there are two classes of a half, with none there is one, the whole.
+Every table covers a quarter of the sheet for each class. A load is folded by summing its mirror images with the signs
+of the class. The response at a mirrored point is the sum over classes with the same signs. A curved pad has the mirrors
+of its surface: with one mirror there are two classes on a half, with none one class on the whole sheet.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ class MirrorPlanes:
 
     @cached_property
     def classes(self) -> tuple[Parity, ...]:
-        """Symmetry classes of its deformations; of PARITIES where it has both mirrors."""
+        """Symmetry classes of the body's deformations; PARITIES for both mirrors."""
         signs = ((1, -1) if mirrored else (0,) for mirrored in (self.x, self.y))
         return tuple(Parity(x, y) for x, y in itertools.product(*signs))
 
     @cached_property
     def images(self) -> tuple[tuple[int, int], ...]:
-        """Mirror images of a point as signs (x, y), itself first; QUADRANTS where it has both mirrors."""
+        """Mirror images of a point as signs of (x, y), the point itself first; QUADRANTS for both mirrors."""
         along_x, along_y = ((1, -1) if mirrored else (1,) for mirrored in (self.x, self.y))
         return tuple((x, y) for y in along_y for x in along_x)
 
     @cached_property
     def signs(self) -> Array:
-        """Sign with which each class enters each image, shape (images, classes)."""
+        """Sign of each class in each mirror image, shape (images, classes)."""
         return np.array(
             [[(p.x if sx < 0 else 1) * (p.y if sy < 0 else 1) for p in self.classes] for sx, sy in self.images]
         )
@@ -48,7 +48,7 @@ class MirrorPlanes:
 BOTH = MirrorPlanes()
 #: Quadrants of the plane as signs (x, y), in the order sample points refer to them.
 QUADRANTS = BOTH.images
-#: Sign with which each class enters each quadrant, shape (quadrants, classes).
+#: Sign of each class in each quadrant, shape (quadrants, classes).
 QUADRANT_SIGNS = BOTH.signs
 
 
@@ -60,8 +60,8 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
         parity: the class.
 
     Returns:
-        (..., 3, quarter nodes y, quarter nodes x) [N]: each node's forces and those of its mirror images, added with
-        the class's signs.
+        (..., 3, quarter nodes y, quarter nodes x) [N]: the sums of each node's forces and those of its mirror images
+        with the class's signs.
     """
     signs = np.array([parity.component_signs(component) for component in range(3)])
     folded = np.moveaxis(forces, -1, -3)
@@ -103,7 +103,7 @@ def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
 
 
 def unfold_points(classes: Array, odd_in_x: Mask, odd_in_y: Mask, mirrors: MirrorPlanes = BOTH) -> Array:
-    """Coordinates at points in all quadrants from their four classes at the folded points.
+    """Stress coordinates at points in all quadrants from their values in each class at the folded points.
 
     Args:
         classes: (batch, classes, folded points * coordinates).
@@ -128,7 +128,7 @@ class FoldedPoints:
     Attributes:
         positions: distinct folded positions [m], shape (folded points, 3).
         index: for each original point, its folded point, shape (points,).
-        quadrant: for each original point, its place among the mirrors' images, shape (points,).
+        quadrant: for each original point, the index of its mirror image in `MirrorPlanes.images`, shape (points,).
     """
 
     positions: Array
@@ -140,7 +140,7 @@ def fold_points(positions: Array, resolution: float, mirrors: MirrorPlanes = BOT
     """Fold points (points, 3) [m]; mirror images within `resolution` [m] of each other become one."""
     mirrored = np.array([mirrors.x, mirrors.y, False])
     folded = np.where(mirrored, np.abs(positions), positions)
-    # Rounding gives points that share a coordinate exactly one value of it, which the sampler exploits.
+    # Rounding makes equal coordinates exactly equal, which the sampler exploits.
     folded = np.round(folded / resolution) * resolution
     distinct, index = np.unique(folded, axis=0, return_inverse=True)
     beyond = (positions < -resolution) & mirrored

@@ -1,16 +1,16 @@
-"""Where a reading samples the stress: cubature of a ball, cut by the sheet's faces and by layer interfaces.
+"""Sample points of a reading: cubature of a ball, cut by the sheet's faces and by layer interfaces.
 
-A reading is the mean von Mises stress over a ball round the taxel, clipped to the sheet. The stress jumps at
+A reading is the mean von Mises stress over a ball around the taxel, clipped to the sheet. The stress jumps at
 interfaces between layers of different stiffness, so the ball is cut there and each piece has its own rule.
 
-Each piece is integrated one coordinate after the other. Along z, say, the weight is the area of the slice, along y the
-length of the chord, along x it is constant; for each weight the Gauss rule of that very weight is computed, so
-that n points per axis integrate polynomials of degree 2n - 1 exactly over whole balls and over balls cut along one
-axis, which is then integrated last so that all slices are whole discs; and nearly so over other pieces. Two points
-per axis on a whole ball are the corners of a cube at the radius sqrt(3/5) R.
+Each piece is integrated one coordinate after the other. For example, along z the weight is the area of the slice, along
+y the length of the chord, along x it is constant. The Gauss rule of each weight function is computed, so that n points
+per axis integrate polynomials of degree 2n - 1 exactly over whole balls, and over balls cut along one axis, which is
+then integrated last so that all slices are whole discs. Over other pieces the rule is nearly exact. Two points per axis
+on a whole ball are the corners of a cube at the radius sqrt(3/5) R.
 
-Under a curved surface a ball's axes are those of the offset surface at its middle. Faces that cut it are offset
-surfaces: the rule of planes is bent onto them, to the first order of the ball's radius over that of curvature.
+Under a curved surface a ball's axes are those of the offset surface at its centre. The faces that cut it are offset
+surfaces: the rule for planes is mapped onto them, to the first order of the ball's radius over that of curvature.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from mjtactile.fem.symmetry import BOTH, FoldedPoints, MirrorPlanes, fold_points
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
 
-#: Nodes of the auxiliary rules that measure slices and chords; far beyond what double precision needs.
+#: Nodes of the auxiliary rules for slices and chords; more than double precision needs.
 _FINE_ORDER = 96
-#: How far from 1 rounding may take the sum of a taxel's weights [-].
+#: Tolerance on the sum of a taxel's weights, which is 1 [-].
 _MEAN_TOLERANCE = 1e-9
 
 
@@ -50,7 +50,7 @@ class Sampling:
 
 @lru_cache(maxsize=64)
 def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampling:
-    """Sample points of all taxels of one sensing layer; kept, since every step of a build asks for them.
+    """Sample points of all taxels of one sensing layer; cached, since every step of a build needs them.
 
     Args:
         pad: the sheet, its taxels and their sampling radius.
@@ -69,13 +69,13 @@ def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampli
 
 
 def folded_sampling(pad: Pad, positions: Array, weights: Array, taxels: Indices) -> tuple[Sampling, FoldedPoints]:
-    """Sample points of one sensing layer folded by the pad's mirrors, and where each of them went.
+    """Sampling of one sensing layer from its points, and the points folded by the pad's mirrors.
 
     Args:
         pad: the sheet.
         positions: of the points in the pad frame [m], (points, 3).
-        weights: of each in its taxel's mean [-], (points,); those of a taxel sum to 1.
-        taxels: which taxel each belongs to, (points,); every taxel has some.
+        weights: of each point in its taxel's mean [-], (points,); those of a taxel sum to 1.
+        taxels: index of each point's taxel, (points,); every taxel has at least one point.
     """
     mirrors = MirrorPlanes(*pad.surface.mirrors)
     folded = fold_points(positions, LENGTH_TOLERANCE * pad.sampling_radius, mirrors)
@@ -85,7 +85,7 @@ def folded_sampling(pad: Pad, positions: Array, weights: Array, taxels: Indices)
 
 
 def sampling_tables(sampling: Sampling, sensing_layer: int) -> Tables:
-    """A sensing layer's sample points and averaging matrix as plain arrays, to be stored with the matrices."""
+    """Sample points and averaging matrix of a sensing layer as named arrays, stored with the influence matrices."""
     average = sampling.average
     arrays = {"data": average.data, "indices": average.indices, "indptr": average.indptr, "points": sampling.positions}
     return {f"sampling {name} {sensing_layer}": array for name, array in arrays.items()}
@@ -95,13 +95,13 @@ def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes = B
     """The averaging matrix of a sensing layer from `sampling_tables`, see `Sampling.average`.
 
     Raises:
-        CorruptInfluenceError: when its indices point outside, or its weights are not those of means.
+        CorruptInfluenceError: an index is out of range, or the weights of a taxel do not sum to 1.
     """
     data, indices, starts, points = (
         tables[f"sampling {name} {sensing_layer}"] for name in ("data", "indices", "indptr", "points")
     )
     columns = len(mirrors.images) * len(points)
-    # The compiled core follows these without looking.
+    # The compiled core does not check these indices.
     if not (
         starts[0] == 0
         and starts[-1] == len(indices) == len(data)
@@ -137,7 +137,7 @@ def _taxel_rule(pad: Pad, foot: Array, radius: float, points_per_axis: int) -> t
     pieces = []
     for bottom, top in _slabs(pad, height, radius):
         box = (*lower, bottom - height, *upper, top - height)
-        # Rounding lets the mirror images of one taxel, and taxels alike, share one rule.
+        # Rounding lets mirror images of a taxel, and other equal taxels, share one cached rule.
         pieces.append(_ball_rule(points_per_axis, tuple(round(bound / radius, 12) for bound in box)))
     offsets, volumes = zip(*pieces, strict=True)
     return np.concatenate(offsets) * radius, np.concatenate(volumes) * radius**3
@@ -163,16 +163,16 @@ def _curved_taxel_rule(pad: Pad, foot: Array, radius: float, points_per_axis: in
 
 
 def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Array, Array]:
-    """Axes of a ball under a curved surface, and what cuts it there.
+    """Axes and bounds of a ball under a curved surface.
 
     Returns:
-        axes, rows (3, 3): two tangents and the normal; how the normal turns along the tangents (2, 2) [1/m]; and bounds
-        along the tangents, lower and upper (2,) [m]: the pad's sides, or the ball's.
+        Axes as rows (3, 3): two tangents and the normal; derivative of the normal along the tangents (2, 2) [1/m]; and
+        lower and upper bounds along the tangents (2,) [m], set by the pad's sides or the ball.
     """
     along = pad.surface.derivatives(*foot)
     turning = pad.surface.derivatives(foot[0], foot[1], 0.0) - pad.surface.derivatives(foot[0], foot[1], 1.0)
     normal = -along[:, 2]
-    # Normals in the tangent plane of the lines on which x, and on which y, is the same; and how fast it grows there.
+    # Gradients of x and of y in the tangent plane: unit vectors and magnitudes.
     tangential = along[:, :2]
     rates = np.linalg.solve(tangential.T @ tangential, tangential.T).astype(np.float64)
     speeds = np.sqrt(np.einsum("ij,ij->i", rates, rates))
@@ -191,7 +191,7 @@ def _local_frame(pad: Pad, foot: Array, radius: float) -> tuple[Array, Array, Ar
 
 
 def _bent(local: Array, shares: Array, bending: Array) -> tuple[Array, Array]:
-    """A rule of a ball that planes cut, moved onto one that offset surfaces cut.
+    """Map a rule for a ball cut by planes to a ball cut by offset surfaces.
 
     In coordinates in which offset surfaces are planes, c' = c + a S a / 2, the ball a^2 + c^2 <= R^2 becomes, to the
     first order, a (1 - c' S) a + c'^2 <= R^2: its slices are ellipses.
@@ -204,7 +204,7 @@ def _bent(local: Array, shares: Array, bending: Array) -> tuple[Array, Array]:
 
 
 def _kept_inside(pad: Pad, foot: Array, offsets: Array, slab: tuple[float, float]) -> Array:
-    """Offsets of points moved back into their layer and the pad where higher orders took them out."""
+    """Offsets with points moved back into their layer and the pad where the first-order map left them outside."""
     centre = pad.surface.positions(*foot)
     feet, _ = pad.feet(offsets + centre)
     half_size, margin = np.array(pad.size) / 2, 10 * LENGTH_TOLERANCE * pad.thickness
@@ -214,7 +214,7 @@ def _kept_inside(pad: Pad, foot: Array, offsets: Array, slab: tuple[float, float
 
 
 def _slabs(pad: Pad, height: float, radius: float) -> list[tuple[float, float]]:
-    """Parts (bottom, top) [m] of a ball's vertical extent that lie in one layer each."""
+    """Parts (bottom, top) [m] of a ball's vertical extent, one for each layer that it overlaps."""
     bottom, top = max(height - radius, -pad.thickness), min(height + radius, 0.0)
     tolerance = LENGTH_TOLERANCE * pad.thickness
     cuts = [z for z in pad.interfaces if bottom + tolerance < z < top - tolerance]
@@ -226,10 +226,10 @@ def _slabs(pad: Pad, height: float, radius: float) -> list[tuple[float, float]]:
 def _ball_rule(count: int, box: tuple[float, ...]) -> tuple[Array, Array]:
     """Gauss points (points, 3) and volumes (points,) of the unit ball cut by a box, `count` points per axis.
 
-    The box is given by its least and then by its largest x, y and z.
+    The box is (least x, y, z, largest x, y, z).
 
-    Slices are taken across the axes along which the ball is cut. Where it is cut along x and y, both orders of the two
-    count half each, so that the sheet's diagonal mirror maps rules onto rules.
+    Axes along which the ball is cut are integrated last. A ball cut along both x and y gets the mean of the rules of
+    both orders, so that swapping x and y maps rules onto rules.
     """
     low, high = np.array(box[:3]), np.array(box[3:])
     cut = (low > -1.0) | (high < 1.0)
@@ -279,7 +279,7 @@ def _legendre_rule(order: int) -> tuple[Array, Array]:
 
 
 def _fine_rule(low: float, high: float, radius: float) -> tuple[Array, Array]:
-    """Nodes and weights on [low, high] for functions like sqrt(radius^2 - y^2): exact in the angle, not in y."""
+    """Nodes and weights on [low, high] for functions like sqrt(radius^2 - y^2): a Gauss rule in the angle."""
     if high <= low or radius == 0.0:
         return np.zeros(1), np.zeros(1)
     nodes, weights = _legendre_rule(_FINE_ORDER)

@@ -1,9 +1,9 @@
-"""Loads on the elements' corners only: a quarter of the nodes, for tables with a quarter of the columns.
+"""Loads at the elements' corners only: a quarter of the nodes, so that tables have a quarter of the columns.
 
-A mid-side node's force goes to the four nearest corners along its line with the weights of cubic Lagrange
-interpolation. Those reproduce polynomials up to the third degree, so that forces keep their moments up to the third
-and every resultant exactly; what changes is confined to three elements round the force, and by Saint-Venant's
-principle to depths of about an element.
+The force at a mid-side node is distributed to the four nearest corners along its line, with the weights of cubic
+Lagrange interpolation. These reproduce polynomials up to the third degree, so forces keep their moments up to the third
+order, and with them their resultants, exactly. The change is confined to three elements around the force and, by
+Saint-Venant's principle, to a depth of about one element.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from mjtactile.fem.mesh import SheetMesh
     from mjtactile.fem.surface_grid import SurfaceGrid
 
-#: Corners a mid-side node's force is spread onto, where its line has that many.
+#: Number of corners that share a mid-side node's force, if the line has that many.
 CORNERS = 4
 
 
 def corner_weights(line: Line) -> Array:
-    """Share of each node's force that each vertex of a line takes [-], shape (vertices, nodes)."""
+    """Fraction of each node's force that goes to each vertex of a line [-], shape (vertices, nodes)."""
     vertices, nodes = line.vertices, line.nodes
     weights = np.zeros((len(vertices), len(nodes)))
     weights[np.arange(len(vertices)), 2 * np.arange(len(vertices))] = 1.0
@@ -41,7 +41,7 @@ def corner_weights(line: Line) -> Array:
 
 
 def onto_corners(forces: Array, surface: SurfaceGrid) -> Array:
-    """Nodal forces (batch, nodes y, nodes x, 3) [N] spread onto the corners; zero on all other nodes."""
+    """Nodal forces moved to the elements' corners [N], shape (batch, nodes y, nodes x, 3); zero at other nodes."""
     along_x, along_y = corner_weights(surface.x), corner_weights(surface.y)
     spread = np.zeros_like(forces)
     spread[:, ::2, ::2] = np.einsum("vj,bjic,wi->bvwc", along_y, forces, along_x, optimize=True)
@@ -49,17 +49,17 @@ def onto_corners(forces: Array, surface: SurfaceGrid) -> Array:
 
 
 def on_corners(quarter: SheetMesh) -> Mask:
-    """Mask over the degrees of freedom (component, y, x) of the quarter's surface: those of elements' corners."""
+    """Mask over degrees of freedom (component, y, x) of the quarter's surface; True at elements' corners."""
     mask = np.zeros((3, quarter.y.node_count, quarter.x.node_count), dtype=bool)
     mask[:, ::2, ::2] = True
     return mask.ravel()
 
 
 def require_corners_mirrored(mesh: SheetMesh) -> None:
-    """Refuse sheets whose mirrors would not map corners onto corners of the quarter.
+    """Check that mirrors map corners of the sheet onto corners of its quarter.
 
     Raises:
-        PresetError: when the sheet has an odd number of elements along an axis.
+        PresetError: the sheet has an odd number of elements along an axis.
     """
     counts = mesh.x.element_count, mesh.y.element_count
     if any(count % 2 for count in counts):

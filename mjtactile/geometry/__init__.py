@@ -1,1 +1,1 @@
-"""Shapes, and their lower surface over a pad: punches, polygons, solids, primitives, triangle meshes. No MuJoCo."""
+"""Shapes and their lower surfaces over a pad: punches, polygons, solids, primitives, triangle meshes. No MuJoCo."""

@@ -1,7 +1,7 @@
-"""The region where a function of the plane lies below a level, as polygons.
+"""The region of the plane where a function lies below a level, as polygons.
 
-A grid finds it; bisection along the grid lines then places its boundary to a millionth of a grid cell, so that steps
-in the function, such as the edge of a punch, lie where they are.
+A grid finds the region. Bisection along the grid lines then locates its boundary to a millionth of a grid cell, so that
+steps of the function, such as the edge of a punch, are placed exactly.
 """
 
 from __future__ import annotations
@@ -20,22 +20,24 @@ from mjtactile.geometry.planar import areal
 
 PlaneFunction = Callable[[Array, Array], npt.ArrayLike]
 
-#: Grid lines across the region, along its longer side.
+#: Grid lines along the region's longer side.
 _LINES = 120
 _BISECTIONS = 22
-#: A region less than this many grid cells across is traced anew on a grid of its own.
+#: A region smaller than this many grid cells is traced again on a finer grid of its own.
 _FEW_CELLS = 40
 
 
 def region_below(
     function: PlaneFunction, level: float, bounds: tuple[float, float, float, float]
 ) -> Polygon | MultiPolygon:
-    """Where a function is at most `level` [m]; what is narrower than a grid cell of the whole may be missed.
+    """The region of a rectangle where a function is at most `level`, in metres.
+
+    Parts narrower than a grid cell of the rectangle may be missed.
 
     Args:
-        function: of x and y [m], arrays of one shape; infinite where there is nothing.
+        function: height [m] of x and y [m], arrays of one shape; infinite where it is undefined.
         level: [m].
-        bounds: of the rectangle to look in (low x, low y, high x, high y) [m].
+        bounds: rectangle to search (low x, low y, high x, high y) [m].
     """
     x, y = _grid_lines(bounds)
     inside = _inside(function, level, *np.meshgrid(x, y))
@@ -58,7 +60,7 @@ def region_below(
 def _grid_lines(bounds: tuple[float, float, float, float]) -> tuple[Array, Array]:
     width, height = bounds[2] - bounds[0], bounds[3] - bounds[1]
     step = max(width, height) / _LINES
-    # An odd count keeps the middle, where bodies often touch, on the grid.
+    # An odd number of lines has one through the middle, where bodies often touch.
     counts = (2 * max(2, round(extent / step / 2)) + 1 for extent in (width, height))
     lines = (np.linspace(bounds[axis], bounds[axis + 2], count) for axis, count in enumerate(counts))
     return next(lines), next(lines)
@@ -70,10 +72,10 @@ def _inside(function: PlaneFunction, level: float, x: Array, y: Array) -> Mask:
 
 
 def _traced(function: PlaneFunction, level: float, x: Array, y: Array, inside: Mask) -> Polygon | MultiPolygon:
-    """Boundary polygons of the marked grid points, moved to where the function crosses the level."""
+    """Boundary polygons of the marked grid points, moved to where the function crosses the level [m]."""
     from contourpy import FillType, contour_generator
 
-    # A frame of outside points closes regions that reach the bounds; it lies on the bounds itself.
+    # A frame of outside points closes regions that reach the bounds; the frame lies on the bounds themselves.
     framed = np.pad(inside, 1).astype(float)
     columns, rows = np.arange(-1, len(x) + 1), np.arange(-1, len(y) + 1)
     generator = contour_generator(columns, rows, framed, fill_type=FillType.OuterOffset)
@@ -93,7 +95,7 @@ def _traced(function: PlaneFunction, level: float, x: Array, y: Array, inside: M
 
 
 def _crossings(function: PlaneFunction, level: float, x: Array, y: Array, places: Array, inside: Mask) -> Array:
-    """Points on grid lines where the function crosses the level, for places half-way between two grid points."""
+    """Points on grid lines where the function crosses the level [m], for places half-way between two grid points."""
     low, high = np.floor(places).astype(int), np.ceil(places).astype(int)
 
     def on_grid(place: npt.NDArray[np.int_]) -> Array:

@@ -1,6 +1,6 @@
-"""Flat faces of rigid bodies, each in a frame of its own, wherever the body stands.
+"""Flat faces of rigid bodies, each in a frame of its own, independent of the body's pose.
 
-They depend on the body's geometry alone: which pose a face was first seen in leaves no trace in it.
+A face depends on the body's geometry alone, not on the pose in which it was first found.
 """
 
 from __future__ import annotations
@@ -20,28 +20,29 @@ from mjtactile.geometry.outlines import ellipse
 from mjtactile.geometry.primitives import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Pose, Shape
 from mjtactile.geometry.triangle_mesh import TriangleSurface
 
-#: Bodies reach no further than this from their middle [m]; what does is looked at anew at every pose.
+#: Largest distance of a body's points from its middle for which faces are stored [m].
 _FARTHEST = 1.0
-#: Directions of faces in their body's frame are rounded to this [-]: rounding must not make another face of it.
+#: Directions of faces in their body's frame are rounded to this [-], so that rounding errors make no second face.
 _DIRECTION = 1e-7
-#: Share of the facing gap by which a face may always lean over its own width.
+#: Fraction of the facing gap by which a face may always tilt over its own width [-].
 _LEAN = 0.5
-#: A body that tilts under its load brings a face onto the pad that leans up to this [-], about 12 degrees, but no more
-#: than this share of the slope at which the next part of the body comes down.
+#: A body that may tilt presses with a face whose slope is up to the first number [-], about 12 degrees, and up to the
+#: second number times the slope at which another part of the body would touch.
 _MOST_LEAN, _LEAN_SHARE = 0.21, 0.8
-#: Faces of a mesh that are looked at: the largest ones, with at least this share of its surface.
+#: Faces of a mesh that are examined: the largest ones, and at least this fraction of its surface [-].
 _MOST_FACES, _LEAST_SHARE = 64, 2e-3
 
 
 @dataclass(frozen=True, eq=False)
 class BodyFace:
-    """A flat face that a body turns to pads, wherever over the sheet it stands.
+    """A flat face of a body that can press on a pad.
 
     Attributes:
-        rotation: from the body's frame to the face's, whose z axis is the pad's when the face lies on it, (3, 3).
-        height: of the face in that frame [m].
-        outline: in that frame [m].
-        most_slope: to which the body may lean before other parts of it may touch [-].
+        rotation: from the body's frame to the face's frame, (3, 3). The z axis of the face's frame equals the pad's
+            when the face lies flat on the pad.
+        height: z of the face in that frame [m].
+        outline: of the face in that frame [m].
+        most_slope: largest slope of the body at which no other part of it touches [-].
     """
 
     rotation: Array
@@ -50,7 +51,7 @@ class BodyFace:
     most_slope: float
 
     def placed(self, pose: Pose) -> Polygon | MultiPolygon | None:
-        """Outline in the pad frame [m] of the face of a body at a pose; None where the body leans too much for it."""
+        """Outline in the pad frame [m] of the face at a pose of its body; None if the body is tilted too far."""
         turn = pose.rotation @ self.rotation.T
         if turn[2, 2] <= 0.0 or np.hypot(*turn[2, :2]) > self.most_slope * turn[2, 2]:
             return None
@@ -59,7 +60,7 @@ class BodyFace:
         return self._at(float(x), float(y), angle)
 
     def heights(self, pose: Pose, points: Array) -> Array:
-        """Of the face of a body at a pose over points (n, 2) in the pad frame [m], shape (n,)."""
+        """Heights of the face over points (n, 2) in the pad frame [m] at a pose of its body, shape (n,)."""
         normal = pose.rotation @ self.rotation[2]
         offset = points - (pose.position + normal * self.height)[:2]
         return (pose.position + normal * self.height)[2] - offset @ normal[:2] / normal[2]
@@ -75,11 +76,11 @@ class BodyFaces:
     Args:
         shapes: of the body's geoms.
         local: their poses in the body's frame.
-        facing_gap: what is no higher than this above the first touch faces the pad [m].
+        facing_gap: parts up to this height above the first contact point belong to the contact face [m].
 
     Attributes:
-        directions: what points up from the pad when the body lies on one of its faces, as far as geometry tells without
-            looking at the faces closely, unit vectors in the body's frame, (faces, 3).
+        directions: candidates for the pad's normal when the body lies on one of its faces, unit vectors in the body's
+            frame, (faces, 3).
     """
 
     def __init__(self, shapes: Mapping[int, Shape], local: Mapping[int, Pose], *, facing_gap: float) -> None:
@@ -90,13 +91,13 @@ class BodyFaces:
         self._made: dict[int, BodyFace | None] = {}
 
     def face(self, number: int) -> BodyFace | None:
-        """One of the faces; None where it is none that could press by itself. Made when it is first asked for."""
+        """A face by the number of its direction, computed once; None if the body cannot lie on it."""
         if number not in self._made:
             self._made[number] = self._face(self.directions[number])
         return self._made[number]
 
     def towards(self, pose: Pose) -> Iterator[tuple[BodyFace, Polygon | MultiPolygon]]:
-        """The faces that a body at a pose turns to the pad, and their outlines in the pad frame [m]."""
+        """Faces that point towards the pad at a pose of the body, with their outlines in the pad frame [m]."""
         for number in np.flatnonzero(self.directions @ pose.rotation[2] > 1.0 - _MOST_LEAN):
             face = self.face(int(number))
             outline = None if face is None else face.placed(pose)
@@ -104,7 +105,7 @@ class BodyFaces:
                 yield face, outline
 
     def _supporting(self) -> Array:
-        """Directions of faces that nothing of the body reaches below."""
+        """Directions of faces below which no part of the body lies, unit vectors, (faces, 3)."""
         found: dict[bytes, Array] = {}
         for geom, shape in self._shapes.items():
             for normal, point in _flat_sides(shape):
@@ -125,7 +126,7 @@ class BodyFaces:
         return BodyFace(rotation, height, part.outline, max(lean, _LEAN * self._facing_gap / width))
 
     def _flat_part(self, pose: Pose) -> FlatPart | None:
-        """The flat face of the whole body at a pose, over the sheet or beside it."""
+        """The flat face of the whole body at a pose, wherever it is over the pad's plane."""
         x, y = pose.position[:2]
         everywhere = Rectangle(x - _FARTHEST, y - _FARTHEST, x + _FARTHEST, y + _FARTHEST)
         placed = [(shape, composed(pose, self._local[geom])) for geom, shape in self._shapes.items()]
@@ -136,7 +137,7 @@ class BodyFaces:
         return surface.flat_part(self._facing_gap)
 
     def _steepness(self, rotation: Array, height: float, part: FlatPart) -> float:
-        """The least slope from the face's rim to any other point of the body."""
+        """Least slope from the face's rim to any other point of the body [-]."""
         points = self._points @ rotation.T
         rise = points[:, 2] - height
         above = rise > FLATNESS
@@ -168,7 +169,7 @@ def _flat_sides(shape: Shape) -> Iterator[tuple[Array, Array]]:
 
 
 def _outermost(shape: Shape, local: Pose) -> Array:
-    """Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame [m], shape (n, 3)."""
+    """Points whose convex hull is about that of a shape, in the body's frame [m], shape (n, 3)."""
     if isinstance(shape, Box):
         signs = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
         return local.points(signs * shape.half_sizes)
@@ -186,7 +187,7 @@ def _outermost(shape: Shape, local: Pose) -> Array:
 
 
 def _sphere() -> Array:
-    """Points all over the unit sphere, its poles included, shape (n, 3)."""
+    """Points spread over the unit sphere, including its poles, shape (n, 3)."""
     polar, azimuth = np.meshgrid(np.linspace(0.0, np.pi, 17), np.linspace(0.0, 2 * np.pi, 32, endpoint=False))
     points = [np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)]
     return np.stack(points, axis=-1).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""The least height of a surface over a rectangle: exactly for polygons, by zooming in for curved convex shapes."""
+"""The least height of a surface over a rectangle: exact for polygons, by successive grids for curved convex shapes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from mjtactile._types import Array, Mask
 
 HeightFunction = Callable[[Array, Array], Array]
 
-#: Points along each axis of the first search, and of each closer look.
+#: Points along each axis of the first grid, and of each finer grid.
 _COARSE, _CLOSE = 33, 9
-#: Closer looks at most; each that does not move to its window's rim narrows the search to a quarter.
+#: Largest number of finer grids; each reduces the window to a quarter, unless the minimum lies on the window's rim.
 _LOOKS = 40
-#: Windows smaller than this are not searched further [m].
+#: Window size at which the search stops [m].
 _FINE = 1e-10
 
 
@@ -28,7 +28,7 @@ class Rectangle(NamedTuple):
     north: float
 
     def shrunk(self, margin: float) -> Rectangle:
-        """The same with its sides moved inwards [m]."""
+        """The rectangle with its sides moved inwards by a margin [m]."""
         return Rectangle(self.west + margin, self.south + margin, self.east - margin, self.north - margin)
 
     @property
@@ -43,7 +43,7 @@ class Rectangle(NamedTuple):
         return (x >= self.west) & (x <= self.east) & (y >= self.south) & (y <= self.north)
 
     def crossings(self, tails: Array, heads: Array) -> Array:
-        """Where edges (n, 3) cross the rectangle's sides, seen along z: points (m, 3) [m]."""
+        """Points where edges from `tails` to `heads` (n, 3) cross the rectangle's sides, seen along z [m], (m, 3)."""
         found = [np.empty((0, 3))]
         sides = ((0, self.west), (0, self.east), (1, self.south), (1, self.north))
         for axis, side in sides:
@@ -56,13 +56,13 @@ class Rectangle(NamedTuple):
         return np.concatenate(found)
 
     def lowest_of_polygon(self, corners: Array, floor: float) -> float:
-        """The least height of a plane convex polygon over the rectangle [m], infinite where it is not over it.
+        """The least height of a plane convex polygon over the rectangle [m]; infinite if it is not over the rectangle.
 
-        It is at a corner of the polygon, where an edge crosses a side, or at a corner of the rectangle.
+        The minimum is at a corner of the polygon, at a crossing of an edge and a side, or at a corner of the rectangle.
 
         Args:
-            corners: in order around it, shape (n, 3) [m].
-            floor: points below this do not count [m].
+            corners: of the polygon in order, shape (n, 3) [m].
+            floor: points below this height are ignored [m].
         """
         following = np.roll(corners, -1, axis=0)
         points = [corners[self.holds(corners[:, 0], corners[:, 1])], self.crossings(corners, following)]
@@ -79,14 +79,15 @@ class Rectangle(NamedTuple):
 
 
 def lowest_near(heights: HeightFunction, sheet: Rectangle, floor: float, bottom: Array, axis: Array) -> float:
-    """The least height of a convex shape over a rectangle [m], infinite where it is not over it.
+    """The least height of a convex shape over a rectangle [m]; infinite if it is not over the rectangle.
 
     Args:
-        heights: of its lower surface, infinite where there is none.
+        heights: function of x and y that gives the height of the lower surface [m], infinite where there is none.
         sheet: the rectangle.
-        floor: points below this do not count [m].
-        bottom: its lowest points wherever they are, shape (k, 3) [m]: the answer, if one is over the rectangle.
-        axis: two points through which its longest axis runs, shape (2, 3) [m], so that no needle is missed.
+        floor: points below this height are ignored [m].
+        bottom: lowest points of the whole shape, shape (k, 3) [m]; if one is over the rectangle, it is the minimum.
+        axis: two points on the shape's longest axis, shape (2, 3) [m]; the search starts there too, so that thin shapes
+            are not missed.
     """
     over = bottom[sheet.holds(bottom[:, 0], bottom[:, 1]) & (bottom[:, 2] >= floor)]
     if len(over):
@@ -107,7 +108,7 @@ def lowest_near(heights: HeightFunction, sheet: Rectangle, floor: float, bottom:
         )
         here = best_x, best_y
         best_x, best_y, best = min((best_x, best_y, best), _best(heights, *_grid(window, _CLOSE)), key=lambda b: b[2])
-        # A narrow valley may lead further than one window: follow it before looking closer.
+        # A narrow valley may continue beyond the window: move the window along it before shrinking it.
         if (np.abs(np.subtract((best_x, best_y), here)) < 0.9 * reach).all():
             reach = reach / 4
         if reach.max() < _FINE:

@@ -1,4 +1,4 @@
-"""What presses on a pad: the seven flat punches of Aoyagi 2008, and spheres, cylinders, boxes and meshes.
+"""Bodies that press on a pad: the seven flat punches of Aoyagi 2008, spheres, cylinders, boxes and meshes.
 
 Lengths are metres. Every indenter's lowest point is at z = 0 and its body above, so it presses along -z onto a pad
 surface at z = 0.
@@ -20,16 +20,16 @@ from mjtactile.geometry.outlines import INDENTER_NAMES, SIDES, ellipse, punch_ou
 from mjtactile.geometry.planar import convex_parts
 from mjtactile.geometry.solid import checked, extrude, face_outline, silhouette
 
-#: A mesh whose lowest face covers at least this share of its silhouette counts as a flat punch.
+#: A mesh is treated as a flat punch if its lowest face covers at least this fraction of its silhouette.
 FLAT_FACE_SHARE = 0.1
 
-#: A mesh may have so many triangles: with more, MuJoCo's compiler and the sections of the mesh take minutes.
+#: Largest number of triangles of a mesh: with more, MuJoCo's compiler and the sections of the mesh take minutes.
 MOST_TRIANGLES = 200_000
-#: A mesh file may have so many bytes: enough for as many triangles in any format, and read in seconds.
+#: Largest size of a mesh file [bytes]: enough for that many triangles in any format.
 MOST_BYTES = 100_000_000
 
 _PUNCH_HEIGHT = 5e-3
-#: Bodies of press scenes.
+#: Names of bodies in press scenes, which an indenter cannot have.
 _TAKEN = ("pad", "press", "world")
 
 __all__ = [
@@ -51,7 +51,7 @@ Area = TypeVar("Area", Polygon, Polygon | MultiPolygon)
 
 
 class Primitive(NamedTuple):
-    """The MuJoCo geom that is exactly an indenter's solid."""
+    """A MuJoCo geom with exactly the shape of an indenter's solid."""
 
     kind: Literal["sphere", "cylinder", "box"]  #: geom type
     size: tuple[float, ...]  #: geom size, MuJoCo's meaning: radii and half lengths [m]
@@ -61,12 +61,12 @@ class Primitive(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Indenter:
-    """A rigid body that presses: its solid, and the flat face it presses with if it has one.
+    """A rigid body that presses on a pad: its solid, and its flat face if it has one.
 
     Make one with `punch`, `sphere`, `cylinder`, `box` or `mesh_indenter`.
 
     Raises:
-        IndenterError: the solid is not one, or its lowest point is not at z = 0.
+        IndenterError: the mesh is not a valid solid, or its lowest point is not at z = 0.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Indenter:
     primitive: Primitive | None = None  #: the MuJoCo geom that equals the solid; None for a mesh
 
     def __post_init__(self) -> None:
-        """Refuse solids that are none, and faces elsewhere than at z = 0."""
+        """Refuse invalid solids, and faces at another height than z = 0."""
         checked(self.solid)
         bottom = float(self.solid.bounds[0, 2])
         if abs(bottom) > 1e-9:
@@ -85,11 +85,11 @@ class Indenter:
             )
 
     def outline_at(self, *, shift: tuple[float, float] = (0.0, 0.0), rotate_deg: float = 0.0) -> Polygon | MultiPolygon:
-        """What faces the pad: the outline, for a curved indenter the convex hull of its silhouette [m].
+        """Outline that faces the pad [m]: that of the flat face, or the convex hull of a curved indenter's silhouette.
 
         Args:
-            shift: where the indenter's origin goes in the pad frame [m].
-            rotate_deg: turned counter-clockwise by this about its origin, before the shift [deg].
+            shift: position of the indenter's origin in the pad frame [m].
+            rotate_deg: counter-clockwise rotation about the indenter's origin, before the shift [deg].
         """
         return _placed(self.outline if self.outline is not None else silhouette(self.solid), shift, rotate_deg)
 
@@ -176,12 +176,12 @@ def sphere(radius: float) -> Indenter:
 
 
 def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"] = "x") -> Indenter:
-    """A cylinder that lies and presses with its side, or stands and presses with its flat end.
+    """A cylinder that presses with its side ("x", "y") or with its flat end ("z").
 
     Args:
         radius: [m].
         length: [m].
-        axis: along which it lies, "x" or "y"; "z" for one that stands.
+        axis: direction of the cylinder's axis, "x", "y" or "z".
 
     Raises:
         IndenterError: a radius or length that is not positive, or another axis.
@@ -221,10 +221,10 @@ def box(size: tuple[float, float, float]) -> Indenter:
 
 
 def mesh_indenter(mesh: trimesh.Trimesh | str | Path, *, name: str = "mesh", scale: float = 1.0) -> Indenter:
-    """Any watertight mesh, moved along z so that its lowest point is at z = 0; x and y stay.
+    """Any watertight mesh, moved along z so that its lowest point is at z = 0; x and y are unchanged.
 
-    It counts as a flat punch where its lowest face covers at least `FLAT_FACE_SHARE` of its silhouette. MuJoCo lets
-    curved meshes touch with their convex hull.
+    It is treated as a flat punch if its lowest face covers at least `FLAT_FACE_SHARE` of its silhouette. MuJoCo
+    collides curved meshes as their convex hull.
 
     Args:
         mesh: a trimesh mesh, or the path of a file trimesh can read.
@@ -272,7 +272,7 @@ def _loaded(path: Path) -> trimesh.Trimesh:
 
 
 def body_name(path: Path) -> str:
-    """What the MuJoCo body of a mesh file is called: the file's name where that can be a body's, else "mesh"."""
+    """Name of the MuJoCo body for a mesh file: the file's name if a body can have it, otherwise "mesh"."""
     name = path.stem
     return name if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,40}", name) and name not in _TAKEN else "mesh"
 

@@ -1,7 +1,7 @@
-"""What a body turns to a pad: first touch, gap function, and the flat face where it has one.
+"""The lower surface of a body over a pad: first contact point, gap function, and the flat face if there is one.
 
-A body is several shapes in their poses; its lower surface is the lowest of theirs. What reaches below the sensing
-surface within a sliver of the sheet's rim belongs to something beside the pad, and does not touch it from above.
+A body consists of shapes in given poses; its lower surface is the lowest of theirs. A part that lies far below the rest
+within a narrow margin of the sheet's rim belongs to something beside the pad and is ignored.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from mjtactile.geometry.planar import areal
 from mjtactile.geometry.primitives import Box, Cylinder, HalfSpace, Pose, Shape
 from mjtactile.geometry.triangle_mesh import TriangleSurface
 
-#: A face counts as flat where no corner of it stands further than this from one plane [m].
+#: A face is flat if all its corners are within this distance of one plane [m].
 FLATNESS = 1e-7
-#: Share of a flat face's area that may be near the pad beside it: chamfers and the like make a face curved.
+#: Area near the pad besides the flat face, over the face's area [-]; with more, such as chamfers, the face is curved.
 _BESIDE = 1e-3
 
 
 class FlatPart(NamedTuple):
-    """A flat face."""
+    """A flat face of a body."""
 
     outline: Polygon | MultiPolygon  #: seen along the pad's normal, in the pad frame [m]
     corners: Array  #: of its parts over the sheet, in the pad frame [m], shape (n, 3)
@@ -40,29 +40,29 @@ class LowerSurface:
 
     shapes: Sequence[tuple[Shape, Pose]]
     sheet: Rectangle
-    floor: float  #: what is lower is beside the pad [m]
-    touch: float  #: least height over the sheet [m]: where it touches first
+    floor: float  #: parts below this height are beside the pad and ignored [m]
+    touch: float  #: least height over the sheet, that of the first contact point [m]
 
     def gap(self, x: Array, y: Array) -> Array:
-        """Height over the plane of first touch [m], shape (n,); infinite where no body is above."""
+        """Height above the first contact point at points (n,) [m], shape (n,); infinite where no body is above."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         heights = [shape.heights(pose, x.ravel(), y.ravel(), self.floor) for shape, pose in self.shapes]
         return np.maximum(np.minimum.reduce(heights) - self.touch, 0.0).reshape(x.shape)
 
     def flat_face(self, facing_gap: float, *, level: bool = False) -> Polygon | MultiPolygon | None:
-        """Outline of the face it turns to the pad [m] where that is flat, else None; see `flat_part`."""
+        """Outline of the flat face towards the pad [m], or None; see `flat_part`."""
         part = self.flat_part(facing_gap, level=level)
         return None if part is None else part.outline
 
     def flat_part(self, facing_gap: float, *, level: bool = False) -> FlatPart | None:
-        """The face it turns to the pad where that is flat, else None.
+        """The flat face towards the pad, or None if there is none.
 
-        Flat is a face whose corners over the sheet lie in one plane to `FLATNESS`, none more than `facing_gap` above
-        the first touch, with next to nothing else of the body so low.
+        A face is flat if its corners over the sheet lie in one plane to `FLATNESS`, none of them is more than
+        `facing_gap` above the first contact point, and almost no other part of the body is that low.
 
         Args:
-            facing_gap: what is no higher than this above the first touch faces the pad [m].
-            level: whether that plane must be parallel to the pad, to `FLATNESS` too.
+            facing_gap: parts up to this height above the first contact point belong to the face [m].
+            level: whether the plane must also be parallel to the pad, to `FLATNESS`.
         """
         ceiling = self.touch + facing_gap
         near = [pair for pair in self.shapes if pair[0].lowest(pair[1], self.sheet, self.floor) < ceiling]
@@ -86,12 +86,12 @@ def lower_surface(
     Args:
         shapes: with their poses in the pad frame.
         sheet: the sensing surface.
-        depth: of the pad [m]: what is lower than its underside does not face it, nor what is as high above it.
-        facing_gap: parts lower than the rest by more than this, within half of it from the sheet's rim, are beside
-            the pad [m].
+        depth: thickness of the pad [m]; parts below its underside, or higher than this above it, are ignored.
+        facing_gap: parts within half this distance of the sheet's rim that are lower than the rest by more than this
+            are beside the pad and ignored [m].
 
     Raises:
-        FootprintError: nothing is above the sheet within reach but such slivers.
+        FootprintError: no other part of the body is above the sheet.
     """
     inner = sheet.shrunk(facing_gap / 2)
     touch = min((shape.lowest(pose, inner, -depth) for shape, pose in shapes), default=np.inf)
@@ -110,11 +110,11 @@ class _Face(NamedTuple):
 
     corners: Array  #: of their parts over the sheet, in the pad frame [m], shape (n, 3)
     outlines: list[Polygon]  #: of each [m]; empty for triangles
-    triangles: tuple[TriangleSurface, Pose, Indices] | None = None  #: surface, pose and numbers
+    triangles: tuple[TriangleSurface, Pose, Indices] | None = None  #: mesh, its pose, and indices of the triangles
 
 
 def _face(shape: Shape, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> _Face | None:
-    """Flat parts of a shape up to the ceiling; None where it has none, or more than those is so low."""
+    """Flat parts of a shape below the ceiling [m]; None if it has none, or if curved parts are below it too."""
     if isinstance(shape, TriangleSurface):
         return _triangle_face(shape, pose, sheet, floor, ceiling)
     if not isinstance(shape, Box | Cylinder | HalfSpace):
@@ -152,7 +152,7 @@ def _triangle_face(
     flat = (high <= ceiling) & (low >= floor)
     slanted = (low < ceiling) & (high > ceiling)
     areas = np.asarray(shapely.area(shapely.polygons(corners[..., :2])))
-    # A triangle's part below the ceiling is at most this share of it squared or its complement; this bounds neither
+    # A triangle's part below the ceiling is at most this share of it, squared, or its complement; this bounds neither
     # by much and needs no cutting.
     beside = (areas[slanted] * (ceiling - low[slanted]) / (high[slanted] - low[slanted])).sum()
     if not flat.any() or beside > _BESIDE * areas[flat].sum():
@@ -161,7 +161,7 @@ def _triangle_face(
 
 
 def _clipped(corners: Array, sheet: Rectangle) -> tuple[Array, Indices]:
-    """Corners of the parts of triangles over a rectangle, shape (n, 3) [m], and the triangle each belongs to."""
+    """Corners of triangles clipped to a rectangle, shape (n, 3) [m], and the index of each corner's triangle."""
     inside = sheet.holds(corners[..., 0], corners[..., 1]).all(axis=1)
     whole, cut = np.flatnonzero(inside), np.flatnonzero(~inside)
     points, owner = corners[whole].reshape(-1, 3), np.repeat(whole, 3)
@@ -194,5 +194,5 @@ def _outline(face: _Face) -> Polygon | MultiPolygon:
 
 
 def _union(areas: Sequence[Polygon | MultiPolygon]) -> Polygon | MultiPolygon:
-    """A single area stays as it is, its first corner the first: laws that know it from before look for that."""
+    """Union of areas; a single area is returned unchanged, so that cached footprints recognise its first corner."""
     return areas[0] if len(areas) == 1 else areal(shapely.union_all(areas))

@@ -1,7 +1,7 @@
 """Outlines of the seven flat punches of Aoyagi 2008, each circumscribed by a 10 mm square and centred on (0, 0).
 
-Lengths are metres. Curves are polygons of `SIDES` sides with the area of the true curve: their corners stand outside
-it by 5e-5 of the radius, the middles of their sides inside by half as much.
+Lengths are in metres. Curves are polygons of `SIDES` sides with the area of the true curve. Their corners lie outside
+the curve by 5e-5 of the radius, the middles of their sides inside it by half as much.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from shapely import Polygon
 from mjtactile._types import Array
 from mjtactile.errors import IndenterError
 
-#: Sides of the polygon that stands for a full turn of a curve; a multiple of 4, so that mirrors map corners to corners.
+#: Sides of the polygon for a full circle; a multiple of 4, so that reflections in x and y map corners to corners.
 SIDES = 256
 
 _HALF_BOX = 5e-3  # half the circumscribed square
@@ -32,7 +32,7 @@ def ellipse(semi_x: float, semi_y: float) -> Polygon:
 
 @cache
 def punch_outline(name: str) -> Polygon:
-    """Outline of one of the seven punches, counter-clockwise, not moved [m].
+    """Outline of one of the seven punches, counter-clockwise and centred on the origin [m].
 
     Raises:
         IndenterError: the name is none of `INDENTER_NAMES`.

@@ -1,4 +1,4 @@
-"""Plane geometry of outlines: triangles, convex parts, and points that carry a load about the centroid.
+"""Plane geometry of outlines: triangulation, convex parts, and support points that balance about the centroid.
 
 Lengths are metres. Outlines are shapely polygons; holes are kept.
 """
@@ -15,14 +15,14 @@ from shapely.geometry.polygon import orient
 from mjtactile._types import Array, Indices
 from mjtactile.errors import FootprintError, IndenterError
 
-#: An outline with more corners than this is loaded through points at equal angles instead of through its corners.
+#: Outlines with more corners than this have support points at equal angles instead of at their corners.
 MAXIMUM_SUPPORT_POINTS = 8
-#: Turns flatter than this (the sine of the angle) count as straight.
+#: Corners whose angle differs from straight by less than this (its sine) are ignored [-].
 STRAIGHT = 1e-9
 
 
 def areal(geometry: BaseGeometry) -> Polygon | MultiPolygon:
-    """The part of a geometry that has area: points and lines, which set operations may leave behind, dropped."""
+    """The polygons of a geometry; points and lines, which set operations may leave, are dropped."""
     if isinstance(geometry, Polygon | MultiPolygon):
         return geometry
     parts = geometry.geoms if isinstance(geometry, GeometryCollection) else ()
@@ -31,10 +31,10 @@ def areal(geometry: BaseGeometry) -> Polygon | MultiPolygon:
 
 
 def area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
-    """The part of an outline that lies on a pad's sheet, both in the pad frame [m].
+    """Intersection of an outline and a pad's sheet, both in the pad frame [m].
 
     Raises:
-        FootprintError: when the outline is not a valid area, or covers none of the sheet.
+        FootprintError: the outline is not a valid area, or does not overlap the sheet.
     """
     if not isinstance(outline, Polygon | MultiPolygon):
         raise FootprintError(
@@ -60,18 +60,18 @@ def area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolyg
 
 
 def _within(inner: tuple[float, ...], outer: tuple[float, ...]) -> bool:
-    """Whether bounds (west, south, east, north) lie inside others; those of nothing, NaN, do not."""
+    """Whether bounds (west, south, east, north) lie inside others; False for NaN, the bounds of an empty geometry."""
     return inner[0] >= outer[0] and inner[1] >= outer[1] and inner[2] <= outer[2] and inner[3] <= outer[3]
 
 
 def polygons_of(area: Polygon | MultiPolygon) -> list[Polygon]:
-    """The non-empty polygons an area consists of."""
+    """The non-empty polygons of an area."""
     parts = area.geoms if isinstance(area, MultiPolygon) else (area,)
     return [part for part in parts if not part.is_empty]
 
 
 def rings_of(polygon: Polygon) -> list[Array]:
-    """Corners of the outer ring and of each hole, shapes (n, 2) [m]: material on the left, no corner twice."""
+    """Corners of the outer ring and of each hole, shapes (n, 2) [m]; material is on the left, no corner is repeated."""
     oriented = orient(polygon)
     return [np.asarray(ring.coords)[:-1, :2] for ring in (oriented.exterior, *oriented.interiors)]
 
@@ -113,16 +113,16 @@ def convex_parts(polygon: Polygon) -> list[Polygon]:
 
 
 def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon | None = None) -> Array:
-    """Points that carry a load as the whole area would: their mean is its centroid, and they span its rim.
+    """A few points at an area's rim whose mean is the area's centroid.
 
-    A rigid face that cannot tilt presses equally on each point, so equal weights must balance about the centroid.
-    Corners of the convex hull serve where they are few, else the rim at equal angles. With r_i from the centroid to
-    such a point, the points kept are centroid + t_i r_i, where t is the least change from all ones that gives
-    sum t_i r_i = 0, scaled so that the largest t is 1: no point leaves the hull.
+    A rigid face that cannot tilt presses with equal force at each point, so the points must balance about the centroid.
+    Start with the corners of the convex hull if they are few, otherwise with points of the rim at equal angles. With
+    r_i from the centroid to such a point, the result is centroid + t_i r_i, where t is the smallest change from all
+    ones (least squares) with sum t_i r_i = 0, scaled so that the largest t is 1: no point leaves the hull.
 
     Args:
         area: the loaded area [m].
-        within: where points may stand [m], if that is less than the area's own hull.
+        within: region that the points must lie in [m]; by default the area's convex hull.
     Returns: shape (n, 2) [m], 3 <= n <= MAXIMUM_SUPPORT_POINTS.
 
     Raises:
@@ -144,16 +144,16 @@ def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon 
 
 
 def _corners(hull: Polygon) -> Array:
-    """Corners of a convex polygon where it really turns, shape (n, 2) [m]."""
+    """Corners of a convex polygon without those on straight edges, shape (n, 2) [m]."""
     corners = rings_of(hull)[0]
     after = np.roll(corners, -1, axis=0) - corners
-    # Each by its own length: the product of two tiny ones would vanish.
+    # Normalise each edge by itself: the product of two tiny lengths would underflow.
     after = after / np.linalg.norm(after, axis=1, keepdims=True)
     return corners[_cross(np.roll(after, 1, axis=0), after) > STRAIGHT]
 
 
 def _rim(hull: Polygon, centre: Array, count: int) -> Array:
-    """Where rays at equal angles from `centre` leave a convex polygon, shape (count, 2) [m]."""
+    """Points where rays at equal angles from `centre` leave a convex polygon, shape (count, 2) [m]."""
     reach = 2.0 * hull.length
     angles = 2.0 * np.pi * np.arange(count) / count
     tips = centre + reach * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -1,8 +1,8 @@
-"""Lower surfaces of rigid shapes: how high each stands over the points of a pad, in closed form.
+"""Lower surfaces of rigid shapes in closed form: their heights over the points of a pad.
 
-Seen along the pad's normal, the part of a body that can touch is its lowest point over each (x, y). A shape is given in
-its own frame, its pose in the pad frame; heights are metres above the pad's plane z = 0, infinite where nothing is
-above. A height below `floor` is not above the pad but beside or behind it, and counts as nothing.
+The part of a body that can touch the pad is its lowest point over each (x, y). A shape is given in its own frame, its
+pose in the pad frame. Heights are metres above the pad's plane z = 0, infinite where no part of the shape is above.
+Parts below `floor` are beside or behind the pad and are ignored.
 """
 
 from __future__ import annotations
@@ -17,36 +17,46 @@ from mjtactile._types import Array
 from mjtactile.geometry.height_minimum import Rectangle, lowest_near
 from mjtactile.geometry.outlines import ellipse
 
-#: Directions whose sine with a face is below this count as parallel to it.
+#: A direction is parallel to a face if the sine of the angle between them is below this.
 _PARALLEL = 1e-12
 
 
 class Pose(NamedTuple):
-    """Where a shape stands in the pad frame."""
+    """Pose of a shape in the pad frame."""
 
     position: Array  #: [m], shape (3,)
     rotation: Array  #: columns are the shape's axes in the pad frame, shape (3, 3)
 
     def points(self, local: Array) -> Array:
-        """Points of the shape's frame in the pad frame [m], shapes (n, 3)."""
+        """Transform points (n, 3) from the shape's frame to the pad frame [m]."""
         return self.position + local @ self.rotation.T
 
 
 class Shape(Protocol):
-    """Anything rigid that has a lower surface."""
+    """A rigid shape with a lower surface."""
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """Height of the lower surface over the points (x, y) [m], shape (n,); infinite where there is none."""
+        """Height of the lower surface over points (x, y) of the pad frame.
+
+        Args:
+            pose: of the shape in the pad frame.
+            x: coordinates of the points [m], shape (n,).
+            y: likewise.
+            floor: parts below this height are ignored [m].
+
+        Returns:
+            Heights [m], shape (n,); infinite where no part of the shape is above.
+        """
         ...
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle [m]; infinite where nothing is above it."""
+        """The least height over a rectangle [m]; infinite where no part of the shape is above it."""
         ...
 
 
 @dataclass(frozen=True)
 class Facet:
-    """A plane part of a lower surface."""
+    """A flat part of a lower surface."""
 
     outline: Polygon  #: seen along the pad's normal, in the pad frame [m]
     plane: tuple[float, float, float]  #: its height is plane[0] + plane[1] x + plane[2] y [m]
@@ -57,7 +67,7 @@ class Facet:
 
     @classmethod
     def through(cls, outline: Polygon, point: Array, normal: Array) -> Facet:
-        """The facet of the plane through a point [m], given any normal that is not level; shapes (3,)."""
+        """The facet in the plane through a point (3,) [m] with a normal (3,), whose z component must not be zero."""
         along_x, along_y = -normal[0] / normal[2], -normal[1] / normal[2]
         return cls(outline, (float(point[2] - along_x * point[0] - along_y * point[1]), along_x, along_y))
 
@@ -87,7 +97,7 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder about z with half balls on its ends."""
+    """A cylinder about z with hemispheres on its ends."""
 
     radius: float  #: [m]
     half_length: float  #: of the cylindrical part [m]
@@ -134,7 +144,7 @@ class Cylinder:
         return lowest_near(lambda x, y: self.heights(pose, x, y, floor), sheet, floor, bottom, axis)
 
     def facets(self, pose: Pose) -> list[Facet]:
-        """The end that faces down; a polygon of the circle's area."""
+        """The end that faces down, as a polygon with the circle's area."""
         up = pose.rotation[2, 2]
         if abs(up) < _PARALLEL:
             return []
@@ -166,7 +176,7 @@ class Box:
         """The faces that face down."""
         faces = self._lower_faces(pose)
         normals = [np.cross(corners[1] - corners[0], corners[3] - corners[0]) for corners in faces]
-        # A wall that leans by no more than rounding has no area seen from above, and no plane over it.
+        # A vertical wall has no area seen from above, and its height is no function of (x, y).
         seen = [(c, n) for c, n in zip(faces, normals, strict=True) if n[2] != 0.0]
         return [Facet.through(Polygon(c[:, :2]), c.mean(axis=0), n) for c, n in seen]
 
@@ -187,7 +197,7 @@ class Box:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All that lies below z = 0 of its frame: MuJoCo's plane, which is infinite to collide with."""
+    """All points with z < 0 in its frame, as MuJoCo's infinite plane."""
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
         """See Shape."""
@@ -199,7 +209,7 @@ class HalfSpace:
         return float(self.heights(pose, sheet.corners[:, 0], sheet.corners[:, 1], floor).min())
 
     def facets(self, pose: Pose) -> list[Facet]:
-        """The whole plane where it faces down; what an outline can hold of it, a kilometre square."""
+        """The plane if it faces down, as a square of one kilometre."""
         normal = pose.rotation[:, 2]
         if normal[2] > -_PARALLEL:
             return []
@@ -214,14 +224,14 @@ def _rays(pose: Pose, x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _through_unit_ball(origins: Array, direction: Array) -> tuple[Array, Array]:
-    """Where lines enter and leave the unit ball, each of shape (n,); entry after exit for those that miss it."""
+    """Parameters at which lines enter and leave the unit ball, each (n,); entry > exit for lines that miss it."""
     square = float(direction @ direction)
     nearest = -(origins @ direction) / square
     return _around(nearest, 1.0 - ((origins + nearest[:, None] * direction) ** 2).sum(axis=1), square)
 
 
 def _through_barrel(origins: Array, direction: Array, radius: float) -> tuple[Array, Array]:
-    """Where lines enter and leave the endless cylinder about z, as in `_through_unit_ball`."""
+    """Parameters at which lines enter and leave the infinite cylinder about z, as in `_through_unit_ball`."""
     square = float(direction[:2] @ direction[:2])
     if square < _PARALLEL**2:
         outside = (origins[:, :2] ** 2).sum(axis=1) > radius**2
@@ -237,7 +247,7 @@ def _around(nearest: Array, within: Array, square: float) -> tuple[Array, Array]
 
 
 def _through_slab(origins: Array, direction: float, half: float) -> tuple[Array, Array]:
-    """Where lines enter and leave |coordinate| <= half, given their coordinate at 0 and its rate of change."""
+    """Parameters at which lines enter and leave |coordinate| <= half, given the coordinate at 0 and its rate."""
     if abs(direction) < _PARALLEL:
         outside = np.abs(origins) > half
         return np.where(outside, np.inf, -np.inf), np.where(outside, -np.inf, np.inf)

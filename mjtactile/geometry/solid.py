@@ -16,17 +16,17 @@ from mjtactile._types import Array, Indices, Mask
 from mjtactile.errors import IndenterError
 from mjtactile.geometry.planar import areal, polygons_of, triangulate
 
-#: Vertices closer than this to the cutting plane lie in it [m]: poses come from rotations that round.
+#: Vertices closer than this to the cutting plane count as lying in it [m], because rotations are rounded.
 PLANE_TOLERANCE = 1e-9
-#: A solid larger than this [m] was almost certainly drawn in millimetres.
+#: Largest extent of a solid [m]; a larger one was almost certainly drawn in millimetres.
 LARGEST_EXTENT = 1.0
 
 
 def checked(solid: trimesh.Trimesh) -> trimesh.Trimesh:
-    """The same solid, if it is one: finite, not empty, watertight, right side out, of a size a pad can feel.
+    """The same mesh, after checking that it is a solid: finite, not empty, watertight, normals outwards, sensible size.
 
     Raises:
-        IndenterError: names what is wrong and how to mend it.
+        IndenterError: the mesh is no such solid; the message says what is wrong and how to correct it.
     """
     if not isinstance(solid, trimesh.Trimesh):
         raise IndenterError(f"expected a trimesh.Trimesh, got {type(solid).__name__}.")
@@ -82,14 +82,14 @@ def _prism(polygon: Polygon, height: float) -> trimesh.Trimesh:
 
 
 def silhouette(solid: trimesh.Trimesh) -> Polygon:
-    """Convex hull of the solid seen along z [m]."""
+    """Convex hull of the solid's projection along z [m]."""
     return shapely.MultiPoint(solid.vertices[:, :2]).convex_hull  # type: ignore[return-value]
 
 
 def face_outline(
     solid: trimesh.Trimesh, height: float, *, tolerance: float = PLANE_TOLERANCE
 ) -> Polygon | MultiPolygon:
-    """Section of a solid by the plane z = height: not convexified, holes kept.
+    """Section of a solid by the plane z = height; concave outlines and holes are preserved.
 
     The solid counts as closed, so a flat face that lies in the plane belongs to the section. Where the plane meets
     vertices within `tolerance`, the section is the union of those just above and just below, each of which crosses
@@ -115,7 +115,7 @@ def face_outline(
 
 
 def _section(solid: trimesh.Trimesh, offset: Array, above: Mask) -> Polygon | MultiPolygon:
-    """Section between the vertices marked `above` and the others; heights over the plane `offset`, shape (n,) [m]."""
+    """Section between the vertices marked `above` and the others; `offset` are heights over the plane [m], (n,)."""
     tails, heads = _crossings(np.asarray(solid.faces), above)
     if len(tails) == 0:
         return Polygon()
@@ -150,7 +150,7 @@ def _crossings(triangles: Indices, above: Mask) -> tuple[Indices, Indices]:
 
 
 def _loops(tails: Indices, heads: Indices) -> list[list[int]]:
-    """Chain segments, by number, into closed loops: in a watertight mesh each cut edge starts one and ends one."""
+    """Closed loops of segment indices; in a watertight mesh each cut edge starts one segment and ends one."""
     start_of = {(int(a), int(b)): i for i, (a, b) in enumerate(tails)}
     following = [start_of[int(a), int(b)] for a, b in heads]
     seen: set[int] = set()
@@ -167,7 +167,7 @@ def _loops(tails: Indices, heads: Indices) -> list[list[int]]:
 
 
 def _bodies(solid: trimesh.Trimesh) -> Indices:
-    """Number of the connected body each vertex belongs to, shape (n,)."""
+    """Index of the connected component of each vertex, shape (n,)."""
     count = len(solid.vertices)
     a, b = np.asarray(solid.edges_unique).T
     _, body = connected_components(coo_array((np.ones(len(a), bool), (a, b)), shape=(count, count)), directed=False)

@@ -1,8 +1,8 @@
-"""Lower surface of a triangle mesh in any pose: exact at every point asked for, holes and notches included.
+"""Lower surface of a triangle mesh in any pose, exact at every point, including holes and notches.
 
-The triangles that face down are found through a grid over the mesh's shadow along the pad's normal. The grid belongs
-to that direction in the mesh's own frame: sliding on the pad and turning about its normal leave it as it is, and its
-cells reach a little further than they must, so that a small change of tilt only moves the triangles in it.
+A grid over the mesh's projection along the pad's normal finds the triangles that face down. The grid depends on that
+direction in the mesh's own frame, so it stays valid while the mesh slides on the pad or turns about the pad's normal.
+Its cells are slightly enlarged, so that it also stays valid under small changes of tilt.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mjtactile.geometry.height_minimum import Rectangle
 from mjtactile.geometry.planar import areal
 from mjtactile.geometry.primitives import Pose
 
-#: Cells along each side of the grid: finer ones take longer to fill, coarser ones hold more triangles to try.
+#: Least and largest number of cells along each side of the grid.
 _LEAST_CELLS_PER_SIDE, _MOST_CELLS_PER_SIDE = 16, 256
 
 
@@ -31,10 +31,10 @@ class ShadowGrid:
 
     Attributes:
         corner: least u and v [m], (2,).
-        cell: size along u and v [m], (2,).
-        count: cells along u and along v.
-        starts: where each cell's triangles begin, (count^2 + 1,).
-        triangles: their numbers, cell after cell.
+        cell: size of a cell along u and v [m], (2,).
+        count: number of cells along u, and along v.
+        starts: index in `triangles` at which each cell's triangles begin, (count^2 + 1,).
+        triangles: triangle indices, cell after cell.
     """
 
     corner: Array
@@ -45,12 +45,12 @@ class ShadowGrid:
 
     @classmethod
     def of(cls, shadow: Array, numbers: Indices, margin: float) -> ShadowGrid:
-        """Sort triangles into the cells they come near.
+        """Sort triangles into all cells that are within a margin of them.
 
         Args:
-            shadow: (u, v) of the triangles' corners [m], (m, 3, 2).
-            numbers: by which the triangles are known, (m,).
-            margin: how near [m].
+            shadow: projected corners (u, v) of the triangles [m], (m, 3, 2).
+            numbers: indices of the triangles, (m,).
+            margin: distance between triangle and cell [m].
         """
         a, b, c = shadow[:, 0], shadow[:, 1], shadow[:, 2]
         low, high = np.minimum(np.minimum(a, b), c) - margin, np.maximum(np.maximum(a, b), c) + margin
@@ -71,7 +71,7 @@ class ShadowGrid:
         return cls(corner, cell, count, starts, numbers[owner[order]])
 
     def candidates(self, points: Array) -> tuple[Indices, Indices]:
-        """Pairs of a point (n, 2) [m] and a triangle that may be over it, by number; points in order."""
+        """Pairs (point index, triangle index) where the triangle may be over the point; points (n, 2) [m], in order."""
         place = (points - self.corner) / self.cell
         over = np.flatnonzero(((place >= 0.0) & (place <= self.count)).all(axis=1))
         column, row = np.minimum(place[over].astype(np.int64), self.count - 1).T
@@ -81,12 +81,12 @@ class ShadowGrid:
 
 
 def _overlapping(shadow: Array, owner: Indices, middles: Array, cell: Array, margin: float) -> Mask:
-    """In which pairs of triangle and cell no edge of the triangle keeps the whole cell off by the margin.
+    """Whether a triangle may be within a margin of a cell, for pairs of them: no edge separates the two.
 
     Args:
-        shadow: corners of the triangles across the direction [m], (triangles, 3, 2).
-        owner: triangle of each pair, (pairs,).
-        middles: of the cell of each pair [m], (pairs, 2).
+        shadow: projected corners of the triangles [m], (triangles, 3, 2).
+        owner: index of the triangle of each pair, (pairs,).
+        middles: centre of the cell of each pair [m], (pairs, 2).
         cell: size of a cell [m], (2,).
         margin: [m].
     """
@@ -105,52 +105,52 @@ def _overlapping(shadow: Array, owner: Indices, middles: Array, cell: Array, mar
 
 
 def _expanded(counts: Indices) -> tuple[Indices, Indices]:
-    """For counts (2, 1, ...): owners (0, 0, 1, ...) and places within each owner (0, 1, 0, ...)."""
+    """For counts (2, 1, ...): owners (0, 0, 1, ...) and indices within each owner (0, 1, 0, ...)."""
     owner = np.repeat(np.arange(len(counts)), counts)
     return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
-#: Change of tilt a grid bears [rad].
+#: Change of tilt up to which a grid stays valid [rad].
 TILT_MARGIN = 1e-3
-#: Directions this close count as the same: rotations round.
+#: Directions this close count as equal, because rotations are rounded [-].
 _SAME_DIRECTION = 1e-12
-#: Change of tilt an outline bears [rad]. It is turned as what it is, a face at one height; what that face truly rises,
-#: at most tens of micrometres, is misplaced by this part of it.
+#: Change of tilt up to which a cached outline is rotated with its body [rad]. The outline is treated as lying at one
+#: height; differences of height in the face, at most tens of micrometres, cause an error of this fraction of them.
 _SAME_OUTLINE = 1e-3
-#: Points this far outside a triangle, relative to its size, still meet it: no light falls through shared edges.
+#: Points this far outside a triangle, relative to its size, still count as in it, so that no gaps open at shared edges.
 _SEAM = 1e-9
-#: Triangles steeper than this (the cosine of their normal with the pad's) show only their edge.
+#: Triangles whose normal has a smaller cosine with the pad's normal are vertical and ignored.
 _STEEP = 1e-9
-#: Normals and offsets, over the mesh's radius, that agree to this belong to one plane.
+#: Triangles belong to one plane if normals, and offsets over the mesh's radius, agree to this [-].
 _SAME_PLANE = 1e-5
 
 
 class MeshView(NamedTuple):
-    """The mesh seen along one direction: coordinates of its shadow and heights, in turned axes about its middle."""
+    """The mesh in axes (u, v, height) about its middle, where height is along the direction of view."""
 
-    axes: Array  #: rows u, v across the direction, and the direction itself, shape (3, 3)
+    axes: Array  #: u, v and the direction of view as rows, in the mesh's frame, shape (3, 3)
     corners: Array  #: (u, v, height) of the corners of each triangle [m], shape (m, 3, 3)
-    shares: Array  #: of the second corner: its rates along u and v and its value at 0; of the third likewise, (m, 6)
+    shares: Array  #: barycentric coordinates of the second and third corner: rates along u, v and value at 0, (m, 6)
     faces_down: Mask  #: shape (m,)
     bottom: Array  #: (u, v, height) of the lowest corner [m], shape (3,)
 
 
 class _Outline(NamedTuple):
-    """Some triangles' union in the axes of the view it was made in."""
+    """Union of some triangles, in the axes of the view it was computed in."""
 
     axes: Array  #: shape (3, 3)
-    triangles: Indices  #: their numbers
+    triangles: Indices  #: indices of the triangles
     union: Polygon | MultiPolygon  #: in (u, v) [m]
     height: float  #: of the face, along the third axis [m]
 
 
 class TriangleSurface:
-    """A rigid triangle mesh whose lower surface is asked for.
+    """A rigid triangle mesh with its lower surface.
 
     Args:
-        vertices: in its own frame [m], shape (n, 3).
-        triangles: vertex numbers of each, counter-clockwise from outside, shape (m, 3).
-        closed: whether it is watertight. Of an open mesh both sides of each triangle count.
+        vertices: in the mesh's own frame [m], shape (n, 3).
+        triangles: vertex indices of each triangle, counter-clockwise from outside, shape (m, 3).
+        closed: whether the mesh is watertight. In an open mesh both sides of each triangle are solid.
     """
 
     def __init__(self, vertices: Array, triangles: Indices, *, closed: bool) -> None:
@@ -166,7 +166,7 @@ class TriangleSurface:
         self._outline: _Outline | None = None
 
     def view(self, pose: Pose) -> MeshView:
-        """The mesh seen along the pad's normal; kept while that direction stays the same in the mesh's frame."""
+        """The mesh seen along the pad's normal; cached while that direction is the same in the mesh's frame."""
         direction = pose.rotation[2]
         if self._view is None or np.abs(self._view.axes[2] - direction).max() > _SAME_DIRECTION:
             grid = self._grid
@@ -178,7 +178,7 @@ class TriangleSurface:
         return self._view
 
     def in_pad(self, pose: Pose, points: Array) -> Array:
-        """Points (u, v, height) of the view in the pad frame [m], shapes (..., 3)."""
+        """Transform points (u, v, height) of the view to the pad frame [m], shapes (..., 3)."""
         axes = self.view(pose).axes
         return (points @ axes) @ pose.rotation.T + self._centre(pose)
 
@@ -218,11 +218,11 @@ class TriangleSurface:
         return float(found.min(initial=np.inf))
 
     def flat_sides(self, most: int, least_share: float) -> Iterator[tuple[Array, Array]]:
-        """Outward normals of its largest flat parts, and a point of each, in its own frame [m].
+        """Outward unit normal (3,) and a point (3,) [m] of each of the largest flat parts, in the mesh's frame.
 
         Args:
-            most: normals looked at, those of the largest area first.
-            least_share: of the whole surface that a flat part has at least.
+            most: number of normals examined, those of the largest area first.
+            least_share: least area of a flat part over that of the whole surface [-].
         """
         edges = self._corners[:, 1:] - self._corners[:, :1]
         areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
@@ -237,9 +237,9 @@ class TriangleSurface:
             yield self._normals[triangle], self._corners[triangle, 0] + self._middle
 
     def downward_triangles(self, pose: Pose, sheet: Rectangle, floor: float, ceiling: float) -> tuple[Indices, Array]:
-        """Triangles that face down near a rectangle and reach between two heights.
+        """Triangles that face down, are near a rectangle, and overlap the heights from floor to ceiling [m].
 
-        Returns: their numbers, shape (k,), and their corners in the pad frame [m], shape (k, 3, 3).
+        Returns: their indices, shape (k,), and their corners in the pad frame [m], shape (k, 3, 3).
         """
         view = self.view(pose)
         height = view.corners[:, :, 2] + self._centre(pose)[2]
@@ -251,9 +251,9 @@ class TriangleSurface:
         return number[near], corners[near]
 
     def outline(self, pose: Pose, triangles: Indices) -> Polygon | MultiPolygon:
-        """Union of some triangles of a plane face, seen along the pad's normal [m].
+        """Union of some triangles of a flat face, seen along the pad's normal [m].
 
-        The last one is kept and moved along while the tilt hardly changes.
+        The last result is cached and moved with the body while its tilt changes little.
         """
         kept = self._outline
         direction = pose.rotation[2]
@@ -283,7 +283,7 @@ class TriangleSurface:
         edges = corners[:, 1:, :2] - corners[:, :1, :2]
         determinant = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
         faces_down &= determinant != 0.0
-        # Triangles that face away are met nowhere: comparisons with NaN are false.
+        # Triangles that face away are never hit: comparisons with NaN are false.
         determinant = np.where(faces_down, determinant, np.nan)
         shares = np.empty((len(corners), 6))
         shares[:, 0], shares[:, 1] = edges[:, 1, 1], -edges[:, 1, 0]
@@ -294,7 +294,7 @@ class TriangleSurface:
         return MeshView(axes, corners, shares / determinant[:, None], faces_down, bottom)
 
     def _gridded(self, view: MeshView) -> ShadowGrid:
-        """The triangles that face down, or would within the margin of tilt."""
+        """Grid of the triangles that face down, or would after a tilt within the margin."""
         facing = self._normals @ view.axes[2]
         used = np.flatnonzero(facing < 2 * TILT_MARGIN) if self.closed else np.arange(len(facing))
         return ShadowGrid.of(view.corners[used, :, :2], used, 2 * TILT_MARGIN * self._radius)

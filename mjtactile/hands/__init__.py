@@ -1,8 +1,8 @@
-"""Hands that people have, with pads on fingertips, phalanges and palms: tables, and one call that attaches them.
+"""Models of real hands with pads on fingertips, phalanges and palms, attached in one call.
 
     mjtactile.hands.attach_hand(spec, "shadow", fidelity="fast")
 
-A hand is a TOML file in `tables/`: which skin, which pads, on which bodies. docs/hands.md lists them.
+Each hand is a TOML file in `tables/` with the shapes of its pads and their bodies and poses. docs/hands.md lists them.
 """
 
 from mjtactile.hands.attach_hand import attach_hand

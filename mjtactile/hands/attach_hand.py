@@ -1,4 +1,4 @@
-"""All pads of a hand, attached in one call."""
+"""Attach all pads of a hand in one call."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ def attach_hand(
     output: str = "von_mises",
     visual: bool = False,
 ) -> dict[str, mujoco.MjsGeom]:
-    """Attach the pads of a hand of the catalogue to a model that holds it.
+    """Attach the pads of a hand to a model that contains the hand.
 
     Args:
-        spec: of the model; compile it afterwards.
-        name: of the hand, one of `HANDS`; or a Hand.
-        fidelity: of all pads; the first time, their tables are built.
-        prefix: what the names of the hand's bodies begin with in this model, such as "gripper0_right_" in robosuite;
-            names of pads begin with it too.
-        only: names of the pads that are wanted, without prefix; all if None.
+        spec: model specification; compile it afterwards.
+        name: name of the hand, one of `HANDS`; or a Hand.
+        fidelity: of all pads; their tables are built at the first use.
+        prefix: of the names of the hand's bodies in this model, such as "gripper0_right_" in robosuite; names of pads
+            get the same prefix.
+        only: names of the pads to attach, without prefix; all if None.
         output: see `attach_pad`.
         visual: see `attach_pad`.
 
     Returns:
-        The pads' geoms by the names of their sensors, prefix included.
+        The pads' geoms by the names of their sensors, including the prefix.
 
     Raises:
-        SceneError: when there is no such hand or pad, or the model lacks one of the hand's bodies, or the geoms that
-            the hand's table counts on: nothing is attached then.
+        SceneError: there is no such hand or pad, or the model lacks a body or a geom that the hand's table needs. No
+            pad is attached then.
     """
     chosen = hand(name) if isinstance(name, str) else name
     pads = _wanted(chosen, only)

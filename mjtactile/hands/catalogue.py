@@ -1,4 +1,4 @@
-"""Tables of hands: which pads, on which bodies, and where. Lengths are metres."""
+"""Tables of hands: their pads with bodies and poses. Lengths are in metres."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class HandPad:
     Attributes:
         name: of the pad.
         shape: name of its shape in the hand's table.
-        pad: what it is.
-        body: it belongs to.
-        pos: of the pad frame in the body's frame [m].
-        quat: of the pad frame there (w, x, y, z).
+        pad: the pad.
+        body: name of the body.
+        pos: origin of the pad frame in the body's frame [m].
+        quat: orientation of the pad frame in the body's frame (w, x, y, z).
     """
 
     name: str
@@ -44,13 +44,13 @@ class HandPad:
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedGeom:
-    """A geom of a hand's model that the table counts on: of another version of the model, bodies may have moved.
+    """A geom that a hand's model must have; it detects versions of the model in which bodies were moved.
 
     Attributes:
-        body: it belongs to.
+        body: name of the geom's body.
         kind: "box" or "capsule".
         size: half lengths, or radius and half length [m].
-        pos: of its middle in the body's frame [m].
+        pos: of its centre in the body's frame [m].
     """
 
     body: str
@@ -64,16 +64,16 @@ class Hand:
     """A hand and its pads.
 
     Attributes:
-        name: by which `attach_hand` knows it.
-        title: its name to people.
-        model: which files of whom describe it.
-        source: where to get them.
-        hashes: SHA-256 of the files for which the table was made, by their names; where they were at hand.
+        name: argument of `attach_hand`.
+        title: full name of the hand.
+        model: the model's files and their publisher.
+        source: address of the model.
+        hashes: SHA-256 of the files that the table was made for, by file name, if they were available.
         expects: geoms that the model must have.
-        tested: how far it was tried.
+        tested: how the table was tested.
         contact: of its pads, see `attach_pad`.
-        proud: how far surfaces of each shape stand over what collides under them [m], least and most.
-        pads: in the order they are attached.
+        proud: least and largest height of each shape's surface above the collision geoms under it [m].
+        pads: in the order in which they are attached.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Hand:
 
     @property
     def taxels(self) -> int:
-        """Of all pads together."""
+        """Number of taxels of all pads together."""
         return sum(int(np.prod(one.pad.reading_shape)) for one in self.pads)
 
 
@@ -98,7 +98,7 @@ def hand(name: str) -> Hand:
     """A hand by name.
 
     Raises:
-        SceneError: when there is no such hand; the message lists those there are.
+        SceneError: there is no such hand; the message lists the existing ones.
     """
     if name not in HANDS:
         raise SceneError(f"hand {name!r} does not exist. Available: {', '.join(HANDS)}.")
@@ -134,7 +134,7 @@ def _placed(values: dict[str, Any], pads: dict[str, Pad]) -> HandPad:
 
 
 def _quaternion(normal: Array, along: Array) -> tuple[float, float, float, float]:
-    """Of the pad frame whose z is along `normal`, and whose y is as near to `along` as that allows."""
+    """Orientation (w, x, y, z) of a pad frame with z along `normal` and y as close to `along` as possible."""
     import mujoco
 
     z = normal / np.linalg.norm(normal)

@@ -1,4 +1,4 @@
-"""The catalogue as Markdown: docs/hands.md holds what this says."""
+"""The catalogue of hands as Markdown tables, for docs/hands.md."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mjtactile.hands.catalogue import HANDS, Hand, hand
 
 
 def catalogue_table() -> str:
-    """Every hand: how many pads and taxels, whose model, and how far it was tried."""
+    """Table of all hands: numbers of pads and taxels, source of the model, and tests."""
     rows = [
         "| `attach_hand(spec, ...)` | hand | pads | taxels | model | get it from | tried |",
         "| --- | --- | --- | --- | --- | --- | --- |",
@@ -25,7 +25,7 @@ def catalogue_table() -> str:
 
 
 def shapes_table() -> str:
-    """Every shape of pad of every hand: size, surface, thickness, taxels, and how far it stands proud."""
+    """Table of all pad shapes of all hands: size, surface, thickness, taxels, and height above the collision geoms."""
     rows = [
         "| hand | pads | size, mm | surface, mm | thick, mm | taxels | depth, mm | proud of what collides, mm |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",

@@ -1,4 +1,4 @@
-"""Whether a model of a hand is the one its table was made for: its file by checksum, its geoms by size and place."""
+"""Checks that a hand's model is the one its table was made for: by checksum of the file, and by its geoms."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from mjtactile.errors import SceneError
 from mjtactile.hands.catalogue import ExpectedGeom, Hand, hand
 
 _KINDS = {"box": mujoco.mjtGeom.mjGEOM_BOX, "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE}
-#: Geoms are the same up to this [m].
+#: Tolerance on sizes and positions of geoms [m].
 _SAME = 1e-5
 
 
 def check_model(name: str | Hand, path: str | Path) -> None:
-    """Refuse a model's file that is not the one a hand's table was made for.
+    """Check that a model's file is the one a hand's table was made for.
 
     Args:
-        name: of the hand, one of `HANDS`; or a Hand.
+        name: name of the hand, one of `HANDS`; or a Hand.
         path: of the file.
 
     Raises:
-        SceneError: when the table knows no file of that name, the file cannot be read, or it is another one.
+        SceneError: the table has no checksum for that file name, the file cannot be read, or its checksum differs.
     """
     chosen = hand(name) if isinstance(name, str) else name
     path = Path(path)
@@ -44,16 +44,16 @@ def check_model(name: str | Hand, path: str | Path) -> None:
 
 
 def check_geom(spec: mujoco.MjSpec, chosen: Hand, expected: ExpectedGeom, prefix: str) -> None:
-    """Refuse a model whose body has no geom that a hand's table counts on.
+    """Check that a body of a model has a geom that a hand's table expects.
 
     Args:
-        spec: of the model, which has the body.
+        spec: specification of the model, which has the body.
         chosen: the hand.
         expected: the geom.
         prefix: of the names of the hand's bodies in this model.
 
     Raises:
-        SceneError: when the body has no such geom.
+        SceneError: the body has no such geom.
     """
     wanted = np.array([*expected.size, *expected.pos])
     for geom in spec.body(prefix + expected.body).geoms:

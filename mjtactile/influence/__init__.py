@@ -1,1 +1,1 @@
-"""Influence matrices of a pad, from forces on its surface to readings: built, compressed, kept on disk, applied."""
+"""Influence matrices of a pad, from forces on its surface to readings: build, compress, store and apply them."""

@@ -1,4 +1,4 @@
-"""Building influence matrices: every surface load through the finite elements, stress read at every sample point."""
+"""Building influence matrices: the stress at every sample point under every nodal force, by finite elements."""
 
 from __future__ import annotations
 
@@ -27,13 +27,11 @@ from mjtactile.fidelity import MeshDensity
 from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
 
-#: What reading the stress may hold at once, per class that is being solved [bytes], and what it holds for each point
-#: and column: seven measures, and stress made of them.
+#: Memory for stress recovery per class being solved [bytes], and what it needs for each point and column [bytes].
 _BLOCK_BYTES, _BYTES_PER_POINT = 1 << 28, 8 * 24
-#: Square matrices, as many rows as the surface has degrees of freedom, that elimination keeps per element layer, and
-#: what it and the tables take besides.
+#: Memory of elimination in matrices of (surface degrees of freedom)^2: per element layer, and for everything else.
 _MATRICES_PER_LAYER, _MATRICES_BESIDES = 3, 10
-#: Copies of a block's displacements that solving a swept pad holds, and square matrices of its surface's unknowns.
+#: Memory of a swept pad's solution: copies of a block's displacements, and matrices of (surface unknowns)^2.
 _SWEPT_COPIES, _SWEPT_SQUARES = 4, 3
 
 
@@ -65,20 +63,19 @@ def build_tables(
     rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
     columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
 ) -> Iterator[Tables]:
-    """Influence matrices of one symmetry class after another, in no particular order.
+    """Influence matrices of each symmetry class, in no particular order.
 
-    Classes are solved side by side, one thread each with its share of the cores: that wastes less time waiting than
-    all cores on one class, above all when the machine is busy with something else too. Stress is read at the points
-    for some columns at a time, so that memory holds no more than the equations, the tables, and these.
+    Classes are solved in parallel, one thread each with a share of the cores; threads then wait less than with all
+    cores on one class. Stress is computed for a block of columns at a time, to bound memory.
 
     Args:
         pad: the sheet.
         density: of the mesh and the sample points.
         dtype: storage precision of the stresses; the surface compliance stays in double precision.
-        on_step: called after each bounded piece of work, `build_steps` times in all, from several threads.
-        rows: what is kept of the rows of a stress matrix (kind, parity, sensing layer, matrix); it gets some columns at
-            a time and may mix rows, not columns.
-        columns: what is kept of the columns (parity, matrix) of one class's matrix, after its rows were chosen.
+        on_step: called to report progress, `build_steps` times in all, from several threads.
+        rows: reduces the rows of a stress matrix (kind, parity, sensing layer, matrix). It gets some columns at a time
+            and may combine rows, not columns.
+        columns: reduces the columns of a class's matrix (parity, matrix), after `rows`.
 
     Yields:
         For class c and sensing layer k: "deviatoric c k", (columns, folded points * 5) [Pa/N]; "mean c k",
@@ -87,7 +84,7 @@ def build_tables(
         its mirror images, with the signs of the class.
 
     Raises:
-        MeshError: when the equations need more memory than the machine has, or cannot be solved in double precision.
+        MeshError: the equations need more memory than the machine has, or cannot be solved in double precision.
     """
     if not pad.surface.is_flat:
         yield from build_swept_tables(pad, density, dtype, on_step, rows=rows, columns=columns)
@@ -96,7 +93,7 @@ def build_tables(
     layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
     workers = _workers(mesh)
     stiffness = assemble(mesh.quarter())
-    # The class that also yields its diagonal mirror image takes longest and goes first.
+    # The class that also gives its diagonal mirror image takes longest and is started first.
     parities = sorted(_solved_classes(mesh), key=lambda parity: not _has_mirror_image(mesh, parity))
     share = threadpool_limits(limits=max(1, available_cores() // workers), user_api="blas")
     with share, ThreadPoolExecutor(max_workers=workers) as executor:
@@ -109,7 +106,7 @@ def build_tables(
 
 @dataclass(frozen=True, eq=False)
 class _Storage:
-    """How matrices are kept, see `build_tables`."""
+    """Precision and reduction of stored matrices, see `build_tables`."""
 
     dtype: np.dtype
     rows: _Rows
@@ -130,12 +127,12 @@ def build_swept_tables(
     rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
     columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
 ) -> Iterator[Tables]:
-    """The same by the elements and equations of curved pads, which flat pads may be solved by for comparison."""
+    """`build_tables` with the elements and equations of curved pads; it solves flat pads too, for comparison."""
     mesh = sheet_mesh(pad, density)
     layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
     swept = SweptPad(mesh, np.concatenate(layers))
     workers = _swept_workers(mesh)
-    # Threads of our own wait for nobody; those of a product, on a busy machine, for each other.
+    # One thread per block: the threads of a parallel matrix product would wait for each other on a busy machine.
     with threadpool_limits(limits=1, user_api="blas"):
         for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
             free = free_in_plane(mesh.quarter(), parity)
@@ -149,10 +146,10 @@ def build_swept_tables(
 
 
 def _swept_workers(mesh: SheetMesh) -> int:
-    """Blocks of loads on a swept pad that are solved side by side: as many as there are cores and memory for.
+    """Number of blocks of a swept pad to solve in parallel, within the available cores and memory.
 
     Raises:
-        MeshError: when there is not memory enough for one.
+        MeshError: there is not enough memory for one block.
     """
     part = mesh.quarter()
     columns = 3 * part.x.node_count * part.y.node_count
@@ -173,16 +170,16 @@ def _swept_workers(mesh: SheetMesh) -> int:
 
 
 def _blocks(columns: int, points: int) -> list[slice]:
-    """Columns that are read at once, such that what is held of them stays below a bound."""
+    """Slices of columns whose stress is computed at once, within the bound on memory."""
     size = max(1, _BLOCK_BYTES // (_BYTES_PER_POINT * points))
     return [slice(first, min(first + size, columns)) for first in range(0, columns, size)]
 
 
 def _workers(mesh: SheetMesh) -> int:
-    """Classes that are solved side by side: as many as there are cores and memory for.
+    """Number of classes to solve in parallel, within the available cores and memory.
 
     Raises:
-        MeshError: when there is not memory enough for one.
+        MeshError: there is not enough memory for one class.
     """
     quarter = mesh.quarter()
     columns = 3 * quarter.x.node_count * quarter.y.node_count
@@ -199,7 +196,7 @@ def _workers(mesh: SheetMesh) -> int:
 
 
 def _memory() -> float:
-    """Physical memory [bytes]; where the system does not say, no bound."""
+    """Physical memory [bytes]; infinite if the system does not report it."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, OSError, ValueError):
@@ -218,12 +215,12 @@ def _is_square(mesh: SheetMesh) -> bool:
 
 
 def _has_mirror_image(mesh: SheetMesh, parity: Parity) -> bool:
-    """Whether a square sheet's diagonal mirror turns this class into another."""
+    """Whether swapping x and y, a symmetry of square sheets, maps this class to another."""
     return _is_square(mesh) and parity == Parity(1, -1)
 
 
 def _solved_classes(mesh: SheetMesh) -> list[Parity]:
-    """Classes that need a solution of their own."""
+    """Classes that must be solved; the others follow by swapping x and y."""
     return [parity for parity in PARITIES if not (_is_square(mesh) and parity == Parity(-1, 1))]
 
 
@@ -235,7 +232,7 @@ def _solve_class(
     storage: _Storage,
     on_step: Callable[[], None],
 ) -> list[Tables]:
-    """Tables of one class and, where the diagonal makes another class its copy, of that class."""
+    """Tables of one class and, if there is one, of the class that follows by swapping x and y."""
     sheet = EliminatedSheet(stiffness, parity, on_step)
     points = np.concatenate(layers)
     count = len(sheet.surface_compliance)
@@ -258,7 +255,7 @@ def _solve_class(
 
 @dataclass(frozen=True, eq=False)
 class _ClassColumns:
-    """Free degrees of freedom of a class, and their order among those of the class that was solved."""
+    """Free degrees of freedom of a class, and their order among those of the solved class."""
 
     parity: Parity
     free: np.ndarray
@@ -266,15 +263,11 @@ class _ClassColumns:
 
     @property
     def share(self) -> float:
-        """Share of a column's force that the part that is solved sees.
-
-        The unit force acts on a node and, with the class's signs, on its mirror images: of four, a quarter model sees a
-        quarter.
-        """
+        """Fraction of a column's total force, on a node and its mirror images, that acts on the solved part [-]."""
         return 0.5 ** (abs(self.parity.x) + abs(self.parity.y))
 
     def transposed(self) -> _ClassColumns:
-        """The class that x <-> y turns this one into."""
+        """The class that this one becomes by swapping x and y."""
         side = int(np.sqrt(self.free.size // 3))
         swap = np.arange(self.free.size).reshape(3, side, side)[[1, 0, 2]].transpose(0, 2, 1).ravel()
         place = np.cumsum(self.free) - 1
@@ -282,12 +275,12 @@ class _ClassColumns:
         return _ClassColumns(Parity(self.parity.y, self.parity.x), free, place[swap[free]])
 
     def places(self, block: slice) -> npt.NDArray[np.intp]:
-        """Places, among the class's columns, of a block of the solved class's columns."""
+        """Indices, among this class's columns, of a block of the solved class's columns."""
         return np.argsort(self.order)[block]
 
 
 class _ClassTables:
-    """One class's tables while they fill with columns."""
+    """Tables of one class, filled block by block."""
 
     def __init__(self, columns: _ClassColumns, layers: list[Array], storage: _Storage) -> None:
         self._columns, self._storage = columns, storage
@@ -295,12 +288,12 @@ class _ClassTables:
         self._tables: Tables = {}
 
     def add(self, places: npt.NDArray[np.intp], deviatoric: Array, mean: Array) -> None:
-        """Enter some columns.
+        """Store some columns.
 
         Args:
-            places: which columns.
-            deviatoric: coordinates (points, 5, columns) [Pa/N].
-            mean: mean stress (points, columns) [Pa/N].
+            places: indices of the columns.
+            deviatoric: deviatoric coordinates [Pa/N], (points, 5, columns).
+            mean: mean stress [Pa/N], (points, columns).
         """
         for k, (start, end) in enumerate(itertools.pairwise(self._ends)):
             stress = deviatoric[start:end].reshape((end - start) * DEVIATORIC_COUNT, -1)
@@ -313,10 +306,10 @@ class _ClassTables:
                 self._tables[name][places] = kept
 
     def finished(self, compliance: Array) -> Tables:
-        """All tables, after the last column was entered.
+        """All tables, after the last column was stored.
 
         Raises:
-            MeshError: when numbers are not finite.
+            MeshError: a number is not finite.
         """
         parity, order = self._columns.parity, self._columns.order
         for name in list(self._tables):

@@ -1,4 +1,4 @@
-"""Influence matrices built once per pad and mesh, and kept in a per-user cache."""
+"""Influence matrices, built once per pad and fidelity and stored in a cache of the user."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from mjtactile.pad import Pad
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
-#: Environment variable that moves the cache.
+#: Environment variable with the path of the cache.
 CACHE_VARIABLE = "MJTACTILE_CACHE"
-#: Tables that come with the package: the default pad's at fidelity "fast", so that a first reading needs no build.
+#: Folder of tables in the package: the default pad's at fidelity "fast", so that a first reading needs no build.
 SHIPPED = Path(__file__).resolve().parent / "tables"
-#: How long another builder is waited for without a word, and how often it is mentioned from then on [s].
+#: Waiting for another process that builds: time before the first message, and between messages [s].
 _SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
 
 
@@ -42,13 +42,13 @@ def cache_directory() -> Path:
 
 
 def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:
-    """Where the influence matrices of a pad are kept; see `influence_matrices`."""
+    """Path in the cache for the influence matrices of a pad, whether or not they exist; see `influence_matrices`."""
     fingerprint = influence_fingerprint(pad, as_fidelity(fidelity))
     return cache_directory() / f"influence-{fingerprint[:20]}.safetensors"
 
 
 def stored_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path | None:
-    """The file with the influence matrices of a pad, in the cache or shipped; None where they were not built."""
+    """Path of a pad's influence matrices in the cache or in the package; None if they were not built yet."""
     kept = cached_path(pad, fidelity)
     return next((path for path in (kept, SHIPPED / kept.name) if path.exists()), None)
 
@@ -60,27 +60,26 @@ def influence_matrices(
     progress: bool = True,
     cache: bool = True,
 ) -> InfluenceMatrices:
-    """Influence matrices of a pad: from the cache, from the package where it ships them, or built and kept.
+    """Influence matrices of a pad: read from the cache or the package if they exist, otherwise built and cached.
 
-    Several processes may ask at once: one builds, the others wait for it and map its file; who waits for more than two
-    seconds says so on stderr. A damaged file is rebuilt, what killed builders left is removed;
-    a cache that cannot be written costs a warning and the next build, nothing else. A fidelity whose storage differs
-    from its mesh's plain one is derived from the plain table where the cache has that.
+    Several processes may call this at once: one builds, the others wait and map its file; after two seconds they say so
+    on standard error. A damaged file is rebuilt, and partial files of killed processes are removed. If the cache cannot
+    be written, a warning is issued and the next process builds again. Reduced tables are derived from the whole table
+    of the same mesh if it is cached.
 
     Args:
         pad: by default the paper's, `Pad()`.
-        fidelity: "fast", "balanced", "precise" or "accurate", or a Fidelity of one's own: mesh, storage, contact law.
-        progress: say on standard error what is built and how far it has come: by a bar on a terminal, by lines
-            elsewhere.
+        fidelity: "fast", "balanced", "precise" or "accurate", or a Fidelity with its own mesh, storage and contact law.
+        progress: report progress of a build on standard error: as a bar on a terminal, as lines elsewhere.
         cache: False neither reads nor writes the cache.
 
     Raises:
-        MeshError: when the mesh does not exist, cannot be solved, or needs more memory than the machine has.
-        PresetError: when there is no such fidelity.
+        MeshError: the mesh does not exist, cannot be solved, or needs more memory than the machine has.
+        PresetError: there is no such fidelity.
 
     Warns:
-        MeshWarning: when the pad is too wide or thin for the mesh's full resolution.
-        InfluenceWarning: when the cache had to be repaired or could not be written.
+        MeshWarning: the pad is too wide or thin for the mesh's full resolution.
+        InfluenceWarning: the cache had to be repaired or could not be written.
     """
     pad, chosen = Pad() if pad is None else pad, as_fidelity(fidelity)
     if not cache:
@@ -120,7 +119,7 @@ class CachedTable:
     Attributes:
         path: of the file.
         size: of the file [bytes].
-        contents: pad and fidelity in words, or why it is of no use.
+        contents: pad and fidelity as text, or the reason why the file cannot be used.
         usable: whether this version of the package can read it.
     """
 
@@ -131,13 +130,13 @@ class CachedTable:
 
 
 def cached_tables() -> list[CachedTable]:
-    """Tables in the cache, the largest first; their arrays are not looked at."""
+    """Tables in the cache, the largest first; their arrays are not read."""
     tables = []
     for path in cache_directory().glob("influence-*.safetensors"):
         usable = False
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore", MeshWarning)  # its builder has heard of it
+                warnings.simplefilter("ignore", MeshWarning)  # issued when the table was built
                 pad, fidelity = check_provenance(path, read_metadata(path), None, None)
             contents, usable = f"{pad.summary}, {fidelity_summary(fidelity)}", True
         except StaleInfluenceError:
@@ -149,16 +148,16 @@ def cached_tables() -> list[CachedTable]:
 
 
 def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
-    """Remove tables from the cache, but for those that are being built; processes that have one open keep it.
+    """Remove tables from the cache, except those being built; processes that have one open can still use it.
 
     Args:
         unusable_only: keep those that this version of the package can read.
 
     Returns:
-        What was removed.
+        The removed tables.
 
     Raises:
-        OSError: when a table cannot be removed.
+        OSError: a table cannot be removed.
     """
     from filelock import FileLock, Timeout
 
@@ -176,8 +175,8 @@ def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
 
 
 def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
-    """Build influence matrices without looking at the cache; see `influence_matrices`."""
-    # scikit-fem is only needed here: a cached table starts without importing it.
+    """Build influence matrices without reading or writing the cache; see `influence_matrices`."""
+    # Imported here because a cached table does not need scikit-fem.
     from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
     from mjtactile.influence.build import build_steps, build_tables
 
@@ -202,7 +201,7 @@ def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True
 
 
 def _derived_from_cache(pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
-    """Influence matrices made from the plain ones, when these are another table and the cache has it."""
+    """Influence matrices derived from the whole ones (`plain_fidelity`), if the cache has those; otherwise None."""
     plain = plain_fidelity(chosen)
     path = cached_path(pad, plain)
     if path == cached_path(pad, chosen):
@@ -223,7 +222,7 @@ def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity) -> InfluenceMatrices 
 
 @contextmanager
 def _locked(path: Path) -> Iterator[OSError | None]:
-    """Make the table's folder and hold its lock; yields the error instead where that cannot be done."""
+    """Create the table's folder and hold the table's lock; yields the error if that fails, otherwise None."""
     from filelock import FileLock
 
     lock = FileLock(path.with_suffix(".lock"))
@@ -240,7 +239,7 @@ def _locked(path: Path) -> Iterator[OSError | None]:
 
 
 def _acquire(lock: BaseFileLock) -> None:
-    """Take the lock, and say what is waited for where that takes long."""
+    """Acquire the lock; report on standard error if that takes long."""
     from filelock import Timeout
 
     patience = _SILENT_WAIT
@@ -258,13 +257,13 @@ def _acquire(lock: BaseFileLock) -> None:
 
 
 def _remove_leftovers(folder: Path, own: Path) -> None:
-    """Remove what killed builders left half written in the cache.
+    """Remove partial files of killed processes from the cache.
 
-    Whoever writes a table holds its lock, so a partial file whose lock is free belongs to nobody.
+    A process that writes a table holds its lock, so a partial file whose lock is free is abandoned.
 
     Args:
         folder: of the cache.
-        own: the table whose lock is held here.
+        own: path of the table whose lock this process holds.
     """
     from filelock import FileLock, Timeout
 
@@ -274,7 +273,7 @@ def _remove_leftovers(folder: Path, own: Path) -> None:
             with nullcontext() if table.name == own.stem else FileLock(f"{table}.lock", timeout=0):
                 partial.unlink(missing_ok=True)
         except (Timeout, OSError, NotImplementedError):
-            continue  # somebody is writing it, or it cannot be removed: it does no harm
+            continue  # it is being written, or cannot be removed: it does no harm
 
 
 def _warn_not_kept(path: Path, error: OSError) -> None:

@@ -1,4 +1,4 @@
-"""Influence matrices handed to the compiled core, in the order it reads them in."""
+"""Influence matrices passed to the compiled core, in its memory layout."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from mjtactile.influence.table import table_name
 from mjtactile.pad_shape.surfaces import Quadric, Surface
 
 _PRECISIONS = ("float16", "float32", "float64", "int8")
-#: Lines along each axis on which the core knows a patch; bicubic in between, it is off by less than a nanometre.
+#: Grid lines along each axis on which the core stores a SurfacePatch; bicubic interpolation errs by less than 1 nm.
 _PATCH_LINES = 129
-#: Forces within two to this power, up or down, of 1 N are read as they are.
+#: Forces between 2^-n and 2^n newtons, with this n, are not rescaled.
 _COMMON_POWERS = 20
 
 
 class CorePad:
-    """One pad as the core holds it; its stress matrices and what bodies press on are handed over afterwards.
+    """A pad in the compiled core. Stress matrices and data for contacts are added later.
 
     Args:
         influence: of the pad.
 
     Attributes:
-        handle: what the core's functions take.
+        handle: pointer to the core's object, an argument of the core's functions.
 
     """
 
@@ -53,7 +53,7 @@ class CorePad:
         self._finalizer = weakref.finalize(self, library().mjt_pad_free, self.handle)
 
     def give(self, what: str, action: Callable[[], None]) -> None:
-        """Hand something over once; what is set stays, other threads may be reading it."""
+        """Call `action` once per name, under a lock: data that other threads may be using is never replaced."""
         with self._giving:
             if what not in self._given:
                 self._given.add(what)
@@ -61,13 +61,13 @@ class CorePad:
 
     @property
     def nbytes(self) -> int:
-        """Memory the stress matrices take [bytes]."""
+        """Memory of the stress matrices [bytes]."""
         return int(library().mjt_pad_bytes(self.handle))
 
     def readings(self, forces: Array) -> Array:
-        """Readings (layers, rows, columns) [Pa] of nodal forces (nodes y, nodes x, 3) [N]."""
+        """Readings [Pa], of shape `Pad.reading_shape`, under nodal forces (nodes y, nodes x, 3) [N]."""
         readings = np.empty(self._taxels)
-        # Single precision squares stresses: forces far from 1 N are brought there, by a power of two, which is exact.
+        # Squares of stresses could overflow single precision: forces far from 1 N are scaled by a power of two.
         power = int(np.frexp(np.abs(forces).max(initial=0.0))[1])
         power = power if abs(power) > _COMMON_POWERS else 0
         forces = contiguous(np.ldexp(forces, -power) if power else forces)
@@ -76,7 +76,7 @@ class CorePad:
 
 
 def _set_outer(handle: ctypes.c_void_p, outer: Surface, ends: tuple[Array, Array]) -> None:
-    """Tell the core of a curved surface: what makes a quadric, or heights and slopes on a fine grid."""
+    """Set a curved surface in the core: the axes of a quadric, or heights and slopes on a fine grid."""
     if outer.is_flat:
         return
     if isinstance(outer, Quadric):
@@ -94,14 +94,14 @@ _making = threading.Lock()
 
 
 def core_pad(influence: PadTables, *, stress: bool = False) -> CorePad:
-    """The core's copy of influence matrices, made when it is first asked for and shared by all that use them.
+    """The core's copy of influence matrices, made at the first call and shared.
 
     Args:
         influence: of the pad.
-        stress: whether whole stress tensors are wanted, which take a fifth more memory.
+        stress: whether full stress tensors are needed; they take a fifth more memory.
 
     Raises:
-        CorruptInfluenceError: when the matrices are not those the pad and the fidelity need; the core does not look.
+        CorruptInfluenceError: the matrices are not those of the pad and the fidelity; the core does not check them.
     """
     with _making:
         made = _pads.setdefault(influence, {})
@@ -124,7 +124,7 @@ def _with_matrices(influence: PadTables, stress: bool) -> CorePad:
 
 
 def _by_taxel(influence: PadTables, sensing_layer: int) -> Indices:
-    """Folded sample points in an order that keeps those of one taxel together."""
+    """Order of the folded sample points in which those of one taxel are neighbours."""
     average: Any = influence.averages[sensing_layer]
     points = average.shape[1] // len(influence.mirrors.images)
     taxel = np.full(points, average.shape[0], dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Loads split into the sheet's four symmetry classes, ready to be multiplied with the matrices of each."""
+"""Loads split into symmetry classes, ready to be multiplied by the matrices of each class."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
 if TYPE_CHECKING:
     from mjtactile.influence.surface_load import SurfaceLoad
 
-#: Forces below this share of the precision's rounding, relative to the load's largest, are rounding themselves.
+#: Forces below this times the precision's rounding, relative to the load's largest force, are neglected [-].
 _NEGLIGIBLE = 1 / 16
 
 
 @dataclass(frozen=True, eq=False)
 class FoldedLoads:
-    """Some loads, split into the four classes.
+    """A batch of loads, split into symmetry classes.
 
     Attributes:
-        classes: scaled forces of each class.
-        scale: largest force of each load [N], shape (batch,), so that any magnitude keeps its digits in float32.
+        classes: forces of each class divided by `scale`, which avoids overflow and underflow in float32.
+        scale: largest force of each load [N], shape (batch,).
     """
 
     classes: list[ClassForces]
     scale: Array
 
     def times(self, matrices: list[StressMatrix]) -> Array:
-        """Responses (batch, classes, rows) [Pa] through one matrix per class."""
+        """Stress coordinates [Pa], (batch, classes, rows), with one matrix per class."""
         responses = [matrix.times(forces) for matrix, forces in zip(matrices, self.classes, strict=True)]
         return np.stack(responses, axis=1) * self.scale[:, None, None]
 
 
 def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
-    """Nodal forces of some loads together, shape (batch, nodes y, nodes x, 3) [N].
+    """Nodal forces of several loads in one array [N], shape (batch, nodes y, nodes x, 3).
 
     Raises:
-        InfluenceError: when a load belongs to another surface or is not finite.
+        InfluenceError: a load belongs to another surface or is not finite.
     """
     expected = (*surface.node_shape, 3)
     for load in loads:
@@ -59,10 +59,10 @@ def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
 
 
 def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:
-    """Split nodal forces into classes.
+    """Split nodal forces into symmetry classes.
 
-    A symmetric load has forces in some classes only; rounding puts tiny ones into the others. What is smaller than
-    the rounding of the matrices is left out, so that their matrices are not read.
+    A symmetric load has forces in some classes only, and rounding errors in the others. Forces smaller than the
+    rounding of the matrices are set to zero, so that the matrices of those classes need not be read.
 
     Args:
         batch: nodal forces (batch, nodes y, nodes x, 3) [N].

@@ -1,4 +1,4 @@
-"""What a table must hold: every array that a pad and a fidelity need, of its type and shape, and no other."""
+"""The arrays that a table must contain for a pad and a fidelity, with their types and shapes."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _Shape = tuple[int | None, ...]
 
 @dataclass(frozen=True, eq=False)
 class PadTables:
-    """Tables of one pad, and what of pad and fidelity says how to read them.
+    """Tables of one pad, with the properties of pad and fidelity that are needed to interpret them.
 
     Attributes:
         pad: the sheet and its taxels.
-        fidelity: the mesh, the storage, and the contact law that goes with them.
+        fidelity: mesh, storage and contact law.
         tables: matrices by name, see `build.build_tables` and `stress_matrix.stored_matrix`.
     """
 
@@ -56,7 +56,7 @@ class PadTables:
 
     @property
     def mirrors(self) -> MirrorPlanes:
-        """MirrorPlanes of the pad, which decide in how many classes its matrices are."""
+        """Mirror symmetries of the pad, which determine the symmetry classes of its matrices."""
         return MirrorPlanes(*self.pad.surface.mirrors)
 
     @cached_property
@@ -66,14 +66,14 @@ class PadTables:
 
     @cached_property
     def columns(self) -> list[np.ndarray]:
-        """For each class, the degrees of freedom (component, y, x) of the quarter's surface with stress columns."""
+        """For each class, indices (component, y, x) of the quarter's surface degrees of freedom with stress columns."""
         quarter = self.mesh.quarter()
         corners = on_corners(quarter) if self.fidelity.loads == "corners" else np.True_
         return [np.flatnonzero(free_in_plane(quarter, parity) & corners) for parity in self.mirrors.classes]
 
     @cached_property
     def free(self) -> list[np.ndarray]:
-        """For each class, all free degrees of freedom (component, y, x) of the quarter's surface."""
+        """For each class, indices (component, y, x) of all free degrees of freedom of the quarter's surface."""
         quarter = self.mesh.quarter()
         return [np.flatnonzero(free_in_plane(quarter, parity)) for parity in self.mirrors.classes]
 
@@ -84,24 +84,24 @@ class PadTables:
 
     @cached_property
     def sample_slices(self) -> list[slice]:
-        """For each sensing layer, which of all sample points are its own; they lie image by image."""
+        """For each sensing layer, the slice of its sample points among all, ordered image by image."""
         images, layers = len(self.mirrors.images), range(self.pad.sensing_layers)
         counts = [images * len(self.tables[f"sampling points {k}"]) for k in layers]
         ends = np.cumsum([0, *counts]).tolist()
         return [slice(start, end) for start, end in itertools.pairwise(ends)]
 
     def check(self) -> None:
-        """Refuse tables that are not those the pad and the fidelity need.
+        """Check that the tables are those of the pad and the fidelity.
 
         Raises:
-            CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that
-                point outside.
+            CorruptInfluenceError: an array is missing or unknown, has another type or shape, or has indices out of
+                range.
         """
         check_layout(self.pad, self.fidelity, self.mesh, self.tables)
 
 
 def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) -> None:
-    """Refuse tables that are not those of a pad in a fidelity.
+    """Check that tables are those of a pad at a fidelity.
 
     Args:
         pad: the sheet and its taxels.
@@ -110,8 +110,8 @@ def check_layout(pad: Pad, fidelity: Fidelity, mesh: SheetMesh, tables: Tables) 
         tables: see `build.build_tables`, `taxel_quadrature.sampling_tables` and `stress_matrix.stored_matrix`.
 
     Raises:
-        CorruptInfluenceError: for an array too many or too few, of another type or shape, or with indices that point
-            outside; the message names it.
+        CorruptInfluenceError: an array is missing or unknown, has another type or shape, or has indices out of range;
+            the message names it.
     """
     layout = _Layout(tables)
     quarter = mesh.quarter()
@@ -140,12 +140,12 @@ def _check_sampling(layout: _Layout, pad: Pad, sensing_layer: int) -> int:
 
 
 def _check_matrix(layout: _Layout, name: str, fidelity: Fidelity, columns: int, rows: int) -> None:
-    """Check one stress matrix, whole or, where the fidelity reduces, in two factors, as `stored_matrix` makes them."""
+    """Check a stress matrix: whole, or in two factors if the fidelity is reduced, see `stored_matrix`."""
     if name in layout.tables or fidelity.reduction == 0.0:
         factors: dict[str, _Shape] = {name: (columns, rows)}
     else:
         left = f"{name} left"
-        # How far a matrix is reduced is known to nobody else: the left factor says it.
+        # The rank is known from the left factor alone.
         rank = layout.tables[left].shape[-1] if left in layout.tables and layout.tables[left].ndim else None
         factors = {left: (columns, rank), f"{name} right": (rank, rows)}
     last = list(factors)[-1]
@@ -157,7 +157,7 @@ def _check_matrix(layout: _Layout, name: str, fidelity: Fidelity, columns: int, 
 
 
 class _Layout:
-    """Tables of which one after another is checked.
+    """Tables that are checked one by one.
 
     Attributes:
         tables: all of them.
@@ -168,7 +168,7 @@ class _Layout:
         self._left = set(tables)
 
     def take(self, name: str, dtypes: tuple[type[np.generic], ...], shape: _Shape) -> npt.NDArray[Any]:
-        """One table, if it is there and of one of the types and the shape."""
+        """A table by name, after checking that it exists and has one of the types and the shape."""
         if name not in self.tables:
             raise CorruptInfluenceError(f"the array {name!r} is missing. {_CURE}")
         table = self.tables[name]
@@ -186,7 +186,7 @@ class _Layout:
         return table
 
     def require_nothing_else(self) -> None:
-        """Refuse tables that were not taken."""
+        """Refuse tables that were not passed to `take`."""
         if self._left:
             raise CorruptInfluenceError(f"it holds {', '.join(map(repr, sorted(self._left)))} besides. {_CURE}")
 

@@ -1,20 +1,23 @@
-"""Reduced influence matrices: deep layers feel a load's details little, so few patterns span their response.
+"""Reduced influence matrices: deep layers respond little to a load's details, so few patterns span their response.
 
-Per sensing layer and symmetry class, a matrix T (columns x rows) becomes T V' times V, where the rows of V span the
-responses to discs of one small diameter all over the sheet, pressed and sheared: the smallest contacts it is meant
-for. Wider contacts are sums of these. V is the leading right singular vectors of those responses, each response scaled
-to norm 1. Singular vectors of T itself take a decomposition of all of it and, at equal rank, lose up to twice as much
-on real contacts: part of them serves loads that alternate from node to node.
+For each sensing layer and symmetry class, a matrix T (columns x rows) is replaced by the product of T V' and V. The
+rows of V span the responses to discs of one small diameter all over the sheet, under normal and shear traction. These
+discs are the smallest contacts that the reduction is made for; wider contacts are sums of them. V consists of the
+leading right singular vectors of these responses, each scaled to norm 1. Singular vectors of T itself would need a
+decomposition of the whole matrix and, at equal rank, lose up to twice as much accuracy on real contacts, because some
+of them represent loads that alternate from node to node.
 
-The tolerance bounds, for such discs between those, the root mean square error of a layer's stress at its sample points
-over the root mean square of that stress, each point with its weight in the readings; that bounds the readings' error
-in the same norm. On the paper's pad, mesh "default", punches, 2 mm discs and loads half off the rim, none of them used
+The tolerance is tested on discs between those. It bounds the root mean square error of a layer's stress at its sample
+points over the root mean square of that stress, each point weighted as in the readings. That bounds the error of the
+readings in the same norm.
+
+On the paper's pad, mesh "default", punches, 2 mm discs and loads half off the rim, none of them used
 here, gave up to 0.7 of the tolerance in the L2 norm of a layer's readings, and up to 1.3 of it in the worst taxel over
 the layer's peak. It does not bound the relative error of taxels far from the load, loads narrower than the discs (1 mm
 wide ones come to one and a half tolerances), or what the mesh itself gets wrong.
 
-A matrix stays whole where its factors would not be smaller and, for a load that covers a third of the columns, not
-faster; as a rule that is the shallowest layer.
+A matrix stays whole unless its factors are faster for a load that covers a third of the columns; factors that are
+faster are smaller, too. The shallowest layer usually stays whole.
 """
 
 from __future__ import annotations
@@ -35,26 +38,26 @@ from mjtactile.influence.table import table_name
 if TYPE_CHECKING:
     from mjtactile.influence.matrices import InfluenceMatrices
 
-#: Diameter of the discs over the mesh's reference length: 2 mm on the paper's pad.
+#: Diameter of the discs over the mesh's reference length [-]: 2 mm on the paper's pad.
 _DISC = 0.4
-#: Least diameter of the discs over the largest element; narrower ones the mesh does not resolve.
+#: Least diameter of the discs over the largest element [-]; the mesh does not resolve smaller ones.
 _DISC_ELEMENTS = 1.25
-#: Distance of the discs that span the responses over their diameter, unless that makes too many.
+#: Distance between the discs that span the responses over their diameter [-], unless there would be too many.
 _SPACING = 0.45
-#: Most discs along both axes of the quarter; on wider sheets they lie further apart and less is reduced.
+#: Largest number of discs on the quarter; on wider sheets they are further apart, and the reduction is smaller.
 _MOST_DISCS = 150
-#: Columns that a load uses, of all: what the speed of a whole matrix is judged by.
+#: Fraction of the columns that a typical load uses [-], for comparing the speed of whole and factored matrices.
 _USED_SHARE = 1 / 3
 #: Singular values that differ by less than this are equal: single precision leaves them six digits.
 _TIE = 1e-5
 
 
 def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: str) -> Tables:
-    """The stress matrices of influence matrices, each factored where that pays.
+    """The stress matrices of influence matrices, each factored if that saves memory or time.
 
     Args:
-        influence: with whole matrices; each is taken out of its tables, so that no two copies need memory at once.
-        tolerance: relative, see above.
+        influence: with whole matrices; each is removed from its tables, to save memory.
+        tolerance: relative error, see the module's description [-].
         precision: storage of the result.
 
     Returns:
@@ -75,7 +78,7 @@ def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: st
 def _reduced_layer(
     matrices: list[npt.NDArray[Any]], spanning: list[Array], control: list[Array], weights: Array, tolerance: float
 ) -> list[tuple[npt.NDArray[Any], ...]]:
-    """Factors of each class's matrix of one sensing layer."""
+    """Factors of the matrix of each class for one sensing layer; a single factor for a matrix that stays whole."""
     weighted = [matrix * weights.astype(matrix.dtype) for matrix in matrices]
     bases, strengths = _spanned(_responses(spanning, weighted))
     ranks = _sufficient_ranks(_responses(control, weighted), bases, strengths, tolerance)
@@ -90,7 +93,7 @@ def _reduced_layer(
 
 
 def _responses(loads: list[Array], weighted: list[npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:
-    """Responses (loads, rows) of each class, scaled so that the norm of a load's four together is 1."""
+    """Responses (loads, rows) of each class, scaled so that the joint norm over a load's classes is 1."""
     responses = [forces.astype(matrix.dtype) @ matrix for forces, matrix in zip(loads, weighted, strict=True)]
     norm = np.sqrt(sum(np.einsum("lr,lr->l", one, one) for one in responses))
     return [one / norm[:, None] for one in responses]
@@ -105,10 +108,11 @@ def _spanned(responses: list[npt.NDArray[Any]]) -> tuple[list[npt.NDArray[Any]],
 def _sufficient_ranks(
     responses: list[npt.NDArray[Any]], bases: list[npt.NDArray[Any]], strengths: list[Array], tolerance: float
 ) -> list[int | None]:
-    """How many rows each class's basis needs for every control response to be within tolerance; None: more.
+    """Number of rows of each class's basis for which all control responses are within tolerance; None if not enough.
 
-    Rows of all classes are taken together in the order of their singular values; every class has one at least. Rows
-    of one strength are taken or left together: those of two classes that a turned pad exchanges come in pairs.
+    Rows of all classes are taken in the order of their singular values, at least one of each class. Rows with equal
+    singular values are taken or left together: rotating the pad by 90 degrees exchanges two classes, which then have
+    equal values.
     """
     coefficients = [response @ basis.T for response, basis in zip(responses, bases, strict=True)]
     outside = sum(
@@ -129,23 +133,23 @@ def _sufficient_ranks(
 
 
 def _ends_of_ties(descending: Array) -> npt.NDArray[np.intp]:
-    """For each count of leading values, from none to all, the least count from there on that parts no equal ones."""
+    """For each number of leading values, the least number not below it that does not separate equal values."""
     parts = np.append(descending[1:] < (1.0 - _TIE) * descending[:-1], True)
     ends = np.flatnonzero(parts) + 1
     return np.concatenate([[0], ends[np.searchsorted(ends, np.arange(1, len(descending) + 1))]])
 
 
 def _row_weights(influence: InfluenceMatrices, sensing_layer: int, width: int) -> Array:
-    """Square roots of the weights of a layer's folded sample points in all readings together, shape (points * width,).
+    """Square roots of the summed weights of a layer's folded sample points in the readings, shape (points * width,).
 
-    With them the norm of a response is at least that of its readings.
+    With these weights the norm of a response is at least that of its readings.
     """
     total = influence.averages[sensing_layer].sum(axis=0).reshape(len(influence.mirrors.images), -1).sum(axis=0)
     return np.repeat(np.sqrt(total), width)
 
 
 def _disc_loads(influence: InfluenceMatrices) -> tuple[list[Array], list[Array]]:
-    """Forces (loads, columns) per class of the discs that span the responses, and of others between them."""
+    """Forces (loads, columns) of each class for the discs that span the responses, and for control discs between."""
     surface, density = influence.surface, influence.density
     largest = max(surface.x.sizes.max(), surface.y.sizes.max())
     diameter = max(_DISC * density.length_for(influence.pad), _DISC_ELEMENTS * float(largest))
@@ -164,7 +168,7 @@ def _disc_loads(influence: InfluenceMatrices) -> tuple[list[Array], list[Array]]
 
 
 def _discs(influence: InfluenceMatrices, x: Array, y: Array, diameter: float) -> list[Array]:
-    """Unit tractions along each axis on discs with their centres on a grid: forces (loads, columns) per class."""
+    """Forces (loads, columns) of each class for unit tractions along each axis on discs with centres on a grid."""
     discs = [Point(px, py).buffer(diameter / 2, quad_segs=6) for py in y for px in x]
     integrals = np.stack([influence.surface.nodal_integrals(disc)[0] for disc in discs])
     forces = np.einsum("dyx,ac->adyxc", integrals, np.eye(3)).reshape(-1, *integrals.shape[1:], 3)

@@ -1,9 +1,9 @@
 """Influence matrices: the linear map from nodal forces on the pad's surface to stress at every sample point.
 
-The sheet's mirrors split a load into four symmetry classes (fem/symmetry.py); per class and sensing layer there is one
-matrix. A reading is the mean von Mises stress over the taxel's sample points: a weighted sum of norms of the linear
-response, so it scales with the load but loads do not simply add. Responses do: keep those of some loads, combine
-them, and take the readings of the combination.
+Loads are split into four symmetry classes (fem/symmetry.py); there is one matrix for each class and sensing layer. A
+reading is the mean von Mises stress over the taxel's sample points, a weighted sum of norms of the linear response. It
+scales with the load, but readings of several loads do not add up. Responses do: add the responses of the loads, then
+take the readings of the sum.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 #: Deviatoric coordinates that change sign under x -> -x (xy and zx) and under y -> -y (xy and yz).
 ODD_IN_X, ODD_IN_Y = np.array([0, 0, 1, 0, 1], dtype=bool), np.array([0, 0, 1, 1, 0], dtype=bool)
-#: The mean stress changes sign under neither.
+#: The mean stress does not change sign under either.
 EVEN = np.zeros(1, dtype=bool)
 
 
@@ -45,7 +45,7 @@ class InfluenceMatrices(PadTables):
 
     @cached_property
     def _deviatoric_matrices(self) -> list[list[StressMatrix]]:
-        """By sensing layer and class; narrow precisions are widened here, when they are first used."""
+        """Matrices by sensing layer and class; float16 and int8 are widened at the first use."""
         return self._stress_matrices("deviatoric")
 
     @cached_property
@@ -59,7 +59,7 @@ class InfluenceMatrices(PadTables):
 
     @property
     def nbytes(self) -> int:
-        """Size of all matrices as stored [bytes], those for mean stress and compliance included."""
+        """Size of all stored matrices [bytes], including those for mean stress and compliance."""
         return sum(table.nbytes for table in self.tables.values())
 
     def readings(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
@@ -69,8 +69,8 @@ class InfluenceMatrices(PadTables):
             load: one load on this pad's surface, or a sequence of them.
 
         Returns:
-            (layers, rows, columns) [Pa], top layer first, or (taxels,) of free taxels; a sequence of loads puts a batch
-            axis in front.
+            (layers, rows, columns) [Pa], top layer first, or (taxels,) for free taxels; with a leading batch axis for
+            a sequence of loads.
         """
         if _is_empty(load):
             return np.zeros((0, *self.pad.reading_shape))
@@ -80,11 +80,14 @@ class InfluenceMatrices(PadTables):
         return readings[0] if single else np.stack(readings)
 
     def point_response(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
-        """Deviatoric stress at every sample point: linear in the load, and all that its readings depend on.
+        """Deviatoric stress at every sample point: linear in the load, and sufficient for its readings.
+
+        Args:
+            load: one load on this pad's surface, or a sequence of them.
 
         Returns:
-            (points, 5) [Pa], pad frame, coordinates as in fem/stress.py, points of layer k at `sample_slices[k]`; a
-            sequence of loads puts a batch axis in front.
+            (points, 5) [Pa], pad frame, coordinates as in fem/stress.py, points of layer k at `sample_slices[k]`; with
+            a leading batch axis for a sequence of loads.
         """
         points = self.sample_slices[-1].stop
         if _is_empty(load):
@@ -96,13 +99,13 @@ class InfluenceMatrices(PadTables):
         return response[0] if single else response
 
     def readings_of(self, response: Array) -> Array:
-        """Readings that belong to a response, or to a sum of responses.
+        """Readings of a response, or of a sum of responses.
 
         Args:
             response: (..., points, 5) [Pa], of any precision, see `point_response`.
 
         Returns:
-            (..., layers, rows, columns) [Pa], or (..., taxels) of free taxels.
+            (..., layers, rows, columns) [Pa], or (..., taxels) for free taxels.
         """
         expected = (self.sample_slices[-1].stop, DEVIATORIC_COUNT)
         if response.shape[-2:] != expected:
@@ -117,9 +120,12 @@ class InfluenceMatrices(PadTables):
     def stress(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Array:
         """Mean stress tensor over every taxel's ball, in the pad frame, tension positive.
 
+        Args:
+            load: one load on this pad's surface, or a sequence of them.
+
         Returns:
-            (6, layers, rows, columns) [Pa], or (6, taxels) of free taxels: components xx, yy, zz, xy, yz, zx; a
-            sequence of loads puts a batch axis in front.
+            Components xx, yy, zz, xy, yz, zx [Pa], shape (6, layers, rows, columns), or (6, taxels) for free taxels;
+            with a leading batch axis for a sequence of loads.
         """
         if _is_empty(load):
             return np.zeros((0, 6, *self.pad.reading_shape))
@@ -145,15 +151,15 @@ class InfluenceMatrices(PadTables):
         return unfold_field(classes, self.mirrors)
 
     def save(self, path: str | Path) -> None:
-        """Write the matrices with their pad's and fidelity's description; atomic.
+        """Write the matrices and a description of pad and fidelity to a file, completely or not at all.
 
         Raises:
-            OSError: when the file cannot be written.
+            OSError: the file cannot be written.
         """
         write_tables(Path(path), self.tables, influence_metadata(self.pad, self.fidelity))
 
     def _folded(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> tuple[FoldedLoads, bool]:
-        """Loads split into classes, on the nodes that have columns, and whether one load stood for itself."""
+        """Loads split into classes, on the nodes that have columns, and whether a single load was given."""
         single = not isinstance(load, Sequence)
         batch = nodal_batch([load] if single else load, self.surface)
         if self.fidelity.loads == "corners":
@@ -171,26 +177,26 @@ class InfluenceMatrices(PadTables):
         return [[read_matrix(self.tables, table_name(kind, parity, k)) for parity in classes] for k in layers]
 
     def _averaged(self, deviatoric: Array, sensing_layer: int) -> Array:
-        """Readings of one sensing layer (batch, taxels) [Pa] from its points' stress (batch, points, 5)."""
+        """Readings (batch, taxels) [Pa] of one sensing layer, from the stress at its points (batch, points, 5) [Pa]."""
         return (self.averages[sensing_layer] @ von_mises(deviatoric).T).T
 
 
 def load_influence(
     path: str | Path, pad: Pad | None = None, fidelity: str | Fidelity | None = None
 ) -> InfluenceMatrices:
-    """Map saved influence matrices.
+    """Load saved influence matrices; arrays are memory-mapped.
 
     Args:
         path: file written by `InfluenceMatrices.save`.
-        pad: the pad they must belong to; by default the one the file describes.
-        fidelity: they must have, its contact law apart, which is theirs from now on; by default the one the file
-            describes.
+        pad: the pad that the file must be for; by default the one it describes.
+        fidelity: the fidelity that the file must have; by default the one it describes. The contact law may differ: the
+            result has the law of this argument.
 
     Raises:
-        FileNotFoundError: when there is no such file.
-        CorruptInfluenceError: when the file is damaged, not an influence table, or lacks what its fidelity needs.
-        StaleInfluenceError: when it belongs to another pad, mesh, storage or format version.
-        PresetError: when there is no such fidelity.
+        FileNotFoundError: there is no such file.
+        CorruptInfluenceError: the file is damaged, not an influence table, or lacks an array its fidelity needs.
+        StaleInfluenceError: the file is for another pad, mesh, storage or format version.
+        PresetError: there is no such fidelity.
     """
     tables, metadata = read_tables(Path(path))
     pad, chosen = check_provenance(path, metadata, pad, fidelity)

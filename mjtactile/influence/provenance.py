@@ -1,4 +1,4 @@
-"""What is written beside a table: enough to restore the pad and the fidelity, and to refuse any other."""
+"""Metadata of a table: enough to restore its pad and fidelity, and to refuse a table for another one."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def check_provenance(
     """The pad and the fidelity of a table, by default those it names itself; see `matrices.load_influence`.
 
     Raises:
-        CorruptInfluenceError: when the metadata is not what `influence_metadata` writes.
-        StaleInfluenceError: when the table belongs to another pad, mesh, storage or format version.
-        PresetError: when there is no such fidelity.
+        CorruptInfluenceError: the metadata is not in the form that `influence_metadata` writes.
+        StaleInfluenceError: the table is for another pad, mesh, storage or format version.
+        PresetError: there is no such fidelity.
     """
     try:
         own_pad, own_fidelity = _pad_from(metadata), _fidelity_from(metadata)
@@ -59,7 +59,7 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
     """SHA-256 over what a table's numbers depend on: pad, mesh, storage and format version, but not the contact law."""
     mesh = mesh_description(sheet_mesh(pad, fidelity.density), fidelity.density)
     description: list[Any] = [FORMAT_VERSION, pad.description, mesh, fidelity.precision, float(fidelity.reduction)]
-    # Added only where they say something, so that tables from before these choices stay valid.
+    # Added only if not default, so that tables of versions without these choices stay valid.
     if fidelity.averaging != "points":
         description.append({"averaging": fidelity.averaging})
     if fidelity.loads != "nodes":

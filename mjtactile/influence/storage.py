@@ -1,4 +1,4 @@
-"""From whole matrices to the storage of a fidelity: averaging, columns, reduction and precision."""
+"""Conversion of whole matrices to the storage of a fidelity: averaging, columns, reduction and precision."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ODD = {"deviatoric": (ODD_IN_X, ODD_IN_Y), "mean": (EVEN, EVEN)}
 
 
 class ClassStorage:
-    """What of a fidelity's storage is made class by class, and by some columns at a time: far less than all of them.
+    """The steps of a fidelity's storage that work on one class and a block of columns at a time, to save memory.
 
     Args:
         pad: the sheet.
@@ -31,11 +31,11 @@ class ClassStorage:
         sampling: tables of all sample points, see `taxel_quadrature.sampling_tables`.
 
     Attributes:
-        fidelity: of what is made: the chosen one without reduction, in the precision of what it is made from.
-        sampling: tables of the sample points that are left.
+        fidelity: of the result: the chosen one without reduction, in the precision of the whole matrices.
+        sampling: tables of the remaining sample points.
 
     Raises:
-        PresetError: for loads on the corners of a mesh with an odd number of elements along an axis.
+        PresetError: loads="corners" on a mesh with an odd number of elements along an axis.
     """
 
     def __init__(self, pad: Pad, chosen: Fidelity, sampling: Tables) -> None:
@@ -57,18 +57,18 @@ class ClassStorage:
             self._corners = CornerColumns(InfluenceMatrices(pad, plain, {}))
 
     def averaged(self, kind: str, parity: Parity, sensing_layer: int, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Rows of the points that are left, of any columns of a matrix (columns, rows of all points)."""
+        """Rows of the remaining sample points, from some columns of a matrix (columns, rows of all points)."""
         if self._means is None:
             return matrix
         return self._means[sensing_layer].averaged(matrix, self._classes.index(parity), _ODD[kind])
 
     def columns(self, parity: Parity, matrix: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """The columns that are left of a matrix (columns, rows)."""
+        """The remaining columns of a matrix (columns, rows)."""
         return matrix if self._corners is None else self._corners.of(matrix, self._classes.index(parity))
 
 
 def plain_fidelity(chosen: Fidelity) -> Fidelity:
-    """The fidelity whose table a fidelity's own is derived from: whole matrices in float32 or float64."""
+    """The fidelity of the table that `chosen` is derived from: the same mesh, whole matrices in float32 or float64."""
     precision = "float64" if chosen.precision == "float64" else "float32"
     return Fidelity(mesh=chosen.mesh, precision=precision)
 
@@ -77,11 +77,11 @@ def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
     """Influence matrices in the storage of a fidelity.
 
     Args:
-        plain: whole matrices on the fidelity's mesh, in float64 where the fidelity asks for that, else in float32.
+        plain: matrices at fidelity `plain_fidelity(chosen)`.
         chosen: the fidelity.
 
     Raises:
-        PresetError: for loads on the corners of a mesh with an odd number of elements along an axis.
+        PresetError: loads="corners" on a mesh with an odd number of elements along an axis.
     """
     storage = ClassStorage(plain.pad, chosen, {n: t for n, t in plain.tables.items() if n.startswith("sampling")})
     tables = {name: table for name, table in plain.tables.items() if name.startswith("compliance")} | storage.sampling
@@ -96,9 +96,9 @@ def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
 
 
 def reduced_and_narrowed(whole: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
-    """Matrices in the storage of a fidelity from those that differ from it in reduction and precision only.
+    """Matrices in the storage of a fidelity, from matrices that differ in reduction and precision only.
 
-    The matrices that are replaced are taken out of the tables of `whole`, which is of no use afterwards.
+    To save memory, matrices are removed from the tables of `whole`, which cannot be used afterwards.
     """
     if chosen.reduction == 0.0 and chosen.precision == whole.fidelity.precision:
         return replace(whole, fidelity=chosen)

@@ -1,7 +1,7 @@
 """Stress matrices as they are stored and applied: whole or as a product of two, in one of four precisions.
 
-Applying one is bound by the memory it touches. Columns lie as (component, y, x), so those under a contact form a few
-contiguous runs, and a run is read in order by one product of its own, where gathering it first would read it twice.
+The time of a product is that of reading the matrix from memory. Columns are ordered (component, y, x), so those under a
+contact form a few contiguous runs. Each run is read once, by a product of its own, without gathering columns first.
 
 In half precision and in bytes every row is scaled to what float16 or int8 can hold. The scale of float16 is a power of
 two, so scaling itself loses nothing: entries down to 4e-9 of the row's largest keep eleven bits, and smaller ones an
@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from mjtactile._types import Array, Tables
 
-#: Unused columns between two runs that are cheaper to read than to leave out.
+#: Up to this many unused columns between two runs are read rather than skipped.
 _BRIDGED = 12
 #: Exponent of the largest entry of a scaled row; float16 ends just below 2^16.
 _TOP_EXPONENT = 15
@@ -50,7 +50,7 @@ def narrow_to_bytes(matrix: npt.NDArray[Any]) -> tuple[npt.NDArray[np.int8], npt
 def widen(
     stored: npt.NDArray[np.float16] | npt.NDArray[np.int8], scale: npt.NDArray[np.float32]
 ) -> npt.NDArray[np.float32]:
-    """What `narrow` or `narrow_to_bytes` made narrow, in single precision and in memory of its own."""
+    """A matrix from `narrow` or `narrow_to_bytes` in single precision, as a new array (columns, rows)."""
     wide = stored.astype(np.float32)
     wide *= scale
     return wide
@@ -68,7 +68,7 @@ class ClassForces:
 
     @cached_property
     def runs(self) -> list[slice]:
-        """Runs of columns that hold every force."""
+        """Slices of columns that together contain all nonzero forces."""
         used = np.flatnonzero(self.values.any(axis=0))
         if not len(used):
             return []
@@ -82,13 +82,13 @@ class StressMatrix:
     """A linear map from forces to stress coordinates.
 
     Attributes:
-        factors: one array (columns, rows), or two whose product it is, (columns, rank) and (rank, rows) [Pa/N].
+        factors: one array (columns, rows) [Pa/N], or two arrays (columns, rank) and (rank, rows) with this product.
     """
 
     factors: tuple[npt.NDArray[Any], ...]
 
     def times(self, forces: ClassForces) -> Array:
-        """Stress coordinates (batch, rows) of the scaled forces, in the matrix's precision."""
+        """Stress coordinates (batch, rows) under scaled forces, in the matrix's precision."""
         first, *others = self.factors
         values = forces.values.astype(first.dtype)
         product = np.zeros((len(values), first.shape[1]), first.dtype)
@@ -100,10 +100,10 @@ class StressMatrix:
 
 
 def stored_matrix(name: str, factors: tuple[npt.NDArray[Any], ...], precision: str) -> Tables:
-    """Arrays under which a matrix is stored: whole as `name`, factored as `name left` and `name right`.
+    """Arrays, by name, in which a matrix is stored: `name` if whole, `name left` and `name right` if factored.
 
-    In float16 and int8, `... scale` beside each array holds the scales of its rows. In int8 a left factor is stored in
-    float16: it is small, its rows mix patterns of very different strength, and every force passes through it.
+    In float16 and int8, an additional array `... scale` has the scales of each array's rows. With int8, left factors
+    are stored in float16: they are small, and their entries differ much in size.
     """
     tables: Tables = {}
     places = _names(name, len(factors))
@@ -118,10 +118,10 @@ def stored_matrix(name: str, factors: tuple[npt.NDArray[Any], ...], precision: s
 
 
 def read_matrix(tables: Tables, name: str) -> StressMatrix:
-    """The matrix stored by `stored_matrix`; float16 and int8 are widened here, the others stay where they lie.
+    """The matrix stored by `stored_matrix`; float16 and int8 are widened, other precisions are not copied.
 
     Raises:
-        KeyError: when there is no such matrix.
+        KeyError: there is no such matrix.
     """
     factors = (_read(tables, place) for place in _names(name, 1 if name in tables else 2))
     return StressMatrix(tuple(factors))

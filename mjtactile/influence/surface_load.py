@@ -1,4 +1,4 @@
-"""Tractions on a pad's surface, and what is known of the contact they come from."""
+"""Tractions on a pad's surface, and the state of the contact that causes them."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ Area = Polygon | MultiPolygon
 
 @dataclass(frozen=True, kw_only=True)
 class ContactState:
-    """What a contact law found out besides the tractions; NaN where the law does not say."""
+    """Results of a contact law besides the tractions; NaN where the law does not compute them."""
 
-    #: How far the body moved into the pad from first touch [m], at the footprint's centroid; of a sensor, where it is
-    #: deepest.
+    #: Displacement of the body into the pad since first contact [m]: at the footprint's centroid; for a sensor, the
+    #: largest.
     indentation: float = math.nan
     tilts: tuple[float, float] = (math.nan, math.nan)  #: rotation of the body about the pad's x and y axes [rad]
-    contact_area: float = 0.0  #: under pressure [m^2]
+    contact_area: float = 0.0  #: area under pressure [m^2]
     peak_pressure: float = 0.0  #: largest mean pressure over a contact cell [Pa]
-    stick_area: float = math.nan  #: where the surface does not slip under the body [m^2]
+    stick_area: float = math.nan  #: area where the surface does not slip along the body [m^2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,10 @@ class SurfaceLoad:
     Attributes:
         forces: on the surface grid's nodes [N], pad frame, shape (nodes y, nodes x, 3).
         surface: the grid.
-        covered: the part of the surface that carries pressure [m], or what draws it when asked.
-        residual_force: given force minus the force carried [N], shape (3,); zero when the law could carry it.
+        covered: the part of the surface that carries pressure [m], or a function that returns it.
+        residual_force: given force minus the force carried [N], pad frame, shape (3,); zero if all of it is carried.
         residual_moment: given moment minus the moment carried [N m], about the pad's origin, shape (3,).
-        state: what else the contact law found.
+        state: further results of the contact law.
     """
 
     forces: Array
@@ -64,7 +64,7 @@ class SurfaceLoad:
 
     @property
     def indentation(self) -> float:
-        """How far the body moved into the pad from first touch, at the footprint's centroid [m]; see ContactState."""
+        """Displacement of the body into the pad since first contact [m]; see ContactState."""
         return self.state.indentation
 
     @property
@@ -79,7 +79,7 @@ class SurfaceLoad:
 
     @property
     def peak_pressure(self) -> float:
-        """Largest mean pressure over a contact cell, or anywhere where the law has no cells [Pa]."""
+        """Largest mean pressure over a contact cell [Pa]; largest pressure for a law without cells."""
         return self.state.peak_pressure
 
     def resultant(self) -> tuple[Array, Array]:
@@ -92,7 +92,7 @@ class SurfaceLoad:
         return np.array([fx.sum(), fy.sum(), fz.sum()]), moment
 
     def __add__(self, other: SurfaceLoad) -> SurfaceLoad:
-        """Both loads at once: tractions of several bodies on one pad add up. Indentation and tilts become NaN."""
+        """The sum of the loads of two bodies on one pad; indentation and tilts become NaN."""
         if self.forces.shape != other.forces.shape:
             raise ContactError(
                 f"loads on different surface grids do not add: {self.forces.shape} and {other.forces.shape} nodes. "
@@ -113,22 +113,22 @@ class SurfaceLoad:
 
     @classmethod
     def from_tractions(cls, influence: PadTables, outline: BaseGeometry, traction: Traction) -> SurfaceLoad:
-        """A load that is known rather than found by a contact law, on a flat or curved pad.
+        """The load of a known traction, without a contact law, on a flat or curved pad.
 
         Args:
             influence: influence matrices of the pad.
-            outline: polygon or multipolygon in the projection onto (x, y), pad frame [m], holes allowed. What overhangs
-                the pad carries nothing.
-            traction: function of points of the surface (n, 3) [m] and their unit normals out of the pad (n, 3), both in
-                the pad frame: what acts on the pad there [Pa] per area of the surface, shape (n, 3). A pressure p is
-                `lambda points, normals: -p * normals`.
+            outline: polygon or multipolygon in the projection onto (x, y), pad frame [m], holes allowed. Parts beyond
+                the pad are ignored.
+            traction: function of points of the surface (n, 3) [m] and unit normals out of the pad (n, 3), both in the
+                pad frame. It returns the traction on the pad per area of the surface [Pa], shape (n, 3). A pressure p
+                is `lambda points, normals: -p * normals`.
 
         Returns:
             The load; its contact area is that of the surface under the outline.
 
         Raises:
-            FootprintError: when the outline is not a valid area, or covers none of the pad.
-            ContactError: when the traction gives another shape, or is not finite.
+            FootprintError: the outline is not a valid area, or does not overlap the pad.
+            ContactError: the traction has another shape, or is not finite.
         """
         surface = influence.surface
         area = area_on_sheet(outline, surface.sheet)
@@ -138,5 +138,5 @@ class SurfaceLoad:
 
     @classmethod
     def none(cls, surface: SurfaceGrid) -> SurfaceLoad:
-        """No load at all."""
+        """A load without tractions."""
         return cls(np.zeros((*surface.node_shape, 3)), surface, Polygon(), state=ContactState(stick_area=0.0))

@@ -1,8 +1,8 @@
 """Influence matrices on disk: one safetensors file, written atomically, with checksums, read by mapping.
 
 safetensors is a documented, safe, language-neutral container (a JSON header, then raw arrays), so other programs can
-read these files. Beside the metadata the header keeps a checksum of every array and one of itself. A process compares
-them when it first opens a file; arrays are memory-mapped, so that processes share what they read.
+read these files. The header contains metadata, a checksum of every array and one of itself. A process verifies them
+when it first opens a file. Arrays are memory-mapped, so that processes share memory.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from mjtactile._types import Tables
 from mjtactile.errors import CorruptInfluenceError, StaleInfluenceError
 from mjtactile.fem.stiffness import Parity
 
-#: Raised whenever the meaning of a stored array changes; older files are then rebuilt.
+#: Incremented whenever the meaning of a stored array changes; older files are then rebuilt.
 FORMAT_VERSION = 3
-#: Raised whenever the numbers of curved pads' tables change; flat pads' stay valid.
+#: Incremented whenever the numbers in curved pads' tables change; tables of flat pads stay valid.
 SWEPT_VERSION = 1
 
 
@@ -36,9 +36,9 @@ _DTYPES = {
     "I8": np.int8,
 }
 _HEADER_LENGTH_BYTES = 8
-#: Files found whole in this process, by device, inode, size, and times of the last changes.
+#: Files that this process verified, by device, inode, size, and times of the last changes.
 _whole: set[tuple[int, ...]] = set()
-#: A file that changed less than this ago is compared again next time: file systems count time in steps [s].
+#: A file changed less than this ago is verified again, because time stamps of file systems are coarse [s].
 _SETTLED = 2.0
 
 
@@ -52,7 +52,7 @@ def write_tables(path: Path, tables: Tables, metadata: dict[str, Any]) -> None:
     """Write arrays, JSON metadata and checksums of both to a file that appears complete or not at all.
 
     Raises:
-        OSError: when the folder cannot be written or the disk is full; nothing is left behind.
+        OSError: the folder cannot be written or the disk is full; no partial file remains.
     """
     from safetensors.numpy import save_file
 
@@ -70,14 +70,14 @@ def write_tables(path: Path, tables: Tables, metadata: dict[str, Any]) -> None:
 
 
 def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
-    """Map the arrays of a file, read-only, and parse its metadata.
+    """Memory-map the arrays of a file, read-only, and parse its metadata.
 
-    All bytes are compared with the file's checksums when this process first opens it, and again when it was changed.
+    All checksums are verified when this process first opens the file, and again after it was changed.
 
     Raises:
-        FileNotFoundError: when there is no such file.
-        CorruptInfluenceError: when the file is truncated, damaged or not one of ours.
-        StaleInfluenceError: when the file is from before there were checksums.
+        FileNotFoundError: there is no such file.
+        CorruptInfluenceError: the file is truncated, damaged or not an influence table.
+        StaleInfluenceError: the file was written by a version without checksums.
     """
     from safetensors import SafetensorError, safe_open
 
@@ -85,7 +85,7 @@ def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
         raise FileNotFoundError(f"{path} does not exist. Build the table: mjtactile build")
     try:
         with safe_open(path, framework="np"):
-            pass  # checks that the header's arrays fill the file, each as large as its shape
+            pass  # opening checks that the header's arrays fill the file and have the sizes of their shapes
         with path.open("rb") as file:
             state = os.fstat(file.fileno())
             content = np.memmap(file, dtype=np.uint8, mode="r")
@@ -103,10 +103,10 @@ def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
-    """The metadata of a file; its arrays are neither read nor compared with their checksums.
+    """The metadata of a file, without reading or verifying its arrays.
 
     Raises:
-        CorruptInfluenceError: when the file is truncated, damaged or not one of ours.
+        CorruptInfluenceError: the file is truncated, damaged or not an influence table.
     """
     from safetensors import SafetensorError, safe_open
 
@@ -125,13 +125,13 @@ def _read_header(content: npt.NDArray[np.uint8]) -> tuple[Tables, dict[str, str]
     tables: Tables = {}
     for name, entry in header.items():
         first, last = (start + offset for offset in entry["data_offsets"])
-        # Plain arrays over the mapped file: slicing a memmap costs more than many a product with the slice.
+        # Plain arrays over the mapped file, because slicing a np.memmap is slow.
         tables[name] = np.asarray(content[first:last].view(_DTYPES[entry["dtype"]]).reshape(entry["shape"]))
     return tables, about
 
 
 def _check_once(tables: Tables, about: dict[str, str], state: os.stat_result) -> None:
-    """Refuse, by ValueError, arrays that do not match their checksums; once per process and state of the file."""
+    """Verify checksums once per process and state of the file; raises ValueError if an array does not match."""
     known = (state.st_dev, state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
     if known in _whole:
         return

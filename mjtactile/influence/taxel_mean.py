@@ -1,10 +1,10 @@
-"""Readings as norms of mean stress: a taxel's ball, or each quarter of it, is one averaged point.
+"""Readings as norms of mean stress: the stress is averaged over a taxel's ball, or over each quarter of it.
 
 A reading is then the von Mises stress of the mean stress over the ball, or the mean of those of its four quarters. By
-the triangle inequality it is at most the mean of the von Mises stress over all sample points, and less only as far as
-the stress changes its direction within what was averaged. Close to a contact it does so along the surface more than
-with depth: the ball is quartered by two planes along its normal. What is stored has the form of tables with one sample
-point per part, so that everything that reads tables reads these.
+the triangle inequality it is at most the mean of the von Mises stress over all sample points; it is less only where the
+stress tensor's direction varies within the averaged part. Near a contact the direction varies more along the surface
+than with depth, so two planes through the normal cut the ball into quarters. Tables have the usual format, with one
+sample point per part.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from mjtactile.fem.symmetry import MirrorPlanes
 from mjtactile.fem.taxel_quadrature import folded_sampling, sampling_tables, stored_average
 from mjtactile.pad import LENGTH_TOLERANCE, Pad
 
-#: Sample points this close to a plane that quarters a ball, over the ball's radius, lie on it, half on either side.
+#: Sample points closer than this, over the ball's radius, to a plane between quarters count half in each quarter [-].
 _ON_PLANE = 100 * LENGTH_TOLERANCE
-#: Quarters with less than this share of what is left of a ball are none: the rest lies beyond the pad's side.
+#: Quarters with less than this fraction of the clipped ball lie beyond the pad's side and are dropped [-].
 _LEAST_SHARE = 1e-9
 
 
@@ -43,19 +43,19 @@ class LayerMeans:
         balls = _whole_balls(pad, sampling, sensing_layer)
         parts = _quarters(pad, sampling, sensing_layer, balls) if averaging == "quarters" else balls
         points, folded = folded_sampling(pad, parts.centres, parts.share, parts.taxel)
-        #: Sampling tables that take the place of the layer's own.
+        #: Sampling tables that replace the layer's own.
         self.sampling: Tables = sampling_tables(points, sensing_layer)
-        # Of the parts that the mirrors map onto each other, any one may stand for all.
+        # Parts that mirrors map onto each other are represented by one of them.
         _, chosen = np.unique(folded.index, return_index=True)
         self._rows = parts.rows[chosen]
         self._home = folded.quadrant[chosen]
 
     def averaged(self, matrix: npt.NDArray[np.floating], number: int, odd: Sequence[Mask]) -> npt.NDArray[np.floating]:
-        """One class's matrix of the averaged points (columns, folded parts * coordinates) from that of all points.
+        """A class's matrix for the averaged points (columns, folded parts * coordinates).
 
         Args:
-            matrix: (columns, folded points * coordinates), of all columns or some.
-            number: of the class.
+            matrix: that for all points (columns, folded points * coordinates), with all or some columns.
+            number: index of the class.
             odd: coordinates that change their sign under x -> -x, and under y -> -y.
         """
         return _averaged(matrix, self._rows, self._home, (self._mirrors, number), odd)
@@ -66,10 +66,10 @@ class _BallParts:
     """Parts of balls whose stress is averaged.
 
     Attributes:
-        taxel: which taxel's ball each is of.
-        share: of the ball [-]; those of one taxel sum to 1.
-        centres: points that stand for them [m], (parts, 3).
-        rows: averaging rows (parts, images * folded points).
+        taxel: index of each part's taxel, (parts,).
+        share: fraction of the ball [-], (parts,); those of one taxel sum to 1.
+        centres: positions in the pad frame [m], (parts, 3).
+        rows: weights of the sample points in each part's mean, (parts, images * folded points).
     """
 
     taxel: Indices
@@ -85,7 +85,7 @@ def _whole_balls(pad: Pad, sampling: Tables, sensing_layer: int) -> _BallParts:
 
 
 def _quarters(pad: Pad, sampling: Tables, sensing_layer: int, balls: _BallParts) -> _BallParts:
-    """Quarters of balls that two planes along the pad's normal leave, without those beyond the pad's side."""
+    """Quarters of balls, cut by two planes through the pad's normal, without those beyond the pad's side."""
     signs = np.array([(*image, 1) for image in MirrorPlanes(*pad.surface.mirrors).images])
     positions = (signs[:, None] * sampling[f"sampling points {sensing_layer}"]).reshape(-1, 3)
     weights = sparse.coo_array(balls.rows)
@@ -116,13 +116,13 @@ def _averaged(
     of_class: tuple[MirrorPlanes, int],
     odd: Sequence[Mask],
 ) -> npt.NDArray[np.floating]:
-    """One class's matrix (columns, folded parts * coordinates) from that of all points.
+    """A class's matrix for averaged points (columns, folded parts * coordinates).
 
     Args:
-        matrix: (columns, folded points * coordinates).
-        rows: averaging rows (folded parts, images * folded points) of the parts that stand for the others.
-        home: image each of these lies in.
-        of_class: the pad's mirrors, and the number of the class.
+        matrix: that for all points (columns, folded points * coordinates).
+        rows: weights of the sample points in each part's mean (folded parts, images * folded points).
+        home: index of the mirror image in which each of these parts lies.
+        of_class: the pad's mirrors, and the index of the class.
         odd: coordinates that change their sign under x -> -x, and under y -> -y.
     """
     (mirrors, number), parts, width = of_class, len(home), len(odd[0])

@@ -1,9 +1,9 @@
-"""Stress columns of the elements' corners, fitted so that loads spread onto corners read as they would on all nodes.
+"""Stress columns for loads at elements' corners, fitted so that readings are close to those of loads at all nodes.
 
-The plain columns of the corners answer a force on a corner exactly, which is not what they are used for: a load that
-was spread onto them stands for one on all nodes. Their columns are therefore moved, by ridge regression, to where
-discs of some diameters all over the sheet, pressed and sheared, respond as on all nodes. On the paper's pad, mesh
-"default", that takes away up to half of what spreading gets wrong near corners of punches and under spheres.
+The original columns of the corners are exact for a force at a corner. But forces at corners represent loads that were
+distributed over all nodes. The columns are therefore corrected by ridge regression, so that discs of several diameters
+all over the sheet, under normal and shear traction, have the response of loads at all nodes. On the paper's pad, mesh
+"default", this removes up to half of the error of loads at corners near corners of punches and under spheres.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from mjtactile.fem.symmetry import fold_forces
 from mjtactile.fem.vertex_loads import on_corners, onto_corners, require_corners_mirrored
 from mjtactile.influence.matrices import InfluenceMatrices
 
-#: Diameters of the discs over the largest element.
+#: Diameters of the discs over the largest element [-].
 _DISCS = (1.25, 2.0, 4.0)
-#: Distance of the discs over the largest element, unless that makes too many.
+#: Distance between the discs over the largest element [-], unless there would be too many.
 _SPACING = 0.75
-#: Most discs of one diameter on the quarter.
+#: Largest number of discs of one diameter on the quarter.
 _MOST_DISCS = 150
-#: Weight of staying with the plain columns over the mean weight of the loads.
+#: Ridge parameter: weight of the original columns over the mean weight of the loads [-].
 _RIDGE = 0.01
-#: Loads of a class below this, over the largest, are rounding.
+#: Loads of a class below this, over the largest, are neglected as rounding errors [-].
 _UNFELT = 1e-9
 
 
 class CornerColumns:
-    """Columns of the corners from those of all nodes, class by class.
+    """Columns of the corners from those of all nodes, for each class.
 
     Args:
-        whole: pad and fidelity of matrices with columns of all nodes; its tables are not looked at.
+        whole: influence matrices with columns of all nodes; only their pad and fidelity are used.
 
     Raises:
-        PresetError: when the mesh has an odd number of elements along an axis.
+        PresetError: the mesh has an odd number of elements along an axis.
     """
 
     def __init__(self, whole: InfluenceMatrices) -> None:
@@ -52,33 +52,33 @@ class CornerColumns:
         self._corrections = [_correction(*of_class) for of_class in zip(on_nodes, spread, self._kept, strict=True)]
 
     def of(self, matrix: npt.NDArray[Any], number: int) -> npt.NDArray[Any]:
-        """A class's matrix (columns of the corners, rows) from that of all nodes (columns, rows)."""
+        """Matrix (columns of the corners, rows) of the class with index `number`, from that of all nodes."""
         moved = self._corrections[number].astype(matrix.dtype) @ matrix
         return np.ascontiguousarray(matrix[self._kept[number]] + moved)
 
 
 def _correction(full: Array, few: Array, kept: Mask) -> npt.NDArray[Any]:
-    """What the corners' columns are moved by, as a linear map (corners, nodes) of all columns.
+    """Correction of the corners' columns as a linear map of all columns, (corners, nodes).
 
     Args:
         full: forces of the discs on all nodes, (loads, columns).
-        few: the same spread onto corners, (loads, columns of corners).
-        kept: which columns are corners'.
+        few: the same loads moved to the corners, (loads, columns of corners).
+        kept: mask of the corners' columns.
     """
-    # Small and large discs count alike; those that a class does not feel, because they lie on a mirror, say nothing.
+    # All discs get equal weight, except those on a mirror plane without a response in the class.
     size = np.linalg.norm(full, axis=1, keepdims=True)
     felt = size[:, 0] > _UNFELT * size.max()
     full, few = full[felt] / size[felt], few[felt] / size[felt]
     gram = few.T @ few
     gram[np.diag_indices(len(gram))] += _RIDGE * np.trace(gram) / len(gram)
-    # The difference of both responses, and through it the columns' correction, is linear in the whole matrix.
+    # The difference of both responses, and thus the correction of the columns, is linear in the whole matrix.
     missed = full.copy()
     missed[:, kept] -= few
     return np.linalg.solve(gram, few.T @ missed)
 
 
 def _with_corners(whole: InfluenceMatrices) -> InfluenceMatrices:
-    """The same with loads on the corners; its tables are not in order yet."""
+    """The matrices with loads="corners" in their fidelity; their tables still have columns of all nodes."""
     return InfluenceMatrices(whole.pad, replace(whole.fidelity, loads="corners"), whole.tables)
 
 

@@ -1,7 +1,7 @@
-"""Datasets out to LeRobot: presses, environments and grasps as LeRobotDataset v3, which its package opens.
+"""Export to LeRobot: presses, environments and grasps as LeRobotDataset v3.
 
-The files are written with pyarrow alone, after the published format; the package itself, which brings PyTorch and
-much else, is not needed to write them. Environments are recorded by `mjtactile.lerobot.environment.LeRobotRecorder`.
+The files are written with pyarrow alone, following the published format. The package lerobot, which requires PyTorch,
+is not needed to write them. Environments are recorded by `mjtactile.lerobot.environment.LeRobotRecorder`.
 
 Needs pyarrow and gymnasium: `pip install "mjtactile[lerobot]"`.
 """

@@ -1,4 +1,4 @@
-"""Environments recorded: every episode that is stepped through the wrapper becomes an episode of a LeRobotDataset."""
+"""A wrapper that records every episode of an environment as an episode of a LeRobotDataset."""
 
 from __future__ import annotations
 
@@ -21,19 +21,20 @@ _READINGS = {"readings": READING_SCALE, "pascals": 1.0}
 
 
 class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """Records what an environment of ours shows and is told.
+    """Records observations, actions and rewards of an environment.
 
-    A frame is an observation, the action taken on it, and the reward of that action. Readings are those observed, with
-    noise and transducer, in pascals. The dataset is there after `close()`, with all episodes that ended.
+    A frame is an observation, the action taken on it, and the reward of that action. Readings are the observed ones,
+    with noise and transducer, in pascals. The dataset exists after `close()` and contains all finished episodes.
 
     Args:
         env: a `TactileEnv`, wrapped or not, that observes "readings" or "pascals".
-        folder: to make.
-        task: what is to be done, in words; by default what the task says of itself.
+        folder: of the new dataset; it must not exist.
+        task: description of the task; by default that of the environment's task.
         flat: readings as vectors; see `tactile_features`.
 
     Raises:
-        DatasetError: the environment observes no readings, its control rate is no whole number, or the folder exists.
+        DatasetError: the environment does not observe readings, its control rate is not an integer, or the folder
+            exists.
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any], folder: Path, *, task: str | None = None, flat: bool = False):
@@ -59,13 +60,13 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._closed = False
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode; one that did not end is left out."""
+        """Begin an episode; an unfinished episode is dropped."""
         seen, told = self.env.reset(**options)
         self._seen, self._frames = seen, []
         return seen, told
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Act, and keep what was seen before and what came of it."""
+        """Step the environment and record the previous observation, the action and the reward."""
         before = self._seen
         seen, reward, terminated, truncated, told = self.env.step(action)
         if before is not None:
@@ -79,7 +80,7 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         return seen, reward, terminated, truncated, told
 
     def close(self) -> None:
-        """Write the dataset, and close the environment; harmless when done twice."""
+        """Write the dataset and close the environment; further calls have no effect."""
         if not self._closed:
             self._closed = True
             self._writer.__exit__(None, None, None)

@@ -1,4 +1,4 @@
-"""What a column of a LeRobotDataset holds, and the columns of a pad."""
+"""Columns of a LeRobotDataset, and those of a pad."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from mjtactile.errors import DatasetError
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
 
-#: What columns may hold.
+#: Types of columns.
 _KINDS = ("float32", "int64", "bool")
-#: Arrays of more axes the format does not know.
+#: Largest number of array axes in the format.
 _MOST_AXES = 5
 
 
@@ -26,10 +26,10 @@ class Feature:
         dtype: "float32", "int64" or "bool".
         shape: of one frame's entry; (1,) for a number.
         names: of its components, or of its axes; None for none.
-        info: units and whatever else a reader should know, as plain values.
+        info: units and further information for readers, as plain values.
 
     Raises:
-        DatasetError: for a type or shape that the format does not know.
+        DatasetError: the format does not support the type or shape.
     """
 
     dtype: str = "float32"
@@ -38,7 +38,7 @@ class Feature:
     info: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what the format does not know."""
+        """Refuse types and shapes that the format does not support."""
         if self.dtype not in _KINDS:
             raise DatasetError(f"a feature of type {self.dtype!r}; expected one of {', '.join(_KINDS)}.")
         if not 1 <= len(self.shape) <= _MOST_AXES or min(self.shape) < 1:
@@ -46,7 +46,7 @@ class Feature:
 
     @property
     def description(self) -> dict[str, Any]:
-        """As in meta/info.json."""
+        """The column's entry in meta/info.json."""
         said = {"dtype": self.dtype, "shape": list(self.shape), "names": self.names}
         return said | ({"info": self.info} if self.info else {})
 
@@ -57,12 +57,12 @@ def vector(names: list[str], unit: str) -> Feature:
 
 
 def tactile_key(pad: str) -> str:
-    """The column of a pad's readings."""
+    """Name of the column of a pad's readings."""
     return f"observation.tactile.{pad}"
 
 
 def between_key(pad: str) -> str:
-    """The column of a pad's readings since the frame before, where there are several to a frame."""
+    """Name of the column of all readings of a pad since the previous frame, if there are several per frame."""
     return f"observation.tactile_between.{pad}"
 
 
@@ -71,19 +71,19 @@ def tactile_features(
 ) -> dict[str, Feature]:
     """Columns of a pad's readings.
 
-    `observation.tactile.<name>` is the reading at the frame's time. Where the pad is read more often than frames are
-    taken, `observation.tactile_between.<name>` has all readings since the frame before, oldest first, the last of
-    them being the frame's own.
+    `observation.tactile.<name>` is the reading at the frame's time. If the pad is read several times per frame,
+    `observation.tactile_between.<name>` contains all readings since the previous frame, oldest first; the last one is
+    the frame's own.
 
     Args:
         name: of the pad.
-        pad: that is read.
-        rate: of its readings [Hz]; None where there is no time between frames, as of single presses.
-        per_frame: readings to a frame.
-        flat: each reading as one vector, for policies that take nothing else.
+        pad: the pad.
+        rate: of its readings [Hz]; None for single presses without a time.
+        per_frame: number of readings per frame.
+        flat: store each reading as a vector, for policies that take only vectors.
 
     Returns:
-        Features by column; their `info` has unit, places of the taxels [m] and, for flat ones, the shape that they had.
+        Features by column; their `info` has unit, positions of the taxels [m] and, for flat ones, the original shape.
     """
     shape, axes = pad.reading_shape, _axes(pad)
     info = {
@@ -110,7 +110,7 @@ def _axes(pad: Pad) -> list[str]:
 
 
 def _taxel_places(pad: Pad) -> dict[str, Any]:
-    """Where taxels are [m]: lines of a grid as seen from above, and depths along the normals; or points (x, y, z)."""
+    """Positions of taxels [m]: x and y of a grid, and depths along the normals; or points (x, y, z)."""
     if isinstance(pad.taxels, FreeTaxels):
         return {"taxel_points": [list(point) for point in pad.taxels.points]}
     return {
@@ -127,7 +127,7 @@ def tactile_columns(
 
     Args:
         name: of the pad.
-        readings: (frames, readings to a frame, *reading_shape) [Pa].
+        readings: (frames, readings per frame, *reading_shape) [Pa].
         flat: see `tactile_features`.
     """
     frames, per_frame = readings.shape[:2]

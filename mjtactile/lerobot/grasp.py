@@ -1,4 +1,4 @@
-"""Lifts recorded: each trial of the lift experiment as an episode, touch at its own rate, above that of frames."""
+"""Recording of the lift experiment: each trial is an episode, with readings at a higher rate than frames."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from mjtactile.lerobot.writer import LeRobotWriter
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import OPTION
 
-#: Of the gripper, as its own sensors and its commands have it.
+#: Components of the gripper's state and of its commands.
 _STATE = ("opening", "opening_rate", "wrist_x", "wrist_z")
 _ACTIONS = ("grip", "wrist_x", "wrist_z")
-#: Readings per second: those of the experiment's ticks [Hz].
+#: Rate of readings, one per tick of the experiment [Hz].
 TOUCH_RATE = round(1.0 / (STEPS_PER_TICK * float(OPTION["timestep"])))
 
 
@@ -38,7 +38,7 @@ class RecordedTouch:
     """A sense of touch that records readings of both pads, state and commands at every tick.
 
     Args:
-        inner: what the controller is told.
+        inner: the sense of touch that the controller uses.
     """
 
     reads = True
@@ -48,7 +48,7 @@ class RecordedTouch:
         self.ticks: list[Tick] = []
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """Felt by the sense of touch that is recorded."""
+        """Loads from the inner sense of touch, after recording the state."""
         readings = np.array([data.sensor(name).data.reshape(Pad().reading_shape) for name in GRIPPER_PADS])
         state = np.array([data.sensor(name).data[0] for name in _STATE])
         commands = np.array([data.ctrl[model.actuator(name).id] for name in _ACTIONS])
@@ -68,18 +68,18 @@ def record_lifts(
     """Record trials of the lift experiment.
 
     Args:
-        folder: to make.
-        episodes: how many trials.
+        folder: of the new dataset; it must not exist.
+        episodes: number of trials.
         settings: of the trials.
-        condition: "true" or "recognised": what the controller is told of the touch.
-        fps: frames per second; it divides the rate of touch, `TOUCH_RATE` [Hz].
+        condition: the controller's information on the contact: "true" loads, or "recognised" ones.
+        fps: frames per second [Hz]; it must divide `TOUCH_RATE`.
         flat: readings as vectors; see `tactile_features`.
 
     Returns:
-        What the judge says of each trial.
+        The judge's results for each trial.
 
     Raises:
-        DatasetError: the rate does not divide that of touch, there is no such condition, or the folder exists.
+        DatasetError: `fps` does not divide `TOUCH_RATE`, there is no such condition, or the folder exists.
     """
     if fps < 1 or TOUCH_RATE % fps:
         raise DatasetError(f"fps = {fps} does not divide the {TOUCH_RATE} readings per second; try 10, 25, 50 or 125.")
@@ -117,9 +117,9 @@ def record_lifts(
 
 
 def _columns(ticks: list[Tick], per_frame: int, flat: bool) -> dict[str, Any]:
-    """Frames of an episode; ticks at its end that make up no whole frame are left out.
+    """Frames of an episode; remaining ticks at its end that do not fill a frame are dropped.
 
-    A frame's state is that at its end, where its last reading is; its action is the command that comes next.
+    A frame's state is that at its end, the time of its last reading; its action is the next command.
     """
     frames = (len(ticks) - 1) // per_frame
     whole = ticks[1 : 1 + frames * per_frame]  # the first tick is before anything moved

@@ -1,4 +1,4 @@
-"""A dataset of presses as LeRobotDataset: an episode is what shares an outline, a frame is a press."""
+"""A dataset of presses as a LeRobotDataset: presses that share an outline are an episode, each press a frame."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from mjtactile.dataset.spec import spec_from
 from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features, vector
 from mjtactile.lerobot.writer import LeRobotWriter
 
-#: Of the only pad there is.
+#: Name of the only pad.
 PAD = "pad"
-#: Presses are single: time says nothing but their order.
+#: Nominal rate [Hz]: single presses have no time, only an order.
 _FPS = 1
 _VECTORS = {
     "label.force": (["force_x", "force_y", "force_z"], "N"),
@@ -27,19 +27,19 @@ _VECTORS = {
 
 
 def presses_to_lerobot(presses: Path, folder: Path, *, flat: bool = False, progress: bool = True) -> int:
-    """Write a dataset of presses (`make_dataset`) anew, for LeRobot.
+    """Convert a dataset of presses (`make_dataset`) to a LeRobotDataset.
 
     Args:
-        presses: folder of Parquet files.
-        folder: to make.
+        presses: folder of the dataset of presses.
+        folder: of the new dataset; it must not exist.
         flat: readings as vectors; see `tactile_features`.
         progress: show a bar on a terminal.
 
     Returns:
-        How many episodes were written.
+        Number of episodes written.
 
     Raises:
-        DatasetError: there are no presses, or the folder is there already.
+        DatasetError: there are no presses, or the folder exists.
     """
     data = read_dataset(presses)
     spec = spec_from(data.metadata["spec"])

@@ -1,4 +1,4 @@
-"""Statistics of columns, by which policies are told how large things are: of an episode, and of all of them."""
+"""Statistics of columns, for normalisation in policies: of one episode, and of all together."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def column_statistics(values: npt.NDArray[Any]) -> Statistics:
 
 
 def joined(first: Statistics, second: Statistics) -> Statistics:
-    """Statistics of two sets of frames together; quantiles are means weighted by frames, as LeRobot's own."""
+    """Joint statistics of two sets of frames; quantiles are averaged with weights as in LeRobot itself."""
     n, m = float(first["count"][0]), float(second["count"][0])
     share = m / (n + m)
     mean = first["mean"] + share * (second["mean"] - first["mean"])

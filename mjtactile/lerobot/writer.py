@@ -1,13 +1,13 @@
-"""LeRobotDataset v3 on disk, as its format is published: frames in Parquet files, episodes and tasks beside them.
+"""Writer of the published format LeRobotDataset v3: Parquet files of frames, episodes and tasks.
 
-    meta/info.json                                  features, rates, where files lie
-    meta/stats.json                                 of all frames
-    meta/tasks.parquet                              what was to be done, by number
-    meta/episodes/chunk-000/file-000.parquet        where each episode's frames are, and their statistics
+    meta/info.json                                  features, rates, paths of files
+    meta/stats.json                                 statistics of all frames
+    meta/tasks.parquet                              descriptions of tasks by index
+    meta/episodes/chunk-000/file-000.parquet        location and statistics of each episode's frames
     data/chunk-000/file-000.parquet                 frames, episode after episode
 
-Source: https://github.com/huggingface/lerobot, version 0.4, `lerobot.datasets`. A dataset appears whole or not at all:
-it is written to a folder beside, which takes its name at the end.
+Source: https://github.com/huggingface/lerobot, version 0.4, `lerobot.datasets`. A dataset appears complete or not at
+all: it is written to a temporary folder beside its own, which is renamed at the end.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 VERSION = "v3.0"
-#: Files per folder, and how large files get [MB].
+#: Largest number of files per folder, and size at which a new file begins [MB].
 _FILES_PER_CHUNK, _FILE_SIZE = 1000, 100
 _PLACE = "chunk-{chunk_index:03d}/file-{file_index:03d}"
 #: Columns that every dataset has.
@@ -46,16 +46,16 @@ _TASK_NAME = "__index_level_0__"
 
 
 class LeRobotWriter:
-    """Writes episodes. A context manager: the dataset is there when it ends, and nothing is there if it fails.
+    """Writes episodes, as a context manager: the dataset exists after the block, and nothing is left if it fails.
 
     Args:
-        folder: to make; must not exist.
-        fps: frames per second of time in the world, a whole number as the format has it [Hz].
-        features: columns by name, besides those that every dataset has.
-        robot: what was recorded.
+        folder: of the new dataset; it must not exist.
+        fps: frames per second of simulated time, an integer [Hz].
+        features: columns by name, besides those of every dataset.
+        robot: name of the robot.
 
     Raises:
-        DatasetError: the folder exists, or a name or the rate is none that the format takes.
+        DatasetError: the folder exists, or the format does not allow a name or the rate.
     """
 
     def __init__(self, folder: Path, *, fps: int, features: Mapping[str, Feature], robot: str | None = None) -> None:
@@ -75,7 +75,7 @@ class LeRobotWriter:
         self._open: Any = None
 
     def __enter__(self) -> LeRobotWriter:
-        shutil.rmtree(self._partial, ignore_errors=True)  # of a run that was killed
+        shutil.rmtree(self._partial, ignore_errors=True)  # left by a killed process
         self._partial.mkdir(parents=True)
         return self
 
@@ -93,8 +93,8 @@ class LeRobotWriter:
         """Write an episode.
 
         Args:
-            columns: by feature, each (frames, *shape of the feature); (frames,) will do for (frames, 1).
-            task: what was to be done, in words.
+            columns: by feature, each (frames, *shape of the feature); (frames,) is accepted for (frames, 1).
+            task: description of the task.
 
         Raises:
             DatasetError: a column is missing, unknown or of another shape, or there are no frames.
@@ -158,7 +158,7 @@ class LeRobotWriter:
         return {name: values[:, None] for name, values in columns.items()}
 
     def _write(self, table: pa.Table) -> dict[str, int]:
-        """Append frames to the file that is open, or to the next where that one is large; where they are."""
+        """Append frames to the open file, or to a new one if that is large enough; return their location."""
         import pyarrow.parquet as pq
 
         if self._written + table.nbytes > _FILE_SIZE * 2**20 and self._open is not None:
@@ -179,7 +179,7 @@ class LeRobotWriter:
             self._open = None
 
     def _finish(self) -> None:
-        """Write what is said of the dataset, and give the folder its name."""
+        """Write the metadata and rename the folder."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -219,7 +219,7 @@ class LeRobotWriter:
 
 
 def _array(values: npt.NDArray[Any], feature: Feature) -> pa.Array:
-    """A column: numbers, lists of fixed length for vectors, and lists in lists for arrays, as readers expect them."""
+    """A column in the format's types: numbers, lists of fixed length for vectors, nested lists for arrays."""
     import pyarrow as pa
 
     array = pa.array(np.ascontiguousarray(values).reshape(-1))
@@ -234,7 +234,7 @@ def _array(values: npt.NDArray[Any], feature: Feature) -> pa.Array:
 
 
 def _task_table(tasks: list[str]) -> pa.Table:
-    """Numbers of tasks by name, in the form of a pandas table that has the names for its index."""
+    """Indices of tasks, as a pandas table whose index is their descriptions."""
     import pyarrow as pa
 
     def column(name: str | None, field: str, kind: tuple[str, str]) -> dict[str, Any]:

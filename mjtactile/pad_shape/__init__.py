@@ -1,1 +1,1 @@
-"""What pads are shaped like: their outer surfaces, surfaces fitted to meshes, and taxels that stand anywhere."""
+"""Shapes of pads: outer surfaces, surfaces fitted to meshes, and taxels at free positions."""

@@ -1,12 +1,13 @@
-"""Outer surfaces fitted to meshes: vertical rays through a rectangle, and a smoothing spline through what they hit.
+"""Outer surfaces fitted to meshes: cast vertical rays onto the mesh and fit a smoothing spline to the points hit.
 
-Facets are chords of the surface that somebody meant: their corners lie on it, the rest inside. What a ray hits is
-moved outwards by what normals at the facet's corners say of its curvature (Boubekeur and Alexa, Phong tessellation, ACM
-Trans. Graph. 27, 2008; with the share 1/2 that is exact for spheres, to the second order of the facet's size).
+A facet's corners lie on the intended surface, but its interior lies inside a convex surface. A point hit by a ray is
+therefore moved outwards by the curvature that the normals at the facet's corners imply (Boubekeur and Alexa, Phong
+tessellation, ACM Trans. Graph. 27, 2008; with the factor 1/2, which is exact for spheres to the second order of the
+facet's size).
 
-The spline is quintic, so that curvatures are smooth, and its smoothing is that of P. Dierckx, Curve and Surface Fitting
-with Splines (1993), chapter 5, as scipy has it: few knots with which patch and mesh are, in the root mean square, no
-further apart than asked.
+The spline is quintic, so that curvatures are smooth. Smoothing follows P. Dierckx, Curve and Surface Fitting with
+Splines (1993), chapter 5, as in SciPy: as few knots as keep the root mean square distance between patch and mesh within
+the given bound.
 """
 
 from __future__ import annotations
@@ -24,26 +25,26 @@ from mjtactile.pad_shape.surfaces import SurfacePatch, positive_number
 if TYPE_CHECKING:
     import trimesh
 
-#: Rays along each axis of the rectangle.
+#: Number of rays along each axis of the rectangle.
 _RAYS = 97
-#: How far the fit reaches beyond the rectangle, over its width, where the mesh goes on.
+#: Margin of the fit around the rectangle where the mesh extends that far, over the rectangle's width [-].
 _MARGIN = 0.04
 #: Degree of the splines.
 _DEGREE = 5
-#: Smoothing over how far the hits were moved off their facets, root mean square.
+#: Default smoothing over the root mean square distance by which hits were moved off their facets [-].
 _OF_FACETS = 0.1
-#: Share of the way to the tangent planes at a facet's corners that a hit is moved.
+#: Fraction of the distance to the tangent planes at a facet's corners by which a hit is moved [-].
 _MOVED = 0.5
-#: Facets that meet at a larger angle meet at an edge that was meant [deg].
+#: Facets that meet at a larger angle form a real edge, not a smooth surface [deg].
 _CREASE = 30.0
-#: Least smoothing over the rectangle's width, far above rounding.
+#: Least smoothing over the rectangle's width [-], far above rounding errors.
 _LEAST_SMOOTHING = 1e-6
-#: Largest distance of patch and mesh over the rectangle's width: beyond it the mesh has a step, an edge or a fold.
+#: Largest distance between patch and mesh over the rectangle's width [-]; a larger one means a step, an edge or a fold.
 _MOST_DEVIATION = 0.02
-#: Larger meshes are not in metres [m].
+#: Largest extent of a mesh [m]; a larger one is probably not in metres.
 _LARGEST_MESH = 5.0
 _SCALE = "metres per unit of the mesh: 1e-3 for millimetres"
-#: How far from orthonormal rounding may take a frame's axes.
+#: Tolerance on the orthonormality of a frame's axes [-].
 _FRAME_TOLERANCE = 1e-6
 
 
@@ -60,13 +61,13 @@ def fitted_patch(
     Args:
         mesh: file that trimesh reads, or a mesh.
         size: width of the rectangle along (x, y) of the frame [m].
-        frame: pose (4, 4) of the rectangle's frame in the mesh's coordinates, in metres; None for the mesh's own.
+        frame: pose (4, 4) of the rectangle's frame in the mesh's frame, in metres; None for the mesh's own frame.
         scale: metres per unit of the mesh.
-        smoothing: root mean square distance of patch and mesh that is allowed [m]; None for what the mesh's own facets
-            make of it.
+        smoothing: allowed root mean square distance between patch and mesh [m]; None for a tenth of the distance by
+            which hits were moved off their facets.
 
     Returns:
-        The patch, with its largest distance from what the rays hit over the rectangle as `deviation`.
+        The patch; its `deviation` is the largest distance from the corrected hits over the rectangle [m].
 
     Raises:
         FileNotFoundError: when there is no such file.
@@ -89,7 +90,7 @@ def fitted_patch(
 
 
 def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) -> Array:
-    """Corners (triangles, 3, 3) [m] in the frame."""
+    """Corners of the mesh's triangles in the frame [m], shape (triangles, 3, 3)."""
     import trimesh
 
     name = "the mesh"
@@ -99,8 +100,8 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
         if not path.is_file():
             raise FileNotFoundError(f"{path} is no file. Give the file of a mesh, such as an STL.")
         try:
-            mesh = trimesh.load(path, force="mesh", process=False)  # which would drop facets that are no numbers
-        except Exception as error:  # whatever a reader of some format raises
+            mesh = trimesh.load(path, force="mesh", process=False)  # processing drops facets with NaN silently
+        except Exception as error:  # readers of file formats raise many types
             raise PadError(f"{path} cannot be read as a mesh: {error}") from error
         if isinstance(mesh, trimesh.Trimesh) and not len(mesh.faces):
             raise PadError(f"{path} holds no triangles: it is empty, cut short, or no mesh. Export it again.")
@@ -135,17 +136,17 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
 
 
 def _ray_line(along: Array, extent: float) -> Array:
-    """Where rays go down along one axis: over the rectangle, and a margin where the mesh goes on."""
+    """Coordinates of the rays along one axis [m]: over the rectangle and, where the mesh extends that far, a margin."""
     half, margin = extent / 2, _MARGIN * extent
     reach = min(half + margin, float(along.max()), -float(along.min()))
     return np.linspace(-1.0, 1.0, _RAYS) * (reach if reach >= half else half)
 
 
 def _top_heights(triangles: Array, x: Array, y: Array) -> tuple[Array, Indices]:
-    """Heights (rays y, rays x) at which vertical rays from above hit first, and what: NaN and -1 where nothing.
+    """First hits of vertical rays from above: heights [m] and triangle indices, both (rays y, rays x).
 
-    trimesh's own rays need rtree. These are vertical and on a grid, so that a triangle knows by its bounds which it may
-    meet.
+    A ray without a hit has NaN and -1. trimesh's own ray casting needs rtree. These rays are vertical and on a grid, so
+    the bounds of a triangle give the rays that may hit it.
     """
     heights = np.full((len(y), len(x)), -np.inf)
     owner = np.full(heights.shape, -1)
@@ -174,7 +175,7 @@ def _top_heights(triangles: Array, x: Array, y: Array) -> tuple[Array, Indices]:
 
 
 def _refuse_far_surface(heights: Array, size: tuple[float, float]) -> None:
-    """Refuse a frame whose origin is nowhere near the surface, as under a mesh that is upside down."""
+    """Refuse a frame whose origin is far from the surface, as with a mesh that is upside down."""
     middle = float(heights[heights.shape[0] // 2, heights.shape[1] // 2])
     if abs(middle) > max(size) / 2:
         raise PadError(
@@ -199,7 +200,7 @@ def _refuse_holes(heights: Array, lines: list[Array], triangles: Array) -> None:
 
 
 def _reaches(triangles: Array) -> str:
-    """From where to where a mesh goes, in words."""
+    """The extent of a mesh as text for an error message."""
     low, high = 1e3 * triangles.min(axis=(0, 1)), 1e3 * triangles.max(axis=(0, 1))
     return ", ".join(f"from {name} = {a:.4g} to {b:.4g} mm" for name, a, b in zip("xyz", low, high, strict=True))
 
@@ -210,19 +211,19 @@ def _raised(triangles: Array, heights: Array, owner: Indices, lines: list[Array]
     places = np.stack([x, y, heights], axis=-1).reshape(-1, 3)
     hit, of_ray = np.unique(owner, return_inverse=True)
     normals = _corner_normals(triangles, hit)[of_ray.ravel()]
-    normals = normals * np.where(normals[..., 2:] < 0.0, -1.0, 1.0)  # what was hit from above faces up
+    normals = normals * np.where(normals[..., 2:] < 0.0, -1.0, 1.0)  # facets hit from above face up
     corners = triangles[owner.ravel()]
     shares = _barycentric(corners, places)
     away = np.einsum("pci,pci->pc", corners - places[:, None], normals)
     moved = _MOVED * np.einsum("pc,pc,pci->pi", shares, away, normals)
     upright = np.einsum("pc,pci->pi", shares, normals)
-    # Along the normal, as seen at the same place from above.
+    # The displacement along the normal, as a change of height at the same (x, y).
     lifted = np.einsum("pi,pi->p", moved, upright) / np.where(upright[:, 2] > 0.0, upright[:, 2], np.inf)
     return heights + lifted.reshape(heights.shape)
 
 
 def _barycentric(corners: Array, places: Array) -> Array:
-    """Shares (points, 3) of a triangle's corners in a point, as seen from above."""
+    """Barycentric coordinates of points in their triangles, seen from above, shape (points, 3)."""
     a, b, c = (corners[:, k, :2] for k in range(3))
     p = places[:, :2]
 
@@ -237,8 +238,8 @@ def _barycentric(corners: Array, places: Array) -> Array:
 def _corner_normals(triangles: Array, chosen: Indices) -> Array:
     """Unit normals (chosen, 3 corners, 3) of the surface at the corners of some triangles.
 
-    Facets that share a corner and no crease with a triangle count by their angles there (Thuermer and Wuethrich,
-    Computing vertex normals from polygonal facets, J. Graphics Tools 3, 1998).
+    Facets that share the corner are averaged with weights equal to their angles at it, except across creases (Thuermer
+    and Wuethrich, Computing vertex normals from polygonal facets, J. Graphics Tools 3, 1998).
     """
     from scipy.sparse import csr_array
 
@@ -259,7 +260,7 @@ def _corner_normals(triangles: Array, chosen: Indices) -> Array:
     of_vertex = csr_array((np.ones(len(vertex)), (vertex, np.arange(len(vertex)))), shape=(count, len(vertex)))
     pairs = of_vertex[vertex[wanted]].tocoo()
     own, other = wanted[pairs.row] // 3, pairs.col // 3
-    # Facets may be wound either way, in a mesh that was mirrored, or carelessly put together.
+    # Facets may be wound either way, as in a mirrored mesh.
     aligned = np.einsum("pi,pi->p", normals[own], normals[other])
     smooth = np.abs(aligned) > np.cos(np.radians(_CREASE))
     weights = angles[pairs.col] * smooth * np.sign(aligned)
@@ -288,7 +289,7 @@ def _spline(lines: list[Array], heights: Array, smoothing: float) -> SurfacePatc
 
 
 def _measured(patch: SurfacePatch, lines: list[Array], heights: Array, size: tuple[float, float]) -> SurfacePatch:
-    """The patch with its deviation along the normals, if that is no more than a smooth surface has."""
+    """The patch with its deviation from the hits, after checking that the deviation is small enough."""
     x, y = np.meshgrid(*lines)
     away = np.abs(patch.height(x, y) - heights) / patch.stretch(x, y)
     away = np.where((np.abs(x) <= size[0] / 2) & (np.abs(y) <= size[1] / 2), away, 0.0)

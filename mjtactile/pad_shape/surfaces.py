@@ -1,9 +1,9 @@
-"""Outer surfaces of pads: smooth graphs z(x, y) in the pad frame, with their slopes and curvatures.
+"""Outer surfaces of pads: smooth height fields z(x, y) in the pad frame, with their slopes and curvatures.
 
-A pad is swept from its outer surface along the inward normals: a point of it is X(x, y, d) = s(x, y) - d n(x, y), where
-s = (x, y, z(x, y)) is above the point (x, y) of the projection, n the unit normal out of the pad and d the depth.
-Derivatives of n are those of do Carmo, Differential Geometry of Curves and Surfaces (1976), section 3-3. Curvatures
-are positive where the surface bulges out of the pad: there an offset surface at depth d is shorter by 1 - d curvature.
+A pad is swept from its outer surface along the inward normals. A point of it is X(x, y, d) = s(x, y) - d n(x, y), where
+s = (x, y, z(x, y)) is the point of the surface, n the unit normal out of the pad, and d the depth. Derivatives of n
+follow do Carmo, Differential Geometry of Curves and Surfaces (1976), section 3-3. Curvatures are positive where the
+surface is convex: lengths on the offset surface at depth d are then smaller by the factor 1 - d curvature.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ import numpy.typing as npt
 from mjtactile._types import Array
 from mjtactile.errors import PadError
 
-#: Steepest slope of a surface against the plane it is a graph over [deg].
+#: Largest slope of a surface against the plane z = 0 [deg].
 MOST_SLOPE = 60.0
-#: Lines along each axis of the grid on which a surface is looked at.
+#: Points along each axis of the grid on which a surface is checked.
 _CHECK_LINES = 65
-#: Steps of Newton's iteration from a point to its foot, and the length of the last, over half the pad's width: the
-#: iteration is of the second order, so that rounding is what is left.
+#: Newton's iteration for feet: most steps, and length of the last step over half the pad's width. Convergence is
+#: quadratic, so that only rounding is left.
 _MOST_STEPS, _CONVERGED = 50, 1e-11
 
 
 class Jet(NamedTuple):
-    """Height of a surface and its derivatives at some points, arrays of one shape."""
+    """Height of a surface and its first and second derivatives at some points; arrays of one shape."""
 
     z: Array  #: height [m]
     x: Array  #: dz/dx [-]
@@ -42,28 +42,28 @@ class Jet(NamedTuple):
 
 
 class Surface(ABC):
-    """A smooth graph z(x, y) in the pad frame; values that are equal are the same surface."""
+    """A smooth height field z(x, y) in the pad frame. Equal values describe the same surface."""
 
-    #: Name under which descriptions know this kind of surface.
+    #: Name of this kind of surface in descriptions.
     kind: ClassVar[str]
 
     @abstractmethod
     def jet(self, x: Array, y: Array) -> Jet:
-        """Height and derivatives above points of the projection [m]; NaN where there is no surface."""
+        """Height and derivatives at points (x, y) [m]; NaN where there is no surface."""
 
     @property
     @abstractmethod
     def mirrors(self) -> tuple[bool, bool]:
-        """Whether the surface is its own mirror image under x -> -x, and under y -> -y."""
+        """Whether the surface is symmetric under x -> -x, and under y -> -y."""
 
     @property
     @abstractmethod
     def numbers(self) -> dict[str, Any]:
-        """Arguments that make this surface again, as plain numbers and lists."""
+        """Constructor arguments of this surface by name, as plain numbers and lists."""
 
     @property
     def description(self) -> dict[str, Any]:
-        """The surface as plain values, see `surface_from`."""
+        """The surface as plain values; `surface_from` is the inverse."""
         return {"kind": self.kind, **self.numbers}
 
     @property
@@ -72,7 +72,7 @@ class Surface(ABC):
         return False
 
     def height(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Height z(x, y) [m]."""
+        """Height z(x, y) at points [m], broadcast shape of x and y."""
         return self.jet(*_points(x, y)).z
 
     def normals(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
@@ -82,7 +82,7 @@ class Surface(ABC):
         return upright / np.linalg.norm(upright, axis=-1, keepdims=True)
 
     def frames(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Axes of the surface, rows of (..., 3, 3): its tangent above x, one across it, and the normal out."""
+        """Orthonormal axes as rows, shape (..., 3, 3): the tangent above the x axis, the other tangent, the normal."""
         jet, normals = self.jet(*_points(x, y)), self.normals(x, y)
         tangent = np.stack([np.ones_like(jet.x), np.zeros_like(jet.x), jet.x], axis=-1)
         tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
@@ -101,7 +101,7 @@ class Surface(ABC):
         return outer - depth[..., None] * self.normals(x, y)
 
     def derivatives(self, x: npt.ArrayLike, y: npt.ArrayLike, depth: npt.ArrayLike = 0.0) -> Array:
-        """Derivatives of `positions` by x, y and depth in the last axis, shape (..., 3, 3) [-]."""
+        """Derivatives of `positions` by x, y and depth (last axis) [-], shape (..., 3, 3)."""
         x, y, depth = np.broadcast_arrays(*_points(x, y), np.asarray(depth, dtype=float))
         jet = self.jet(x, y)
         one, zero = np.ones_like(jet.z), np.zeros_like(jet.z)
@@ -118,7 +118,7 @@ class Surface(ABC):
         return np.stack([*columns, -normal], axis=-1)
 
     def curvatures(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Principal curvatures [1/m], the larger first, positive where the surface bulges out; shape (..., 2)."""
+        """Principal curvatures [1/m], the larger first, positive for a convex surface; shape (..., 2)."""
         jet = self.jet(*_points(x, y))
         square = 1.0 + jet.x**2 + jet.y**2
         # First and second fundamental form of a graph, do Carmo, section 3-3, example 5.
@@ -129,15 +129,16 @@ class Surface(ABC):
         return np.stack([mean + apart, mean - apart], axis=-1)
 
     def feet(self, points: Array, half_size: tuple[float, float]) -> tuple[Array, Array]:
-        """Where the normals through points meet the surface.
+        """Feet of points on the surface: where the surface normal through each point meets the surface.
 
         Args:
             points: (n, 3) [m], pad frame.
-            half_size: half the pad's projected width along (x, y) [m]; feet are looked for there.
+            half_size: half the pad's projected width along (x, y) [m]; feet are searched within it.
 
         Returns:
-            (feet, miss): feet (n, 3), each (x, y, depth) [m]; and how far each point is from what its foot stands for
-            [m], shape (n,): rounding, but for points that have no foot over the pad.
+            (feet, miss). feet: (x, y, depth) of each point [m], shape (n, 3). miss: distance between each point and
+            the position of its foot at that depth [m], shape (n,); larger than rounding only for points without a foot
+            on the pad.
         """
         half = np.array(half_size)
         bound = np.clip(points[:, :2], -half, half)
@@ -155,11 +156,11 @@ class Surface(ABC):
         return feet, np.linalg.norm(points - self.positions(*feet.T), axis=-1)
 
     def check(self, size: tuple[float, float], thickness: float) -> None:
-        """Refuse a surface that is no smooth graph over a pad, or whose inward normals meet within its thickness.
+        """Check that the surface covers a pad smoothly, and that its inward normals do not meet within the thickness.
 
         Args:
-            size: projected width along (x, y) [m].
-            thickness: along the normals [m].
+            size: projected width of the pad along (x, y) [m].
+            thickness: of the pad along the normals [m].
 
         Raises:
             PadError: when the surface ends within the pad, is steeper than MOST_SLOPE, or has a radius of curvature
@@ -201,7 +202,7 @@ def _points(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 def _refuse_where(wrong: Any, order: Array, where: tuple[Array, Array], said: Any) -> None:
-    """Raise with the first of the wrong places, in an order."""
+    """Raise PadError about the first wrong place in the given order, if there is one."""
     if wrong.any():
         place = np.unravel_index(np.argmin(np.where(wrong, order, np.inf)), wrong.shape)
         x, y = (1e3 * float(axis[place]) for axis in where)
@@ -209,10 +210,10 @@ def _refuse_where(wrong: Any, order: Array, where: tuple[Array, Array], said: An
 
 
 def positive_number(name: str, value: Any, expected: str) -> float:
-    """A positive finite number.
+    """The value as a positive finite number.
 
     Raises:
-        PadError: for anything else; it says what was expected.
+        PadError: the value is anything else; the message says what was expected.
     """
     try:
         number = float(value)
@@ -255,7 +256,7 @@ class Flat(Surface):
 
 
 class Quadric(Surface):
-    """The upper half of x^2 / a^2 + y^2 / b^2 + (z + c)^2 / c^2 = 1, its apex in the origin; a or b may be infinite."""
+    """Upper half of x^2 / a^2 + y^2 / b^2 + (z + c)^2 / c^2 = 1; its apex is the origin, and a or b may be infinite."""
 
     @property
     @abstractmethod
@@ -268,12 +269,12 @@ class Quadric(Surface):
         return True, True
 
     def jet(self, x: Array, y: Array) -> Jet:
-        """Height and derivatives; NaN outside the half's outline."""
+        """Height and derivatives; NaN beyond the quadric's widest outline."""
         a, b, c = self.principal_axes
         p, q = a**-2, b**-2
         square = 1.0 - p * x**2 - q * y**2
         root = np.sqrt(np.where(square > 0.0, square, np.nan))
-        # c (root - 1) loses digits where the surface is nearly flat.
+        # c (root - 1) would lose digits where the surface is nearly flat.
         z = -c * (p * x**2 + q * y**2) / (1.0 + root)
         xx = -c * p * (1.0 / root + p * x**2 / root**3)
         yy = -c * q * (1.0 / root + q * y**2 / root**3)
@@ -364,22 +365,22 @@ class EllipsoidCap(Quadric):
 
 @dataclass(frozen=True)
 class SurfacePatch(Surface):
-    """A smooth surface as a tensor product of B-splines, such as one fitted to a mesh by `Pad.from_mesh`.
+    """A surface that is a tensor product of B-splines, such as one fitted to a mesh by `Pad.from_mesh`.
 
     Raises:
-        PadError: when knots, coefficients and degree make no spline whose curvature is continuous.
+        PadError: knots, coefficients and degree do not form a spline with continuous curvature.
     """
 
     knots_x: tuple[float, ...]  #: along x [m], ascending
     knots_y: tuple[float, ...]  #: along y [m], ascending
     coefficients: tuple[tuple[float, ...], ...]  #: (along x, along y) [m]
     degree: int = 5  #: of the splines; at least 3, for curvatures that are continuous
-    #: Largest distance of what it was fitted to [m]; not part of the value.
+    #: Largest distance from the data it was fitted to [m]; ignored in comparisons.
     deviation: float = field(default=math.nan, compare=False)
     kind: ClassVar[str] = "patch"
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse what is no spline."""
+        """Normalise number types and refuse values that do not form a spline."""
         try:
             knots = [np.asarray(line, dtype=float) for line in (self.knots_x, self.knots_y)]
             values = np.asarray(self.coefficients, dtype=float)
@@ -401,7 +402,7 @@ class SurfacePatch(Surface):
 
     @property
     def mirrors(self) -> tuple[bool, bool]:
-        """Those under which knots and coefficients are their own mirror images, to the last bit."""
+        """Whether knots and coefficients are exactly symmetric under x -> -x, and under y -> -y."""
         values = np.array(self.coefficients)
         lines = np.array(self.knots_x), np.array(self.knots_y)
         along = [
@@ -421,7 +422,7 @@ class SurfacePatch(Surface):
         }
 
     def jet(self, x: Array, y: Array) -> Jet:
-        """Height and derivatives; NaN outside the knots."""
+        """Height and derivatives; NaN outside the range of the knots."""
         x, y = np.broadcast_arrays(x, y)
         places = np.stack([x, y], axis=-1)
         orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -435,7 +436,7 @@ class SurfacePatch(Surface):
         return NdBSpline(knots, np.array(self.coefficients), self.degree)
 
 
-#: The plane, which pads have unless told otherwise.
+#: The plane z = 0, the default surface of pads.
 FLAT = Flat()
 _KINDS: dict[str, type[Surface]] = {
     of_kind.kind: of_kind for of_kind in (Flat, SphereCap, CylinderSector, EllipsoidCap, SurfacePatch)
@@ -446,7 +447,7 @@ def surface_from(description: Any) -> Surface:
     """The surface that `Surface.description` described.
 
     Raises:
-        PadError: when the description is not one of a surface that there is.
+        PadError: the description is not that of a known surface.
     """
     if not isinstance(description, dict) or description.get("kind") not in _KINDS:
         raise PadError(

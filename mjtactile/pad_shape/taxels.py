@@ -1,4 +1,4 @@
-"""Taxels anywhere in a pad: points with a ball each, given as an array or in a file."""
+"""Taxels at free positions in a pad, given as an array or in a file."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ _WHAT = (
 
 #: Most characters of a value in a message.
 _LONGEST_VALUE = 120
-#: Taxels at more different depths than this are drawn together.
+#: With more depth bands than this, all taxels are drawn as one layer.
 _MOST_BANDS = 8
 
 
 @dataclass(frozen=True)
 class FreeTaxels:
-    """Taxels at points of their own; readings of such a pad have the shape (taxel,).
+    """Taxels at arbitrary points; readings of such a pad have the shape (taxels,).
 
     Args:
-        points: (n, 3) [m], pad frame: z is 0 in the middle of the sensing surface and negative inside the pad.
-        radii: of the ball that each taxel averages over [m], shape (n,); None for the pad's sampling radius.
+        points: centres in the pad frame [m], (n, 3); z is 0 in the middle of the sensing surface, negative inside.
+        radii: radius of the ball that each taxel averages over [m], (n,); None for the pad's sampling radius.
 
     Raises:
-        PadError: when the points are not finite rows of three, or a radius is no positive length.
+        PadError: the points are not finite and of shape (n, 3), or a radius is not positive.
     """
 
     points: tuple[tuple[float, float, float], ...]
     radii: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Normalise number types and refuse what are no points."""
+        """Normalise number types and refuse invalid points and radii."""
         points = _numbers("points", self.points)
         if points.ndim != 2 or points.shape[1] != 3 or not len(points):
             raise PadError(f"taxels = {_shortened(self.points)}, points of shape {points.shape}; {_WHAT}.")
@@ -61,27 +61,27 @@ class FreeTaxels:
 
     @property
     def positions(self) -> Array:
-        """Points [m], shape (n, 3)."""
+        """Centres in the pad frame [m], shape (n, 3)."""
         return np.array(self.points)
 
     def ball_radii(self, otherwise: float) -> Array:
-        """Radius of each taxel's ball [m], shape (n,); `otherwise` where none was given."""
+        """Radius of each taxel's ball [m], shape (n,); `otherwise` if none were given."""
         return np.full(len(self), otherwise) if self.radii is None else np.array(self.radii)
 
     @classmethod
     def from_file(cls, path: str | Path) -> FreeTaxels:
-        """Taxels from a file: CSV with columns x, y, z and, if wanted, radius; or JSON.
+        """Taxels from a CSV or JSON file; lengths are in metres, in the pad frame.
 
-        CSV may have a line of names, in any order; without one, columns stand in that order. JSON is a list of rows, or
-        an object with "points" and, if wanted, "radii". Lengths are metres.
+        CSV has the columns x, y, z and optionally radius, in this order, or in the order of a header line. JSON is a
+        list of rows, or an object with "points" and optionally "radii".
 
         Raises:
-            PadError: when there is no such file, or it holds no taxels.
+            PadError: there is no such file, or it does not contain taxels.
         """
         path = Path(path)
         try:
             text = path.read_text()
-        except (OSError, ValueError) as error:  # a null character in a name, or bytes that are no text
+        except (OSError, ValueError) as error:  # ValueError: a null character in the name, or not UTF-8
             raise PadError(
                 f"taxels in {str(path)!r} cannot be read ({error}). Give a CSV or JSON file, points, or "
                 "TaxelGrid(rows=13, columns=13)."
@@ -94,10 +94,10 @@ class FreeTaxels:
 
 
 def depth_bands(depths: Array, radius: float) -> list[Indices]:
-    """Taxels in bands of depth, the upper first: what is drawn as one layer.
+    """Group taxels into bands of similar depth, top first; each band is drawn as one layer.
 
-    A band ends where the next taxel is deeper by more than a radius, so that sensors made in layers come apart into
-    them; taxels at depths of every kind are one band.
+    A band ends where the next taxel is deeper by more than `radius`. So taxels in separate layers form one band each,
+    and taxels at evenly spread depths form a single band.
 
     Args:
         depths: of the taxels [m], shape (n,).
@@ -114,7 +114,7 @@ def depth_bands(depths: Array, radius: float) -> list[Indices]:
 
 
 def as_taxels(value: Any) -> Any:
-    """Free taxels from points or a file's name; anything else, such as a TaxelGrid, as it is."""
+    """FreeTaxels from points or a file name; anything else, such as a TaxelGrid, is returned unchanged."""
     if isinstance(value, str | Path):
         return FreeTaxels.from_file(value)
     if isinstance(value, np.ndarray | list | tuple):

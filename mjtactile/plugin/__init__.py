@@ -1,1 +1,1 @@
-"""The engine plugin's Python side: registered, configured, fed with tables; what it warns of and counts."""
+"""Python side of the engine plugin: registration, attributes, tables, warnings and counts."""

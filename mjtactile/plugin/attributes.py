@@ -1,4 +1,4 @@
-"""What the attributes of a "mjtactile.pad" sensor mean: pad, fidelity, law, outputs.
+"""Attributes of a "mjtactile.pad" sensor: pad, fidelity, contact law, outputs.
 
 Tables are loaded once per process and shared by every model, simulation and thread.
 """
@@ -29,28 +29,28 @@ from mjtactile.plugin.reading import Reading, fill_instance, rows_of_readings
 from mjtactile.sim.geoms import check_pad_geom
 from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names, plugin_config
 
-#: What a sensor can put out.
+#: Outputs that a sensor can have.
 OUTPUTS = ("von_mises", "stress", "wrench", "carried", "range")
 _SWITCH = {"": False, "off": False, "on": True}
 
 
 def known_pad(name: str) -> Pad:
-    """The pad behind a name, a pad's text (`mjtactile.pad_text`) or a file of saved influence matrices.
+    """The pad of a registered name, a text (`mjtactile.pad_text`) or a file of saved influence matrices.
 
     Raises:
-        SceneError: when it is none of these, or a text that describes no pad.
+        SceneError: it is none of these, or the text does not describe a pad.
     """
     return named_pad(name) or load_influence(name).pad
 
 
 class Attributes:
-    """What the attributes of one sensor ask for.
+    """The attributes of one sensor, parsed.
 
     Args:
-        values: texts by attribute; empty where the model says nothing.
+        values: texts by name of the attribute; empty if the model does not set it.
 
     Raises:
-        SceneError: for a value that makes no sense; the message lists those that do.
+        SceneError: a value is invalid; the message lists the valid ones.
     """
 
     def __init__(self, values: dict[str, str]) -> None:
@@ -71,10 +71,10 @@ class Attributes:
         return self.law, self.tangential, self.friction, self.tilt
 
     def influence(self) -> InfluenceMatrices:
-        """Tables of the pad in the fidelity asked for; loaded once per process.
+        """Influence matrices of the sensor's pad and fidelity; loaded once per process.
 
         Raises:
-            SceneError: when there is no such pad, table or fidelity.
+            SceneError: there is no such pad, table or fidelity.
         """
         return _influence(self.pad, self.fidelity)
 
@@ -86,7 +86,7 @@ def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
 
 
 def _version(path: str) -> tuple[int, int]:
-    """What changes when a file is written anew: its time [ns] and size [bytes]."""
+    """Modification time [ns] and size [bytes] of a file, which change when it is written again."""
     found = Path(path).stat()
     return found.st_mtime_ns, found.st_size
 
@@ -102,7 +102,7 @@ def _chosen_fidelity(text: str) -> Fidelity:
 
 @lru_cache(maxsize=64)
 def _loaded(pad: Pad | str, fidelity: Fidelity | None, _version: tuple[int, int] | None = None) -> InfluenceMatrices:
-    """Tables of a pad or of a version of a file; a pad that is named in two ways is loaded once."""
+    """Influence matrices of a pad, or of a file in a version; cached, also for a pad with two names."""
     if isinstance(pad, str):
         return load_influence(pad, fidelity=fidelity)
     return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
@@ -113,14 +113,14 @@ class PluginSensor(NamedTuple):
 
     geom: int  #: id of its pad's geom
     attributes: Attributes
-    readings: slice | None  #: where its von Mises readings stand in `sensordata`; None if it puts out none
+    readings: slice | None  #: part of `sensordata` with its von Mises readings; None if it does not output them
 
 
 def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
-    """A sensor by its name, with its tables loaded; None when the model has none of that name, or one of another kind.
+    """A sensor of the plugin by its name, with its tables loaded; None if there is no such sensor of the plugin.
 
     Raises:
-        SceneError: when its attributes make no sense.
+        SceneError: an attribute of the sensor is invalid.
     """
     sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name)
     if not is_pad_sensor(model, sensor):
@@ -138,15 +138,15 @@ def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
 
 
 def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> Health:
-    """Counts of what went wrong in the readings of a sensor of the plugin, since its simulation was made.
+    """Counts of problems in the readings of a sensor of the plugin since its `MjData` was made.
 
     Args:
         model: compiled model.
-        data: a simulation of it.
+        data: an MjData of this model.
         sensor: name of the sensor.
 
     Raises:
-        SceneError: when the model has no such sensor of the plugin, or `data` is no simulation of this model.
+        SceneError: the model has no such sensor of the plugin, or `data` belongs to another model.
     """
     known = pad_sensor_names(model)
     if sensor not in known:
@@ -180,7 +180,18 @@ def _number(attribute: str, value: str) -> float | None:
 
 
 def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> None:
-    """Answer `resolve`: sizes always, and the host where there is a model."""
+    """Fill the plugin's instance: always the sizes, and everything else if there is a model.
+
+    Args:
+        to: the instance to fill.
+        model: address of the model that is being compiled, or None.
+        geom: id of the pad's geom.
+        attributes: of the sensor.
+
+    Raises:
+        SceneError: an attribute is invalid, or the geom does not have the pad's shape.
+        ContactError: the options of the contact are invalid.
+    """
     influence = attributes.influence()
     pad = influence.pad
     if attributes.visual and isinstance(pad.taxels, FreeTaxels):
@@ -197,7 +208,6 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
         tangential=attributes.tangential,
         friction=attributes.friction,
         tilt=attributes.tilt,
-        contacts_know_friction=True,
     )
     copy = ModelCopy(model, running_layout())
     check_pad_geom(copy, geom, pad)

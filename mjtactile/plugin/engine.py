@@ -1,4 +1,4 @@
-"""The running MuJoCo as the plugin sees it: its library and layout, and what the core is told of a sensor."""
+"""Interface to the running MuJoCo and the compiled plugin: memory layout and C structures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MOST_OUTPUTS, ERROR_SIZE = 5, 1024
 
 
 class Instance(ctypes.Structure):
-    """What the attributes of one sensor mean: `mjt_instance` of native/plugin/plugin.h."""
+    """Settings of one sensor: `mjt_instance` of native/plugin/plugin.h."""
 
     _fields_ = [
         ("pad", ctypes.c_void_p),
@@ -50,7 +50,7 @@ def running_layout() -> MujocoLayout:
 
 
 def attribute_names() -> list[str]:
-    """Names of the plugin's attributes, as the core lists them."""
+    """Names of the plugin's attributes, from the core."""
     names = ctypes.POINTER(ctypes.c_char_p)()
     library().mjt_plugin_attributes.restype = ctypes.c_size_t
     count = library().mjt_plugin_attributes(ctypes.byref(names))

@@ -1,8 +1,7 @@
-"""Warnings and counts of the compiled core, passed on to Python after the step, each warning once.
+"""Warnings and counts of the compiled core, passed to Python after the step, each warning once.
 
-The core never calls Python from within a step. It asks to be called back when Python runs next, and hands over then
-what there is to warn of: once for every pad, body and kind. How often a kind came up is counted (`health`) and told at
-the end of the process.
+The core never calls Python during a step. It schedules a call for the next time that Python runs, which issues one
+warning for every pad, body and kind. All occurrences are counted (`Health`) and reported at the end of the process.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ from typing import Any, NamedTuple
 
 from mjtactile.errors import ContactWarning
 
-#: Numbers of which `Health` is made.
+#: Number of fields of `Health`.
 HEALTH_NUMBERS = 8
-#: Whether contacts are warned of: set MJTACTILE_WARNINGS=0, or call `set_warnings`.
+#: Whether contacts cause warnings; MJTACTILE_WARNINGS=0 or `set_warnings` switch them off.
 _enabled = os.environ.get("MJTACTILE_WARNINGS", "1") != "0"
 
 
@@ -39,14 +38,14 @@ class Note(ctypes.Structure):
 
 
 class Health(NamedTuple):
-    """Counts of what went wrong in one pad's readings since it was made.
+    """Counts of problems in one pad's readings since it was made.
 
     Attributes:
-        readings: how many there were with contact.
+        readings: number of readings with contact.
         beyond_range: contacts whose strains are not small.
-        not_carried: contacts of which the sensing surface carries a part only.
-        bounded: contacts whose law found no solution; they got the pressure that the pad bears at most.
-        refused: contacts that could not be read.
+        not_carried: contacts whose wrench the sensing surface carries only in part.
+        bounded: contacts without a solution of the law; they have the largest pressure that the pad can bear.
+        refused: contacts that could not be solved.
         slow: readings that took more than 1 ms.
         very_slow: readings that took more than 5 ms.
         slowest: longest reading [s].
@@ -70,7 +69,7 @@ class Health(NamedTuple):
 
 @dataclass(frozen=True)
 class Names:
-    """Names that warnings use: of the pad, its limits in words, and of the model's bodies."""
+    """Texts for warnings: name of the pad, its limits as text, and names of the model's bodies."""
 
     pad: str
     pressure: str
@@ -78,7 +77,7 @@ class Names:
     bodies: tuple[str, ...]
 
     def body(self, number: int) -> str:
-        """A body by its name; by its number where it has none."""
+        """Name of a body; "body number n" if it has none."""
         if number < 0:
             return "a flex"
         name = self.bodies[number] if number < len(self.bodies) else ""
@@ -92,14 +91,14 @@ _lock = threading.Lock()
 
 
 def register(names: Names) -> int:
-    """Number under which the core speaks of a pad, until `release`."""
+    """Store the names of a pad and return the number by which the core refers to it, until `release`."""
     number = next(_numbers)
     _names[number] = names
     return number
 
 
 def release(number: int) -> None:
-    """Forget a pad."""
+    """Forget the names of a pad."""
     _names.pop(number, None)
 
 
@@ -107,17 +106,17 @@ def set_warnings(enabled: bool) -> None:
     """Switch warnings about contacts on or off in this process; `Health` counts those contacts either way.
 
     Args:
-        enabled: whether contacts that a pad cannot carry, or that lie beyond small strains, cause a ContactWarning.
+        enabled: whether contacts that a pad cannot carry, or with large strains, cause a ContactWarning.
     """
     global _enabled
     _enabled = enabled
 
 
 def deliver(library: ctypes.CDLL) -> None:
-    """Warn of everything the core has noted since the last call.
+    """Issue warnings for everything the core has noted since the last call.
 
-    Where warnings are errors, the first is raised after the queue is empty; notes that stay in it would be taken for
-    those of the next simulation. The other warnings are added to that error as notes.
+    If warnings are errors, the first is raised after the queue is empty, because remaining notes would be attributed to
+    the next simulation. The other warnings are added to that error as notes.
     """
     note, fresh = Note(), []
     while library.mjt_plugin_next_note(ctypes.byref(note)):
@@ -143,7 +142,7 @@ def deliver(library: ctypes.CDLL) -> None:
 
 
 def message(names: Names, note: Note) -> str:
-    """What a note says; the same text for the same pad, body and kind."""
+    """Text of a warning; the same for the same pad, body and kind."""
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
         f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), and the readings of this "

@@ -1,7 +1,7 @@
 """Registers the sensor plugin when both mjtactile and MuJoCo are imported, and the environments with gymnasium.
 
-MuJoCo from 4.0 on looks for plugins itself (the entry point group "mujoco.plugins"); before that, this does. gymnasium
-looks for none since its version 1.0. Whichever of the two packages comes first, nothing is imported for it.
+MuJoCo from 4.0 on finds plugins itself (entry point group "mujoco.plugins"); this module does it for older versions.
+gymnasium has no such mechanism since its version 1.0. The packages may be imported in any order; none is imported here.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ import warnings
 from collections.abc import Callable, Sequence
 from types import ModuleType
 
-#: The package that registers environments, by name: this one stands below it.
+#: Name of the package that registers environments, which this package must not import directly.
 _ENVIRONMENTS = "mjtactile.envs"
 
 
 def after_import(package: str, action: Callable[[], None]) -> None:
-    """Call a function right after a package is imported, or now if it is already; a second request changes nothing."""
+    """Call a function right after a package is imported, or now if it is imported; later calls have no effect."""
     if package in sys.modules:
         action()
     elif not any(isinstance(finder, _After) and finder.package == package for finder in sys.meta_path):
@@ -51,13 +51,13 @@ class _After(importlib.abc.MetaPathFinder):
 
 
 def install() -> None:
-    """Register with the packages that are imported already, and with the others right after their import."""
+    """Register with MuJoCo and gymnasium now if they are imported, otherwise right after their import."""
     after_import("mujoco", _register_or_warn)
     after_import("gymnasium", _register_environments)
 
 
 def _register_or_warn() -> None:
-    """MuJoCo's own import must not fail because of this plugin."""
+    """Register the plugin; on failure warn, so that the import of MuJoCo does not fail."""
     from mjtactile.errors import MjTactileError
     from mjtactile.pad_names import PLUGIN
     from mjtactile.plugin.registration import ensure_registered
@@ -69,6 +69,6 @@ def _register_or_warn() -> None:
 
 
 def _register_environments() -> None:
-    # The package registers them itself; it may be what imports gymnasium.
+    # mjtactile.envs registers them itself; it may be the package that imports gymnasium.
     if _ENVIRONMENTS not in sys.modules:
         importlib.import_module(_ENVIRONMENTS)

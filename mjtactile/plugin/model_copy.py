@@ -1,7 +1,7 @@
-"""Geoms and names of a compiled MuJoCo model of which only the address is known.
+"""Geoms and names of a MuJoCo model that is known only by its address.
 
-The plugin is handed models by MuJoCo itself while they are being compiled, when Python has no object for them yet. What
-the meaning of a sensor's attributes depends on is copied out of them, under the names MjModel has.
+MuJoCo passes models to the plugin while they are being compiled, when there is no Python object for them yet. The
+fields that are needed to check a sensor's attributes are copied from memory, under the names of MjModel.
 """
 
 from __future__ import annotations
@@ -17,27 +17,27 @@ _KINDS = {"int": np.int32, "float": np.float32, "mjtNum": np.float64, "char": np
 
 
 class _Named:
-    """What `model.geom(number)` is asked for."""
+    """The result of `model.geom(number)`, with a name only."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
 
 class ModelCopy:
-    """Kinds, sizes, meshes and names of a model's geoms, and names of its bodies; attributes as MjModel's.
+    """Types, sizes, meshes and names of a model's geoms, and names of its bodies; attributes as in MjModel.
 
     Args:
         address: of the model.
         layout: of the running MuJoCo.
 
     Attributes:
-        nbody: bodies of the model.
-        geom_type: kinds of its geoms, (geoms,).
-        geom_size: half lengths and radii of its geoms [m], (geoms, 3).
-        geom_dataid: their meshes, (geoms,).
-        mesh_vertadr, mesh_vertnum: where vertices of the meshes begin, and how many they are, (meshes,).
+        nbody: number of bodies.
+        geom_type: types of the geoms, (geoms,).
+        geom_size: half lengths and radii of the geoms [m], (geoms, 3).
+        geom_dataid: ids of the geoms' meshes, (geoms,).
+        mesh_vertadr, mesh_vertnum: index of each mesh's first vertex, and number of its vertices, (meshes,).
         mesh_vert: vertices [m], (vertices, 3).
-        mesh_pos, mesh_quat: how MuJoCo moved the meshes [m] and turned them, (meshes, 3) and (meshes, 4).
+        mesh_pos, mesh_quat: translation [m] and rotation that MuJoCo applied to the meshes, (meshes, 3), (meshes, 4).
     """
 
     def __init__(self, address: int, layout: MujocoLayout) -> None:
@@ -67,11 +67,11 @@ class ModelCopy:
         self._names = array("names").tobytes()
 
     def geom(self, number: int) -> _Named:
-        """The geom's name, as `MjModel.geom` has it."""
+        """A geom by its id, with its name, like `MjModel.geom`."""
         return _Named(self._name(int(self._geoms[number])))
 
     def body(self, number: int) -> _Named:
-        """The body's name, as `MjModel.body` has it."""
+        """A body by its id, with its name, like `MjModel.body`."""
         return _Named(self._name(int(self._bodies[number])))
 
     def _name(self, at: int) -> str:

@@ -1,8 +1,8 @@
-"""Where the running MuJoCo keeps the fields the plugin reads: from its own description of itself, and checked.
+"""Offsets of the fields that the plugin reads in the structures of the running MuJoCo.
 
-Structures grow from version to version, and a plugin compiled against one misreads another. `mujoco.introspect` lists
-every field of the MuJoCo that is imported; C's rules of alignment give their offsets. Before they are used, pointers
-and numbers found at these offsets are compared with what MuJoCo's own bindings say.
+Structures change from version to version, so a plugin compiled against one version would misread another.
+`mujoco.introspect` lists all fields of the imported MuJoCo; C's rules of alignment give their offsets. Before use,
+pointers and numbers at these offsets are compared with those of MuJoCo's Python bindings.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _FIELDS = (
     ("mjvScene", ("ngeom", "maxgeom", "geoms")),
     ("mjvGeom", ("",)),
 )  # fmt: skip
-#: A field of `Layout` that not every MuJoCo has: whether bodies sleep. -1 stands for none.
+#: A field of `Layout` that not every MuJoCo has, whether bodies sleep; its offset is -1 if it does not exist.
 _SLEEP = ("mjData", "body_awake")
 #: Functions in the order of `Functions` there.
 FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
@@ -51,13 +51,13 @@ class TypeSize(NamedTuple):
 
 
 class MujocoLayout(NamedTuple):
-    """What the plugin is told of the running MuJoCo."""
+    """Offsets and sizes of the running MuJoCo's structures."""
 
     offsets: dict[str, dict[str, int]]  #: by structure and field [bytes]
     sizes: dict[str, int]  #: of structures [bytes]
 
     def packed(self) -> np.ndarray:
-        """As the plugin takes it: whole numbers in the order of `Layout`."""
+        """The layout as integers in the order of `Layout`, for the plugin."""
         numbers = [
             self.offsets[structure][name] if name else self.sizes[structure]
             for structure, names in _FIELDS
@@ -78,7 +78,7 @@ def mujoco_layout() -> MujocoLayout:
     """Layout of the running MuJoCo, checked.
 
     Raises:
-        NativeError: when this MuJoCo does not describe itself, or not as it is.
+        NativeError: this MuJoCo has no such description, or its memory does not match it.
     """
     try:
         from mujoco.introspect import structs
@@ -149,7 +149,7 @@ _CONTACT_FIELDS = (
 
 
 def _check(layout: MujocoLayout) -> None:
-    """Compare what lies at the offsets with what MuJoCo's bindings say."""
+    """Compare the contents at the offsets with the values of MuJoCo's bindings; raises NativeError."""
     if sys.byteorder != "little":
         raise _unknown("the plugin knows little-endian machines only")
     model = mujoco.MjModel.from_xml_string(_CHECK)

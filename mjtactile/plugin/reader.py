@@ -1,4 +1,4 @@
-"""A pad of a model read by the compiled core without a sensor of the plugin: what `TactileSensor` does."""
+"""Readings of a pad by the compiled core without a sensor of the plugin, for `TactileSensor`."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _WRENCH, _STATE = 6, 4
 
 
 class Found(NamedTuple):
-    """What was read of one state.
+    """Results for one state.
 
     Attributes:
-        readings: von Mises stress (layers, rows, columns) [Pa].
-        forces: on the surface grid's nodes (nodes y, nodes x, 3) [N].
-        wrench: of all contacts, force [N] and moment about the pad's origin [N m], (6,).
-        carried: the part of it that the readings carry, (6,).
-        range: largest share that a contact takes of the range of small strains [-].
-        indentation: of the surface where it is deepest [m].
-        area: under pressure [m^2].
+        readings: von Mises stress [Pa], of shape `Pad.reading_shape`.
+        forces: on the surface grid's nodes, pad frame [N], (nodes y, nodes x, 3).
+        wrench: of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,).
+        carried: the part of the wrench that the readings carry, (6,).
+        range: strain of the contacts over the limit of small strains, the largest [-].
+        indentation: largest indentation of the surface [m].
+        area: area under pressure [m^2].
         peak: largest mean pressure over a contact cell [Pa].
     """
 
@@ -43,16 +43,16 @@ class Found(NamedTuple):
 
 
 class NativeReader:
-    """One pad of one model, as the core reads it.
+    """Reader of one pad of one model, in the compiled core.
 
     Args:
-        how: the pad is read.
-        geom: id of the pad's box.
-        pad: name that warnings use.
+        how: options of the readings.
+        geom: id of the pad's geom.
+        pad: name of the pad in warnings.
         bodies: names of the model's bodies.
 
     Raises:
-        NativeError: when the core cannot read this MuJoCo.
+        NativeError: the core cannot read the structures of this MuJoCo.
     """
 
     def __init__(self, how: Reading, geom: int, pad: str, bodies: tuple[str, ...]) -> None:
@@ -65,10 +65,10 @@ class NativeReader:
         self._finalizer = weakref.finalize(self, core.mjt_reader_free, self._handle)
 
     def read(self, model: Any, data: Any, *, forces: bool = False) -> Found:
-        """Read a state; with `forces` nodal forces as well, which are empty otherwise.
+        """Compute the readings of a state, and with `forces` the nodal forces, which are empty otherwise.
 
         Warns:
-            ContactWarning: once for every body and kind, of what a contact cannot carry or the model does not describe.
+            ContactWarning: once for every body and kind: the surface cannot carry a contact, or strains are not small.
         """
         pad, surface = self._how.influence.pad, self._how.influence.surface
         readings = np.empty(pad.reading_shape)
@@ -89,7 +89,7 @@ class NativeReader:
         return Found(readings, nodal, wrench, carried, *(float(number) for number in state))
 
     def health(self) -> Health:
-        """Counts of what went wrong in the readings so far."""
+        """Counts of problems in the readings so far."""
         numbers = np.empty(HEALTH_NUMBERS)
         library().mjt_reader_health(self._handle, pointer(numbers))
         return Health.of(numbers)

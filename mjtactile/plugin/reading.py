@@ -1,4 +1,4 @@
-"""How a pad is read, handed to the core; the same for sensors of the plugin and for `TactileSensor`."""
+"""Options of a pad's readings, passed to the core; the same for sensors of the plugin and for `TactileSensor`."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from mjtactile.pad import Pad, TaxelGrid
 from mjtactile.plugin.engine import Instance
 from mjtactile.plugin.health import Names, register
 
-#: Poses are the same up to this, where a wrench basis may answer [m or rad].
+#: A body whose pose changes by less than this is at rest, so that a wrench basis may be used [m or rad].
 POSE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """How a pad is read.
+    """Options of a pad's readings.
 
     Attributes:
         influence: matrices of the pad.
         options: how contacts are solved.
-        friction: coefficient; None: no bound, and for "coulomb" that of MuJoCo's contacts.
-        facing_gap: what is no further than this above a body's first touch faces the pad [m].
-        stress: whether whole stress tensors are wanted.
+        friction: coefficient [-]; None: no bound, and for "coulomb" that of MuJoCo's contacts.
+        facing_gap: parts up to this height above a body's first contact point face the pad [m].
+        stress: whether full stress tensors are needed.
     """
 
     influence: InfluenceMatrices
@@ -40,17 +40,17 @@ class Reading:
 
 
 def rows_of_readings(pad: Pad) -> tuple[int, int, int]:
-    """Layers, rows and columns as the core counts readings; free taxels are one row."""
+    """Shape of the readings in the core, (layers, rows, columns); free taxels are one row."""
     return pad.grid_shape if isinstance(pad.taxels, TaxelGrid) else (1, 1, len(pad.taxels))
 
 
 def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...]) -> None:
-    """Tell the core how a pad is read.
+    """Fill the core's structure with the options of a pad's readings.
 
     Args:
-        to: `mjt_instance`, of which the outputs are left alone.
-        how: the pad is read.
-        pad: name that warnings use.
+        to: `mjt_instance`; its outputs are not changed.
+        how: options of the readings.
+        pad: name of the pad in warnings.
         bodies: names of the model's bodies.
     """
     influence, options = how.influence, how.options
@@ -63,7 +63,7 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     to.cells = options.cells
     to.friction = -1.0 if how.friction is None else how.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
-    if isinstance(geometry.taxels, TaxelGrid):  # what draws them asks for it
+    if isinstance(geometry.taxels, TaxelGrid):  # the grid is used for drawing only
         to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre
     to.tilting = options.tilting
     pressure, indentation = linear_range(geometry)

@@ -1,7 +1,7 @@
-"""MuJoCo's side: the sensor plugin "mjtactile.pad", registered once per process.
+"""Registration of the sensor plugin "mjtactile.pad" with MuJoCo, once per process.
 
-Light to import: MuJoCo from 4.0 on does so itself, through an entry point, whenever it is imported. What the plugin's
-attributes mean is looked up when a model first uses them (attributes.py).
+This module imports little, since MuJoCo from 4.0 on imports it through an entry point whenever MuJoCo is imported. The
+module attributes.py is imported when a model first uses the plugin.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ _registering = threading.Lock()
 
 
 def ensure_registered() -> None:
-    """Register the plugin with the running MuJoCo, if it is not yet.
+    """Register the plugin with the running MuJoCo, unless it is registered.
 
     Raises:
-        NativeError: when there is no compiled core, or this MuJoCo is not one it knows.
+        NativeError: there is no compiled core, or it does not support this MuJoCo.
     """
     global _registered
     with _registering:
@@ -70,7 +70,7 @@ def ensure_registered() -> None:
                 f"MuJoCo {mujoco.__version__} refused the plugin {PLUGIN}: another library has registered one of that "
                 "name, or the compiled core does not belong to this mjtactile. Install mjtactile again."
             )
-        # Simulations may outlive the interpreter, whose functions are gone when the last of them are destroyed.
+        # Simulations may outlive the interpreter; Python functions no longer exist when the last ones are destroyed.
         atexit.register(core.mjt_plugin_leave)
         _registered = True
 
@@ -85,7 +85,7 @@ def _resolve(model: int | None, geom: int, values: Any, instance: Any) -> int:
     except MjTactileError as error:
         to.error = str(error).encode()[: ERROR_SIZE - 1]
         return 0
-    except Exception as error:  # nothing can be raised through MuJoCo
+    except Exception as error:  # exceptions cannot pass through MuJoCo
         to.error = f"{PLUGIN}: {type(error).__name__}: {error}".encode()[: ERROR_SIZE - 1]
         return 0
     return 1
@@ -104,13 +104,13 @@ def _release(context: int) -> None:
 def _deliver(_: int | None) -> int:
     try:
         deliver(library())
-    except Warning as error:  # warnings are errors here, but nothing can be raised from a call of Python's own
+    except Warning as error:  # if warnings are errors; a callback of the interpreter cannot raise them
         for text in (str(error), *getattr(error, "__notes__", ())):
             print(f"{type(error).__name__}: {text}", file=sys.stderr)
     return 0
 
 
-#: What the core calls; kept alive here. Deliveries wait until Python runs again, in its main thread.
+#: Functions that the core calls; kept alive here. Warnings are delivered when Python's main thread runs again.
 _HOST = _PluginHost(
     _resolve, _release, ctypes.cast(ctypes.pythonapi.Py_AddPendingCall, ctypes.c_void_p).value, _deliver
 )

@@ -1,10 +1,10 @@
-"""Recognition: force, place and shape of what presses, from readings alone, inside a control loop.
+"""Recognition of a contact's force, position and shape from readings alone, fast enough for control loops.
 
     recognise = mjtactile.recognition.load("force")
     result = recognise(sensor.read(data))  # result.force [N], result.position [m], result.confidence
 
-Weights are shipped for the default pad; recognisers are plain functions of arrays, need no torch, and take some tenths
-of a millisecond a call.
+Weights for the default pad come with the package. Recognisers are functions of NumPy arrays; they do not need torch and
+take some tenths of a millisecond per call.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = [
 
 #: Folders of shipped weights by the sensing layers they use.
 LAYERS = {"all": "all", "top": "top"}
-#: Folder of the grasp recogniser, which has a view of its own.
+#: Folder of the grasp recogniser, which has principal components of its own.
 _GRASP = "grasp"
 
 
@@ -68,18 +68,16 @@ def load(
     """A trained recogniser, called with readings (..., layers, rows, columns) [Pa].
 
     Args:
-        name: "force": force and position of whatever presses. "grasp": force and twist of a grasped body, whose
-            face covers the pad. "shape": which shape it is, where, how large and how
-            turned.
-        layers: "all" four, or "top": the 1 mm layer alone, which "grasp" does not have.
-        pad: the pad it is to be used with; weights that were trained for another are refused. None: not checked
-            beyond the shape of the readings.
-        folder: weights of one's own; by default those shipped.
-        also: shapes that take part only when asked for; shipped are "hexagon" and "cross", for all
+        name: "force": force and position of a contact. "grasp": force and torsional moment of a grasped body, whose
+            face covers the pad. "shape": name, position, size and rotation of the body's shape.
+        layers: "all" four, or "top": the 1 mm layer alone, not available for "grasp".
+        pad: the pad that is read; weights for another pad are refused. None: only the shape of readings is checked.
+        folder: of other weights; by default those of the package.
+        also: optional shapes to recognise besides the standard ones; the package has "hexagon" and "cross", for all
             layers.
 
     Raises:
-        RecognitionError: there is no such recogniser or shape, or its weights fit another pad.
+        RecognitionError: there is no such recogniser or shape, or its weights are for another pad.
     """
     if layers not in LAYERS:
         raise RecognitionError(f"layers = {layers!r}; expected one of {', '.join(map(repr, LAYERS))}.")
@@ -108,7 +106,15 @@ def load(
 
 
 def modules(*, layers: str = "all", folder: Path | None = None) -> dict[str, Entry]:
-    """The registry of modules by name: what each is for, its file and hash, and what it takes the results of."""
+    """The registered modules by name: kind, file, hash and the modules that each depends on.
+
+    Args:
+        layers: "all" or "top".
+        folder: of other weights; by default those of the package.
+
+    Raises:
+        RecognitionError: there is no registry, or it is damaged.
+    """
     return read_registry(SHIPPED / LAYERS[layers] if folder is None else Path(folder))
 
 

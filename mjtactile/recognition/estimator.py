@@ -1,4 +1,4 @@
-"""A network that returns values and their standard deviations."""
+"""A network that estimates values and their standard deviations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.recognition.network import Network
 
-#: Logarithms of standard deviations, over the scale, are taken no further than this.
+#: Limits of the logarithms of scaled standard deviations.
 _LEAST, _MOST = -8.0, 4.0
 
 
@@ -18,8 +18,8 @@ class Estimator:
     """Features to values and standard deviations.
 
     Attributes:
-        network: features to scaled values, then the logarithms of their scaled standard deviations.
-        mean, scale: of the values.
+        network: its outputs are the scaled values, then the logarithms of their scaled standard deviations.
+        mean, scale: a value is mean + scale times its scaled value.
     """
 
     network: Network

@@ -1,8 +1,8 @@
-"""What every recogniser looks at: readings in one octant, in few numbers, whatever the force.
+"""Features of readings for all recognisers: few numbers that do not depend on the magnitude of the force.
 
-Readings are mirrored into an octant of the pad (symmetry.py), projected on the principal parts of many presses, and
-divided by the length of what comes out, so that the force's magnitude drops out. What the parts leave over is noise
-for the most part, and its size is the last feature: a recogniser can trust faint parts as far as the noise lets it.
+Readings are mirrored into an octant of the pad (symmetry.py), projected on the principal components of many presses,
+and divided by the norm of the projection, which removes the force's magnitude. The residual of the projection is mostly
+noise. Its size is the last feature, which tells recognisers how far small components can be trusted.
 """
 
 from __future__ import annotations
@@ -15,29 +15,29 @@ import numpy as np
 from mjtactile.recognition.symmetry import Mirrors, into_octant
 from mjtactile.recognition.weight_files import RecognitionError, Stored
 
-#: Noise below this is as good as none [-]; relative to the length of the projection.
+#: Noise is taken as at least this, relative to the norm of the projection [-].
 NOISE_FLOOR = 3e-5
-#: Noise that scales the principal parts: fainter ones are not blown up beyond it [-].
+#: Least scale of a principal component [-], so that small components are not amplified beyond noise of this size.
 SCALE_FLOOR = 2e-3
-#: Noise at which taxels are judged [-]: 1 % of the largest reading, which is about a fifth of the length.
+#: Noise for the detection of dead taxels [-]: 1 % of the largest reading, which is about a fifth of the norm.
 _USUAL_NOISE = 2e-3
-#: A taxel is dead when it reads less than this share of what the others imply,
+#: A taxel is dead if it reads less than this fraction of the value that the others predict [-],
 _DEAD = 0.35
-#: is off by this many times what the others are, and by this share of the largest reading.
+#: and its error is this many times that of the others, and this fraction of the largest reading [-].
 _MISFIT, _LEAST_MISFIT = 4.0, 0.02
-#: Dead taxels that are mended, at most.
+#: Largest number of dead taxels that are replaced.
 _MOST_MENDED = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Some readings as recognisers see them.
+    """Features of a batch of readings.
 
     Attributes:
         features: (readings, parts + 1) float32.
-        size: length of the projected readings (readings,) [Pa], in proportion to the force.
-        noise: root mean square of what the parts leave over, over `size` (readings,) [-].
-        mirrors: how each was mirrored.
+        size: norm of the projected readings [Pa], (readings,), proportional to the force.
+        noise: root mean square of the residual over `size` [-], (readings,).
+        mirrors: how each reading was mirrored.
     """
 
     features: np.ndarray
@@ -48,12 +48,12 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class PrincipalComponents:
-    """Principal parts of a pad's readings.
+    """Principal components of a pad's readings.
 
     Attributes:
-        parts: orthonormal, (taxels, parts) float32.
-        mean, scale: of the projections over their length, (parts,) float32.
-        layers: which sensing layers are looked at.
+        parts: orthonormal components, (taxels, parts) float32.
+        mean, scale: of the normalised projections, (parts,) float32.
+        layers: indices of the sensing layers that are used.
         reading_shape: of the pad.
     """
 
@@ -65,7 +65,7 @@ class PrincipalComponents:
 
     @classmethod
     def from_stored(cls, stored: Stored) -> PrincipalComponents:
-        """The view in a file of weights."""
+        """The principal components in a file of weights."""
         parts, mean, scale = (stored.arrays[name].astype(np.float32) for name in ("parts", "mean", "scale"))
         return cls(parts, mean, scale, stored.layers, stored.reading_shape)
 
@@ -73,12 +73,12 @@ class PrincipalComponents:
     def fitted(
         cls, octants: np.ndarray, parts: int, layers: tuple[int, ...], reading_shape: tuple[int, int, int]
     ) -> PrincipalComponents:
-        """Principal parts of readings over their length.
+        """Principal components of normalised readings.
 
         Args:
-            octants: readings (presses, layers, rows, columns) mirrored into the octant.
-            parts: how many.
-            layers: which sensing layers these are.
+            octants: readings mirrored into the octant, (presses, layers, rows, columns).
+            parts: number of components.
+            layers: indices of these sensing layers in the pad.
             reading_shape: of the pad.
         """
         flat = octants.reshape(len(octants), -1)
@@ -100,7 +100,7 @@ class PrincipalComponents:
         projected = flat @ self.parts
         mended = self._mended(flat, projected)
         if mended is not None:
-            # A dead taxel may have moved the readings' middle into another octant.
+            # A dead taxel may have moved the readings' centre into another octant.
             octant, again = into_octant(mended.reshape(octant.shape))
             mirrors = mirrors.then(again)
             flat = octant.reshape(len(octant), -1)
@@ -108,30 +108,30 @@ class PrincipalComponents:
         return self.seen(projected, self.left_over(flat, projected), mirrors)
 
     def left_over(self, flat: np.ndarray, projected: np.ndarray) -> np.ndarray:
-        """Sum of squares (n,) [Pa^2] of what the parts leave of readings (n, taxels) with projections (n, parts).
+        """Sum of squares of the residual of readings (n, taxels) with projections (n, parts) [Pa^2], (n,).
 
-        Without noise it is a millionth of the readings': as a difference of two sums it would be rounding.
+        Without noise it is a millionth of that of the readings; a difference of two sums would be mere rounding.
         """
         left = flat - projected @ self.parts.T
         return np.einsum("ij,ij->i", left, left)
 
     @cached_property
     def _trust(self) -> np.ndarray:
-        """Share of each projection that is not noise, where presses vary as those did that were learnt from."""
+        """Fraction of each component's variance in the training presses that is not noise, (parts,)."""
         variance = np.maximum(1.0 / self.scale**2 - SCALE_FLOOR**2, 0.0)
         return (variance / (variance + _USUAL_NOISE**2)).astype(np.float32)
 
     @cached_property
     def _share(self) -> np.ndarray:
-        """A taxel's error over the residual of its reading after projection, where it alone is wrong, (taxels,)."""
+        """Ratio of a taxel's error to its residual after projection, if no other taxel is wrong, (taxels,)."""
         return 1.0 / (1.0 - np.einsum("ij,j,ij->i", self.parts, self._trust, self.parts))
 
     def _mended(self, flat: np.ndarray, projected: np.ndarray) -> np.ndarray | None:
-        """Readings (n, taxels) with those taxels mended that read next to nothing where they should; None without any.
+        """Readings (n, taxels) with dead taxels replaced by predictions; None if there are no dead taxels.
 
-        What a taxel should read follows from all others by the covariance of the presses learnt from, of which the
-        parts and their variances are what there is: the conditional mean of a normal distribution. The dead taxel
-        that is furthest off is set to it, until there is none.
+        A taxel's prediction is its conditional mean given all others, for a normal distribution with the covariance of
+        the training presses, as represented by the components and their variances. The dead taxel with the largest
+        error is replaced first, and so on until none is left.
         """
         size = np.sqrt(np.einsum("ij,ij->i", projected, projected))[:, None]
         expected = projected - (1.0 - self._trust) * (projected - self.mean * size)
@@ -155,7 +155,7 @@ class PrincipalComponents:
         return mended if any_wrong else None
 
     def seen(self, projected: np.ndarray, left: np.ndarray, mirrors: Mirrors) -> Seen:
-        """Features of projections (n, parts) [Pa] of readings whose squares sum to `left` (n,) more."""
+        """Features from projections (n, parts) [Pa] and the sums of squares of the residuals `left` (n,) [Pa^2]."""
         size = np.sqrt(np.einsum("ij,ij->i", projected, projected))
         taxels, parts = self.parts.shape
         noise = np.sqrt(np.maximum(left, 0.0) / (taxels - parts)) / size
@@ -165,13 +165,13 @@ class PrincipalComponents:
         return Seen(features, size, noise, mirrors)
 
     def checked(self, readings: np.ndarray) -> tuple[np.ndarray, tuple[int, ...]]:
-        """Readings of the layers looked at, float32, one batch axis in front; and the batch axes as given.
+        """Readings of the used layers as float32 (n, layers, rows, columns), and the original batch shape.
 
         Args:
-            readings: (..., layers, rows, columns) [Pa], of all the pad's layers or of just those looked at.
+            readings: (..., layers, rows, columns) [Pa], of all the pad's layers or of the used ones.
 
         Raises:
-            RecognitionError: for another shape, NaN, or readings of nothing.
+            RecognitionError: the readings have another shape, contain NaN, or are all zero.
         """
         given = np.asarray(readings, dtype=np.float32)
         own = (len(self.layers), *self.reading_shape[1:])

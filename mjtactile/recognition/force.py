@@ -1,4 +1,4 @@
-"""With what force something presses, and where: from one set of readings, whatever presses."""
+"""Recognition of a contact's force and position from one set of readings, for any shape of body."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from mjtactile._types import Array
 from mjtactile.recognition.symmetry import Mirrors
 from mjtactile.recognition.wrench import EstimatedWrenches, WrenchRecogniser
 
-#: A direction known to within this is half trusted [rad].
+#: Standard deviation of the direction at which the confidence is one half [rad].
 _HALF_TRUSTED = np.radians(3.0)
 
 
 @dataclass(frozen=True, eq=False)
 class ForceResult:
-    """What presses, pad frame; batch axes as those of the readings.
+    """Force and position of a contact in the pad frame, with the batch axes of the readings.
 
     Attributes:
-        force: on the pad, (..., 3) [N]; pressing is -z.
-        position: where the force's line meets the surface, (..., 2) [m].
-        confidence: from 0 to 1, one half where the direction's standard deviation is 3 degrees [-].
+        force: on the pad [N], (..., 3); pressing is -z.
+        position: point (x, y) where the force's line of action meets the surface [m], (..., 2).
+        confidence: from 0 to 1; one half if the direction's standard deviation is 3 degrees [-].
         direction_deviation: standard deviation of the direction [rad].
         magnitude_deviation: of the magnitude [N].
         position_deviation: of the position [m].
@@ -46,12 +46,12 @@ class ForceResult:
 
     @property
     def tilt(self) -> Array:
-        """Angle from straight into the pad [rad]."""
+        """Angle of the force to the pad's inward normal [rad]."""
         return np.arctan2(np.hypot(self.force[..., 0], self.force[..., 1]), -self.force[..., 2])
 
     @property
     def azimuth(self) -> Array:
-        """Of the tilt, from +x towards +y [rad]."""
+        """Direction of the tangential force, from +x towards +y [rad]."""
         return np.arctan2(self.force[..., 1], self.force[..., 0])
 
 
@@ -63,7 +63,7 @@ class ForceRecogniser(WrenchRecogniser[ForceResult]):
     def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> ForceResult:
         """See WrenchRecogniser."""
         slant = np.sqrt(1.0 + (found.ratio**2).sum(axis=1))
-        # d(direction) of d(ratio): across the tilt 1 / slant, along it 1 / slant^2; both at most that across.
+        # Derivative of the direction by the ratio: 1 / slant across the tilt, 1 / slant^2 along it, at most the former.
         direction_deviation = found.ratio_deviation / slant
         return ForceResult(
             found.force.reshape(*batch, 3),
@@ -75,6 +75,6 @@ class ForceRecogniser(WrenchRecogniser[ForceResult]):
         )
 
     def from_projected(self, projected: np.ndarray, left: np.ndarray) -> ForceResult:
-        """Recognise projections (n, parts) in the octant; `left` (n,) are the squares their readings have besides."""
+        """Recognise from projections in the octant (n, parts) [Pa] and residuals' sums of squares (n,) [Pa^2]."""
         none = np.zeros(len(projected), dtype=bool)
         return self.from_seen(self.view.seen(projected, left, Mirrors(none, none, none)), (len(projected),))

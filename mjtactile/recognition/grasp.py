@@ -1,6 +1,6 @@
-"""With what force and twist a grasped body bears on a pad, whose face covers the pad.
+"""Recognition of the force and torsional moment of a grasped body whose face covers the pad.
 
-As `force.py`, for what hands hold: faces larger than the pad, pressed by up to tens of newtons, pulled and twisted.
+It is trained for held objects: faces larger than the pad, forces up to tens of newtons, shear and torsion.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.recognition.wrench import EstimatedWrenches, WrenchRecogniser
 
-#: What is recognised, besides the deviations: tangential over pressing force (2), centre of pressure (2) [m], twist
-#: over pressing force [m], logarithm of pressing force over the readings' size.
+#: Number of estimated values: tangential over pressing force (2), centre of pressure (2) [m], torsional moment over
+#: pressing force [m], logarithm of the pressing force over the readings' size.
 GRASP_OUTPUTS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class GraspResult:
-    """What bears on a pad, pad frame; batch axes as those of the readings.
+    """Load on a pad in the pad frame, with the batch axes of the readings.
 
     Attributes:
-        force: on the pad, (..., 3) [N]; pressing is -z.
-        centre: of pressure, (..., 2) [m].
-        twist: moment about the pad's normal through the centre of pressure, (...) [N m].
-        force_deviation: standard deviation of the force's tangential part, over the pressing force [-].
-        magnitude_deviation: standard deviation of the pressing force, relative [-].
+        force: on the pad [N], (..., 3); pressing is -z.
+        centre: centre of pressure (x, y) [m], (..., 2).
+        twist: torsional moment, about the pad's normal through the centre of pressure [N m], (...).
+        force_deviation: standard deviation of the tangential force over the pressing force [-].
+        magnitude_deviation: relative standard deviation of the pressing force [-].
     """
 
     force: Array
@@ -37,12 +37,12 @@ class GraspResult:
 
     @property
     def pressing(self) -> Array:
-        """Force into the pad (...) [N]."""
+        """Pressing force, the component into the pad [N], (...)."""
         return -self.force[..., 2]
 
     @property
     def tangential(self) -> Array:
-        """Force along the pad (...) [N]."""
+        """Magnitude of the tangential force [N], (...)."""
         return np.hypot(self.force[..., 0], self.force[..., 1])
 
 
@@ -64,10 +64,13 @@ class GraspRecogniser(WrenchRecogniser[GraspResult]):
 
 
 def grasp_targets(wrenches: Array) -> Array:
-    """What a recogniser is to say of wrenches (n, 6) on a pad: (n, 6), the last without the readings' size.
+    """Training targets of a grasp recogniser, (n, 6): the values of `GRASP_OUTPUTS`.
+
+    The last one is the logarithm of the pressing force, from which that of the readings' size is still to be
+    subtracted.
 
     Args:
-        wrenches: [N, N m], about the pad frame's origin; all press, so that force z < 0.
+        wrenches: on the pad, about the pad frame's origin [N, N m], (n, 6); all press (force z < 0).
     """
     force, moment = wrenches[:, :3], wrenches[:, 3:]
     pressing = -force[:, 2]

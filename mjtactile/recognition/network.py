@@ -1,4 +1,4 @@
-"""A fully connected network as plain arrays: recognition needs no torch, and one call takes tens of microseconds."""
+"""A fully connected network in NumPy, so that recognition does not need torch; a call takes tens of microseconds."""
 
 from __future__ import annotations
 
@@ -36,6 +36,6 @@ class Network:
 
 
 def silu(z: np.ndarray) -> np.ndarray:
-    """The function z / (1 + exp(-z)); large negative values overflow to the right answer, zero."""
+    """The function z / (1 + exp(-z)); for large negative values exp overflows, which gives the correct limit zero."""
     with np.errstate(over="ignore"):
         return z / (1.0 + np.exp(-z))

@@ -1,4 +1,4 @@
-"""Modules for position, size and orientation: what is known of a contact before its shape is."""
+"""Modules that estimate position, size and orientation of a shape; shape modules use their results."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from mjtactile.recognition.network import Network
 from mjtactile.recognition.symmetry import Mirrors
 from mjtactile.recognition.weight_files import Stored
 
-#: What a pose module may say, and how many numbers that is.
+#: Kinds of pose modules, and their numbers of values.
 POSE_KINDS = {"position": 2, "size": 1, "orientation": 12}
 
-#: Orders of rotational symmetry that orientations are told for.
+#: Orders of rotational symmetry in the orientation's values.
 ORDERS = (2, 3, 4, 5, 6, 8)
-#: Order of each shape, and the angle of one of its mirror lines at rotation 0 [rad]; round shapes have none.
+#: Order of each shape's symmetry, and the angle of one of its mirror lines at rotation 0 [rad]; not for round shapes.
 SYMMETRY: dict[str, tuple[int, float]] = {
     "ellipse": (2, 0.0),
     "triangle": (3, np.pi / 2),
@@ -31,7 +31,7 @@ SYMMETRY: dict[str, tuple[int, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class PoseModule:
-    """One of position, size and orientation, from what a view sees.
+    """An estimator of position, size or orientation from features.
 
     Position: of the shape's origin, (2,) [m]. Size: its logarithm, relative to the shape's own. Orientation: for each
     of `ORDERS`, cos and sin of the order times the angle of a mirror line, zero for shapes of another order.
@@ -58,16 +58,16 @@ class PoseModule:
         )
 
     def scaled(self, seen: Seen) -> np.ndarray:
-        """Scaled values (readings, values) as mirrored: what shape modules take."""
+        """Scaled values in the octant, (readings, values), the inputs of shape modules."""
         return self.network(seen.features)
 
     def values(self, scaled: np.ndarray) -> Array:
-        """Values as mirrored from scaled ones."""
+        """Values in the octant from scaled values, (readings, values)."""
         return scaled.astype(np.float64) * self.scale + self.mean
 
 
 def orientation_targets(shapes: np.ndarray, rotations: Array, mirrors: Mirrors) -> Array:
-    """What an orientation module is to say of presses, as mirrored, (presses, 2 orders)."""
+    """Training targets of an orientation module, in the octant, (presses, 2 orders)."""
     order = np.array([SYMMETRY.get(shape, (0, 0.0))[0] for shape in shapes])
     line = np.array([SYMMETRY.get(shape, (0, 0.0))[1] for shape in shapes])
     angle = mirrors.angles(rotations + line)
@@ -79,9 +79,9 @@ def orientation_targets(shapes: np.ndarray, rotations: Array, mirrors: Mirrors) 
 
 
 def rotation_of(shape: str, values: Array, mirrors: Mirrors) -> Array:
-    """Rotation from 0 to a full turn over the shape's order (n,) [rad], from an orientation module's values.
+    """Rotation on the pad [rad], (n,), from 0 to a full turn over the shape's order, from an orientation's values.
 
-    NaN for shapes whose order is not known, such as round ones.
+    NaN for shapes that are not in `SYMMETRY`, such as round ones.
     """
     if shape not in SYMMETRY:
         return np.full(len(values), np.nan)

@@ -1,7 +1,6 @@
-"""The registry: which modules there are, what each is for, how it was trained, and the hash by which it is known.
+"""The registry of modules: a JSON file in the folder of weights with kind, training and hash of each module.
 
-It is a JSON file beside the weights. Adding a module adds an entry and leaves every other one, and its file, as they
-were.
+Adding a module adds an entry; other entries and their files do not change.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import Any
 from mjtactile.recognition.weight_files import RecognitionError, Stored, file_hash, read_weights
 
 REGISTRY = "registry.json"
-#: The registry's entry by which damage to it is found.
+#: Entry with the registry's own checksum.
 _CHECKSUM = "sha256 of modules"
 
 
@@ -26,10 +25,10 @@ class Entry:
     Attributes:
         name: such as "force" or "shape star".
         kind: "view", "position", "size", "orientation", "force" or "shape".
-        file: beside the registry.
+        file: name of its file in the registry's folder.
         sha256: of the file.
-        needs: names of the modules whose results it takes.
-        optional: whether it takes part only when asked for.
+        needs: names of the modules whose results are its inputs.
+        optional: whether it is used only on request, see `recognition.load`.
     """
 
     name: str
@@ -41,17 +40,17 @@ class Entry:
 
 
 def needed(kind: str) -> tuple[str, ...]:
-    """What modules of a kind take the results of."""
+    """Names of the modules whose results are inputs of modules of a kind."""
     if kind == "view":
         return ()
     return ("view", "position", "size", "orientation") if kind == "shape" else ("view",)
 
 
 def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
-    """Enter a module's file in its folder's registry, or renew its entry.
+    """Add a module's file to the registry in its folder, or update its entry.
 
     Raises:
-        RecognitionError: the file is no module.
+        RecognitionError: the file is not a module.
     """
     from mjtactile._files import write_atomically
 
@@ -78,7 +77,7 @@ def read_registry(folder: Path) -> dict[str, Entry]:
     try:
         content = json.loads(path.read_text())
         listed: list[dict[str, Any]] = content["modules"]
-        # Registries from before there were checksums have the modules alone.
+        # Registries of versions without checksums contain the modules only.
         if set(content) != {"modules"} and content.get(_CHECKSUM) != _checksum(listed):
             raise ValueError("it does not match its checksum")
         return {one["name"]: Entry(**{**one, "needs": tuple(one["needs"])}) for one in listed}
@@ -89,10 +88,10 @@ def read_registry(folder: Path) -> dict[str, Entry]:
 
 
 def stored_module(folder: Path, entry: Entry) -> Stored:
-    """A module's weights, which must be those the registry knows.
+    """A module's weights, verified with the hash in the registry.
 
     Raises:
-        RecognitionError: the file is not there, or not the one that was entered.
+        RecognitionError: the file does not exist, or its hash differs.
     """
     path = folder / entry.file
     if path.is_file() and file_hash(path) != entry.sha256:

@@ -1,7 +1,7 @@
-"""What shape presses: one module for each shape, all looking at the same view and the same pose.
+"""Recognition of a body's shape: one module for each shape, with the same features and pose estimates as inputs.
 
-Every shape's module is a network of its own, which says how much the readings look like its shape. The largest wins;
-their softmax is the confidence. A new shape is a new module, trained against the others as they are.
+Each shape has a network of its own that computes a score. The shape with the largest score is the result; the softmax
+of the scores is the confidence. A new shape is added as a new module, trained while the others stay fixed.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from mjtactile.recognition.weight_files import RecognitionError, Stored
 
 @dataclass(frozen=True, eq=False)
 class ShapeResult:
-    """What shape presses, and where; batch axes as those of the readings.
+    """Shape and pose of a body in the pad frame, with the batch axes of the readings.
 
     Attributes:
         shape: name, a str array of the batch's shape.
-        confidence: probability of that shape among those known, (...).
+        confidence: probability of that shape among `shapes`, (...).
         probabilities: of every shape, (..., shapes), in the order of `shapes`.
-        shapes: names of all shapes among which it was chosen.
-        position: of the shape's origin, (..., 2) [m].
+        shapes: names of the candidate shapes.
+        position: of the shape's origin [m], (..., 2).
         size: relative to the shape's own, 1 for the paper's 10 mm punches, (...) [-]; NaN for a sphere.
         rotation: counter-clockwise, from 0 to a full turn over the order of the shape's symmetry, (...) [rad]; NaN for
             round shapes.
-        modules: which module said what: "position", "size", "orientation" and "shape NAME" for every shape it was
-            chosen among, with their files; `recognition.modules()` tells more of each.
+        modules: files of the modules that were used, by name: "position", "size", "orientation" and "shape NAME" for
+            every candidate; `recognition.modules()` has more on each.
     """
 
     shape: np.ndarray
@@ -47,12 +47,12 @@ class ShapeResult:
 
 @dataclass(frozen=True, eq=False)
 class ShapeModule:
-    """One shape's own network: inputs to how much it looks like this shape.
+    """The network of one shape, which computes the shape's score.
 
     Attributes:
         shape: name.
-        network: inputs, of `shape_inputs`, to one number.
-        path: name of the file it comes from.
+        network: its inputs are those of `shape_inputs`, its output is the score.
+        path: name of its file.
     """
 
     shape: str
@@ -66,12 +66,12 @@ class ShapeModule:
 
 
 def shape_inputs(seen: Seen, poses: Sequence[np.ndarray]) -> np.ndarray:
-    """What shape modules take: a view's features and the pose modules' scaled values, (readings, inputs)."""
+    """Inputs of shape modules, (readings, inputs): features and the pose modules' scaled values."""
     return np.concatenate([seen.features, *poses], axis=1)
 
 
 class ModuleStack:
-    """Networks of the same sizes as one: a call costs what one wide network does."""
+    """Several networks of the same sizes, evaluated together as fast as one wide network."""
 
     def __init__(self, modules: Sequence[ShapeModule]) -> None:
         self._groups: list[tuple[list[int], list[np.ndarray], list[np.ndarray]]] = []
@@ -82,13 +82,13 @@ class ModuleStack:
             networks = [modules[k].network for k in members]
             weights = [np.stack(layer) for layer in zip(*(network.weights for network in networks), strict=True)]
             biases = [np.stack(layer)[:, None] for layer in zip(*(network.biases for network in networks), strict=True)]
-            # All first layers as one product.
+            # All first layers in one product.
             weights[0] = np.concatenate(list(weights[0]), axis=1)
             self._groups.append((members, weights, biases))
         self.count = len(modules)
 
     def __call__(self, inputs: np.ndarray) -> np.ndarray:
-        """How much each reading looks like each module's shape, (readings, modules)."""
+        """Scores of all modules, (readings, modules)."""
         out = np.empty((len(inputs), self.count), dtype=np.float32)
         for members, weights, biases in self._groups:
             hidden = (inputs @ weights[0]).reshape(len(inputs), len(members), -1).swapaxes(0, 1) + biases[0]
@@ -103,7 +103,7 @@ class ShapeRecogniser:
     """Readings to shape, position, size and rotation; make one with `recognition.load("shape")`.
 
     Attributes:
-        view: what is looked at.
+        view: principal components for the features.
         poses: position, size and orientation, in this order.
         modules: one for each shape.
         stack: the modules' networks.
@@ -116,24 +116,24 @@ class ShapeRecogniser:
 
     @property
     def shapes(self) -> tuple[str, ...]:
-        """Names of all shapes it knows."""
+        """Names of all shapes that can be recognised."""
         return tuple(module.shape for module in self.modules)
 
     def __call__(self, readings: np.ndarray, *, among: Sequence[str] | None = None) -> ShapeResult:
-        """Recognise.
+        """Recognise the shape of a body and its pose.
 
         Args:
             readings: (..., layers, rows, columns) [Pa] of the pad the weights belong to.
-            among: names of the shapes it can be, where that is known.
+            among: names of the candidate shapes; by default all.
 
         Raises:
-            RecognitionError: for another shape of readings, NaN, where nothing presses, or an unknown shape's name.
+            RecognitionError: the readings have another shape, contain NaN or are all zero, or a name is unknown.
         """
         flat, batch = self.view.checked(readings)
         return self.from_seen(self.view.see(flat), batch, among)
 
     def from_seen(self, seen: Seen, batch: tuple[int, ...], among: Sequence[str] | None = None) -> ShapeResult:
-        """Recognise what a view has seen already."""
+        """Recognise from features that were computed before."""
         chosen = self._chosen(among)
         scaled = [module.scaled(seen) for module in self.poses]
         scores = self.stack(shape_inputs(seen, scaled))[:, chosen].astype(np.float64)

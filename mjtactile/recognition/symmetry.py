@@ -1,8 +1,8 @@
-"""The sheet's own symmetries, used: whatever is pressed is seen in one octant of the pad.
+"""Symmetry of square pads: all readings are mirrored into one octant of the pad.
 
-A square sheet with a square grid of taxels reads the mirror image of a press as the mirror image of its readings. So
-readings are mirrored until their middle lies where x >= y >= 0, recognised there, and what was found is mirrored back:
-an eighth of the presses have to be learnt.
+On a square sheet with a square grid of taxels, mirroring a press mirrors its readings. So readings are mirrored until
+their centre has x >= y >= 0, recognised there, and the result is mirrored back. Only an eighth of all presses has to be
+learnt.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Mirrors:
     swapped: np.ndarray
 
     def vectors(self, vectors: Array) -> Array:
-        """Vectors (readings, 2 or 3) as seen after mirroring."""
+        """Vectors (readings, 2 or 3) after mirroring."""
         out = np.array(vectors, copy=True)
         out[self.x, 0] *= -1
         out[self.y, 1] *= -1
@@ -36,7 +36,7 @@ class Mirrors:
         return out
 
     def original(self, vectors: Array) -> Array:
-        """Vectors (readings, 2 or 3) seen after mirroring, as they are on the pad."""
+        """Vectors (readings, 2 or 3) on the pad from those after mirroring; the inverse of `vectors`."""
         out = np.array(vectors, copy=True)
         out[self.swapped, :2] = out[self.swapped, 1::-1]
         out[self.y, 1] *= -1
@@ -44,26 +44,26 @@ class Mirrors:
         return out
 
     def angles(self, angles: Array) -> Array:
-        """Angles from +x towards +y (readings,) [rad] as seen after mirroring."""
+        """Angles from +x towards +y (readings,) [rad] after mirroring."""
         out = np.where(self.x, np.pi - angles, angles)
         out = np.where(self.y, -out, out)
         return np.where(self.swapped, np.pi / 2 - out, out)
 
     def original_angles(self, angles: Array) -> Array:
-        """Angles (readings,) [rad] seen after mirroring, as they are on the pad."""
+        """Angles (readings,) [rad] on the pad from those after mirroring; the inverse of `angles`."""
         out = np.where(self.swapped, np.pi / 2 - angles, angles)
         out = np.where(self.y, -out, out)
         return np.where(self.x, np.pi - out, out)
 
     def then(self, after: Mirrors) -> Mirrors:
-        """Mirrored so, and then as `after` says."""
+        """The composition of these mirrors and then `after`."""
         x = self.x ^ np.where(self.swapped, after.y, after.x)
         y = self.y ^ np.where(self.swapped, after.x, after.y)
         return Mirrors(x, y, self.swapped ^ after.swapped)
 
 
 def is_symmetric(pad: Pad) -> bool:
-    """Whether a pad reads mirror images, and swapped axes, as such."""
+    """Whether a pad is symmetric under x -> -x, y -> -y and swapping x and y."""
     grid = pad.grid
     return (
         pad.surface.is_flat
@@ -75,7 +75,7 @@ def is_symmetric(pad: Pad) -> bool:
 
 
 def into_octant(readings: Array) -> tuple[Array, Mirrors]:
-    """Readings (n, layers, rows, columns) mirrored so that their middle lies where x >= y >= 0."""
+    """Readings (n, layers, rows, columns) mirrored so that their centre has x >= y >= 0, and the mirrors."""
     total = readings.sum(axis=1)
     rows, columns = total.shape[1:]
     over_x, over_y = np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2
@@ -85,7 +85,7 @@ def into_octant(readings: Array) -> tuple[Array, Mirrors]:
 
 
 def mirrored(readings: Array, mirrors: Mirrors) -> Array:
-    """Readings (n, layers, rows, columns), each mirrored as asked."""
+    """Readings (n, layers, rows, columns), each mirrored by its own mirrors."""
     if len(readings) == 1:
         one = readings[:, :, :: -1 if mirrors.y[0] else 1, :: -1 if mirrors.x[0] else 1]
         return one.swapaxes(2, 3) if mirrors.swapped[0] else one

@@ -1,4 +1,4 @@
-"""Trained recognisers on disk: safetensors with the pad's fingerprint, and a plain refusal of any other pad."""
+"""Trained recognisers on disk: safetensors files with the fingerprint of their pad, refused for any other pad."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mjtactile._files import METADATA, check_arrays, check_header, has_no_checks
 from mjtactile.errors import MjTactileError
 from mjtactile.pad import Pad
 
-#: Where the shipped weights are.
+#: Folder of the package's weights.
 SHIPPED = Path(__file__).resolve().parent / "weights"
 
 
@@ -26,7 +26,7 @@ class RecognitionError(MjTactileError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """Arrays by name, and what is known of them."""
+    """Arrays by name, with their metadata and the path of their file."""
 
     arrays: dict[str, np.ndarray]
     metadata: dict[str, Any]
@@ -34,18 +34,18 @@ class Stored:
 
     @property
     def layers(self) -> tuple[int, ...]:
-        """Which sensing layers of the pad are used, 0 on top."""
+        """Indices of the sensing layers that are used, 0 at the top."""
         return tuple(self.metadata["layers"])
 
     @property
     def reading_shape(self) -> tuple[int, int, int]:
-        """Readings of the pad (layers, rows, columns)."""
+        """Shape of the pad's readings, (layers, rows, columns)."""
         layers, rows, columns = self.metadata["reading_shape"]
         return layers, rows, columns
 
 
 def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str, Any], pad: Pad) -> None:
-    """Write weights that appear whole or not at all, with their pad's fingerprint, how they were made, and checksums.
+    """Write weights, completely or not at all, with metadata, the pad's fingerprint and checksums.
 
     Raises:
         OSError: the file cannot be written.
@@ -69,12 +69,12 @@ def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str,
 
 
 def read_weights(path: Path) -> Stored:
-    """Weights and what is known of them, compared with the file's checksums.
+    """Read weights and metadata, and verify the file's checksums.
 
-    A file from before there were checksums is read as it is; `registry.stored_module` knows those by their hash.
+    Files of versions without checksums are not verified; `registry.stored_module` checks their hash.
 
     Args:
-        path: of a file by `write_weights`.
+        path: file written by `write_weights`.
 
     Raises:
         RecognitionError: there is no such file, or it is damaged.
@@ -97,10 +97,10 @@ def read_weights(path: Path) -> Stored:
 
 
 def check_pad(stored: Stored, pad: Pad | None) -> None:
-    """Refuse weights for a pad other than theirs, or than theirs with just the sensing layers they use.
+    """Check that weights are for a pad, or for that pad with only the sensing layers that they use.
 
     Raises:
-        RecognitionError: they were trained for another pad; the message names both.
+        RecognitionError: the weights are for another pad; the message names both.
     """
     if pad is None:
         return
@@ -114,5 +114,5 @@ def check_pad(stored: Stored, pad: Pad | None) -> None:
 
 
 def file_hash(path: Path) -> str:
-    """SHA-256 of a file, by which the registry knows that a module was not touched."""
+    """SHA-256 of a file, for the registry."""
     return hashlib.sha256(path.read_bytes()).hexdigest()

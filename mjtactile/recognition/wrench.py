@@ -1,4 +1,4 @@
-"""Readings to the wrenches that made them: what recognisers of force and of grasps have in common."""
+"""Estimation of wrenches from readings, the common part of force and grasp recognisers."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class EstimatedWrenches:
-    """Wrenches on a pad as a network estimates them, pad frame.
+    """Wrenches on a pad in the pad frame, as estimated by a network.
 
     Attributes:
-        pressing: force into the pad, (n,) [N].
-        ratio: tangential over pressing force, (n, 2) [-].
-        position: centre of pressure, (n, 2) [m].
-        twist: moment about the pad's normal through that, (n,) [N m]; None where the network does not estimate it.
+        pressing: force into the pad [N], (n,).
+        ratio: tangential over pressing force [-], (n, 2).
+        position: centre of pressure (x, y) [m], (n, 2).
+        twist: moment about the pad's normal through the centre of pressure [N m], (n,); None if not estimated.
         deviations: standard deviations of the network's values, (n, values).
     """
 
@@ -35,7 +35,7 @@ class EstimatedWrenches:
 
     @property
     def force(self) -> Array:
-        """On the pad, (n, 3) [N]; pressing is -z."""
+        """Force on the pad [N], (n, 3); pressing is -z."""
         return np.column_stack([self.ratio * self.pressing[:, None], -self.pressing])
 
     @property
@@ -50,21 +50,21 @@ class EstimatedWrenches:
 
     @property
     def pressing_deviation(self) -> Array:
-        """Standard deviation of the pressing force, relative, (n,) [-]."""
+        """Relative standard deviation of the pressing force [-], (n,)."""
         return self.deviations[:, -1]
 
 
 @dataclass(frozen=True, eq=False)
 class WrenchRecogniser(Generic[Result]):
-    """Readings to force and position, and twist where the network estimates it.
+    """Estimates force and position from readings, and the torsional moment if the network has that output.
 
     Attributes:
-        view: what is looked at.
-        estimator: of tangential over pressing force (2), position (2) [m], twist over pressing force [m] where there is
-            one, and the logarithm of the pressing force over the readings' size.
+        view: principal components for the features.
+        estimator: of tangential over pressing force (2), position (2) [m], optionally torsional moment over pressing
+            force [m], and the logarithm of the pressing force over the readings' size.
     """
 
-    #: By which weights know its network.
+    #: Name of its network in the weights.
     name: ClassVar[str]
 
     view: PrincipalComponents
@@ -76,27 +76,27 @@ class WrenchRecogniser(Generic[Result]):
         return cls(view, Estimator.from_arrays(stored.arrays, cls.name))
 
     def __call__(self, readings: np.ndarray) -> Result:
-        """Recognise.
+        """Recognise the force of a contact.
 
         Args:
             readings: (..., layers, rows, columns) [Pa] of the pad the weights belong to.
 
         Raises:
-            RecognitionError: for another shape, NaN, or where nothing presses.
+            RecognitionError: the readings have another shape, contain NaN, or are all zero.
         """
         flat, batch = self.view.checked(readings)
         return self.from_seen(self.view.see(flat), batch)
 
     def from_seen(self, seen: Seen, batch: tuple[int, ...]) -> Result:
-        """Recognise what a view has seen already, of readings with these batch axes."""
+        """Recognise from features that were computed before, of readings with these batch axes."""
         values, deviations = self.estimator(seen.features)
         pressing = np.exp(values[:, -1]) * seen.size
-        # A twist turns round in every mirror.
+        # Each mirror changes the sign of the torsional moment.
         flips = seen.mirrors.x ^ seen.mirrors.y ^ seen.mirrors.swapped
         twist = np.where(flips, -1.0, 1.0) * values[:, 4] * pressing if values.shape[1] == 6 else None
         ratio, position = seen.mirrors.original(values[:, :2]), seen.mirrors.original(values[:, 2:4])
         return self.result(EstimatedWrenches(pressing, ratio, position, twist, deviations), batch)
 
     def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> Result:
-        """What was estimated as the recogniser's result, with these batch axes."""
+        """Convert the estimates to the recogniser's result, with these batch axes."""
         raise NotImplementedError

@@ -1,1 +1,1 @@
-"""MuJoCo's side: contact wrenches, geoms as shapes, footprints of bodies, models and scenes as text, pictures."""
+"""MuJoCo: contact wrenches, geoms as shapes, footprints of bodies, models and scenes as MJCF, rendering."""

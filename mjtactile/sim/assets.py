@@ -1,4 +1,4 @@
-"""Where models, scenes and benchmark cases lie: inside an installed package, or beside it in a checkout."""
+"""Paths of models, scenes and benchmark cases: inside an installed package, or beside it in a checkout."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a body faces a curved pad, seen from above."""
+"""The part of a body that faces a curved pad, seen from above."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.primitives import Pose, Shape
 from mjtactile.pad import Pad
 
-#: Points along each axis at which the first touch is looked for.
+#: Points along each axis of the grid on which the first contact point is searched.
 _LOOKS = 129
 
 
 def curved_outline(shapes: Sequence[tuple[Shape, Pose]], pad: Pad, *, facing_gap: float) -> Polygon | MultiPolygon:
-    """Where a body stands no further than `facing_gap` over the outer surface, seen from its first touch [m].
+    """Region of the projection where a body's gap to the pad is at most `facing_gap` above its least gap [m].
 
-    Gaps are vertical ones times the cosine of the surface's slope: near a touch, as far along the normal.
+    Gaps are vertical distances times the cosine of the surface's slope, close to distances along the normal.
 
     Args:
         shapes: of the body, with their poses in the pad frame.
         pad: curved.
-        facing_gap: what is no further than this above the first touch faces the pad [m].
+        facing_gap: parts up to this distance above the first contact point face the pad [m].
 
     Raises:
-        FootprintError: nothing of the body is over the pad within its thickness.
+        FootprintError: no part of the body is over the pad within the pad's thickness.
     """
     x, y = (np.linspace(-side / 2, side / 2, _LOOKS) for side in pad.size)
     u, v = (line.ravel() for line in np.meshgrid(x, y))

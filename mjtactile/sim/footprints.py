@@ -1,7 +1,7 @@
 """Footprints of the bodies of a MuJoCo model on one pad.
 
-Bodies press with their colliding geoms, or with those whose names end in "_tactile": bodies often collide by stand-ins
-(feet, convex pieces) beside geoms that show the true shape.
+Bodies press with their colliding geoms, or with those whose names end in "_tactile". The latter have the true shape of
+a body that collides with simplified geoms (feet, convex pieces).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from mjtactile.sim.wrench import PadFrame
 
 Geometry = TypeVar("Geometry")
 
-#: A face touches first where its lowest corner is within this of the lowest point of its body [m].
+#: A face contains the first contact point if its lowest corner is within this of the body's lowest point [m].
 _SAME_TOUCH = 1e-6
 
 
@@ -42,13 +42,13 @@ def geoms_in_pad(data: mujoco.MjData, frame: PadFrame, geoms: Indices) -> dict[i
 
 
 class Imprints(ABC, Generic[Geometry]):
-    """Footprints on one pad; shapes of geoms are kept from one call to the next.
+    """Footprints on one pad; shapes of geoms are cached between calls.
 
     Args:
         model: compiled model.
         pad_geom: id of the pad's geom.
         surface: the pad's surface grid.
-        facing_gap: what is no higher than this above a body's first touch faces the pad [m].
+        facing_gap: parts up to this height above a body's first contact point face the pad [m].
     """
 
     def __init__(self, model: mujoco.MjModel, pad_geom: int, surface: SurfaceGrid, *, facing_gap: float) -> None:
@@ -68,8 +68,8 @@ class Imprints(ABC, Generic[Geometry]):
             touching: ids of its geoms that touch the pad.
 
         Raises:
-            FootprintError: when nothing of it is over the sensing surface.
-            SceneError: when one of its geoms has no solid or surface to press with.
+            FootprintError: no part of the body is over the sensing surface.
+            SceneError: one of its geoms has no solid or surface.
         """
         return self._made(geoms_in_pad(data, frame, self._pressing(body, touching)))
 
@@ -85,7 +85,7 @@ class Imprints(ABC, Generic[Geometry]):
 
     @abstractmethod
     def _made(self, placed: dict[int, Pose]) -> Footprint:
-        """Footprint of some geoms of one body in their poses in the pad frame."""
+        """Footprint of geoms of one body, given by id with their poses in the pad frame."""
 
 
 class SectionImprints(Imprints[trimesh.Trimesh]):
@@ -106,7 +106,7 @@ class SectionImprints(Imprints[trimesh.Trimesh]):
 
 
 class GapImprints(Imprints[Shape]):
-    """Footprints that are outlines where a body's face is flat, and gap functions where it is not.
+    """Footprints that are outlines for flat faces, and gap functions for other bodies.
 
     Args:
         model: compiled model.
@@ -135,14 +135,14 @@ class GapImprints(Imprints[Shape]):
         """Lower surface of some geoms of one body in their poses in the pad frame.
 
         Raises:
-            FootprintError: when nothing of it is over the sensing surface, or only far above.
+            FootprintError: no part of the body is over the sensing surface, or it is too far above.
         """
         near = {geom: pose for geom, pose in placed.items() if self._may_touch(geom, pose)}
         shapes = [(self._shape(geom), pose) for geom, pose in near.items()]
         return lower_surface(shapes, self._sheet, depth=self._depth, facing_gap=self.facing_gap)
 
     def _pressing(self, body: int, touching: Indices) -> Indices:
-        """Geoms that touch now, and those of the same body that may touch as it presses deeper."""
+        """Geoms in contact, and geoms of the same body that may come into contact as it presses deeper."""
         return pressing_geoms(self.model, body, np.union1d(self._colliding(body), touching))
 
     def _made(self, placed: dict[int, Pose]) -> Footprint:
@@ -159,7 +159,7 @@ class GapImprints(Imprints[Shape]):
             return Footprint.from_gap(surface.gap, self.grid, outline=self._shadow(placed), lowest=0.0)
 
     def _leaning_face(self, placed: dict[int, Pose], touch: float) -> Polygon | MultiPolygon | None:
-        """The flat face of a body that leans and tilts onto it under its load; it must be what touches first."""
+        """The flat face of an inclined body that tilts onto it under its load; it must contain the first contact."""
         geoms = tuple(placed)
         first = geoms[0]
         if geoms not in self._faces:
@@ -182,7 +182,7 @@ class GapImprints(Imprints[Shape]):
         return self._shapes[geom]
 
     def _shadow(self, placed: dict[int, Pose]) -> BaseGeometry:
-        """Squares about the balls about geoms [m]."""
+        """Bounding squares of the geoms' bounding spheres, seen from above [m]."""
         squares = [
             shapely.Point(pose.position[:2]).buffer(self.model.geom_rbound[geom], cap_style="square")
             for geom, pose in placed.items()
@@ -191,7 +191,7 @@ class GapImprints(Imprints[Shape]):
         return areal(shapely.union_all(squares))
 
     def _may_touch(self, geom: int, pose: Pose) -> bool:
-        """Whether the ball about a geom is over the sheet and no higher than the pad is thick."""
+        """Whether a geom's bounding sphere is over the sheet and no higher above it than the pad's thickness."""
         if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
             return True
         radius = self.model.geom_rbound[geom]

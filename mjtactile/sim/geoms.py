@@ -1,7 +1,7 @@
-"""MuJoCo geoms as solids and as shapes with a lower surface, and the face a body turns to a pad.
+"""MuJoCo geoms as solids and as shapes with a lower surface, and the face of a body towards a pad.
 
-Contact points do not show a footprint (a pair of convex geoms has at most four), so it comes from the geometry: the
-body's lower surface, or the section of its true solid just above its lowest point over the pad.
+Contact points do not determine a footprint (a pair of convex geoms has at most four), so it comes from the geometry:
+the body's lower surface, or the section of its true solid just above its lowest point over the pad.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from mjtactile.sim.wrench import PadFrame
 
 #: Largest difference between a pad's size and its geom's [m].
 _SIZE_TOLERANCE = 1e-6
-#: How far vertices of a curved pad's mesh may stand off the pad, and its extent off the pad's [m]: as coarse as facets.
+#: Tolerance on the distance of a curved pad's mesh vertices from the pad, and on its extent [m].
 _MESH_TOLERANCE = 3e-5
-#: Geoms whose names end so press in place of their bodies' colliding geoms.
+#: End of the names of geoms that press instead of their body's colliding geoms.
 SHOWN = "_tactile"
-#: Extent given to planes and to the depth below them, which MuJoCo leaves infinite [m].
+#: Size and depth of the solid that represents MuJoCo's infinite plane [m].
 _PLANE_EXTENT = 1.0
 
 
 def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
-    """A geom's true solid in the geom's own frame [m]: meshes as they are, not as the convex hull MuJoCo collides.
+    """A geom's true solid in the geom's own frame [m]; a mesh itself, not its convex hull.
 
-    An SDF is the mesh MuJoCo holds of it, which follows its surface to 1e-3 of its size or better.
+    For an SDF it is MuJoCo's mesh of it, which is accurate to 1e-3 of its size or better.
 
     Raises:
-        SceneError: for meshes that are not watertight.
+        SceneError: a mesh is not watertight.
     """
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     kinds = mujoco.mjtGeom
@@ -57,7 +57,7 @@ def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
         half_x, half_y = (s if s > 0 else _PLANE_EXTENT for s in size[:2])
         slab = trimesh.creation.box(extents=(2 * half_x, 2 * half_y, _PLANE_EXTENT))
         return slab.apply_translation((0.0, 0.0, -_PLANE_EXTENT / 2))
-    # Unit size first: trimesh takes triangles of millimetre size for degenerate ones while it revolves a profile.
+    # Unit size first: trimesh drops triangles of millimetre size as degenerate while it revolves a profile.
     if kind == kinds.mjGEOM_SPHERE:
         return _unit_sphere().apply_scale(size[0])
     if kind == kinds.mjGEOM_ELLIPSOID:
@@ -76,11 +76,11 @@ def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
 def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
     """A geom as a shape with a lower surface, in the geom's own frame [m].
 
-    Meshes are what they are, not their convex hull; signed distance functions of plugins are seen through rays. Planes
-    are infinite, as they are to MuJoCo's collisions. A mesh need not be watertight.
+    A mesh is used itself, not its convex hull, and need not be watertight. Signed distance functions of plugins are
+    sampled by rays. Planes are infinite, as in MuJoCo's collisions.
 
     Raises:
-        SceneError: for kinds of geoms that have no surface.
+        SceneError: the geom's type has no surface.
     """
     kind, size = int(model.geom_type[geom]), [float(s) for s in model.geom_size[geom]]
     kinds = mujoco.mjtGeom
@@ -110,10 +110,9 @@ def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
 
 
 def pressing_geoms(model: mujoco.MjModel, body: int, touching: Indices) -> Indices:
-    """Geoms whose solids make up a body's face.
+    """Ids of the geoms whose shapes a body presses with: the touching ones, or those named "*_tactile" if it has any.
 
-    Bodies often collide by stand-ins (feet, convex pieces) beside geoms that show the true shape and do not collide.
-    Where a body has geoms whose names end in "_tactile", they press in place of what collides.
+    The latter have the true shape of a body that collides with simplified geoms (feet, convex pieces).
 
     Args:
         model: compiled model.
@@ -128,14 +127,14 @@ def pressing_geoms(model: mujoco.MjModel, body: int, touching: Indices) -> Indic
 def body_face(
     solids: list[tuple[trimesh.Trimesh, Array, Array]], frame: PadFrame, facing_gap: float
 ) -> Polygon | MultiPolygon:
-    """Section of a body, `facing_gap` above its lowest point but no lower than the surface, in the pad frame [m].
+    """Section of a body in the pad frame [m], `facing_gap` above its lowest point, but at least at the surface.
 
-    A body may reach below the surface beside the pad, or sink in where its scene's contacts are soft.
+    A body may extend below the surface: beside the pad, or because soft contacts let it penetrate.
 
     Args:
         solids: (solid, world position, world rotation) of each of its geoms.
         frame: the pad's.
-        facing_gap: what is no higher than this above the lowest point faces the pad [m].
+        facing_gap: height of the section above the lowest point [m].
     """
     placed = []
     for solid, position, rotation in solids:
@@ -215,7 +214,7 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
         pad: whose shape the geom must have.
 
     Raises:
-        SceneError: when the model has no such geom, or it has not the pad's shape.
+        SceneError: the model has no such geom, or the geom does not have the pad's shape.
     """
     geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name)
     if geom < 0:
@@ -226,7 +225,7 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
 
 
 def check_pad_geom(model: Any, geom: int, pad: Pad) -> None:
-    """Refuse a geom that cannot be a pad.
+    """Check that a geom has the shape of a pad.
 
     Args:
         model: compiled model, or a `ModelCopy` of one.
@@ -234,8 +233,8 @@ def check_pad_geom(model: Any, geom: int, pad: Pad) -> None:
         pad: whose shape the geom must have.
 
     Raises:
-        SceneError: when a flat pad's geom is not a box of its size, or a curved one's not a mesh of its shape, written
-            in the pad frame.
+        SceneError: the geom of a flat pad is not a box of its size, or that of a curved pad not a mesh of its shape
+            with vertices in the pad frame.
     """
     name = model.geom(geom).name
     if not pad.surface.is_flat:

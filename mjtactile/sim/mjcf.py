@@ -1,8 +1,8 @@
-"""Pads, indenters and press scenes written as MJCF text, the same text that models/ and scenes/ hold.
+"""Pads, indenters and press scenes as MJCF text; the files in models/ and scenes/ are made by this module.
 
 Lengths are metres, forces newtons. What every model here shares:
 
-- The pad is a box geom of priority 1, so its contact settings hold whatever presses on it; its site `pad_surface`
+- The pad is a box geom of priority 1, so its contact parameters apply to every contact; its site `pad_surface`
   is the pad frame. A curved pad is a mesh geom of its shape instead.
 - An indenter's body carries its true solid as geom in group 2, `<name>_tactile`. If it presses with a flat face, that
   geom does not collide; small sphere feet `<name>_foot_<i>` in group 3 do. MuJoCo places at most four contact points
@@ -28,7 +28,7 @@ from mjtactile.sim.pad_solid import pad_solid
 INDENTER_MASS = 15e-3
 #: Radius of the feet [m]: far above the 10 micrometres they sink in.
 FOOT_RADIUS = 0.5e-3
-#: Height at which a press starts over the surface [m]: no contact at rest, contact after one step.
+#: Initial gap between indenter and pad [m]: no contact at rest, contact after one step.
 START_GAP = 1e-6
 
 #: Simulation options of every world here.
@@ -39,7 +39,7 @@ OPTION = {
     "impratio": "100",
     "jacobian": "dense",  # MuJoCo 4.0.0's sparse Cholesky can be wrong
 }
-#: Forces rise with this time constant [s]: a sudden oblique force would drag a punch 0.1 mm along before it grips.
+#: Time constant of the force [s]: with a sudden oblique force, a punch would slide by 0.1 mm before it sticks.
 _FORCE_RISE = "0.004"
 _FORCE_RANGE = "-2.5 2.5"
 #: The gimbal in which a free indenter tilts. Its inertia [kg m2] is far above a punch's 1e-7, which would rock on its
@@ -49,7 +49,7 @@ _DENSITY = "965"  # PDMS [kg/m3]
 
 
 def pad_mjcf(pad: Pad | None = None) -> str:
-    """A model that holds just the pad, for `MjSpec.attach` and `<attach>`: body, geom `pad`, site `pad_surface`."""
+    """MJCF of the pad alone, for `MjSpec.attach` and `<attach>`: body, geom `pad`, site `pad_surface`."""
     root, pad = document("pad"), pad or Pad()
     add_pad_meshes(root, pad, "pad")
     ET.SubElement(root, "worldbody").append(_pad_body(pad))
@@ -57,7 +57,7 @@ def pad_mjcf(pad: Pad | None = None) -> str:
 
 
 def indenter_mjcf(indenter: Indenter) -> str:
-    """A model that holds just the indenter: one body named after it, its lowest point at the body's origin."""
+    """MJCF of the indenter alone: one body with its name, its lowest point at the body's origin."""
     root = document(indenter.name)
     _add_mesh(root, indenter)
     ET.SubElement(root, "worldbody").append(_indenter_body(indenter, None))
@@ -73,20 +73,20 @@ def press_mjcf(
     feet: Array | None = None,
     tilt_free: bool = False,
 ) -> str:
-    """A world in which actuators `press_x`, `press_y`, `press_z` push an indenter onto a pad.
+    """MJCF of a scene in which actuators `press_x`, `press_y`, `press_z` push an indenter onto a pad.
 
     Each control is a component of the force on the indenter in the pad frame [N]; it acts along a line through the
     indenter's origin, the middle of a punch's face.
 
     Args:
-        indenter: what presses.
-        pad: what it presses on; the default pad if None.
-        shift: where the indenter's origin stands in the pad frame [m], (x, y); and z, where it touches the pad at
-            another height than 0.
-        rotate_deg: turned counter-clockwise by this, before the shift [deg].
-        feet: where a flat indenter's feet stand in its own frame, shape (n, 2) [m]; spread over its face if None. On a
-            curved pad it has none and collides as it is.
-        tilt_free: whether a ball joint at the indenter's origin lets it tilt and turn.
+        indenter: the body that presses.
+        pad: the pad; the default pad if None.
+        shift: position (x, y) of the indenter's origin in the pad frame [m]; with z if it touches the pad at another
+            height than 0.
+        rotate_deg: counter-clockwise rotation before the shift [deg].
+        feet: positions of a flat indenter's feet in its own frame [m], shape (n, 2); distributed over its face if None.
+            On a curved pad it has no feet, and its solid collides.
+        tilt_free: whether a ball joint at the indenter's origin lets it rotate.
     """
     root, pad = document("press_free" if tilt_free else "press"), pad or Pad()
     ET.SubElement(root, "option", OPTION)
@@ -123,7 +123,7 @@ def press_mjcf(
 
 
 def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
-    """A model's root, with a line that says where it comes from."""
+    """Root element of a model, with a comment on its origin."""
     root = ET.Element("mujoco", model=model)
     root.append(ET.Comment(f" Made by mjtactile/{module}. Metres, kilograms, newtons. "))
     return root
@@ -147,12 +147,12 @@ def _add_mesh(root: ET.Element, indenter: Indenter) -> None:
 
 
 def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
-    """Meshes of a curved pad, called `<name>`, `<name>_piece_1` and so on; of a flat one none.
+    """Add the meshes of a curved pad, `<name>`, `<name>_piece_1` and so on; none for a flat pad.
 
     Args:
         root: of the model.
-        pad: whose shape they have; their frame is the pad frame.
-        name: of the first.
+        pad: the pad; the meshes are in its frame.
+        name: name of the first mesh.
     """
     if pad.surface.is_flat:
         return
@@ -162,7 +162,7 @@ def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
 
 
 def mesh_geoms(pad: Pad, name: str, mesh: str) -> list[dict[str, str]]:
-    """Attributes of the geoms of a curved pad: names, kind and meshes of `add_pad_meshes`.
+    """Attributes of the geoms of a curved pad, for the meshes of `add_pad_meshes`.
 
     Args:
         pad: curved.
@@ -202,7 +202,7 @@ def _indenter_body(indenter: Indenter, feet: Array | None, *, on_feet: bool = Tr
 
 
 def _solid_geom(indenter: Indenter, *, collides: bool) -> ET.Element:
-    # What does not collide presses only under a name that says so (geoms.py).
+    # A geom that does not collide presses only if its name ends in "_tactile" (geoms.py).
     name = f"{indenter.name}_solid" if collides else f"{indenter.name}{SHOWN}"
     geom = ET.Element("geom", name=name, group="2", mass=numbers((INDENTER_MASS,)), rgba="0.85 0.55 0.3 1")
     if not collides:
@@ -218,11 +218,11 @@ def _solid_geom(indenter: Indenter, *, collides: bool) -> ET.Element:
 
 
 def numbers(values: Array | tuple[float, ...]) -> str:
-    """Rounded to a picometre, nine digits: what differs between platforms' sines is left out."""
+    """Numbers as text, rounded to 1e-12 and nine digits, so that it is the same on all platforms."""
     return " ".join(f"{round(float(value), 12) + 0.0:.9g}" for value in values)
 
 
 def text_of(root: ET.Element) -> str:
-    """The document, indented."""
+    """The XML document as indented text."""
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"

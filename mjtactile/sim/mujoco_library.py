@@ -1,4 +1,4 @@
-"""MuJoCo's own library, for what its Python bindings leave out: whose plugin a sensor is, and with which attributes."""
+"""Access to MuJoCo's C library for what its Python bindings lack: the plugin of a sensor and its attributes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from mjtactile.pad_names import PLUGIN
 
 @lru_cache(maxsize=1)
 def mujoco_library() -> ctypes.CDLL:
-    """The library that the bindings use, loaded once.
+    """The C library that the bindings use, loaded at the first call.
 
     Raises:
-        NativeError: when it does not lie beside the bindings.
+        NativeError: the library is not in the folder of the bindings.
     """
     folder = Path(mujoco.__file__).parent
     patterns = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
@@ -28,12 +28,12 @@ def mujoco_library() -> ctypes.CDLL:
 
 
 def plugin_config(model: mujoco.MjModel, instance: int, attribute: str) -> str:
-    """Text of an attribute of a plugin instance in a compiled model; empty where the model says nothing.
+    """Text of an attribute of a plugin instance in a compiled model; empty if the model does not set it.
 
     Args:
         model: compiled model.
-        instance: number of the plugin instance.
-        attribute: one that its plugin has.
+        instance: index of the plugin instance.
+        attribute: name of an attribute of the plugin.
     """
     function = mujoco_library().mj_getPluginConfig
     function.restype = ctypes.c_char_p
@@ -46,20 +46,20 @@ def is_pad_sensor(model: mujoco.MjModel, sensor: int) -> bool:
 
     Args:
         model: compiled model.
-        sensor: its number; negative for none.
+        sensor: index of the sensor; False for a negative one.
     """
     if sensor < 0 or model.sensor_type[sensor] != mujoco.mjtSensor.mjSENS_PLUGIN:
         return False
     function = mujoco_library().mjp_getPluginAtSlot
-    function.restype = ctypes.POINTER(ctypes.c_char_p)  # mjpPlugin begins with its name
+    function.restype = ctypes.POINTER(ctypes.c_char_p)  # the first member of mjpPlugin is its name
     slot = int(model.plugin[model.sensor_plugin[sensor]])
     return function(ctypes.c_int(slot))[0] == PLUGIN.encode()
 
 
 def pad_sensor_names(model: mujoco.MjModel) -> list[str]:
-    """Names of the sensors of the plugin "mjtactile.pad", in the model's order; no table is loaded.
+    """Names of the sensors of the plugin "mjtactile.pad", in the model's order; unnamed sensors are left out.
 
-    Sensors without a name are left out.
+    No table is loaded.
     """
     names = [model.sensor(number).name for number in range(model.nsensor) if is_pad_sensor(model, number)]
     return [name for name in names if name]

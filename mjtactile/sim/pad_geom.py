@@ -1,7 +1,7 @@
-"""How pads touch, by name, and the geom of a pad in somebody else's model.
+"""Contact parameters of pads by name, and the geom of a pad in any model.
 
-All contact constants of pads stand here, with the reason for each value; models and scenes of ours ask for them by
-name.
+All contact parameters of pads are defined here, with the reason for each value. This package's own models and scenes
+use them by name.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
 from mjtactile.sim.pad_solid import PadSolid, pad_solid
 
-#: Parameters of a stiff contact, and what the others have in their place; `contact_constants` has the reasons.
+#: Parameters of a stiff contact, and the differences of the others; `contact_constants` has the reasons.
 _STIFF: dict[str, Any] = {
     "condim": 4,
     "friction": [1.0, 0.0005, 0.0001],
@@ -35,9 +35,9 @@ _DIFFERENT: dict[str, dict[str, Any]] = {
 }
 #: Contacts of a pad by name, see `contact_constants`.
 CONTACTS = tuple(_DIFFERENT)
-#: What models need not say, since MuJoCo says it too.
+#: MuJoCo's defaults, which need not be written to models.
 _PLAIN = {"gap": 0.0, "margin": 0.0}
-#: Touches whatever touches anything: every bit that MuJoCo's groups have.
+#: Collides with every geom that collides at all: all bits of contype and conaffinity.
 _EVERY_GROUP = 0x7FFFFFFF
 _COLOUR = [0.75, 0.8, 0.85, 1.0]
 _DENSITY = 965.0  # of PDMS [kg/m^3]
@@ -48,42 +48,42 @@ def contact_constants(contact: str) -> dict[str, Any]:
 
     All contacts:
 
-    - condim 4: a pad resists a twist about its normal.
-    - friction 1: silicone; .5 mm for that twist, as of a patch of that size (MuJoCo's default would be as of 5 mm), and
-      .1 mm for rolling, of which condim 4 uses the first.
-    - priority 10: these values count against whatever the hand or the object brings along.
-    - gap 0: what touches is pressed.
+    - condim 4: a pad resists torsion about its normal.
+    - friction 1: silicone; torsional friction .5 mm, for a patch of that size (MuJoCo's default is 5 mm); rolling
+      friction .1 mm, which condim 4 does not use.
+    - priority 10: these values replace those of the hand or the object.
+    - gap 0: every contact carries force.
 
-    "stiff", for what aligns itself, such as fingertips on a gimbal or things that lie:
+    "stiff", for bodies that align themselves, such as fingertips on a gimbal or objects that lie on the pad:
 
     - solref .005 s, critically damped: the fastest that steps of 2 ms allow (MuJoCo wants two steps); 10 to 200 gf
       settle within .1 % in 100 ms.
-    - solimp .98 to .99: bodies sink in by some hundredths of a millimetre, as into the real pad, flat.
-    - margin 0: nothing is felt before it touches.
+    - solimp .98 to .99: bodies penetrate by some hundredths of a millimetre, as flat bodies into the real pad.
+    - margin 0: there is no force before contact.
 
-    "soft", for rigid grippers: a face that leans in the grip by 5 degrees stands off by 1.3 mm at the far side of
-    15 mm. MuJoCo lists only corners that are nearer than the margin, so that a stiff contact has one edge or corner.
+    "soft", for rigid grippers: a face tilted by 5 degrees in the grip has a gap of 1.3 mm at the far side of 15 mm.
+    MuJoCo lists only corners that are nearer than the margin, so a stiff contact has a single edge or corner.
 
-    - margin 1 mm: contacts begin there, so that surfaces meet half way into what gives: things under their own weight
-      stand within .03 mm of the surface, and those gripped with 2 to 20 N up to .8 mm deep.
-    - solimp .5 to .998 over 2 mm, in the middle at .7, power 3: gives way softly over the first millimetre, so that all
-      four corners press, and hardens, so that a thing of 10 g under 20 N sinks in no deeper than .9 mm even askew. The
-      middle of pressure stands where it does on 5 mm of PDMS within 1.5 mm, mean over .5 to 5 degrees and 2 to 20 N.
-    - solref .02 s, critically damped: of what is as soft, slower contacts creep less while they hold a weight; .02 s is
-      MuJoCo's own. 10 to 200 gf settle within .1 % in 160 ms.
+    - margin 1 mm: contacts begin at this distance. Objects under their own weight rest within .03 mm of the surface;
+      objects gripped with 2 to 20 N penetrate by up to .8 mm.
+    - solimp .5 to .998 over 2 mm, midpoint .7, power 3: compliant over the first millimetre, so that all four corners
+      press; then stiff, so that an object of 10 g under 20 N penetrates by .9 mm at most, even when tilted. The centre
+      of pressure is within 1.5 mm of that on 5 mm of PDMS (mean over .5 to 5 degrees and 2 to 20 N).
+    - solref .02 s, critically damped, MuJoCo's default: of contacts this soft, slower ones creep less under a constant
+      weight. 10 to 200 gf settle within .1 % in 160 ms.
 
-    "press", for a punch that is pressed on a pad in a world of ours, at steps of 1 ms:
+    "press", for a punch that is pressed on a pad in one of this package's scenes, at steps of 1 ms:
 
     - solref .003 s, critically damped: near the fastest that steps of 1 ms allow; 10 to 200 gf settle within .1 % in
       40 ms, and a punch creeps by less than .01 mm/s at 35 degrees.
-    - solimp and margin of "stiff": a punch sinks in by 10 micrometres at most.
-    - priority 1: nothing in that world has any, and models that a pad is put into may go above it.
+    - solimp and margin of "stiff": a punch penetrates by 10 micrometres at most.
+    - priority 1: other geoms in these scenes have priority 0; models that include the pad may use a higher one.
 
-    "hand", for pads of our hands, their links, and what they hold or stand it on:
+    "hand", for pads and links of this package's hands, for the objects they hold and the ground under them:
 
-    - solref .01 s, critically damped, and solimp .9: gives way by some .1 mm under 5 N, fingers and rubber together.
-      Where a contact slides, MuJoCo's convex friction pushes the bodies apart by friction times speed times that time
-      constant, and a stiffer contact would open and hop.
+    - solref .01 s, critically damped, and solimp .9: penetration of about .1 mm under 5 N, for the compliance of
+      fingers and rubber together. In sliding contacts, MuJoCo's convex friction separates the bodies by friction times
+      speed times this time constant; a stiffer contact would open and bounce.
     - margin 0, as "stiff".
 
     Args:
@@ -98,11 +98,11 @@ def contact_constants(contact: str) -> dict[str, Any]:
 
 
 def contact_attributes(contact: str, *names: str) -> dict[str, str]:
-    """The same as attributes of a geom in MJCF.
+    """Contact parameters as attributes of a geom in MJCF.
 
     Args:
         contact: see `contact_constants`.
-        names: of the attributes that are wanted, in that order; by default all that differ from MuJoCo's own.
+        names: of the requested attributes, in order; by default all that differ from MuJoCo's defaults.
 
     Raises:
         SceneError: when there is no such contact.
@@ -112,7 +112,7 @@ def contact_attributes(contact: str, *names: str) -> dict[str, str]:
     return {name: " ".join(f"{value:g}" for value in np.atleast_1d(constants[name])) for name in wanted}
 
 
-#: Geoms of one pad that is not convex: `<pad>`, `<pad>_piece_1` and so on.
+#: Part of the names of a pad's further geoms if it is not convex: `<pad>`, `<pad>_piece_1` and so on.
 PIECE = "_piece_"
 
 
@@ -124,18 +124,18 @@ def add_pad_geom(
     place: tuple[Array, Array],
     contact: str,
 ) -> mujoco.MjsGeom:
-    """A pad's geom `<name>_pad` and the site `<name>_surface` on it, without anything from the model's defaults.
+    """Add a pad's geom `<name>_pad` and site `<name>_surface` to a body; the model's defaults do not affect them.
 
-    A flat pad is a box. A curved one is a mesh in the pad frame, which MuJoCo collides as its convex hull; where its
-    surface has hollows, several, of which those after the first are called `<name>_pad_piece_1` and so on. MuJoCo moves
-    a mesh's frame to its centre of mass, so the pad frame is the geom's frame, moved back (`sim.wrench.geom_frame`).
+    The geom of a flat pad is a box. That of a curved pad is a mesh in the pad frame, which MuJoCo collides as its
+    convex hull. A curved pad with hollows has several such geoms; the further ones are `<name>_pad_piece_1` and so on.
+    MuJoCo moves a mesh's frame to its centre of mass; `sim.wrench.geom_frame` gives the pad frame.
 
     Args:
-        spec: of the model.
-        body: it is part of.
-        name: of the pad.
-        pad: whose size it has.
-        place: of the pad frame in the body's frame: position [m], (3,), and unit quaternion, (4,).
+        spec: model specification.
+        body: the body to add to.
+        name: name of the pad's sensor.
+        pad: the pad.
+        place: pose of the pad frame in the body's frame: position [m], (3,), and unit quaternion, (4,).
         contact: see `contact_constants`.
 
     Raises:
@@ -145,7 +145,7 @@ def add_pad_geom(
     contype, conaffinity = collision_groups(body)
     look: dict[str, Any] = {"contype": contype, "conaffinity": conaffinity, "rgba": _COLOUR, "density": _DENSITY}
     look |= {"quat": quat, **contact_constants(contact)}
-    # Made from the default class of an empty model: MuJoCo's own values in every field that this version has.
+    # The default class of an empty model has MuJoCo's own values in every field of this version.
     blank = mujoco.MjSpec()
     if pad.surface.is_flat:
         rotation = np.empty(9)
@@ -170,7 +170,7 @@ def add_pad_geom(
 
 
 def pad_pieces(model: Any, geom: int) -> list[int]:
-    """Ids of the geoms that are one pad: its own, and `<name>_piece_1` and so on of one with hollows.
+    """Ids of all geoms of a pad: its own and, for a pad with hollows, `<name>_piece_1` and so on.
 
     Args:
         model: compiled model, or a `ModelCopy` of one.
@@ -180,7 +180,7 @@ def pad_pieces(model: Any, geom: int) -> list[int]:
     if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
         return pieces
     beginning = f"{model.geom(geom).name}{PIECE}"
-    # They stand behind one another, since they were added to one body.
+    # Their ids are consecutive, since they were added to one body one after the other.
     for other in range(geom + 1, len(model.geom_type)):
         if not model.geom(other).name.startswith(beginning):
             break
@@ -194,7 +194,7 @@ def piece_names(pad: str, solid: PadSolid) -> list[str]:
 
 
 def _add_meshes(spec: mujoco.MjSpec, name: str, solid: PadSolid) -> list[str]:
-    """A pad's meshes, without anything from the model's defaults; their names."""
+    """Add a pad's meshes, unaffected by the model's defaults, and return their names."""
     names = piece_names(name, solid)
     for mesh, piece in zip(names, solid.pieces, strict=True):
         if spec.mesh(mesh) is not None:
@@ -210,11 +210,11 @@ def _add_meshes(spec: mujoco.MjSpec, name: str, solid: PadSolid) -> list[str]:
 
 
 def collision_groups(body: mujoco.MjsBody) -> tuple[int, int]:
-    """Groups (contype, conaffinity) of a pad on a body: it touches what the body's own geoms touch, and nothing else.
+    """(contype, conaffinity) of a pad on a body, so that it collides with what the body's own geoms collide with.
 
-    They are the union of those of the body's geoms; of the next body towards the root that has geoms which collide,
-    where the body has none, as hands whose fingertips are only drawn. A pad on no such body, or on the world itself,
-    touches whatever touches anything.
+    They are the union of those of the body's geoms. If none of these collide, as on fingertips that are only visual,
+    they are those of the nearest parent body with colliding geoms. Without such a body, or on the world body, the pad
+    collides with every geom that collides at all.
     """
     one = body
     while one.name != "world" and one.parent is not None:

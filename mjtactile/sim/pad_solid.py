@@ -1,8 +1,8 @@
 """The solid of a curved pad as meshes that MuJoCo can collide: convex pieces, together as thick as the pad.
 
-MuJoCo collides the convex hull of a mesh. The hull of a pad whose outer surface bulges everywhere, such as a dome, ends
-at that surface, and fills nothing but the hollow on the side of the bone. A surface with hollows is cut along x and y
-into pieces whose hulls stand over it by little.
+MuJoCo collides the convex hull of a mesh. If the outer surface is convex, such as a dome, the hull coincides with it
+and fills only the hollow on the inner side. A surface with hollows is cut along x and y into pieces whose hulls are
+close to it.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import numpy as np
 from mjtactile._types import Array, Indices
 from mjtactile.pad import Pad
 
-#: How far chords between the vertices stand below a bulge, at most [m]. On a dome of 12 mm, vertices are .44 mm apart,
-#: and facets turned by 2 degrees.
+#: Largest distance of chords between vertices from a convex surface [m]. On a dome of 12 mm, vertices are .44 mm apart,
+#: and neighbouring facets differ by 2 degrees.
 SAGITTA = 2e-6
-#: How far a piece may stand over a hollow [m], unless the pad would take more than so many pieces.
+#: Largest height of a piece's hull over a hollow [m], unless the pad would need more than this many pieces.
 PROUD, MOST_PIECES = 2e-5, 64
-#: Cells along a side of a pad, at most: beyond, chords stand lower.
+#: Largest number of cells along a side of a pad; it takes precedence over `SAGITTA`.
 _MOST_CELLS = 64
-#: Points along each axis at which a surface is looked at.
+#: Points along each axis at which a surface is sampled.
 _LOOKS = 25
 
 
@@ -36,8 +36,8 @@ class Solid(NamedTuple):
 class PadSolid(NamedTuple):
     """A pad as meshes."""
 
-    pieces: tuple[Solid, ...]  #: beside one another, one for a pad that bulges everywhere
-    proud: float  #: how far their hulls stand over the outer surface, at most [m]
+    pieces: tuple[Solid, ...]  #: side by side; one for a pad with a convex surface
+    proud: float  #: largest height of their hulls over the outer surface [m]
 
 
 class _Part(NamedTuple):
@@ -51,13 +51,13 @@ class _Part(NamedTuple):
 
 @lru_cache(maxsize=64)
 def pad_solid(pad: Pad) -> PadSolid:
-    """The solid of a pad, swept along its normals.
+    """The solid of a pad as meshes, swept along its normals.
 
     Args:
         pad: flat or curved.
 
     Returns:
-        Its pieces: as few as keep their hulls within `PROUD` over the surface, or else `MOST_PIECES` at most.
+        Its pieces: as few as possible with hulls within `PROUD` of the surface, but at most `MOST_PIECES`.
     """
     x, y = pad.size[0] / 2, pad.size[1] / 2
     proud = PROUD
@@ -69,14 +69,14 @@ def pad_solid(pad: Pad) -> PadSolid:
 
 
 def _parts(pad: Pad, part: _Part, proud: float) -> list[tuple[_Part, float]]:
-    """Parts whose hulls stand no further than `proud` over the surface, and by how much each does [m]."""
+    """Parts whose hulls are at most `proud` above the surface, with that height for each part [m]."""
     over = _hull_over_surface(pad, part)
     if over <= proud:
         return [(part, over)]
     x, y = _looks(part)
     jet = pad.surface.jet(x, y)
     width, length = part.east - part.west, part.north - part.south
-    # Where the surface is hollow along one axis alone, cuts across that axis make pieces without hollows.
+    # If the surface is hollow along one axis only, cuts across that axis give convex pieces.
     hollow = max(float(jet.xx.max()), 0.0) * width**2, max(float(jet.yy.max()), 0.0) * length**2
     across_x = hollow[0] > hollow[1] if hollow[0] != hollow[1] else width >= length
     if across_x:
@@ -100,7 +100,7 @@ def _looks(part: _Part) -> tuple[Array, Array]:
 
 
 def _hull_over_surface(pad: Pad, part: _Part) -> float:
-    """How far the hull of a part of the outer surface stands over it, along the normal [m]."""
+    """Largest height of the convex hull of a part of the outer surface above it, along the normal [m]."""
     x, y = _looks(part)
     jet = pad.surface.jet(x, y)
     if (jet.xx <= 0.0).all() and (jet.xx * jet.yy >= jet.xy**2).all():
@@ -109,11 +109,11 @@ def _hull_over_surface(pad: Pad, part: _Part) -> float:
 
     z = jet.z
     points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    # A point far below closes the hull of what may be a plane.
+    # An additional point far below gives the hull a volume even if the part is plane.
     below = np.array([[points[:, 0].mean(), points[:, 1].mean(), z.min() - (part.east - part.west)]])
     try:
         planes = ConvexHull(np.concatenate([points, below])).equations
-    except QhullError:  # no extent along some axis: nothing to stand over
+    except QhullError:  # no extent along some axis: the height is zero
         return 0.0
     upper = planes[planes[:, 2] > 0.0]
     heights = -(points[:, :2] @ upper[:, :2].T + upper[:, 3]) / upper[:, 2]
@@ -139,7 +139,7 @@ def _swept(pad: Pad, part: _Part) -> Solid:
 
 
 def _lines(pad: Pad, part: _Part) -> tuple[Array, Array]:
-    """Where vertices stand along x and y: as near to one another as `SAGITTA` asks [m]."""
+    """Coordinates of the vertices along x and y [m], as close as `SAGITTA` requires."""
     x, y = _looks(part)
     jet = pad.surface.jet(x, y)
     upright = pad.surface.normals(x, y)[..., 2]

@@ -1,4 +1,4 @@
-"""Press scenes: a pad, an indenter on slides over it, and a force that pushes until all is still.
+"""Press scenes: a pad, an indenter on slide joints over it, and a force that pushes until the contact is steady.
 
 Lengths are metres, forces newtons, in the pad frame: z out of the pad, pressing is -z.
 """
@@ -25,25 +25,25 @@ from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import press_mjcf
 from mjtactile.sim.wrench import contact_wrenches, site_frame
 
-#: Feet stay this far inside the pad's edge [m], so that the creep of a held press does not push them over it.
+#: Distance of feet from the pad's edge [m], so that they do not creep over it during a long press.
 EDGE_MARGIN = 1e-4
 #: A press is settled when its force has been this close to the commanded one, relative, for `STEADY_STEPS` steps.
 FORCE_TOLERANCE = 1e-4
 STEADY_STEPS = 5
 #: Simulated time after which a press that has not settled is given up [s].
 TIME_LIMIT = 0.2
-#: Points along each axis at which a curved pad is looked at for its first touch.
+#: Points along each axis of the grid on which the first contact point with a curved pad is searched.
 _LOOKS = 129
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressResult:
-    """How a press ended."""
+    """Result of a press."""
 
-    time: float  #: simulated time it took [s]
-    steps: int  #: steps it took
-    wrench: Array  #: what the indenter does to the pad, in the pad frame [N, N m], shape (6,)
-    error: float  #: distance of the contact force from the commanded one, relative to its magnitude [-]
+    time: float  #: simulated time until it settled [s]
+    steps: int  #: number of steps
+    wrench: Array  #: of the indenter on the pad, in the pad frame [N, N m], shape (6,)
+    error: float  #: difference between contact force and commanded force over the latter's magnitude [-]
 
 
 def press_spec(
@@ -72,20 +72,21 @@ def press_scene(
     pad: Pad | None = None,
     tilt_free: bool = False,
 ) -> mujoco.MjModel:
-    """A model in which an indenter, just clear of a pad, waits to be pressed; see `press`.
+    """A compiled model with an indenter just above a pad; `press` presses it.
 
-    A flat punch that overhangs the pad's edge stands on the part of its face over the pad, about that part's centroid.
+    A flat punch that overhangs the pad's edge has feet only on the part of its face over the pad, balanced about that
+    part's centroid.
 
     Args:
         shape: one of the seven punches by name, an `Indenter`, or a watertight mesh in metres.
-        shift: where the indenter's origin stands in the pad frame [m].
-        rotate_deg: turned counter-clockwise about its origin by this, before the shift [deg].
-        pad: its shape is used; the default pad if None. Flat faces stand on feet, but collide as they are with a
-            curved pad.
-        tilt_free: whether the indenter may tilt and turn about its origin, through which the force then passes.
+        shift: position of the indenter's origin in the pad frame [m].
+        rotate_deg: counter-clockwise rotation about the indenter's origin, before the shift [deg].
+        pad: the pad, of which only the shape is used; the default pad if None. Flat punches have feet on a flat pad,
+            and collide with their solid on a curved pad.
+        tilt_free: whether the indenter may rotate about its origin, through which the force then passes.
 
     Raises:
-        IndenterError: unknown shape, or a mesh that is no solid.
+        IndenterError: unknown shape, or a mesh that is not a valid solid.
         SceneError: the indenter is off the pad, or its face has a hole and the pad is curved.
     """
     return press_spec(shape, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free).compile()
@@ -99,20 +100,20 @@ def press(
     tolerance: float = FORCE_TOLERANCE,
     time_limit: float = TIME_LIMIT,
 ) -> PressResult:
-    """Push the indenter of a press scene with a force and step until the pad feels that force steadily.
+    """Apply a force to the indenter of a press scene and step until the contact force is steady.
 
-    It goes on from the state in `data`; call `mujoco.mj_resetData` first for an independent press.
+    The press continues from the state in `data`; call `mujoco.mj_resetData` first for an independent press.
 
     Args:
-        model: of `press_scene` or scenes/press*.xml.
+        model: from `press_scene` or scenes/press*.xml.
         data: its state, advanced in place.
         force: on the indenter, in the pad frame [N], shape (3,); see `force_vector`.
-        tolerance: how far the contact force may be off, relative to the force's magnitude [-].
-        time_limit: simulated time after which to give up [s].
+        tolerance: allowed difference of the contact force, relative to the force's magnitude [-].
+        time_limit: simulated time after which the press has failed [s].
 
     Raises:
-        SceneError: the model is no press scene, the force pulls or exceeds the actuators' range, or it does not
-            settle; the message says how far off it is.
+        SceneError: the model is not a press scene, the force pulls or exceeds the actuators' range, or the press does
+            not settle; the message gives the remaining difference.
     """
     command = np.asarray(force, dtype=float)
     actuators = [_id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, f"press_{axis}") for axis in "xyz"]
@@ -139,7 +140,7 @@ def _as_indenter(shape: str | Indenter | trimesh.Trimesh) -> Indenter:
 
 
 def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float) -> Array | None:
-    """Where a flat indenter's feet stand in its own frame, shape (n, 2) [m]; None for one that is not flat."""
+    """Positions of a flat indenter's feet in its own frame [m], shape (n, 2); None if it is not flat."""
     face = indenter.outline_at(shift=shift, rotate_deg=rotate_deg)
     loaded = areal(face.intersection(_rectangle(pad, 0.0)))
     if loaded.area == 0.0:
@@ -171,7 +172,7 @@ def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: 
 
 
 def _touching_height(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float) -> float:
-    """At which height of its origin an indenter touches a curved pad [m], pad frame."""
+    """Height z of the indenter's origin in the pad frame at which it touches a curved pad [m]."""
     turn = math.radians(rotate_deg)
     rotation = np.array(
         [[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], [0.0, 0.0, 1.0]]

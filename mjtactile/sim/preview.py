@@ -1,4 +1,4 @@
-"""Where a pad stands on its body, as a picture, before anything is simulated."""
+"""A picture of a pad's position and orientation on its body, before any simulation."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from mjtactile.sim.wrench import PadFrame, geom_frame
 _PAD_COLOUR = (1.0, 0.6, 0.1, 1.0)
 #: Of the arrows along the pad's x, y and z.
 _AXIS_COLOURS = ((0.9, 0.1, 0.1, 1.0), (0.1, 0.7, 0.1, 1.0), (0.15, 0.3, 1.0, 1.0))
-#: Distances of the camera, close up and with what is around it, in diagonals of the pad.
+#: Distances of the camera for the close-up and the wide view, in diagonals of the pad [-].
 _DISTANCES = (3.5, 18.0)
-#: How far the camera leans from the pad's normal, so that the pad's height shows.
+#: Inclination of the camera from the pad's normal, so that the pad's height is visible.
 _LEAN = 0.8
-_AMBIENT = 0.5  # light on what no lamp shines on [-]
+_AMBIENT = 0.5  # intensity of ambient light [-]
 _SIDE = 480  # of each picture [pixels]
 _BOX, _MESH = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_MESH)
 
@@ -39,26 +39,27 @@ def preview_pad(
     data: mujoco.MjData | None = None,
     groups: Sequence[int] = (0, 1, 2),
 ) -> npt.NDArray[np.uint8]:
-    """Draw where a pad stands and which way it faces: close up on the left, among what is around it on the right.
+    """Draw a pad's position and orientation: a close-up on the left, a view with its surroundings on the right.
 
     The pad is orange. Arrows from the middle of its sensing surface are its axes: x red, y green, z blue. z must point
-    out of the finger; what hides the orange face stands in front of it, touches first and is not felt.
+    out of the finger. A geom that hides the orange face lies in front of the pad: it takes contacts that the pad does
+    not feel.
 
     Args:
         model: compiled model.
         pad: name of the pad's sensor, or of its geom.
-        path: of the picture to write, .png or another kind; None to write none.
-        data: pose of the model, after `mj_forward` or `mj_step`; its first keyframe or, without one, `qpos0` if None.
-        groups: of geoms that are drawn besides the pad, among 0, 1 and 2. Many models collide with geoms of one group
-            and show those of another.
+        path: image file to write, such as .png; None to write none.
+        data: state of the model, after `mj_forward` or `mj_step`; if None, its first keyframe or, without one, `qpos0`.
+        groups: groups of the geoms that are drawn besides the pad, among 0, 1 and 2. Many models have collision geoms
+            in one group and visual geoms in another.
 
     Returns:
         RGB, shape (height, width, 3), top row first.
 
     Raises:
         SceneError: the model has no such pad.
-        RenderError: there is no working OpenGL.
-        OutputError: the picture cannot be written.
+        RenderError: OpenGL does not work.
+        OutputError: the file cannot be written.
     """
     geom = _pad_geom(model, pad)
     if path is not None:

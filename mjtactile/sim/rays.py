@@ -1,6 +1,6 @@
-"""Lower surface of signed distance functions, whose shape only MuJoCo knows, by casting rays.
+"""Lower surface of geoms with signed distance functions, by MuJoCo's ray casting.
 
-Exact where MuJoCo's ray casting is, at 2 to 5 us a point.
+It is as accurate as the ray casting and takes 2 to 5 us a point.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from mjtactile.geometry.primitives import Pose
 
 
 class RaySurface:
-    """A geom whose lower surface is found by rays, in a copy of its model in which it is alone.
+    """A geom whose lower surface is sampled by rays, in a model that contains this geom alone.
 
     Args:
         model: compiled model.
         geom: id.
-        vertices: points near its surface in its own frame [m], shape (n, 3): where to look for its lowest point.
+        vertices: points near its surface in its own frame [m], shape (n, 3), near which its lowest point is searched.
     """
 
     def __init__(self, model: mujoco.MjModel, geom: int, vertices: Array) -> None:
@@ -29,7 +29,7 @@ class RaySurface:
         self._data = mujoco.MjData(self._model)
         self._vertices = vertices
         self._radius = 1.01 * float(np.linalg.norm(vertices, axis=1).max())
-        # Rays see only visible geoms of the groups asked for.
+        # Rays hit only visible geoms of the requested groups.
         self._model.geom_group[:] = 1
         self._model.geom_group[geom] = 0
         self._model.geom_matid[geom] = -1
@@ -39,7 +39,7 @@ class RaySurface:
         self._group = np.array([1, 0, 0, 0, 0, 0], dtype=np.uint8)
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """See Shape; nothing where the lowest hit is below the floor."""
+        """See Shape; infinite where the lowest hit is below the floor."""
         start = pose.position[2] - self._radius
         points = np.column_stack([x, y, np.full(len(x), start)]) - pose.position
         near = (points[:, :2] ** 2).sum(axis=1) <= self._radius**2
@@ -52,7 +52,7 @@ class RaySurface:
         return np.where(height >= floor, height, np.inf)
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """See Shape; what is far smaller than a thirtieth of the sheet may be missed."""
+        """See Shape; features much smaller than a thirtieth of the sheet may be missed."""
         points = pose.points(self._vertices)
         over = points[sheet.holds(points[:, 0], points[:, 1]) & (points[:, 2] >= floor - 0.1 * self._radius)]
         if len(over) == 0:

@@ -1,4 +1,4 @@
-"""Pictures of a scene without a screen, through EGL or, failing that, OSMesa (software)."""
+"""Off-screen rendering of a scene with EGL or, if that fails, OSMesa (software)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from mjtactile.errors import RenderError
 
-#: Backends tried where MUJOCO_GL is not set, best first.
+#: Backends tried in this order if MUJOCO_GL is not set.
 BACKENDS = ("egl", "osmesa")
-#: A driver that has not made a context after this long [s] counts as not working.
+#: A driver that has not created a context after this time [s] counts as not working.
 PROBE_TIMEOUT = 30.0
 
 _MAXIMUM_GEOMS = 10_000
@@ -40,21 +40,20 @@ def render_scene(
     camera: str | mujoco.MjvCamera | None = None,
     mark: Callable[[Any], None] | None = None,
 ) -> npt.NDArray[np.uint8]:
-    """Draw the state in `data`.
+    """Render the state in `data`.
 
     Args:
         model: compiled model.
         data: its state after `mj_forward` or `mj_step`.
-        width: of the picture [pixels].
-        height: of the picture [pixels].
-        camera: name of a camera of the model, or a view of one's own; a view of the whole scene if None.
-        mark: changes the `mujoco.MjvScene` before it is drawn.
+        width: of the image [pixels].
+        height: of the image [pixels].
+        camera: name of a camera of the model, or an `MjvCamera`; a view of the whole scene if None.
+        mark: function that may change the `mujoco.MjvScene` before rendering.
 
     Returns: RGB, shape (height, width, 3), top row first.
 
     Raises:
-        RenderError: there is no working OpenGL (the message names the packages to install), or the size is not
-            positive.
+        RenderError: OpenGL does not work (the message names the packages to install), or the size is not positive.
     """
     if width < 1 or height < 1:
         raise RenderError(f"picture size {width} x {height}; expected at least 1 x 1 pixels.")
@@ -69,9 +68,9 @@ def render_scene(
 
 @cache
 def working_backend(requested: str | None = None) -> str:
-    """The OpenGL backend to draw with: MUJOCO_GL if it is set, else the first of `BACKENDS` that works.
+    """The OpenGL backend to use: MUJOCO_GL if it is set, otherwise the first of `BACKENDS` that works.
 
-    Each is tried in a process of its own, because a broken driver may abort, hang, or spoil the other backend.
+    Each is tried in a process of its own, because a broken driver may abort, hang, or break the other backend.
 
     Args:
         requested: used in place of MUJOCO_GL.
@@ -93,7 +92,7 @@ def working_backend(requested: str | None = None) -> str:
 
 
 def _probe(backend: str) -> str:
-    """Why a backend does not work; empty if it does."""
+    """The reason why a backend does not work; empty if it works."""
     environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
     environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
     command = [sys.executable, "-c", _PROBE, backend]
@@ -108,7 +107,7 @@ def _probe(backend: str) -> str:
 
 
 def context_class(backend: str) -> Any:
-    """MuJoCo's context class of a backend, picked here because `import mujoco` reads MUJOCO_GL only once."""
+    """MuJoCo's context class of a backend; chosen here because `import mujoco` reads MUJOCO_GL only once."""
     if backend not in (*BACKENDS, "glfw"):
         raise RenderError(f"MUJOCO_GL={backend} cannot draw. Use egl or osmesa.")
     return importlib.import_module(f"mujoco.{backend}").GLContext

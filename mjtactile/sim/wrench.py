@@ -1,4 +1,4 @@
-"""What other bodies do to a pad: MuJoCo's contact forces, moved to the pad frame and summed per geom.
+"""Contact wrenches on a pad: MuJoCo's contact forces in the pad frame, summed for each touching geom.
 
 Forces are newtons, moments newton metres about the pad frame's origin. A wrench is (fx, fy, fz, mx, my, mz).
 """
@@ -17,10 +17,10 @@ from mjtactile.sim.pad_geom import pad_pieces
 
 _BOX, _MESH = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_MESH)
 _NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # the axes that follow each axis, and those after them
-#: Smaller pressing forces say nothing of where [N].
+#: Least pressing force for a centre of pressure [N].
 _LEAST_FORCE = 1e-6
-#: Steps towards where the force passes through a curved surface; each brings it nearer by the slope times the force's
-#: own.
+#: Fixed-point steps to the intersection of the force's line with a curved surface; each reduces the error by the factor
+#: of the surface's slope times the force's slope.
 _STEPS = 20
 
 
@@ -32,10 +32,10 @@ class PadFrame(NamedTuple):
 
 
 class PadContacts(NamedTuple):
-    """What touches a pad in one state."""
+    """Contacts of a pad in one state."""
 
-    geoms: Indices  #: ids of the geoms that touch, ascending, shape (k,); -1 stands for flexes, which are no geoms
-    wrenches: Array  #: what each does to the pad, in the pad frame [N, N m], shape (k, 6)
+    geoms: Indices  #: ids of the touching geoms, ascending, shape (k,); -1 for all flexes together
+    wrenches: Array  #: wrench of each on the pad, in the pad frame [N, N m], shape (k, 6)
 
     @property
     def total(self) -> Array:
@@ -43,7 +43,7 @@ class PadContacts(NamedTuple):
         return self.wrenches.sum(axis=0)
 
     def by_body(self, model: mujoco.MjModel) -> dict[int, Array]:
-        """The same summed per body: wrenches [N, N m], shape (6,), by body id; -1 stands for flexes."""
+        """Wrenches on the pad in the pad frame [N, N m], shape (6,), by body id; -1 for flexes."""
         sums: dict[int, Array] = {}
         for geom, wrench in zip(self.geoms, self.wrenches, strict=True):
             body = int(model.geom_bodyid[geom]) if geom >= 0 else -1
@@ -52,14 +52,14 @@ class PadContacts(NamedTuple):
 
 
 def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
-    """The pad frame as a site says it: its origin on the sensing surface, its z axis out of the pad."""
+    """The pad frame from the site that marks it: origin on the sensing surface, z axis out of the pad."""
     return PadFrame(data.site_xpos[site], data.site_xmat[site].reshape(3, 3))
 
 
 def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFrame:
-    """The pad frame of a pad's geom: of a box the centre of its +z face, of a mesh that of its vertices as written.
+    """The pad frame of a pad's geom: at the centre of a box's +z face, or the original frame of a mesh's vertices.
 
-    MuJoCo moves a mesh to its centre of mass and turns it to its axes of inertia, and says by how much.
+    MuJoCo moves a mesh to its centre of mass and rotates it to its axes of inertia; that is undone here.
 
     Args:
         model: compiled model.
@@ -86,16 +86,16 @@ def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFram
 def contact_wrenches(
     model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, frame: PadFrame | None = None
 ) -> PadContacts:
-    """What other geoms do to the pad, from the contacts of the last forward pass.
+    """Wrenches of other geoms on the pad, from the contacts of the last forward pass.
 
-    MuJoCo gives each contact's force and torque in the contact's own axes, whose rows are `contact.frame`, as the
-    first geom's action on the second; which of the two is the pad is not the user's choice. With R the pad's
-    rotation, C the contact's axes and p its point, f = +-R^T C^T f_c and m = +-R^T C^T t_c + R^T (p - origin) x f.
+    MuJoCo gives the force and torque of the first geom on the second, in the contact's axes, the rows of
+    `contact.frame`. The pad may be either geom, which determines the sign. With R the pad's rotation, C the contact's
+    axes and p its point, f = +-R^T C^T f_c and m = +-R^T C^T t_c + R^T (p - origin) x f.
 
     Args:
         model: compiled model.
         data: its state after `mj_step` or `mj_forward`.
-        pad_geom: id of the pad's geom. Contacts of other geoms of the same body are none of the pad's.
+        pad_geom: id of the pad's geom. Contacts of other geoms of the same body are not included.
         frame: the pad frame; that of the pad's geom if None.
     Returns: wrenches per touching geom; empty without contact.
     """
@@ -118,7 +118,7 @@ def contact_wrenches(
     in_pad = local.reshape(-1, 2, 3) @ (contact.frame[touching].reshape(-1, 3, 3) @ rotation)
     force, moment = in_pad[:, 0], in_pad[:, 1]
     arms = (contact.pos[touching] - origin) @ rotation
-    # The cross product arms x force, written out: numpy's own costs as much as all the rest here.
+    # The cross product arms x force, written out because np.cross takes as long as all the rest.
     moment += arms.take(_NEXT, 1) * force.take(_AFTER, 1) - arms.take(_AFTER, 1) * force.take(_NEXT, 1)
 
     others = np.where(pad_is_second, pairs[touching, 0], pairs[touching, 1])
@@ -127,11 +127,11 @@ def contact_wrenches(
 
 
 def centre_of_pressure(wrench: Array, pad: Pad | None = None) -> Array:
-    """Where the force passes through the sensing surface [m], (3,); the pad's origin where nothing presses.
+    """Point of the sensing surface on the force's line of action [m], (3,); the pad's origin if nothing presses.
 
     Args:
-        wrench: force [N] and moment about the origin [N m], pad frame, (6,).
-        pad: whose surface that is; the plane z = 0 if None.
+        wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
+        pad: gives the surface; the plane z = 0 if None.
     """
     fx, fy, fz, mx, my, _ = wrench
     if not fz < -_LEAST_FORCE:

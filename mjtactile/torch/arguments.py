@@ -1,4 +1,4 @@
-"""What a pad module is made from: influence matrices, sensing layers, a floating-point type."""
+"""Checked arguments of a pad module: influence matrices, sensing layers and floating-point type."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from mjtactile.pad_names import named_pad, names_file
 
 
 def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
-    """Influence matrices of a pad, of a registered one's name, or in a file.
+    """Influence matrices of a pad, of a registered pad by name, or from a file; given matrices are returned.
 
     Raises:
-        PresetError: for a fidelity that does not exist, or one beside matrices, which have their own.
-        SceneError: when no pad or file has that name.
+        PresetError: the fidelity does not exist, or is given together with matrices, which have their own.
+        SceneError: no pad or file has that name.
     """
     is_file = isinstance(pad, Path) or (isinstance(pad, str) and names_file(pad))
     if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
@@ -38,10 +38,10 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
 
 
 def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
-    """Sensing layers counted from the top, by default all; free taxels are one layer.
+    """Indices of sensing layers, 0 at the top, by default all; free taxels are one layer.
 
     Raises:
-        InfluenceError: for layers that do not exist, or stand twice.
+        InfluenceError: a layer does not exist, or is given twice.
     """
     count = pad.sensing_layers
     chosen = tuple(range(count)) if layers is None else tuple(layers)
@@ -53,10 +53,10 @@ def existing_layers(pad: Pad, layers: Sequence[int] | None) -> tuple[int, ...]:
 
 
 def floating(dtype: torch.dtype) -> torch.dtype:
-    """The type, if stress can be computed in it.
+    """The type, after checking that it is torch.float32 or torch.float64.
 
     Raises:
-        InfluenceError: if not.
+        InfluenceError: it is another type.
     """
     if dtype not in (torch.float32, torch.float64):
         raise InfluenceError(f"dtype {dtype} does not do for stress; expected torch.float32 or torch.float64.")

@@ -23,34 +23,34 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.torch.arguments import existing_layers, floating, matrices_of
 from mjtactile.torch.symmetry import Folded, LayerStress, as_buffer, element_integrals
 
-#: What makes loads on a curved pad, for errors.
+#: How to make loads on a curved pad, for error messages.
 _MADE_OF = "Make the load with SurfaceLoad.from_tractions or contact_load, and its tensor with nodal_forces(load)."
 
 
 class PadOutput(NamedTuple):
-    """What a pad feels under a batch of loads."""
+    """Readings and stress tensors of a pad under a batch of loads."""
 
     readings: Tensor  #: von Mises stress (..., layers, rows, columns) or (..., taxels) [Pa]
     stress: Tensor  #: mean stress tensor of every taxel, xx, yy, zz, xy, yz, zx: (..., 6, *reading_shape) [Pa]
 
 
 class PadModel(nn.Module):
-    """Surface loads to readings, as `InfluenceMatrices` does it, for many loads at once and with gradients.
+    """Readings of surface loads as in `InfluenceMatrices`, for batches of loads and with gradients.
 
-    Pads may be flat or curved, and their taxels stand on a grid or anywhere; where it says (layers, rows, columns),
-    free taxels are (taxels,).
+    Pads may be flat or curved, with taxels on a grid or free. Shapes (layers, rows, columns) are (taxels,) for free
+    taxels.
 
-    There is nothing to learn in it. The matrices are buffers that follow the module to any device and floating-point
-    type; a state dictionary holds the pad's fingerprint in their place, and is refused by a model of another pad.
+    The module has no parameters. Its matrices are buffers that move with it to any device and floating-point type. A
+    state dictionary contains the pad's fingerprint instead of the matrices; a model of another pad refuses it.
 
     Args:
         pad: a pad, the name of a registered one, a file of saved influence matrices, or the matrices themselves; by
             default the paper's pad.
-        fidelity: preset by name, or a Fidelity; "balanced" by default. Matrices come with their own.
-        layers: sensing layers to read, counted from the top; by default all.
-        stress: whether stress tensors will be asked for; their matrices take a fifth more memory.
+        fidelity: preset by name, or a Fidelity; "balanced" by default. Influence matrices have their own.
+        layers: sensing layers to read, 0 at the top; by default all.
+        stress: whether stress tensors are needed; their matrices take a fifth more memory.
         dtype: torch.float32 or torch.float64.
-        device: where to.
+        device: of the matrices.
 
     Attributes:
         pad: the sheet and its taxels.
@@ -59,9 +59,9 @@ class PadModel(nn.Module):
         layers: sensing layers that are read.
 
     Raises:
-        InfluenceError: for layers that do not exist.
-        PresetError: for a fidelity that does not exist, or one beside matrices.
-        SceneError: when no pad or file has that name.
+        InfluenceError: a layer does not exist.
+        PresetError: the fidelity does not exist, or is given together with matrices.
+        SceneError: no pad or file has that name.
     """
 
     def __init__(
@@ -89,24 +89,24 @@ class PadModel(nn.Module):
 
     @property
     def reading_shape(self) -> tuple[int, ...]:
-        """Layers that are read, rows, columns; of free taxels (taxels,)."""
+        """Shape of one set of readings: (layers, rows, columns), or (taxels,) for free taxels."""
         if isinstance(self.pad.taxels, FreeTaxels):
             return self.pad.reading_shape
         return (len(self.layers), *self.pad.grid_shape[1:])
 
     @property
     def force_shape(self) -> tuple[int, int, int]:
-        """Of the nodal forces of one load: nodes along y, nodes along x, 3."""
+        """Shape of the nodal forces of one load: (nodes along y, nodes along x, 3)."""
         return (*self.surface.node_shape, 3)
 
     @property
     def dtype(self) -> torch.dtype:
-        """Of the matrices, and so of loads and readings."""
+        """Floating-point type of matrices, loads and readings."""
         return self.get_buffer("cells_x").dtype
 
     @property
     def device(self) -> torch.device:
-        """Where the matrices are, and so loads and readings."""
+        """Device of matrices, loads and readings."""
         return self.get_buffer("cells_x").device
 
     def forward(self, forces: Tensor) -> Tensor:
@@ -117,18 +117,18 @@ class PadModel(nn.Module):
                 `traction_forces` and `wrench_basis`.
 
         Returns:
-            (..., layers, rows, columns) [Pa]. The gradient is zero where there is no stress at all.
+            (..., layers, rows, columns) [Pa]. The gradient is zero where the stress is zero.
 
         Raises:
-            InfluenceError: for a tensor of another shape, type or device. NaN is not looked for and comes out as NaN.
+            InfluenceError: the tensor has another shape, type or device. NaN is not detected and gives NaN.
         """
         return self.readings_of(self.point_response(forces))
 
     def point_response(self, forces: Tensor) -> Tensor:
-        """Deviatoric stress at all sample points of the layers read, (..., points, 5) [Pa]: linear in the forces.
+        """Deviatoric stress at all sample points of the layers [Pa], (..., points, 5): linear in the forces.
 
-        Responses add up. While a body stays where it is, keep the response of each part of its load (of
-        `wrench_basis`, say), combine them, and take `readings_of` the sum.
+        Responses add up. For a body at a fixed position, compute the response of each part of its load once (for
+        example of `wrench_basis`), combine them linearly, and take `readings_of` the sum.
         """
         batch, flat = self._batch(forces)
         with _full_precision(flat):
@@ -160,12 +160,12 @@ class PadModel(nn.Module):
             (..., 6, layers, rows, columns) [Pa]: components xx, yy, zz, xy, yz, zx.
 
         Raises:
-            InfluenceError: as for readings, or when the model was made without `stress=True`.
+            InfluenceError: as for readings, or the model was made without `stress=True`.
         """
         return self.readings_and_stress(forces).stress
 
     def readings_and_stress(self, forces: Tensor) -> PadOutput:
-        """Both, for little more than one; see `stress`."""
+        """Readings and stress tensors in one pass, faster than two; arguments and errors as in `stress`."""
         if self._mean is None:
             raise InfluenceError("this model was made for readings alone. For stress: PadModel(..., stress=True).")
         batch, flat = self._batch(forces)
@@ -182,10 +182,16 @@ class PadModel(nn.Module):
         return PadOutput(*(one.unflatten(0, batch) if batch else one[0] for one in output))
 
     def nodal_forces(self, load: SurfaceLoad | Sequence[SurfaceLoad]) -> Tensor:
-        """What `contact_load` made, for this model: (nodes y, nodes x, 3) [N]; a sequence puts a batch axis in front.
+        """Nodal forces of loads, such as from `contact_load`, as a tensor of this model.
+
+        Args:
+            load: one load on this pad's surface, or a sequence of them.
+
+        Returns:
+            (nodes y, nodes x, 3) [N], with a leading batch axis for a sequence.
 
         Raises:
-            InfluenceError: when a load belongs to another surface or is not finite.
+            InfluenceError: a load belongs to another surface or is not finite.
         """
         batch = nodal_batch([load] if isinstance(load, SurfaceLoad) else load, self.surface)
         return self._tensor(batch[0] if isinstance(load, SurfaceLoad) else batch)
@@ -194,12 +200,12 @@ class PadModel(nn.Module):
         """Nodal forces (..., nodes y, nodes x, 3) [N] of tractions that are constant on each cell of the surface grid.
 
         Args:
-            tractions: pad frame [Pa], (..., cells y, cells x, 3), between `surface.y.vertices` and
+            tractions: in the pad frame [Pa], (..., cells y, cells x, 3); cells lie between `surface.y.vertices` and
                 `surface.x.vertices`; pressing is -z.
 
         Raises:
-            InfluenceError: for a tensor of another shape, type or device.
-            PadError: of a curved pad, where cells have areas and normals of their own.
+            InfluenceError: the tensor has another shape, type or device.
+            PadError: the pad is curved.
         """
         require_flat(self.pad, "PadModel.traction_forces", _MADE_OF)
         along_y, along_x = self.get_buffer("cells_y"), self.get_buffer("cells_x")
@@ -209,19 +215,19 @@ class PadModel(nn.Module):
             return along_x @ forces.unflatten(-1, (-1, 3))
 
     def wrench_basis(self, footprint: Footprint) -> Tensor:
-        """Nodal forces per unit of a wrench on a covered area, by law "uniform" while no part of it would pull.
+        """Nodal forces per unit of a wrench on a footprint, by law "uniform" while its pressure is positive everywhere.
 
         The load of wrenches (..., 6) is `torch.einsum("...w,wyxc->...yxc", wrenches, basis)`.
 
         Args:
-            footprint: the area; of a curved body its lowest part.
+            footprint: of the body; of a curved body its lowest part is used.
 
         Returns:
             (6, nodes y, nodes x, 3) [N/N, N/(N m)]: force x, y, z and moment x, y, z about the pad's origin, pad frame.
 
         Raises:
-            InfluenceError: when the footprint was made for another surface.
-            PadError: of a curved pad, on which a contact is no linear map of the wrench.
+            InfluenceError: the footprint was made for another surface.
+            PadError: the pad is curved: there the load is not linear in the wrench.
         """
         require_flat(self.pad, "PadModel.wrench_basis", _MADE_OF)
         if footprint.surface.node_shape != self.surface.node_shape:
@@ -233,14 +239,14 @@ class PadModel(nn.Module):
         return self._tensor(np.einsum("pyxc,pw->wyxc", basis.forces, basis.shares))
 
     def get_extra_state(self) -> dict[str, Any]:
-        """What stands for the matrices in a state dictionary."""
+        """The pad's fingerprint and the layers, stored in a state dictionary instead of the matrices."""
         return {"pad_fingerprint": self.pad.fingerprint, "layers": list(self.layers)}
 
     def set_extra_state(self, state: Any) -> None:
-        """Refuse the state of a model of another pad or other layers; another fidelity may take it.
+        """Check that a state dictionary is of a model of this pad and these layers; its fidelity may differ.
 
         Raises:
-            StaleInfluenceError: when it is one.
+            StaleInfluenceError: it is of another pad or of other layers.
         """
         own = self.get_extra_state()
         for name in own:
@@ -251,7 +257,7 @@ class PadModel(nn.Module):
                 )
 
     def extra_repr(self) -> str:
-        """What print(model) says."""
+        """Text for print(model)."""
         mesh = mesh_name(self.fidelity.density) or "custom"
         return f"{self.pad.summary}, mesh {mesh!r}, layers={self.layers}, stress={self._mean is not None}"
 
@@ -259,7 +265,7 @@ class PadModel(nn.Module):
         return torch.as_tensor(np.ascontiguousarray(values), dtype=self.dtype).to(self.device)
 
     def _batch(self, forces: Tensor) -> tuple[tuple[int, ...], Tensor]:
-        """Leading axes of forces, and the forces with one."""
+        """Leading axes of forces, and the forces with these flattened to one."""
         self._check(forces, self.force_shape, "forces", "nodes y, nodes x, 3")
         batch = tuple(forces.shape[:-3])
         return batch, forces.reshape(math.prod(batch), *self.force_shape)
@@ -284,7 +290,7 @@ class PadModel(nn.Module):
 
 
 def _full_precision(tensor: Tensor) -> torch.autocast:
-    """Keeps autocast from rounding products to eight bits, which the readings do not stand."""
+    """Context that disables autocast, whose half precision is too coarse for readings."""
     return torch.autocast(tensor.device.type, enabled=False)
 
 

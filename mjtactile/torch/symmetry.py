@@ -1,6 +1,6 @@
-"""The pad's mirrors in PyTorch, as in fem/symmetry.py: a quarter of whole matrices' memory and products.
+"""Mirror symmetry of the pad in PyTorch, as in fem/symmetry.py: it saves three quarters of memory and time.
 
-A curved pad has the mirrors that its surface has: two, one or none, and so four, two or one symmetry class.
+A curved pad has the mirrors of its surface: with two, one or no mirrors there are four, two or one symmetry classes.
 """
 
 from __future__ import annotations
@@ -22,16 +22,13 @@ _SIMPSON = (1 / 6, 4 / 6, 1 / 6)
 
 
 def as_buffer(module: nn.Module, name: str, values: np.ndarray) -> None:
-    """Keep an array with a module, on its device; floating point in its dtype, whole numbers as they are.
-
-    State dictionaries leave it out: the pad's table has it.
-    """
-    copied = np.array(values)  # what is mapped from a file cannot be written, which PyTorch does not like
+    """Register an array as a buffer of a module; state dictionaries leave it out, since the pad's table has it."""
+    copied = np.array(values)  # PyTorch warns about read-only arrays, such as memory-mapped ones
     module.register_buffer(name, torch.from_numpy(copied), persistent=False)
 
 
 class Folded(nn.Module):
-    """Nodal forces split into the symmetry classes, on the degrees of freedom that have columns."""
+    """Splits nodal forces into symmetry classes, on the degrees of freedom that have columns."""
 
     def __init__(self, influence: InfluenceMatrices) -> None:
         super().__init__()
@@ -65,12 +62,12 @@ class Folded(nn.Module):
 
 
 def _signs(mirrored: bool) -> tuple[int, ...]:
-    """With which forces are added to their mirror images; 0 where there is no mirror."""
+    """Signs with which mirror images of forces are added, one for each class; 0 without a mirror."""
     return (1, -1) if mirrored else (0,)
 
 
 def _mirrored(forces: Tensor, axis: int, sign: int) -> Tensor:
-    """The half that is not negative along an axis, with the mirror image of the other one added; the whole for 0."""
+    """Forces on the nonnegative half of an axis plus `sign` times the mirror image of the others; all for sign 0."""
     if sign == 0:
         return forces
     middle = forces.shape[axis] // 2

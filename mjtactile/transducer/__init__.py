@@ -1,4 +1,4 @@
-"""What hardware reports of readings: sensing elements, their imperfections, an array of them and its calibration."""
+"""Readings as hardware reports them: sensing elements, their imperfections, an array of them and its calibration."""
 
 from mjtactile.transducer.array import Element, Transducer
 from mjtactile.transducer.calibration import Calibration, calibrate

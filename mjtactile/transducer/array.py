@@ -1,8 +1,8 @@
-"""From the stress at every taxel to what hardware reports of it.
+"""From the stress at every taxel to the stress that hardware reports.
 
-A reading goes the way a signal goes: it lags and couples in the elastomer, the element turns it into a voltage with a
-gain of its own, noise comes on top, the converter clips and counts. What comes out is stress again, decoded with the
-nominal element's calibration, because that is what a driver knows; `volts` gives the signals themselves.
+The steps are those of a real signal: hysteresis and crosstalk in the elastomer, conversion to a voltage with the gain
+and offset of each element, noise, the converter's range and resolution, delay. The result is a stress again, decoded
+with the nominal element's calibration, since a driver knows no other; `volts` returns the signals.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from mjtactile._types import Array, Mask
 from mjtactile.transducer.capacitive import CapacitiveCell, TransducerError
 from mjtactile.transducer.imperfections import Imperfections, coupled, lagging
 
-#: Signals this far below rest still count, over the full signal: a converter's zero stands off its end, so that noise
-#: at rest is not cut in half.
+#: The converter's range extends this far below the signal at rest, over the full signal [-], so that noise at rest is
+#: not clipped.
 HEADROOM = 0.05
 
 
 class Element(Protocol):
-    """One kind of sensing element; `CapacitiveCell` and `PiezoresistiveElement` are some."""
+    """A kind of sensing element, such as `CapacitiveCell` and `PiezoresistiveElement`."""
 
     @property
     def full_signal(self) -> float:
@@ -31,11 +31,11 @@ class Element(Protocol):
         ...
 
     def signal(self, stress: npt.ArrayLike) -> Array:
-        """Signal [V] under a stress [Pa], rising with it."""
+        """Signal [V] under a stress [Pa] of any shape; it increases with the stress."""
         ...
 
     def stress(self, signal: npt.ArrayLike) -> Array:
-        """The stress [Pa] behind a signal [V]."""
+        """Stress [Pa] for a signal [V] of any shape: the inverse of `signal`."""
         ...
 
 
@@ -43,18 +43,19 @@ class Transducer:
     """An array of elements with their imperfections: `transducer(readings)` is what the array reports.
 
     Gains, offsets and dead taxels belong to the array and are drawn once from the seed; noise is drawn at each call.
-    The same seed and the same calls give the same bits; `reset` goes back to the start. A batch is so many presses on
-    this one array, each with noise of its own, and with memory (hysteresis, delay) so many strands of calls that never
-    mix: batch entry k follows entry k of the call before.
+    The same seed and the same calls give the same bits; `reset` goes back to the start. A batch holds several presses
+    on this one array, each with noise of its own. Hysteresis and delay act on each entry of a batch by itself: entry k
+    follows entry k of the call before.
 
     Args:
         element: kind of the elements; by default the paper's capacitive cell, which saturates at 2.4 kPa.
         imperfections: how they differ from it; by default not at all.
-        shape: of one set of readings (layers, rows, columns).
+        shape: of one set of readings, `Pad.reading_shape`: (layers, rows, columns), or (taxels,) for free taxels.
         seed: of everything drawn.
 
     Raises:
-        TransducerError: for a shape that is no array of taxels, or a dead taxel outside it.
+        TransducerError: for a shape that is no array of taxels, a dead taxel outside it, or crosstalk between free
+            taxels, which have no neighbours.
     """
 
     def __init__(
@@ -62,15 +63,22 @@ class Transducer:
         element: Element | None = None,
         imperfections: Imperfections | None = None,
         *,
-        shape: tuple[int, int, int] = (4, 13, 13),
+        shape: tuple[int, ...] = (4, 13, 13),
         seed: int = 0,
     ) -> None:
         self.element = CapacitiveCell() if element is None else element
         self.imperfections = Imperfections() if imperfections is None else imperfections
         self.shape = tuple(int(n) for n in shape)
         self.seed = seed
-        if len(self.shape) != 3 or min(self.shape) < 1:
-            raise TransducerError(f"shape = {shape}; expected (layers, rows, columns), for example (4, 13, 13).")
+        if len(self.shape) not in (1, 3) or min(self.shape) < 1:
+            raise TransducerError(
+                f"shape = {shape}; expected (layers, rows, columns), for example (4, 13, 13), or (taxels,)."
+            )
+        if len(self.shape) == 1 and self.imperfections.crosstalk:
+            raise TransducerError(
+                f"crosstalk = {self.imperfections.crosstalk} goes to neighbours on a grid, but readings of shape "
+                f"{self.shape} are of free taxels. Leave crosstalk out, or give the pad a TaxelGrid."
+            )
         self.gains, self.offsets, self.dead = self._drawn_array()
         self.reset()
 
@@ -84,7 +92,7 @@ class Transducer:
         """What the array reports of readings, decoded with the nominal element's calibration.
 
         Args:
-            readings: (layers, rows, columns) or (batch, layers, rows, columns) [Pa], von Mises stress.
+            readings: von Mises stress [Pa], shape `shape` or (batch, *shape).
 
         Returns:
             The same shape [Pa]. Noise and offsets at rest may make it a little less than zero.
@@ -96,7 +104,10 @@ class Transducer:
         return self.element.stress(self.volts(readings))
 
     def volts(self, readings: npt.ArrayLike) -> Array:
-        """The signals [V] behind `__call__`, which also advances memory and noise; arguments and errors as there."""
+        """Signals [V] of the array, same shape as the readings; arguments and errors are those of `__call__`.
+
+        Each call is one sample: it advances hysteresis, delay and noise.
+        """
         stress = self._checked(readings)
         how = self.imperfections
         if how.hysteresis > 0.0:
@@ -104,7 +115,7 @@ class Transducer:
             self._lagged = stress = lagging(stress, before, how.hysteresis)
         full = self.element.full_signal
         ideal = self.element.signal(coupled(stress, how.crosstalk))
-        # An element driven beyond its end may give no finite signal; what follows needs one.
+        # An element beyond its range may have an infinite signal; the next steps need finite numbers.
         signal = np.minimum(ideal, 2.0 * full) * self.gains + self.offsets * full
         if how.noise > 0.0:
             signal = signal + how.noise * full * self._noise.standard_normal(signal.shape)
@@ -113,17 +124,17 @@ class Transducer:
         return self._late(self._counted(np.where(self.dead, 0.0, signal)))
 
     def _counted(self, signal: Array) -> Array:
-        """Signals after the converter: limited to its range, in whole counts."""
+        """Signals after the converter: clipped to its range and rounded to whole counts [V]."""
         full = self.element.full_signal
         clipped = np.clip(signal, -HEADROOM * full, full)
         if self.imperfections.adc_bits is None:
             return clipped
-        # Counts are laid so that rest is one of them.
+        # Zero, the signal at rest, is a whole count.
         count = full * (1.0 + HEADROOM) / (2**self.imperfections.adc_bits - 1)
         return np.clip(np.round(clipped / count) * count, -HEADROOM * full, full)
 
     def _late(self, signal: Array) -> Array:
-        """The signal of some calls ago; that at rest where there were fewer calls."""
+        """The signal of `delay` calls ago; zero, the signal at rest, before that many calls."""
         if self.imperfections.delay == 0:
             return signal
         self._delayed.append(signal)
@@ -132,25 +143,28 @@ class Transducer:
         return np.zeros_like(signal)
 
     def _drawn_array(self) -> tuple[Array, Array, Mask]:
-        """Gains, offsets over the full signal, and which taxels are dead."""
+        """Gains [-], offsets over the full signal [-], and which taxels are dead, each of shape `shape`."""
         how = self.imperfections
         drawn = np.random.default_rng([self.seed, 0])
         gains = 1.0 + how.gain_spread * drawn.standard_normal(self.shape)
         offsets = how.offset_spread * drawn.standard_normal(self.shape)
         dead = drawn.random(self.shape) < how.dead
         for taxel in how.dead_taxels:
-            if len(taxel) != 3 or not all(0 <= k < n for k, n in zip(taxel, self.shape, strict=True)):
-                raise TransducerError(f"dead taxel {taxel} is outside the array of {self.shape} (layer, row, column).")
-            dead[taxel] = True
-        # A gain below zero would turn the signal over: five standard deviations out at the widest spread allowed.
+            if len(taxel) != len(self.shape) or not all(0 <= k < n for k, n in zip(taxel, self.shape, strict=True)):
+                raise TransducerError(
+                    f"dead taxel {taxel} is outside the array of {self.shape}; expected (layer, row, column), or "
+                    "(taxel,) for free taxels."
+                )
+            dead[tuple(taxel)] = True
+        # A gain below zero would invert the signal. At the widest spread allowed it is 3.3 standard deviations away.
         return np.maximum(gains, 0.0), offsets, dead
 
     def _checked(self, readings: npt.ArrayLike) -> Array:
         stress = np.asarray(readings, dtype=float)
-        if stress.shape[-3:] != self.shape or stress.ndim not in (3, 4):
+        if stress.shape not in (self.shape, stress.shape[:1] + self.shape):
             raise TransducerError(
                 f"the readings have shape {stress.shape}, but the transducer was made for {self.shape} or batches of "
-                "it. Make one with shape=(layers, rows, columns)."
+                "it. Make one with shape=pad.reading_shape."
             )
         if not np.isfinite(stress).all():
             raise TransducerError("the readings hold NaN or infinite values; expected finite stresses in pascals.")

@@ -1,8 +1,8 @@
 """Gains and offsets of one array of transducers, measured at rest and under a known pressure.
 
-A driver decodes with the nominal element's curve. Gains and offsets are the array's own and stay with it, so that they
-can be measured once: at rest, and under a pressure that is the same everywhere, a fluid's for example. What is left is
-noise, which averages out over readings, and taxels that are dead, which recognisers mend.
+A driver decodes with the nominal element's curve. Gains and offsets differ between arrays but are constant for one
+array, so they can be measured once: at rest, and under a uniform pressure such as that of a fluid. Noise and dead
+taxels remain: averaging readings reduces noise, and recognisers replace dead taxels.
 """
 
 from __future__ import annotations
@@ -17,19 +17,21 @@ from mjtactile._types import Array, Mask
 from mjtactile.transducer.array import Element
 from mjtactile.transducer.capacitive import TransducerError
 
-#: A taxel with less than this share of the nominal gain is dead.
+#: A taxel with less than this fraction of the nominal gain is dead [-].
 _DEAD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """One array's own gains and offsets: `calibration(readings)` takes them out of what it reports.
+    """Gains and offsets of one array: `calibration(readings)` corrects what the array reports.
+
+    Arrays have the shape of one set of readings: (layers, rows, columns), or (taxels,) for free taxels.
 
     Attributes:
         element: the nominal one, whose curve the array's readings were decoded with.
-        offsets: signals at rest, (layers, rows, columns) [V].
-        gains: over the nominal one, (layers, rows, columns) [-].
-        dead: taxels that report rest whatever presses, (layers, rows, columns) bool.
+        offsets: signals at rest [V].
+        gains: over the nominal gain [-].
+        dead: bool, True for taxels that always report rest.
     """
 
     element: Element
@@ -38,16 +40,16 @@ class Calibration:
     dead: Mask
 
     def __call__(self, readings: npt.ArrayLike) -> Array:
-        """Readings as an array without spread would report them; dead taxels read zero.
+        """Readings as an array without spread would report them [Pa], same shape; dead taxels read zero.
 
         Args:
-            readings: (..., layers, rows, columns) [Pa], as the array reports them.
+            readings: as the array reports them [Pa], shape (..., *offsets.shape).
 
         Raises:
             TransducerError: for another shape.
         """
         given = np.asarray(readings, dtype=float)
-        if given.shape[-3:] != self.offsets.shape:
+        if given.shape[-self.offsets.ndim :] != self.offsets.shape:
             raise TransducerError(
                 f"the readings have shape {given.shape}; this array was calibrated with {self.offsets.shape}."
             )
@@ -59,21 +61,22 @@ def calibrate(
     array: Callable[[Array], Array],
     element: Element,
     *,
-    shape: tuple[int, int, int] = (4, 13, 13),
+    shape: tuple[int, ...] = (4, 13, 13),
     pressure: float,
     readings: int = 100,
 ) -> Calibration:
     """Measure an array: readings at rest, and under one pressure everywhere.
 
     Args:
-        array: stress (layers, rows, columns) [Pa] to what the array reports [Pa], such as a `Transducer`.
+        array: takes the stress at all taxels [Pa] and returns what the array reports of it [Pa], both of shape
+            `shape`; for example a `Transducer`.
         element: the nominal one.
-        shape: of one set of readings.
-        pressure: stress of all taxels under the known load [Pa]; half the full scale is a good one.
+        shape: of one set of readings, (layers, rows, columns) or (taxels,).
+        pressure: stress at all taxels under the known load [Pa]; half the full scale is a good choice.
         readings: how many are averaged, at rest and under the load.
 
     Raises:
-        TransducerError: for no pressure or no readings, or an array that does not feel it.
+        TransducerError: pressure or number of readings is not positive, or no taxel responds to the pressure.
     """
     nominal = float(element.signal(float(pressure)))
     if not (nominal > 0.0 and readings > 0):

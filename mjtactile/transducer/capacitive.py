@@ -1,12 +1,12 @@
-"""A capacitive cell: two square electrodes over a gap in the elastomer, which pressure narrows.
+"""A capacitive cell: two square electrodes with a gap between them, which pressure narrows.
 
-The lower electrode is fixed; the upper one lies on a cover, a plate of elastomer clamped along the electrode's edges.
-Under a pressure p the cover sinks by p / k on average and carries its electrode down, parallel to the other:
+The lower electrode is fixed. The upper one lies on a cover, a plate of elastomer clamped along the electrode's edges.
+A pressure p deflects the cover by p / k on average; the upper electrode moves with it and stays parallel to the lower:
 
     C = eps0 a^2 / (g - p / k),    1 / k = 3.891e-4 a^4 / D + 0.03514 a^2 / (5/6 G t),    D = E t^3 / (12 (1 - nu^2))
 
-The first term is the mean deflection of a clamped square plate in bending, the second that in shear, which a cover
-this thick does not spare. Sources: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells (1959), section 44,
+The first term is the mean deflection of a clamped square plate in bending, the second that in shear, large for so
+thick a cover. Sources: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells (1959), section 44,
 whose series gives the mean; Mindlin (1951) for the shear, whose shape is Saint-Venant's function of a square (0.1406
 a^4 / 4, Timoshenko and Goodier). Edges of the field, the electrodes' stiffness and air shut in the gap are left out.
 """
@@ -26,12 +26,12 @@ from mjtactile.errors import MjTactileError
 VACUUM_PERMITTIVITY = 8.8541878128e-12
 #: Mean deflection of a clamped square plate over p a^4 / D, and of a square membrane in shear over p a^2 / (kappa G t).
 BENDING_MEAN, SHEAR_MEAN = 3.891e-4, 0.03514
-#: Share of the thickness that carries shear (Reissner 1945) [-].
+#: Shear correction factor (Reissner 1945) [-].
 SHEAR_CORRECTION = 5.0 / 6.0
 
 
 class TransducerError(MjTactileError, ValueError):
-    """A transducer that cannot exist, or readings that it cannot take."""
+    """A transducer with invalid values, or readings that do not suit it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,11 +39,12 @@ class CapacitiveCell:
     """A parallel-plate capacitor under elastomer, and the converter that reads it.
 
     The defaults are the cell of Aoyagi 2008: electrodes 1 mm square, 3 um apart, in PDMS, read through a converter of
-    0.1 pF/V. Its cover, 300 um as the sheet is cast, and the converter's 5 V are ours: with them the cell reaches its
-    full scale at 2.4 kPa, just over the heaviest of the paper's weights (1560 Pa). `with_range` makes a stiffer one.
+    0.1 pF/V. The cover's thickness of 300 um (that of the cast sheet) and the converter's 5 V are assumptions. With
+    them the cell saturates at 2.4 kPa, above the heaviest of the paper's weights (1560 Pa). `with_range` makes a
+    stiffer one.
 
     Raises:
-        TransducerError: for a value no cell has.
+        TransducerError: a value is not positive, or the Poisson ratio is outside its range.
     """
 
     side: float = 1e-3  #: of the square electrodes [m]
@@ -55,7 +56,7 @@ class CapacitiveCell:
     full_signal: float = 5.0  #: voltage at which the converter saturates [V]; 0 V is the cell at rest
 
     def __post_init__(self) -> None:
-        """Refuse values no cell has."""
+        """Refuse values outside their ranges."""
         for name in ("side", "gap", "cover", "young", "conversion", "full_signal"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -65,13 +66,13 @@ class CapacitiveCell:
 
     @classmethod
     def with_range(cls, full_scale: float) -> CapacitiveCell:
-        """The paper's cell with a cover just stiff enough to saturate at this stress.
+        """The paper's cell with a cover of such a stiffness that it saturates at a given stress.
 
         Args:
-            full_scale: [Pa]; the pad's readings under 200 gf on a 3 mm disc stay below 100 kPa.
+            full_scale: stress at saturation [Pa]; readings of the pad under 200 gf on a 3 mm disc are below 100 kPa.
 
         Raises:
-            TransducerError: it is not a positive stress.
+            TransducerError: the stress is not positive.
         """
         if not (math.isfinite(full_scale) and full_scale > 0.0):
             raise TransducerError(f"full scale {full_scale} Pa; expected a positive stress, for example 100e3.")
@@ -80,19 +81,19 @@ class CapacitiveCell:
 
     @property
     def stiffness(self) -> float:
-        """Pressure that moves the upper electrode by one metre [Pa/m]: k above."""
+        """Stiffness k of the cover: pressure over mean deflection [Pa/m]."""
         rigidity = self.young * self.cover**3 / (12.0 * (1.0 - self.poisson**2))
         shear = SHEAR_CORRECTION * self.young / (2.0 * (1.0 + self.poisson)) * self.cover
         return 1.0 / (BENDING_MEAN * self.side**4 / rigidity + SHEAR_MEAN * self.side**2 / shear)
 
     @property
     def closing_pressure(self) -> float:
-        """Pressure under which the electrodes would meet [Pa]."""
+        """Pressure at which the electrodes would touch [Pa]."""
         return self.stiffness * self.gap
 
     @property
     def rest_capacitance(self) -> float:
-        """Without pressure [F]."""
+        """Capacitance without pressure [F]."""
         return VACUUM_PERMITTIVITY * self.side**2 / self.gap
 
     @property
@@ -101,16 +102,16 @@ class CapacitiveCell:
         return float(self.stress(np.array(self.full_signal)))
 
     def capacitance(self, stress: npt.ArrayLike) -> Array:
-        """C(p) [F] under a stress that presses [Pa], any shape; infinite where the electrodes meet."""
+        """Capacitance C(p) [F] under a compressive stress [Pa], any shape; infinite where the electrodes touch."""
         share = np.asarray(stress, dtype=float) / self.closing_pressure
         with np.errstate(divide="ignore"):
             return np.where(share < 1.0, self.rest_capacitance / np.maximum(1.0 - share, 0.0), np.inf)
 
     def signal(self, stress: npt.ArrayLike) -> Array:
-        """What the converter would say without an end to its range [V], any shape."""
+        """Output of the converter [V] under a compressive stress [Pa], any shape, without its saturation."""
         return (self.capacitance(stress) - self.rest_capacitance) / self.conversion
 
     def stress(self, signal: npt.ArrayLike) -> Array:
-        """The stress [Pa] that a signal [V] means: the inverse of `signal`."""
+        """Stress [Pa] for a signal [V], any shape: the inverse of `signal`."""
         added = np.asarray(signal, dtype=float) * self.conversion
         return self.closing_pressure * added / (self.rest_capacitance + added)

@@ -1,4 +1,4 @@
-"""What sets a real array apart from its data sheet: noise, spread, dead and coupled taxels, memory, counts."""
+"""Imperfections of real arrays: noise, spread, dead taxels, crosstalk, hysteresis, delay and resolution."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from mjtactile.transducer.capacitive import TransducerError
 
 @dataclass(frozen=True, kw_only=True)
 class Imperfections:
-    """How an array differs from its nominal elements; the defaults are an ideal array.
+    """Differences between an array and its nominal elements; by default there are none.
 
     Raises:
-        TransducerError: for a value outside its range.
+        TransducerError: a value is outside its range.
     """
 
     noise: float = 0.0  #: standard deviation of each sample's noise over the full signal [-]
@@ -24,11 +24,11 @@ class Imperfections:
     gain_spread: float = 0.0  #: standard deviation of the taxels' gains about 1 [-]
     offset_spread: float = 0.0  #: standard deviation of the taxels' signals at rest over the full signal [-]
     dead: float = 0.0  #: share of the taxels that always report rest [-]
-    dead_taxels: tuple[tuple[int, int, int], ...] = ()  #: those that do for certain, (layer, row, column)
-    crosstalk: float = 0.0  #: share of its signal a taxel gives to each of its four neighbours in the layer [-]
-    hysteresis: float = 0.0  #: by how much a taxel reads too high while it is unloaded, over the reading [-]
-    delay: int = 0  #: calls after which a reading comes out
-    adc_bits: int | None = None  #: of the converter over the signal's range; None: not rounded
+    dead_taxels: tuple[tuple[int, ...], ...] = ()  #: dead for certain: (layer, row, column), of free taxels (taxel,)
+    crosstalk: float = 0.0  #: fraction of a taxel's stress that goes to each of its four neighbours in the layer [-]
+    hysteresis: float = 0.0  #: relative excess of the reading while the load decreases [-]
+    delay: int = 0  #: number of calls between a reading and its report
+    adc_bits: int | None = None  #: resolution of the converter over the signal's range; None: not rounded
 
     def __post_init__(self) -> None:
         """Refuse values outside their ranges."""
@@ -54,27 +54,29 @@ class Imperfections:
             raise TransducerError(f"adc_bits = {self.adc_bits!r}; expected 1 to 32, or None for signals not rounded.")
 
 
-#: What a good array does today, all at once: a starting point, not a measurement (ours).
+#: All imperfections of a good array of today; an assumption as a starting point, not a measurement.
 TYPICAL = Imperfections(
     noise=2e-3, gain_spread=0.01, offset_spread=1e-3, crosstalk=0.01, hysteresis=0.01, dead=0.003, adc_bits=12
 )
 
 
 def coupled(stress: Array, crosstalk: float) -> Array:
-    """Stress after each taxel gave a share of it to each of its four neighbours in the layer.
+    """Stress after crosstalk: each taxel passes a fraction of its stress to each of its four neighbours in the layer.
 
-    What stands at the rim has fewer neighbours and keeps the rest: the sum over a layer stays, and so does a uniform
-    field.
+    Taxels at the rim have fewer neighbours and keep the rest, so the sum over a layer and uniform fields do not change.
 
     Args:
         stress: (..., rows, columns) [Pa].
-        crosstalk: the share c [-]; a taxel with four neighbours keeps 1 - 4 c.
+        crosstalk: the fraction c [-]; a taxel with four neighbours keeps 1 - 4 c.
+
+    Returns:
+        Stress [Pa], same shape.
     """
     if crosstalk == 0.0:
         return stress
     mixed = stress.copy()
     for axis in (-2, -1):
-        # What flows between two neighbours is c times their difference.
+        # The exchange between two neighbours is c times their difference.
         flow = crosstalk * np.diff(stress, axis=axis)
         none = [(0, 0)] * stress.ndim
         before, after = none.copy(), none.copy()
@@ -84,15 +86,15 @@ def coupled(stress: Array, crosstalk: float) -> Array:
 
 
 def lagging(stress: Array, before: Array, hysteresis: float) -> Array:
-    """What a taxel that lags on unloading reports: the play operator on a relative scale.
+    """Stress with hysteresis on unloading: the play operator on a relative scale.
 
-    It follows a rising stress exactly; on unloading it stays until the stress is 1 / (1 + h) of what it reports, then
-    follows (1 + h) times the stress: a rate-independent loop that closes at zero (Krasnosel'skii and Pokrovskii,
-    Systems with Hysteresis (1989), on a logarithmic scale).
+    The report follows an increasing stress exactly. While the stress decreases, the report stays constant until the
+    stress is 1 / (1 + h) of it, then follows (1 + h) times the stress. The loop is independent of rate and closes at
+    zero (Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989), on a logarithmic scale).
 
     Args:
-        stress: now [Pa].
-        before: reported one sample before [Pa], same shape.
+        stress: current stress [Pa], any shape.
+        before: what was reported one sample before [Pa], same shape.
         hysteresis: h [-].
     """
     return np.minimum(np.maximum(before, stress), (1.0 + hysteresis) * stress)

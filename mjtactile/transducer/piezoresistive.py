@@ -1,12 +1,12 @@
-"""A piezoresistive element: a pillar on a silicon diaphragm whose four resistors tell three components of force.
+"""A piezoresistive element: a pillar on a silicon diaphragm whose four resistors measure three components of force.
 
-A force on the pillar bends the diaphragm. Pressing strains all four resistors alike; shear tips the pillar and strains
-the two on its line oppositely. With resistors at +x, +y, -x and -y
+A force on the pillar bends the diaphragm. A normal force strains all four resistors equally; a shear force tilts the
+pillar and strains the two resistors along its direction with opposite signs. With resistors at +x, +y, -x and -y
 
     dR/R = K f,    K = [[s, 0, n], [0, s, n], [-s, 0, n], [0, -s, n]]
 
-so that sums tell the pressing and differences the shear. Linear up to the full scale, beyond which it saturates.
-Source of the layout: Aoyagi 2008, section 2 (linear in z from 0 to 200 gf); the sensitivities are ours.
+so that sums give the normal force and differences the shear. The element is linear up to the full scale and saturates
+beyond it. Source of the layout: Aoyagi 2008, section 2 (linear in z from 0 to 200 gf); the sensitivities are assumed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mjtactile._types import Array
 from mjtactile.transducer.capacitive import TransducerError
 from mjtactile.units import GRAM_FORCE
 
-#: Rows of `InfluenceMatrices.stress` that press on a horizontal face: zx, yz, zz.
+#: Components of `InfluenceMatrices.stress` that act on a horizontal face: zx, yz, zz.
 _FACE = (5, 4, 2)
 
 
@@ -29,20 +29,20 @@ _FACE = (5, 4, 2)
 class PiezoresistiveElement:
     """A pillar on a diaphragm with four piezoresistors, each in a quarter bridge with an amplifier.
 
-    The scalar `signal` and `stress` are its pressing channel, for readings; `voltages` and `forces` are all three axes.
+    `signal` and `stress` are its scalar channel for the normal stress; `voltages` and `forces` have all three axes.
 
     Raises:
-        TransducerError: for a value no element has.
+        TransducerError: a value is outside its range.
     """
 
     full_force: float = 200.0 * GRAM_FORCE  #: largest force along the normal [N]
-    area: float = 1.5625e-6  #: that gathers stress on the pillar [m^2]; by default the pitch of 1.25 mm squared
-    normal_sensitivity: float = 5e-3  #: n: relative change of resistance per newton pressing [1/N]
-    shear_sensitivity: float = 15e-3  #: s: the same per newton of shear [1/N]
+    area: float = 1.5625e-6  #: over which the stress acts on the pillar [m^2]; by default the pitch of 1.25 mm squared
+    normal_sensitivity: float = 5e-3  #: n: relative change of resistance per newton of normal force [1/N]
+    shear_sensitivity: float = 15e-3  #: s: relative change of resistance per newton of shear force [1/N]
     full_signal: float = 5.0  #: output at the full scale [V]
 
     def __post_init__(self) -> None:
-        """Refuse values no element has."""
+        """Refuse values outside their ranges."""
         for name in ("full_force", "area", "normal_sensitivity", "shear_sensitivity", "full_signal"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -52,15 +52,15 @@ class PiezoresistiveElement:
 
     @property
     def full_scale(self) -> float:
-        """Stress at which it saturates [Pa]."""
+        """Stress at which the element saturates [Pa]."""
         return self.full_force / self.area
 
     def signal(self, stress: npt.ArrayLike) -> Array:
-        """Output of the pressing channel [V] under a stress that presses [Pa], any shape, without saturation."""
+        """Output of the normal channel [V] under a compressive stress [Pa], any shape, without saturation."""
         return np.asarray(stress, dtype=float) * (self.full_signal / self.full_scale)
 
     def stress(self, signal: npt.ArrayLike) -> Array:
-        """The stress [Pa] that a signal [V] means: the inverse of `signal`."""
+        """Stress [Pa] for a signal [V], any shape: the inverse of `signal`."""
         return np.asarray(signal, dtype=float) * (self.full_scale / self.full_signal)
 
     @property
@@ -71,7 +71,7 @@ class PiezoresistiveElement:
 
     @property
     def _amplification(self) -> float:
-        """Output per relative change of resistance [V]: pressing with the full force gives the full signal."""
+        """Output per relative change of resistance [V], such that the full normal force gives the full signal."""
         return self.full_signal / (self.normal_sensitivity * self.full_force)
 
     def voltages(self, force: npt.ArrayLike) -> Array:
@@ -98,7 +98,7 @@ class PiezoresistiveElement:
             stress: (6, ...) [Pa], components xx, yy, zz, xy, yz, zx, tension positive: `InfluenceMatrices.stress`.
 
         Returns:
-            (..., 3) along x, y and into the element [N]. What lies above pulls the element along x by s_zx.
+            Force along x, y and into the element [N], shape (..., 3). A positive s_zx pulls the element along +x.
 
         Raises:
             TransducerError: the first axis is not the six components.

@@ -1,4 +1,4 @@
-"""The live view: a simulation and its pads in a browser, watched, held, pushed, recorded and replayed.
+"""The live view: a simulation and its pads in a browser, with controls to pause, drag bodies, record and replay.
 
 Needs viser and mjviser: `pip install "mjtactile[view]"`.
 """

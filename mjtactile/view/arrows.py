@@ -1,4 +1,4 @@
-"""Wrenches as arrows in the pad frame: the force on the pad through its centre of pressure, and the twist there."""
+"""Wrenches as arrows in the pad frame: the force at its centre of pressure, and the torsional moment there."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ LEAST_LENGTH = 1e-4
 
 
 def force_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:
-    """Tail, where the force acts, and head (2, 3) [m]: what presses points through the pad and out of its back.
+    """The force on the pad as an arrow from the centre of pressure; a pressing force points into the pad.
 
     Args:
-        wrench: force [N] and moment about the origin [N m], pad frame, (6,).
-        length: of the arrow per force [m/N].
-        pad: on whose surface it acts; a flat one if None.
+        wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
+        length: length of the arrow per force [m/N].
+        pad: gives the surface; a flat one if None.
 
     Returns:
-        None for a force too small to be seen.
+        Tail and head in the pad frame [m], (2, 3); None for a force too small to be drawn.
     """
     arrow = wrench[:3] * length
     tail = centre_of_pressure(wrench, pad)
@@ -29,15 +29,15 @@ def force_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array |
 
 
 def twist_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:
-    """The moment about the pad's normal through the centre of pressure, as an arrow along it, (2, 3) [m].
+    """The moment about the pad's normal at the centre of pressure, as an arrow along the normal.
 
     Args:
-        wrench: force [N] and moment about the origin [N m], pad frame, (6,).
-        length: of the arrow per moment [m/(N m)].
-        pad: on whose surface it acts; a flat one if None.
+        wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
+        length: length of the arrow per moment [m/(N m)].
+        pad: gives the surface; a flat one if None.
 
     Returns:
-        None for a moment too small to be seen.
+        Tail and head in the pad frame [m], (2, 3); None for a moment too small to be drawn.
     """
     tail = centre_of_pressure(wrench, pad)
     twist = wrench[5] - (tail[0] * wrench[1] - tail[1] * wrench[0])

@@ -1,10 +1,10 @@
-"""Simulated time kept to real time."""
+"""Synchronises simulated time with real time."""
 
 from __future__ import annotations
 
 import time
 
-#: Behind by more, a simulation does not catch up [s]: it was held, or is slower than real time.
+#: A simulation that is further behind real time than this does not catch up [s].
 _MOST_BEHIND = 0.1
 
 
@@ -16,7 +16,7 @@ class Clock:
         self._simulated = 0.0
 
     def wait(self, simulated: float, speed: float) -> None:
-        """Sleep until the simulation's time has come.
+        """Sleep until real time has reached the simulation's time.
 
         Args:
             simulated: time of the simulation [s].

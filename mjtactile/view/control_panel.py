@@ -1,4 +1,4 @@
-"""The page's controls: pause, step, drag, actuators, record and replay. They write wishes; nothing is stepped here."""
+"""The page's controls: pause, step, drag, actuators, record and replay. They only write to `Controls`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mjtactile.view.perturbation import movable_bodies
 
 _NOBODY = "none"
 _SPEEDS = {"1/16": 1 / 16, "1/8": 1 / 8, "1/4": 1 / 4, "1/2": 1 / 2, "1": 1.0, "2": 2.0, "4": 4.0}
-#: Of the handle by which a body is dragged, over the model's extent.
+#: Size of the handle by which a body is dragged, over the model's extent [-].
 _HANDLE = 0.15
 
 
@@ -20,9 +20,9 @@ class ControlPanel:
     """Buttons and sliders.
 
     Args:
-        server: of viser.
-        model: that is shown.
-        controls: that are written.
+        server: viser's server.
+        model: the model that is shown.
+        controls: where the requests are written.
     """
 
     def __init__(self, server: viser.ViserServer, model: mujoco.MjModel, controls: Controls) -> None:
@@ -92,7 +92,7 @@ class ControlPanel:
 
         @handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            # In the order in which it happens: functions that are not async run in threads, in any order.
+            # async, so that calls keep their order: viser runs other functions in threads, in any order.
             ends = event.phase == "end"
             controls.dragged_to = None if ends else np.array(event.target.position, dtype=float)
 

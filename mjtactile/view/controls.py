@@ -1,4 +1,4 @@
-"""What people at the page asked for, until the simulation's thread takes it up."""
+"""Requests of users of the page, for the simulation's thread."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from mjtactile._types import Array
 
 @dataclass(eq=False)
 class Controls:
-    """Wishes; the page writes them, the viewer reads them between two steps.
+    """Requests that the page writes and the viewer reads between two steps.
 
     Attributes:
-        paused: the simulation stands still.
-        steps: it goes on by so many steps though.
-        recording: frames are kept.
-        replaying: what was recorded is shown, and the simulation stands still.
-        speed: simulated time over real time, for those who keep pace.
-        force_length: of arrows per force [m/N].
-        twist_length: of arrows per moment [m/(N m)].
-        controls: values that actuators are to have, by actuator, not yet written.
-        body: that is dragged, or could be; None for none.
-        dragged_to: where the body is dragged [m], world; None when nobody drags.
+        paused: the simulation is paused.
+        steps: number of single steps to make while it is paused.
+        recording: frames are recorded.
+        replaying: the recording is shown, and the simulation is paused.
+        speed: simulated time over real time, for loops that use `Clock`.
+        force_length: length of arrows per force [m/N].
+        twist_length: length of arrows per moment [m/(N m)].
+        controls: new values by the actuator's id, not yet written to the simulation.
+        body: id of the body that is selected for dragging; None for none.
+        dragged_to: target of the dragged body in the world [m]; None while nobody drags.
     """
 
     paused: bool = False
@@ -37,9 +37,9 @@ class Controls:
 
     @property
     def holds(self) -> bool:
-        """Whether the simulation is to stand still."""
+        """Whether the simulation shall pause."""
         return self.replaying or (self.paused and self.steps == 0)
 
     def let_go(self) -> None:
-        """Drop every pause and pull, as when the last browser has left."""
+        """Reset pause, replay and dragging, for example when the last browser has disconnected."""
         self.paused, self.replaying, self.steps, self.dragged_to = False, False, 0, None

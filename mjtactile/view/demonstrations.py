@@ -1,4 +1,4 @@
-"""Scenes that move by themselves: what their actuators do, over and over."""
+"""Demonstrations: scenes with periodic commands of their actuators."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mjtactile.sim.assets import asset_path
 
 @dataclass(frozen=True)
 class Demonstration:
-    """A scene, and its actuators' values at points in time, straight in between.
+    """A scene with its actuators' values at points in time, linearly interpolated and repeated.
 
     Attributes:
         scene: file, see `sim.assets`.
-        times: of the points [s], from 0 to the end, where they begin anew.
-        values: at these points, by actuator.
+        times: of the points [s], from 0 to the period.
+        values: at these points, by name of the actuator.
     """
 
     scene: str
@@ -27,7 +27,7 @@ class Demonstration:
     values: Mapping[str, tuple[float, ...]]
 
     def control(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Write the actuators' values of the moment."""
+        """Write the actuators' values at the current time to `data.ctrl`."""
         for name, values in self.values.items():
             data.ctrl[model.actuator(name).id] = np.interp(data.time % self.times[-1], self.times, values)
 

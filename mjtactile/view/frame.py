@@ -1,4 +1,4 @@
-"""What the page shows of one moment, taken out of a simulation: where bodies are, and what each pad feels."""
+"""Frames: the state of a simulation at one time for the page, with bodies' poses and pads' readings."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from mjtactile.view.outline import pressed_outline
 
 @dataclass(frozen=True, eq=False)
 class ShownPad:
-    """One pad in one moment.
+    """One pad at one time.
 
     Attributes:
-        readings: von Mises stress (layers, rows, columns) [Pa], float32; of free taxels (taxels,).
+        readings: von Mises stress (layers, rows, columns) [Pa], float32; (taxels,) for free taxels.
         wrench: contact force [N] and moment about the pad's origin [N m], pad frame, (6,).
         position: of the pad frame's origin in the world [m], (3,).
         quat: orientation of the pad frame in the world, (w, x, y, z).
-        outline: line segments around what presses, pad frame [m], (segments, 2, 2); none without contact.
+        outline: line segments around the contact, pad frame [m], (segments, 2, 2); empty without contact.
     """
 
     readings: npt.NDArray[np.float32]
@@ -39,14 +39,14 @@ class ShownPad:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One moment of a simulation.
+    """The state of a simulation at one time.
 
     Attributes:
-        time: simulated [s].
-        xpos: bodies' positions [m], (nbody, 3).
-        xmat: bodies' rotations, (nbody, 3, 3).
-        mocap_pos: [m], (nmocap, 3).
-        mocap_quat: (nmocap, 4).
+        time: simulated time [s].
+        xpos: bodies' positions in the world [m], (nbody, 3).
+        xmat: bodies' rotation matrices, (nbody, 3, 3).
+        mocap_pos: positions of mocap bodies [m], (nmocap, 3).
+        mocap_quat: orientations of mocap bodies, (nmocap, 4).
         pads: by name, in the order of the model's sensors.
     """
 
@@ -74,14 +74,14 @@ def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
 
 
 def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
-    """The moment that a simulation is in, copied.
+    """A frame with a copy of the simulation's current state.
 
     Args:
         data: after a step or a forward pass.
         pads: by name.
     """
     with warnings.catch_warnings():
-        # Outlines are solved a second time, here; the plugin has said what is to be said of these contacts.
+        # Contacts are solved a second time for the outlines; the plugin has already issued their warnings.
         warnings.simplefilter("ignore", ContactWarning)
         felt = {name: _shown_pad(data, sensor) for name, sensor in pads.items()}
     return Frame(

@@ -1,7 +1,7 @@
-"""Readings as pictures in a page: a tile per layer, side by side, the top layer first; rows run upwards, as y does.
+"""Readings as images in a page: one tile per layer, side by side, top layer first; rows run upwards, as y does.
 
-A tile has a pixel per taxel, or some more of free ones, and is drawn larger by the browser, with what presses as lines
-on it: little to send.
+A tile has one pixel per taxel, more for free taxels, and is enlarged by the browser, so that little data is sent. The
+contact outline is drawn on it as lines.
 """
 
 from __future__ import annotations
@@ -20,33 +20,33 @@ from mjtactile.view.tiles import Tiles
 
 Picture = npt.NDArray[np.uint8]
 
-#: No scale ends lower [Pa].
+#: Least upper end of a colour scale [Pa].
 LEAST_SCALE = 1e3
-#: Scales end at these numbers, times powers of ten: one that followed every reading would show all presses alike.
+#: Upper ends of colour scales are these numbers times powers of ten, so that they change seldom.
 _ENDS = np.array([1.0, 2.0, 5.0, 10.0])
-#: How fast the scale falls back to what is read now, per frame.
+#: Factor per frame by which the scale decreases towards the present readings [-].
 _DECAY = 0.97
 _COLOURS = 256
-#: Of a tile where there is no taxel.
+#: Grey value of pixels without a taxel.
 _NOTHING = 70
-#: Widths of lines over a tile's.
+#: Width of lines over that of a tile [-].
 _LINE = 0.0115
 
 
 class Scale:
-    """The reading that is shown brightest, the same for all pads: a round number above the largest there was lately."""
+    """Upper end of the colour scale, the same for all pads: a round number above the largest recent reading."""
 
     def __init__(self) -> None:
         self._lately = LEAST_SCALE
 
     def follow(self, readings: Sequence[npt.NDArray[np.float32]]) -> float:
-        """Take in the readings of a frame.
+        """Update the scale with the readings of a frame.
 
         Args:
             readings: of each pad [Pa].
 
         Returns:
-            The reading that is brightest now [Pa].
+            The new upper end of the scale [Pa].
         """
         now = max((float(one.max()) for one in readings), default=0.0)
         self._lately = max(_DECAY * self._lately, now, LEAST_SCALE)
@@ -55,11 +55,11 @@ class Scale:
 
 
 def heat_map(readings: npt.NDArray[np.float32], peak: float) -> Picture:
-    """RGB, tiles side by side and a white line between (rows, tiles * (columns + 1) - 1, 3).
+    """RGB image of shape (rows, tiles * (columns + 1) - 1, 3): tiles side by side with a white line between them.
 
     Args:
         readings: of `Tiles.laid_out`, (tiles, rows, columns) [Pa]; NaN where there is no taxel.
-        peak: the reading that is brightest [Pa].
+        peak: upper end of the colour scale [Pa].
     """
     nothing = np.isnan(readings)
     level = np.clip(np.where(nothing, 0.0, readings) / peak * (_COLOURS - 1), 0, _COLOURS - 1).astype(np.intp)
@@ -69,14 +69,14 @@ def heat_map(readings: npt.NDArray[np.float32], peak: float) -> Picture:
 
 
 def heat_map_html(name: str, said: str, picture: Picture, outline: Array, tiles: Tiles) -> str:
-    """A heat map for a page, what presses drawn onto every layer.
+    """HTML of a heat map with the contact outline on every layer.
 
     Args:
         name: of the pad, in the attribute `data-pad`.
-        said: line above it.
-        picture: of `heat_map`.
+        said: text above it.
+        picture: from `heat_map`.
         outline: line segments in the pad frame [m], (segments, 2, 2).
-        tiles: in which the picture is laid out.
+        tiles: layout of the image.
     """
     count, rows, columns = tiles.taxel.shape
     width, path = picture.shape[1], _path(outline, tiles)
@@ -90,7 +90,7 @@ def heat_map_html(name: str, said: str, picture: Picture, outline: Array, tiles:
 
 
 def _address(picture: Picture) -> str:
-    """The picture itself, as an address."""
+    """The image as a data URL."""
     from PIL import Image
 
     file = io.BytesIO()
@@ -99,7 +99,7 @@ def _address(picture: Picture) -> str:
 
 
 def _path(segments: Array, tiles: Tiles) -> str:
-    """Line segments of the pad frame [m] on a tile, whose unit is a pixel, as a path of SVG."""
+    """Line segments (segments, 2, 2) in the pad frame [m] as an SVG path in a tile's pixels."""
     _, rows, columns = tiles.taxel.shape
     places = (segments - tiles.low) / (tiles.high - tiles.low) * (columns, rows)
     places[..., 1] = rows - places[..., 1]
@@ -108,7 +108,7 @@ def _path(segments: Array, tiles: Tiles) -> str:
 
 @cache
 def palette() -> Picture:
-    """Colours from nothing to the largest reading, (256, 3)."""
+    """RGB colours from zero to the upper end of the scale, (256, 3)."""
     from matplotlib import colormaps
 
     return (colormaps["magma"](np.arange(_COLOURS))[:, :3] * 255).astype(np.uint8)

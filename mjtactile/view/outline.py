@@ -7,15 +7,15 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.influence.surface_load import SurfaceLoad
 
-#: The line runs where vertices bear half of what they bear on the average, of those that bear more than a tenth of the
-#: largest: a vertex on a straight edge of what presses has half its surroundings under it.
+#: The outline is the contour at this fraction of the mean vertex force [-]; the mean is over vertices with more than
+#: the second fraction of the largest force. Half the surroundings of a vertex on a straight edge are in contact.
 _LEVEL, _BEARS = 0.5, 0.1
 
 
 def pressed_outline(load: SurfaceLoad | None) -> Array:
-    """Line segments around the nodes that are pressed (segments, 2, 2) [m], pad frame.
+    """Line segments around the area under pressure, pad frame [m], (segments, 2, 2).
 
-    The line lies within a cell of the surface grid of the true one, which `TactileSensor.outline` finds in some tens of
+    The lines are accurate to a cell of the surface grid; `TactileSensor.outline` is exact but takes some tens of
     milliseconds.
 
     Args:
@@ -26,7 +26,7 @@ def pressed_outline(load: SurfaceLoad | None) -> Array:
     if load is None:
         return np.empty((0, 2, 2))
     x, y = load.surface.x.vertices, load.surface.y.vertices
-    # Nodes in the middle of elements bear more than those on corners, whatever presses: whole cells are compared.
+    # Forces at mid-side nodes are larger than at corners under any pressure, so they are moved to the corners first.
     pressing = _about_vertices(np.maximum(-load.forces[..., 2], 0.0))
     if not pressing.any():
         return np.empty((0, 2, 2))
@@ -39,7 +39,7 @@ def pressed_outline(load: SurfaceLoad | None) -> Array:
 
 
 def _about_vertices(nodal: Array) -> Array:
-    """Forces of nodes (2 n + 1, 2 m + 1), halves of those between vertices given to either, (n + 1, m + 1)."""
+    """Forces of vertices (n + 1, m + 1) from those of nodes (2 n + 1, 2 m + 1); mid-side nodes are split in halves."""
     for _ in range(2):
         whole, between = nodal[::2].copy(), nodal[1::2] / 2
         whole[:-1] += between

@@ -23,26 +23,25 @@ from mjtactile.view.tiles import Tiles
 
 #: Frames of the plot of forces.
 _HISTORY = 300
-#: Wide enough for a pad's tiles [pixels].
+#: Width of the panel with a pad's tiles [pixels].
 _PANEL_WIDTH = 430
 _FORCE_COLOUR, _TWIST_COLOUR, _OUTLINE_COLOUR = (220, 50, 40), (60, 90, 220), (255, 170, 0)
-#: Of lines in the plot, one pad after the other.
+#: Colours of the pads' lines in the plot.
 _LINES = ("#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#17becf", "#7f7f7f")
-#: Distance of the camera over the model's extent, its field of view [rad], and where it stands: from the front, the
-#: right and above.
+#: Distance of the camera over the model's extent [-], its field of view [rad], and the direction to it.
 _DISTANCE, _VIEW, _DIRECTION = 1.3, 0.8, np.array([0.45, -0.8, 0.4])
-#: The outline stands off the pad's surface, so that it is seen [m].
+#: Height of the outline above the pad's surface, so that it is visible [m].
 _LIFT = 2e-4
 
 
 class Page:
-    """What browsers show. Everything runs in the simulation's thread, but for the controls' callbacks.
+    """The page in the browser. Everything runs in the simulation's thread, except the callbacks of controls.
 
     Args:
-        server: of viser.
-        model: that is shown.
-        pads: by name.
-        controls: that the page writes.
+        server: viser's server.
+        model: the model that is shown.
+        pads: sensors by name.
+        controls: where the page writes requests.
     """
 
     def __init__(
@@ -55,10 +54,10 @@ class Page:
         self._server, self._controls, self._pads = server, controls, pads
         server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         _place_camera(server, model)
-        # Of the scene's own: it changes how large things are drawn.
+        # The scene's own control: it changes the size of arrows.
         self._scene = ViserMujocoScene(server, copy.copy(model), num_envs=1)
         self._scene.camera_tracking_enabled = False
-        # Shadows cost more than all the rest where a browser draws without a graphics card.
+        # Without a graphics card, shadows take a browser longer than all the rest.
         server.scene.configure_default_lights(cast_shadow=False)
         server.gui.main_panel.dock_right()
         self._marks = {name: PadMarks(server, number, sensor) for number, (name, sensor) in enumerate(pads.items())}
@@ -70,7 +69,7 @@ class Page:
         self._scale = Scale()
 
     def show(self, frame: Frame, status: str) -> None:
-        """Bring the page up to date.
+        """Update the page.
 
         Args:
             frame: what is shown.
@@ -125,12 +124,12 @@ class Page:
 
 
 class PadMarks:
-    """A pad's arrows and outline in the scene, in a frame that goes with the pad.
+    """A pad's arrows and outline in the scene, in a frame that moves with the pad.
 
     Args:
-        server: of viser.
-        number: of the pad.
-        sensor: that reads it.
+        server: viser's server.
+        number: index of the pad.
+        sensor: the pad's sensor.
     """
 
     def __init__(self, server: viser.ViserServer, number: int, sensor: TactileSensor) -> None:
@@ -146,7 +145,7 @@ class PadMarks:
         )
 
     def show(self, pad: ShownPad, controls: Controls) -> None:
-        """Bring them up to date."""
+        """Update arrows and outline."""
         self._frame.position, self._frame.wxyz = pad.position, pad.quat
         _show_lines(self._force, _one(force_arrow(pad.wrench, controls.force_length, self._pad)))
         _show_lines(self._twist, _one(twist_arrow(pad.wrench, controls.twist_length, self._pad)))
@@ -159,7 +158,7 @@ def _one(arrow: Array | None) -> Array:
 
 
 def _show_lines(handle: Any, points: Array) -> None:
-    """Lines (n, 2, 3) in place of those there were; none at all are hidden."""
+    """Replace the line segments of a handle by others (n, 2, 3) [m]; hide it if there are none."""
     if len(points):
         handle.points = points.astype(np.float32)
     if handle.visible != bool(len(points)):

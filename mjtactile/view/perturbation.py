@@ -1,4 +1,4 @@
-"""A body pulled by a spring, as in MuJoCo's own viewer but firmer: towards where somebody drags it."""
+"""A spring that pulls a body to where a user drags it, as in MuJoCo's own viewer but stiffer."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from mjtactile._types import Array
 
-#: As firm as this many of MuJoCo's own springs: what pads feel are millimetres and newtons.
+#: Stiffness over that of MuJoCo's spring [-], since contacts of pads are a matter of millimetres and newtons.
 _FIRMNESS = 10.0
 _LEAST_INVERSE = 1e-9
 
@@ -16,7 +16,7 @@ class Perturbation:
     """The spring between one body and a point.
 
     Args:
-        model: whose `vis.map.stiffness` is the spring's.
+        model: its `vis.map.stiffness` scales the spring.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -26,11 +26,11 @@ class Perturbation:
 
     @property
     def pulls(self) -> bool:
-        """Whether somebody drags."""
+        """Whether a user is dragging a body."""
         return bool(self._spring.active)
 
     def grab(self, data: mujoco.MjData, body: int) -> None:
-        """Begin to drag a body; forces that were applied to it before are put back by `release`."""
+        """Begin to drag a body; `release` restores the forces that were applied to it before."""
         inverse = max(float(self._model.body_invweight0[body, 0]), _LEAST_INVERSE)
         self._before = np.array(data.xfrc_applied[body])
         self._spring.select, self._spring.localmass, self._spring.scale = body, _FIRMNESS / inverse, 1.0
@@ -38,7 +38,7 @@ class Perturbation:
         self._spring.active = int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
 
     def drag(self, to: Array) -> None:
-        """Where the body is to go [m], world, (3,)."""
+        """Set the target of the body in the world [m], (3,)."""
         self._spring.refpos[:] = self._spring.refselpos[:] = to
 
     def apply(self, data: mujoco.MjData) -> None:
@@ -46,7 +46,7 @@ class Perturbation:
         mujoco.mjv_applyPerturbForce(self._model, data, self._spring)
 
     def release(self, data: mujoco.MjData) -> None:
-        """Let go."""
+        """Stop dragging and restore the forces applied before."""
         if self.pulls:
             self._spring.active = 0
             data.xfrc_applied[self._spring.select] = self._before

@@ -1,4 +1,4 @@
-"""Frames kept: to be replayed at the page, and written to a file."""
+"""Recorded frames, to be replayed in the page or saved to a file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mjtactile._files import unusable, write_atomically
 from mjtactile.errors import ViewError
 from mjtactile.view.frame import Frame, ShownPad
 
-#: No recording is longer: some 300 MB of five default pads.
+#: Largest number of frames of a recording, about 300 MB with five default pads.
 MOST_FRAMES = 20_000
 _FORMAT = 1
 _BODIES = ("xpos", "xmat", "mocap_pos", "mocap_quat")
@@ -25,7 +25,7 @@ class Recording:
     """Frames of one simulation in order of time.
 
     Attributes:
-        frames: that were taken.
+        frames: recorded so far.
     """
 
     def __init__(self, frames: list[Frame] | None = None) -> None:
@@ -33,22 +33,22 @@ class Recording:
 
     @property
     def duration(self) -> float:
-        """From the first frame to the last [s]."""
+        """Simulated time from the first frame to the last [s]."""
         return self.frames[-1].time - self.frames[0].time if self.frames else 0.0
 
     @property
     def full(self) -> bool:
-        """Whether no more frames are taken."""
+        """Whether the recording has the largest number of frames."""
         return len(self.frames) >= MOST_FRAMES
 
     def append(self, frame: Frame) -> None:
-        """Take in a frame; one that is no later than the last begins anew, as after a reset."""
+        """Add a frame; a frame that is not later than the last, as after a reset, begins a new recording."""
         if self.frames and frame.time <= self.frames[-1].time:
             self.frames.clear()
         self.frames.append(frame)
 
     def at(self, after: float) -> Frame:
-        """The last frame that is no later than some time after the first [s].
+        """The last frame within a time `after` the first frame [s].
 
         Raises:
             ViewError: nothing was recorded.
@@ -63,7 +63,7 @@ class Recording:
 
         Raises:
             ViewError: nothing was recorded.
-            OutputError: it cannot be written.
+            OutputError: the file cannot be written.
         """
         first = self.at(0.0)
         arrays: dict[str, Any] = {"time": np.array([frame.time for frame in self.frames])}
@@ -78,10 +78,10 @@ class Recording:
 
     @classmethod
     def load(cls, path: Path) -> Recording:
-        """Read what `save` wrote.
+        """Read a file written by `save`.
 
         Raises:
-            ViewError: it is no recording.
+            ViewError: the file is not a recording.
         """
         try:
             if (found := unusable(path)) is not None:

@@ -1,4 +1,4 @@
-"""The web server of the live view: on this machine alone, unless told otherwise."""
+"""The web server of the live view, by default reachable from this machine only."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ LOOPBACK, PORT = "127.0.0.1", 8080
 
 
 def check_host(host: str, *, anyone: bool) -> None:
-    """Refuse to listen to other machines, unless told to: whoever reaches the page can push what is simulated.
+    """Refuse addresses that other machines can reach, unless allowed: every visitor controls the simulation.
 
     Args:
         host: address to listen on.
         anyone: whether other machines may connect.
 
     Raises:
-        ViewError: they may not, but would reach that address.
+        ViewError: other machines may not connect, but can reach the address.
     """
     if not anyone and not _is_loopback(host):
         raise ViewError(
@@ -38,7 +38,7 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
 
     Args:
         host: address to listen on.
-        port: the first to try; 0 for any that is free.
+        port: first port to try; 0 for any free port.
         anyone: see `check_host`.
 
     Raises:
@@ -48,12 +48,12 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
     import viser
 
     class LocalServer(viser.ViserServer):
-        """Without viser's tunnel, through which anyone on the internet would reach the page."""
+        """viser's server without its tunnel, which would make the page public on the internet."""
 
         def request_share_url(self, verbose: bool = True) -> str | None:
             return None
 
-    with redirect_stdout(io.StringIO()):  # viser prints a table of its own
+    with redirect_stdout(io.StringIO()):  # suppresses viser's own output
         return LocalServer(host=host, port=port, label="mjtactile", verbose=False)
 
 

@@ -1,4 +1,4 @@
-"""Where a pad's readings stand in a picture seen from above: a tile per layer, with a pixel per taxel or finer."""
+"""Layout of a pad's readings in an image seen from above: one tile per layer."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 
 #: Pixels along the longer side of a pad with free taxels.
 _PIXELS = 64
-#: A taxel is drawn no smaller than this, in pixels: so far a point may be from the middle of a pixel.
+#: Least radius of a taxel [pixels]; a point may be this far from the centre of the nearest pixel.
 _LEAST_RADIUS = 0.75
-#: Weight of depth against distance seen from above, where several taxels stand over one another: the upper is drawn.
+#: Weight of depth against horizontal distance, so that the upper of several overlapping taxels is drawn.
 _DEPTH = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """How readings of a pad are laid out.
+    """Layout of a pad's readings.
 
     Attributes:
         low, high: corners of a tile in the pad frame [m], (2,).
-        depths: of each tile, for people.
-        taxel: which reading, counted in a row, each pixel shows, (tiles, rows, columns); -1 for none.
+        depths: text with the depth of each tile.
+        taxel: index of each pixel's reading in the flattened readings, (tiles, rows, columns); -1 for none.
     """
 
     low: Array
@@ -36,7 +36,7 @@ class Tiles:
 
     @classmethod
     def of(cls, pad: Pad) -> Tiles:
-        """A pixel per taxel of a grid; of free taxels discs as large as their balls, on the pad seen from above."""
+        """Layout of a pad: one pixel per taxel of a grid; free taxels are discs of the size of their balls."""
         depths = tuple(pad.depth_said(layer) for layer in range(len(pad.layers_drawn)))
         half_size = np.array(pad.size) / 2
         if isinstance(pad.taxels, FreeTaxels):

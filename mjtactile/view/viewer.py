@@ -22,33 +22,33 @@ from mjtactile.view.server import LOOPBACK, PORT, open_server
 if TYPE_CHECKING:
     from mjtactile.view.page import Page
 
-#: While the simulation is held the page is looked after so often [s].
+#: Time between updates of the page while the simulation is paused [s].
 _HELD = 0.02
 
 
 class Viewer:
     """Shows a simulation and its pads in a browser.
 
-    It needs no display: the page is served at `url`. While nobody looks and nothing is recorded, `sync` returns at
-    once. While somebody looks, the page is renewed at `rate`, and the page's controls act inside `sync`: pausing and
-    replaying hold the loop there, dragging a body writes `data.xfrc_applied` for the next step, and sliders write
-    `data.ctrl`. When the last browser leaves, a held loop goes on.
+    It needs no display: the page is served at `url`. Without a connected browser or a recording, `sync` returns
+    immediately. With a browser, `sync` updates the page at `rate` and executes the page's controls: pausing and
+    replaying block the loop in `sync`, dragging a body writes `data.xfrc_applied` for the next step, and sliders write
+    `data.ctrl`. A paused loop continues when the last browser disconnects.
 
     Args:
         model: compiled model.
-        data: a simulation of it.
+        data: the simulation's MjData.
         pads: sensors to show by name; by default every sensor of the plugin in the model.
         host: address to listen on.
-        port: the first to try; 0 for any that is free.
+        port: first port to try; 0 for any free port.
         anyone: whether other machines may connect; see `check_host`.
-        rate: renewals of the page per second of real time, frames of recordings per second of simulated time [Hz].
+        rate: updates of the page per second of real time, and frames of recordings per second of simulated time [Hz].
 
     Attributes:
-        controls: what people at the page asked for; may be set here as well.
-        recording: the frames that were recorded last.
+        controls: requests of the page's users; programs may set them as well.
+        recording: the last recording.
 
     Raises:
-        ViewError: the model has no pads, or other machines would reach the address.
+        ViewError: the model has no pads, or other machines could reach the address.
     """
 
     def __init__(
@@ -86,38 +86,38 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """Address of the page."""
         host = self._server.get_host()
         name = f"[{host}]" if ":" in host else host
         return f"http://{'localhost' if host in ('0.0.0.0', '::') else name}:{self._server.get_port()}"
 
     @property
     def watched(self) -> bool:
-        """Whether somebody looks."""
+        """Whether a browser is connected."""
         return self._watchers > 0
 
     def sync(self) -> None:
-        """Show the simulation as it is now, and take up what people at the page asked for; call after each step."""
+        """Show the current state and execute the requests of the page's users; call it after each step."""
         if self._watchers or self.controls.recording:
             self._sync()
 
     def record(self) -> None:
-        """Begin a new recording, whether somebody looks or not."""
+        """Begin a new recording, with or without a connected browser."""
         self.controls.recording = True
 
     def stop_recording(self) -> Recording:
-        """End the recording, and give it."""
+        """End the recording and return it."""
         self.controls.recording = self._recorded = False
         return self.recording
 
     def replay(self, recording: Recording | None = None) -> None:
-        """Let the page show a recording from its beginning at the next `sync`, which returns at its end.
+        """Show a recording in the page; the next `sync` replays it and returns at its end.
 
         Args:
-            recording: of this model; by default what was recorded last.
+            recording: of this model; by default the last one.
 
         Raises:
-            ViewError: nothing was recorded, or the recording is one of another model.
+            ViewError: nothing was recorded, or the recording is of another model.
         """
         shown = self.recording if recording is None else recording
         first = shown.at(0.0)
@@ -129,10 +129,10 @@ class Viewer:
         self.recording, self.controls.replaying = shown, True
 
     def close(self) -> None:
-        """Stop serving the page; harmless when done twice."""
+        """Stop serving the page; further calls have no effect."""
         self._perturbation.release(self.data)
         self._watchers = 0
-        with redirect_stdout(io.StringIO()):  # viser says so
+        with redirect_stdout(io.StringIO()):  # suppresses viser's own output
             self._server.stop()
 
     def _new_page(self) -> Page:
@@ -161,7 +161,7 @@ class Viewer:
             self.controls.steps -= 1
 
     def _write_controls(self) -> None:
-        """What the page's sliders and its dragging handle ask for."""
+        """Apply the values of the page's sliders and the dragging handle to the simulation."""
         controls, data = self.controls, self.data
         while controls.controls:
             actuator, value = controls.controls.popitem()
@@ -176,7 +176,7 @@ class Viewer:
         self._perturbation.apply(data)
 
     def _record(self) -> Frame | None:
-        """Keep a frame if it is time for one."""
+        """Record a frame if it is due, and return it."""
         controls, now = self.controls, float(self.data.time)
         if not controls.recording:
             self._recorded = False
@@ -188,7 +188,7 @@ class Viewer:
             return None
         if now < self._next_recorded - self._period:  # the simulation was reset
             self._next_recorded = now
-        # Half a step early rather than late: rates that divide the steps' stay even.
+        # A tolerance of half a step keeps frames evenly spaced if the step divides their period.
         if now < self._next_recorded - 0.5 * float(self.model.opt.timestep):
             return None
         self._next_recorded += self._period
@@ -197,7 +197,7 @@ class Viewer:
         return frame
 
     def _hold(self) -> None:
-        """The page while the simulation stands still: a recording goes on, or the state is shown as it is."""
+        """Update the page while the simulation is paused: continue a replay, or show the current state."""
         now = time.perf_counter()
         if now < self._next_frame:
             return

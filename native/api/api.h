@@ -14,7 +14,7 @@
 struct mjt_pad;
 struct mjt_body;
 
-/* Raised with every change of this file; Python refuses a library of another. */
+/* Incremented with every change of this file; Python refuses a library with another version. */
 MJT_API int mjt_version(void);
 MJT_API const char* mjt_kernels(void);
 MJT_API int mjt_use_kernels(const char* name);
@@ -33,8 +33,8 @@ MJT_API void mjt_pad_set_patch(mjt_pad* pad, size_t count_x, const double* x, si
 /* Mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]; the reading [Pa]
    at which taxels saturate, by sensing layer. */
 MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturation);
-/* How far the surface gives: factor of the half space [1/Pa], ends of the splines' pieces [m], and what the sheet gives
-   more than the half space, (splines, splines) [m/N], see SurfaceCompliance. */
+/* Surface compliance: factor of the half space [1/Pa], ends of the splines' pieces [m], and the remainder, the sheet's
+   compliance minus the half space's, (splines, splines) [m/N], see SurfaceCompliance. */
 MJT_API void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,
                                     const double* ends_y, const double* remainder);
 MJT_API void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts,
@@ -90,12 +90,12 @@ MJT_API mjt_mesh* mjt_mesh_new_field(size_t rows, size_t columns, const double* 
 /* Give a height field of as many rows and columns other heights or another size. */
 MJT_API void mjt_mesh_set_heights(mjt_mesh* mesh, size_t rows, size_t columns, const double* size, const float* data);
 MJT_API void mjt_mesh_free(mjt_mesh* mesh);
-/* What it came to: counts = (vertices, triangles, closed, triangles left out for corners that are not finite or do not
+/* The data of a mesh: counts = (vertices, triangles, closed, triangles left out for corners that are not finite or do not
    exist); then vertices (count, 3) and triangles (triangles, 3), where they are not null. */
 MJT_API void mjt_mesh_data(const mjt_mesh* mesh, size_t* counts, double* vertices, int32_t* faces);
-/* Heights at a floor or above of what a mesh at a pose turns to a part (west, south, east, north) of the pad, over
-   points (count, 2); infinite where there is none. Lowest: the least (1) over the part, then its lowest vertex (3),
-   over the part or not. */
+/* Heights, not below a floor, of the lower side of a mesh at a pose over points (count, 2) of a part (west, south, east,
+   north) of the pad; infinite without a mesh above. Lowest: the least height over the part (1), then the mesh's lowest
+   vertex (3), wherever it is. */
 MJT_API void mjt_mesh_heights(const mjt_mesh* mesh, const double* pose, const double* part, double floor, double reach,
                               size_t count, const double* points, double* heights, double* lowest);
 /* Where it may touch first over the part, see TriangleShadow::bottoms: up to `most` points (most, 3); their number. */
@@ -126,7 +126,7 @@ MJT_API void mjt_face_cells_free(mjt_cells* cells);
    `room` corners. Number of rings, with where they begin (rings + 1), or -1 where the room is too small. */
 MJT_API int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, const double* place,
                              const double* sheet, size_t room, size_t* cut_begins, double* cut_corners);
-/* What shear needs besides: Poisson's ratio of the half space, and what the sheet gives more than it,
+/* Additional data for shear: Poisson's ratio of the half space, and the remainder of all components,
    (3, splines, 3, splines) [m/N]. Set once, before any thread uses it. */
 MJT_API void mjt_pad_set_tangential(mjt_pad* pad, double poisson, const double* remainder);
 /* Integrals over pairs of cells of a half space's response, (6, cells, cells) [m^3], of 1/r and of ShearIntegrals; edges
@@ -144,7 +144,7 @@ MJT_API int mjt_surface_shear(size_t cells, const double* centroids, const doubl
                               const double* frame, int tilting, const double* compliance, const double* wrench,
                               const char* tangential, double friction, double* forces);
 
-/* A body's footprint: what of it faces the pad, without MuJoCo. */
+/* A body's footprint, the part of it that faces the pad, without MuJoCo. */
 struct mjt_footprint;
 /* A flat face: contact cells where they stand at (x, y, angle); they may be freed before it. */
 MJT_API mjt_footprint* mjt_footprint_flat(const mjt_cells* cells, const double* place);
@@ -154,7 +154,7 @@ typedef void (*mjt_heights)(size_t count, const double* points, double* heights)
 MJT_API mjt_footprint* mjt_footprint_heights(mjt_heights heights, const double* bounds);
 MJT_API void mjt_footprint_free(mjt_footprint* footprint);
 /* Presses footprints on one pad, see mjt_body_press for the numbers; narrowest: width of the narrowest cells [m], 0 for
-   what the pad's taxels tell apart. Not for two threads at once. */
+   the resolution of the pad's taxels. Use it in one thread at a time. */
 struct mjt_press;
 MJT_API mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangential, int tilting, double friction,
                                  size_t cells, double strength, double narrowest);

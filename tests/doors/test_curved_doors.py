@@ -33,6 +33,7 @@ from mjtactile.lerobot.features import tactile_features, tactile_key
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_text
 from mjtactile.pad_shape.taxels import FreeTaxels
+from mjtactile.transducer.capacitive import TransducerError
 from mjtactile.view.viewer import Viewer
 
 _FIDELITY = "fast"
@@ -280,7 +281,7 @@ def test_what_a_dataset_cannot_do_is_said(tmp_path):
     with pytest.raises(DatasetError, match=r"shift from -7 to 2 mm reaches beyond the curved pad, which ends 6 mm"):
         DatasetSpec(contacts=(contact,), pad=WALKED["dome"])
     lossy = {"name": "capacitive", "imperfections": {"crosstalk": 0.01}}
-    with pytest.raises(DatasetError, match=r"crosstalk = 0.01 goes to neighbours on a grid"):
+    with pytest.raises(TransducerError, match=r"crosstalk = 0.01 goes to neighbours on a grid"):
         DatasetSpec(contacts=(replace(contact, shift=(0.0, 0.0)),), pad=WALKED["free"], transducer=lossy)
     (tmp_path / "set.toml").write_text('pad = "nowhere.toml"\n[[contact]]\nshapes = ["sphere"]\n')
     with pytest.raises(MjTactileError, match=r"cannot read .*nowhere\.toml"):

@@ -32,6 +32,14 @@ def test_gains_and_offsets_are_taken_out(element, readings):
     np.testing.assert_allclose(calibration(array(readings)), readings, rtol=1e-6, atol=1e-6 * FULL)
 
 
+def test_free_taxels_are_calibrated(readings):
+    element, free = ELEMENTS[0], readings.reshape(5, -1)
+    array = Transducer(element, Imperfections(gain_spread=0.05), shape=free.shape[1:], seed=3)
+    calibration = calibrate(array, element, shape=free.shape[1:], pressure=FULL / 2, readings=1)
+    np.testing.assert_allclose(calibration.gains, array.gains, rtol=1e-9)
+    np.testing.assert_allclose(calibration(array(free)), free, rtol=1e-6, atol=1e-6 * FULL)
+
+
 def test_noise_averages_out_of_a_calibration(readings):
     element = ELEMENTS[0]
     array = Transducer(element, Imperfections(noise=0.01, gain_spread=0.02), shape=SHAPE, seed=4)

@@ -256,6 +256,23 @@ def test_a_transducer_that_remembers_refuses_another_batch_size(how, readings):
         transducer(np.stack([readings, readings]))
 
 
+def test_free_taxels_report_what_a_single_row_of_a_grid_does(readings):
+    free, batch = readings.reshape(-1)[:50], readings.reshape(-1)[:150].reshape(3, 50)
+    how = Imperfections(noise=0.01, gain_spread=0.1, hysteresis=0.1, delay=1, dead=0.1, adc_bits=12)
+    row, alone = (Transducer(imperfections=how, shape=shape, seed=3) for shape in ((1, 1, 50), (50,)))
+    for load in (1.0, 0.5, 0.0):  # the same draws in the same order: the same bits
+        np.testing.assert_array_equal(alone(load * free), row(load * free[None, None])[0, 0])
+    alone.reset()
+    row.reset()
+    np.testing.assert_array_equal(alone(batch), row(batch[:, None, None])[:, 0, 0])
+
+
+@pytest.mark.parametrize(("shape", "taxel"), [(SHAPE, [0, 6, 5]), ((9,), [4])])
+def test_dead_taxels_may_be_lists_as_files_have_them(shape, taxel):
+    dead = Transducer(imperfections=Imperfections(dead_taxels=(taxel,)), shape=shape).dead
+    assert np.argwhere(dead).tolist() == [taxel]
+
+
 @pytest.mark.parametrize(
     ("make", "says"),
     [
@@ -269,6 +286,10 @@ def test_a_transducer_that_remembers_refuses_another_batch_size(how, readings):
         (lambda: Imperfections(adc_bits=0), "adc_bits"),
         (lambda: Transducer(shape=(4, 13)), "layers, rows, columns"),  # type: ignore[arg-type]
         (lambda: Transducer(imperfections=Imperfections(dead_taxels=((4, 0, 0),))), "dead taxel"),
+        (lambda: Transducer(shape=(5,))(np.zeros((5, 1))), "shape="),
+        (lambda: Transducer(shape=(5,))(np.zeros((2, 2, 5))), "shape="),
+        (lambda: Transducer(imperfections=Imperfections(dead_taxels=((0, 0, 3),)), shape=(5,)), "dead taxel"),
+        (lambda: Transducer(imperfections=Imperfections(crosstalk=0.1), shape=(5,)), "free taxels"),
         (lambda: Transducer()(np.zeros((1, 13, 13))), "shape="),
         (lambda: Transducer()(np.full(SHAPE, np.nan)), "NaN"),
     ],

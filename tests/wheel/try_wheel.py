@@ -45,6 +45,49 @@ def main() -> None:
         print(line, flush=True)
 
 
+class Environment:
+    """A fresh virtual environment without a compiler, and commands that run in it.
+
+    Args:
+        folder: empty; it becomes the home of what runs.
+        version: of MuJoCo, or "newest", for messages and for pip.
+    """
+
+    def __init__(self, folder: Path, version: str) -> None:
+        self.folder, self.version = folder, version
+        self.mujoco = "mujoco" if version == "newest" else f"mujoco=={version}"
+        self.path = folder / "environment"
+        self.cache = folder / "cache"
+        venv.create(self.path, with_pip=True)
+        commands = self.path / "bin"
+        self.python, self.mjtactile = str(commands / "python"), str(commands / "mjtactile")
+        self.pip = (self.python, "-m", "pip", "--disable-pip-version-check", "--quiet")
+        self.variables = {"PATH": str(commands), "HOME": str(folder), "MJTACTILE_CACHE": str(self.cache)}
+        kept = ("PIP_", "SSL_", "OMP_", "LC_")
+        self.variables |= {name: os.environ[name] for name in os.environ if name.startswith(kept)}
+        for compiler in ("cc", "gcc", "g++", "c++", "clang", "clang++"):
+            assert shutil.which(compiler, path=self.variables["PATH"]) is None, compiler
+
+    def run(self, *command: str) -> subprocess.CompletedProcess[str]:
+        """Run a command and return its output; end the program with that output when the command fails."""
+        done = subprocess.run(command, cwd=self.folder, env=self.variables, capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"with MuJoCo {self.version}: {' '.join(command)}\n{done.stdout}\n{done.stderr}")
+        return done
+
+    def download(self, wheel: Path) -> str:
+        """Download the wheel's dependencies into `downloads`; return the version of MuJoCo among them."""
+        # pip's own settings may stand in the home of whoever calls.
+        variables = self.variables | {"HOME": os.environ["HOME"]}
+        download = (*self.pip, "download", "--only-binary=:all:", "--dest", "downloads", str(wheel), self.mujoco)
+        subprocess.run(download, cwd=self.folder, env=variables, check=True)
+        return next((self.folder / "downloads").glob("mujoco-*.whl")).name.split("-")[1]
+
+    def install(self, wheel: Path) -> None:
+        """Install the wheel and its dependencies from `downloads` alone."""
+        self.run(*self.pip, "install", "--no-index", "--find-links", "downloads", str(wheel), self.mujoco)
+
+
 def try_with(version: str, wheel: Path, folder: Path, tried: set[str]) -> tuple[str, str]:
     """Install the wheel with one MuJoCo and use it.
 
@@ -57,57 +100,19 @@ def try_with(version: str, wheel: Path, folder: Path, tried: set[str]) -> tuple[
     Returns:
         A line on what was found, and the version of MuJoCo.
     """
-    environment = folder / "environment"
-    venv.create(environment, with_pip=True)
-    commands = environment / "bin"
-    variables = {"PATH": str(commands), "HOME": str(folder), "MJTACTILE_CACHE": str(folder / "cache")}
-    variables |= {name: os.environ[name] for name in os.environ if name.startswith(("PIP_", "SSL_", "OMP_", "LC_"))}
-    for compiler in ("cc", "gcc", "g++", "c++", "clang", "clang++"):
-        assert shutil.which(compiler, path=variables["PATH"]) is None, compiler
-
-    def tell(*command: str) -> subprocess.CompletedProcess[str]:
-        done = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True, check=False)
-        if done.returncode:
-            sys.exit(f"with MuJoCo {version}: {' '.join(command)}\n{done.stdout}\n{done.stderr}")
-        return done
-
-    def run(*command: str) -> str:
-        return tell(*command).stdout
-
-    pip = (str(commands / "python"), "-m", "pip", "--disable-pip-version-check", "--quiet")
-    mujoco = "mujoco" if version == "newest" else f"mujoco=={version}"
-    # pip's own settings may stand in the home of whoever calls.
-    settings = {"HOME": os.environ["HOME"]}
-    download = (*pip, "download", "--only-binary=:all:", "--dest", "downloads", str(wheel), mujoco)
-    subprocess.run(download, cwd=folder, env=variables | settings, check=True)
-    name = next((folder / "downloads").glob("mujoco-*.whl")).name.split("-")[1]
+    environment = Environment(folder, version)
+    name = environment.download(wheel)
     if name in tried:
         return f"MuJoCo {name} is the newest, too", name
-
     start = time.perf_counter()
-    run(*pip, "install", "--no-index", "--find-links", "downloads", str(wheel), mujoco)
+    environment.install(wheel)
     install_time = time.perf_counter() - start
-    reading = json.loads(run(str(commands / "mjtactile"), *PRESS))
+    try_press(environment)
     first_reading_time = time.perf_counter() - start
-    assert abs(reading["force_error_relative"]) < 1e-3, reading
-    assert len(reading["peak_reading_Pa"]) == 4, reading
-    assert min(reading["peak_reading_Pa"]) > 1e3, reading
-    assert not (folder / "cache").exists(), "a table was built"
-    for module in EXTRAS:
-        found = f"import sys; from importlib.util import find_spec; sys.exit(find_spec({module!r}) is not None)"
-        run(str(commands / "python"), "-c", found)
-    said = run(str(commands / "python"), str(Path(__file__).with_name("first_reading.py")))
-    run(str(commands / "mjtactile"), "doctor")
-
+    said = try_the_rest(environment)
     if not tried:
-        start = time.perf_counter()
-        told = tell(str(commands / "mjtactile"), "press", "star", "--json").stderr
-        assert told.startswith("mjtactile: building influence matrices at fidelity balanced"), told
-        print(
-            f"the first press at the default fidelity builds its table and says so: {time.perf_counter() - start:.0f} s"
-        )
-
-    files, compiled = installed_size(environment)
+        try_default_fidelity(environment)
+    files, compiled = installed_size(environment.path)
     check(files, MOST_INSTALLED, "the size of the core install [bytes]")
     check(install_time, MOST_INSTALL_TIME, "the time of the core install [s]")
     check(first_reading_time, MOST_FIRST_READING, "the time from wheel to first reading [s]")
@@ -116,6 +121,37 @@ def try_with(version: str, wheel: Path, folder: Path, tried: set[str]) -> tuple[
         f"{install_time:.0f} s, first reading after {first_reading_time:.0f} s"
     )
     return line, name
+
+
+def try_press(environment: Environment) -> None:
+    """Check that a press at fidelity "fast" reads right, and that no table is built for it."""
+    reading = json.loads(environment.run(environment.mjtactile, *PRESS).stdout)
+    assert abs(reading["force_error_relative"]) < 1e-3, reading
+    assert len(reading["peak_reading_Pa"]) == 4, reading
+    assert min(reading["peak_reading_Pa"]) > 1e3, reading
+    assert not environment.cache.exists(), "a table was built"
+
+
+def try_the_rest(environment: Environment) -> str:
+    """Check that extras are absent, that first_reading.py runs, and that doctor finds nothing wrong.
+
+    Returns:
+        What first_reading.py prints.
+    """
+    for module in EXTRAS:
+        found = f"import sys; from importlib.util import find_spec; sys.exit(find_spec({module!r}) is not None)"
+        environment.run(environment.python, "-c", found)
+    said = environment.run(environment.python, str(Path(__file__).with_name("first_reading.py"))).stdout
+    environment.run(environment.mjtactile, "doctor")
+    return said
+
+
+def try_default_fidelity(environment: Environment) -> None:
+    """Check that the first press at the default fidelity builds its table and says so; print how long it took."""
+    start = time.perf_counter()
+    told = environment.run(environment.mjtactile, "press", "star", "--json").stderr
+    assert told.startswith("mjtactile: building influence matrices at fidelity balanced"), told
+    print(f"the first press at the default fidelity builds its table and says so: {time.perf_counter() - start:.0f} s")
 
 
 def installed_size(environment: Path) -> tuple[int, int]:

@@ -1,1 +1,1 @@
-"""Benchmarks: cases as data, what they take and how far off they are, tables and figures of it."""
+"""Benchmarks: cases as data, measurements of time and error, tables and figures."""

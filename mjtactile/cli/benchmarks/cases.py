@@ -1,4 +1,4 @@
-"""What benchmarks press into the pad: cases as data, and those of an independent code with its readings."""
+"""Presses of the benchmarks: cases as data, and those of CalculiX with its readings."""
 
 from __future__ import annotations
 
@@ -35,24 +35,24 @@ _RIGID = tuple(f"{group}_" for group in CALCULIX_GROUPS)
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body where it touches the pad: a flat face, or one with a height at every point.
+    """The lower side of a rigid body over the pad: a flat face, or a gap function.
 
     Attributes:
-        outline: of the face in the pad frame [m]; None for a body that ends nowhere above the pad.
-        gap: its height [m]; None for a flat face.
+        outline: of the face in the pad frame [m]; None if the body covers the whole pad.
+        gap: height function [m]; None for a flat face.
     """
 
     outline: Area | None
     gap: GapFunction | None = None
 
     def moved(self, x: float, y: float) -> Body:
-        """The same body elsewhere [m]."""
+        """The body shifted by (x, y) [m]."""
         outline = None if self.outline is None else affinity.translate(self.outline, x, y)
         gap = self.gap
         return Body(outline, None if gap is None else lambda px, py: gap(px - x, py - y))
 
     def footprint(self, surface: SurfaceGrid) -> Footprint:
-        """What faces the pad."""
+        """The body's footprint."""
         if self.gap is not None:
             return Footprint.from_gap(self.gap, surface, outline=self.outline)
         assert self.outline is not None
@@ -61,18 +61,18 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class PressCase:
-    """One body pressed with one force, and what an independent code reads if it was asked."""
+    """One body pressed with one force, with the readings of an independent code if there are any."""
 
     name: str
     body: Body
-    force: Array  #: on the pad at the middle of what touches first [N], shape (3,)
+    force: Array  #: on the pad at the centroid of the first contact [N], shape (3,)
     tilt: str = "free"  #: see contact_load
     tangential: str = "proportional"  #: see contact_load; laws that know no other ignore it
     readings: Array | None = None  #: (layers, rows, columns) [Pa]
 
     @property
     def reference(self) -> Array:
-        """What the independent code reads [Pa]."""
+        """Readings of the independent code [Pa], (layers, rows, columns)."""
         if self.readings is None:
             raise MjTactileError(f"case {self.name!r} has no readings of an independent code.")
         return self.readings

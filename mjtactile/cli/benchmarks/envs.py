@@ -1,4 +1,4 @@
-"""How fast environments step: one and many, with pads and without, beside `mj_step` alone in the same states."""
+"""Speed of environments: single and vectorised, with and without pads, compared with `mj_step` in the same states."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 #: Environments measured, and what is seen of their pads.
 _NAMES = ("mjtactile/GraspLift-v0", "mjtactile/PressIdentify-v0")
 _OBSERVATIONS = ("none", "wrench", "readings")
-#: Random actions have this share of their range, so that things are held and pressed rather than thrown about.
+#: Random actions use this fraction of their range, so that objects stay in contact [-].
 _STIR = 0.3
 #: Actions that end an episode whenever they are above 0, by environment: left at -1, as steps are measured, not resets.
 _ENDING = {"mjtactile/PressIdentify-v0": [4]}

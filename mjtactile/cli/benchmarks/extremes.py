@@ -1,4 +1,4 @@
-"""What comes out at the extremes: pads, loads and inputs at the ends of what may be asked, each against a truth.
+"""Accuracy at the extremes: pads, loads and inputs at the limits of their ranges, each compared with a reference.
 
 Pads are solved again by a sparse factorisation of the whole stiffness, refined in extended precision, or compared
 with the same pad in another unit or on a finer mesh. Contacts are held against the wrench they were given: the smallest
@@ -46,10 +46,10 @@ _THREADS = 8
 class Row(NamedTuple):
     """One line of the table."""
 
-    asked: str  #: what was asked for
-    outcome: str  #: what came out, or the error's first words
-    off: float | None  #: how far from the truth, relative; None for an error
-    truth: str  #: what it was held against
+    asked: str  #: description of the case
+    outcome: str  #: the result, or the beginning of an error message
+    off: float | None  #: relative difference from the reference [-]; None for an error
+    truth: str  #: description of the reference
 
 
 def extreme_cases() -> dict[str, Any]:
@@ -298,7 +298,7 @@ def steady_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 
 def wrong_input_rows(cases: dict[str, Any]) -> Iterator[Row]:
-    """What is no number, or makes no sense: which error says so."""
+    """Invalid inputs: the errors that they raise."""
     influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     disc = _disc(influence)
     for asked, run in wrong_inputs(influence, disc).items():
@@ -332,7 +332,7 @@ def wrong_inputs(influence: InfluenceMatrices, face: Footprint) -> dict[str, Cal
 
 
 def left_over(load: SurfaceLoad, force: Array, moment: Array, length: float) -> float:
-    """Given wrench less the resultant of the nodal forces, over the given wrench."""
+    """Given wrench minus the resultant of the nodal forces, over the given wrench [-]."""
     carried_force, carried_moment = load.resultant()
     size = np.linalg.norm(force) + np.linalg.norm(moment) / length
     missing = np.linalg.norm(force - carried_force) + np.linalg.norm(moment - carried_moment) / length

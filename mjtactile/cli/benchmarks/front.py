@@ -1,4 +1,4 @@
-"""Which of many measured fidelities are worth having: those that no other beats in both time and error."""
+"""The Pareto front of measured fidelities: those that no other beats in both time and error."""
 
 from __future__ import annotations
 

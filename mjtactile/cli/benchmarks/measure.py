@@ -1,4 +1,4 @@
-"""What one fidelity costs and how far it is from the truth, on cases of bench_cases."""
+"""Time and error of one fidelity on the cases of cases.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the plugin adds to a step of MuJoCo, beside what MuJoCo's own tactile sensor adds.
+"""Time that the plugin adds to a MuJoCo step, compared with MuJoCo's own tactile sensor.
 
 Every figure is the difference between two scenes that differ by the sensor alone: one punch, pressed by one force, on
 our pad or on MuJoCo's tactile sensor, with the same joints, forces and solver settings. Both are timed turn by turn in

@@ -1,4 +1,4 @@
-"""Which fidelities a benchmark measures: a product over what interacts, the rest one at a time on every preset."""
+"""The fidelities of a benchmark: all combinations of interacting choices, and other choices one at a time."""
 
 from __future__ import annotations
 

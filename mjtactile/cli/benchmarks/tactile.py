@@ -1,4 +1,4 @@
-"""What MuJoCo's own tactile sensor costs: the yardstick of every benchmark here."""
+"""Time of MuJoCo's own tactile sensor, the reference of the benchmarks."""
 
 from __future__ import annotations
 

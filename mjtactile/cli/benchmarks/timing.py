@@ -1,4 +1,4 @@
-"""How long a piece of work takes."""
+"""Timing of a function."""
 
 from __future__ import annotations
 

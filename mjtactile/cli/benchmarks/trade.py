@@ -1,4 +1,4 @@
-"""The benchmark of fidelities: what each choice costs and gains, and which of them nothing beats."""
+"""The benchmark of fidelities: time and error of each choice, and the Pareto front."""
 
 from __future__ import annotations
 

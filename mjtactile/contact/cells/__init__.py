@@ -1,1 +1,1 @@
-"""Contact cells: cut from outlines, how a half space answers them, and how far the pad gives under them."""
+"""Contact cells: cut from outlines, and the compliance of a half space and of the pad between them."""

@@ -1,12 +1,12 @@
-"""How far the pad's surface gives under contact cells: closed form near by, finite elements for the rest.
+"""Compliance of the pad's surface between contact cells: a half space in closed form plus a finite-element remainder.
 
-What a patch of traction does close to itself is the response of a half space, known exactly. What
-the sheet adds, its thickness, layers and free sides, varies slowly and is resolved by a coarse mesh. The compliance
-between cells is therefore the half space's plus a smooth remainder: the finite elements' response minus the half
-space's, averaged over coarse patches and interpolated by splines that keep these averages.
+Close to a patch of traction, the response is that of a half space, known exactly. The effects of the sheet's thickness,
+layers and free sides vary slowly over the surface, so a coarse mesh resolves them. The compliance between cells is the
+half space's plus a smooth remainder: the finite-element response minus the half space's, averaged over coarse patches
+and interpolated by splines that preserve these averages.
 
-On a curved pad forces and displacements are those along each patch's own axes, and the half space is that of the
-tangent plane: what its curvature does is bounded as well, and belongs to the remainder.
+On a curved pad, forces and displacements are along each patch's own axes, and the half space is that of the tangent
+plane. The effect of curvature is bounded and is part of the remainder.
 """
 
 from __future__ import annotations
@@ -25,11 +25,12 @@ from mjtactile.fem.symmetry import fold_forces
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.table import table_name
 
-#: Patches along a side are half as many as elements, but no fewer than this: the remainder varies over the sheet's
-#: thickness. Twice as many change readings by .1 to .2 %, on the draft mesh by .4 %. Under a top layer on others it
-#: varies over that layer's thickness: on one of 1 mm patches of 2 mm leave errors of 15 %, patches of 1 mm 3 %.
+#: Least number of patches along a side; otherwise there are half as many as elements, because the remainder varies over
+#: lengths of the sheet's thickness. Twice as many patches change readings by .1 to .2 %, on the draft mesh by .4 %.
+#: With several layers the remainder varies over lengths of the top layer's thickness: for a top layer of 1 mm, patches
+#: of 2 mm cause errors of 15 %, patches of 1 mm 3 %.
 _LEAST_PATCHES = 6
-#: A top layer thinner than this many patches is not what the surface feels like from a patch's distance.
+#: The half space has the top layer's modulus unless that layer is thinner than this many patches [-].
 _THIN_LAYER = 0.5
 
 
@@ -40,9 +41,9 @@ class SurfaceCompliance:
     Attributes:
         normal_factor: of the half space, (1 - nu) / (2 pi G) [1/Pa].
         poisson: Poisson ratio of the half space [-].
-        remainder: sheet minus half space between coarse patches, (3, patches, 3, patches) [m/N]; patches by row,
-            components along the surface above x, across it, and along its normal, see `Surface.frames`.
-        lines: patch ends along x and y [m].
+        remainder: compliance of the sheet minus that of the half space between patches [m/N], shape (3, patches, 3,
+            patches); patches row by row, components along the axes of `Surface.frames`.
+        lines: boundaries of the patches along x and y [m].
     """
 
     normal_factor: float
@@ -57,10 +58,10 @@ class SurfaceCompliance:
 
     @cached_property
     def spline_remainder(self) -> Array:
-        """The remainder in B-splines, of which few are not zero at a point, (3, splines, 3, splines) [m/N].
+        """The remainder as coefficients of B-splines [m/N], shape (3, splines, 3, splines).
 
-        Products of quadratic B-splines over the patches, one more along each axis than patch ends, those along x
-        first. They span what `splines` do.
+        The splines are products of quadratic B-splines over the patches, along each axis one more than there are
+        boundaries, x varying fastest. They span the same functions as `splines`, but few are nonzero at a point.
         """
         along_x, along_y = (_in_b_splines(spline) for spline in self.splines)
         both = np.einsum("ak,bl->abkl", along_y, along_x).reshape(len(along_y) * len(along_x), -1)
@@ -71,7 +72,7 @@ _known: weakref.WeakKeyDictionary[InfluenceMatrices, SurfaceCompliance] = weakre
 
 
 def surface_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
-    """Compliance of the surface of the pad that influence matrices belong to; made once for each."""
+    """Compliance of the surface of an influence matrices' pad; computed once for each."""
     if influence not in _known:
         _known[influence] = _make_compliance(influence)
     return _known[influence]
@@ -93,9 +94,9 @@ def _make_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
 
 
 def _patch_ends(line: Line, widest: float) -> Array:
-    """Mesh lines that bound the patches, about every second one, symmetric about the middle.
+    """Mesh lines that are boundaries of the patches, about every second one, symmetric about the middle [m].
 
-    Patches are no wider than `widest` [m], as far as the mesh has lines.
+    Patches are no wider than `widest` [m] if the mesh is fine enough.
     """
     wanted = int(min(np.ceil((line.vertices[-1] - line.vertices[0]) / widest), line.element_count))
     count = min(line.element_count, max(_LEAST_PATCHES, line.element_count // 2, wanted))
@@ -120,7 +121,7 @@ def _sheet_compliance(influence: InfluenceMatrices, lines: tuple[Array, Array]) 
 
 
 def _nodal_shares(line: Line, ends: Array) -> Array:
-    """Nodal forces of a unit force spread evenly over each patch, (patches, nodes); Simpson's rule is exact here."""
+    """Nodal forces of a unit force uniform over each patch [-], (patches, nodes); Simpson's rule is exact here."""
     shares = np.zeros((len(ends) - 1, line.node_count))
     patch = np.searchsorted(ends, (line.vertices[:-1] + line.vertices[1:]) / 2) - 1
     for place, share in enumerate((1 / 6, 4 / 6, 1 / 6)):
@@ -129,9 +130,9 @@ def _nodal_shares(line: Line, ends: Array) -> Array:
 
 
 def _felt_factor(sheet: Array, inverse_distance: Array, shape: tuple[int, int]) -> float:
-    """Factor of the half space that gives like the sheet under a load that alternates in the middle of the surface.
+    """`normal_factor` of the half space with the sheet's compliance under a load that alternates between patches.
 
-    A skin thinner than the patches says little about how the surface gives at their distance.
+    Used for top layers much thinner than a patch, whose modulus does not determine the compliance at that distance.
     """
     row, column = shape[0] // 2, shape[1] // 2
     load = np.zeros(shape)
@@ -143,13 +144,13 @@ def _felt_factor(sheet: Array, inverse_distance: Array, shape: tuple[int, int]) 
 
 
 def _averaging_spline(ends: Array) -> PPoly:
-    """Quadratic spline weights of patch values whose interpolant has these values as its averages over the patches."""
+    """Quadratic splines, one per patch: their combination with patch values has these values as averages on patches."""
     running = np.vstack([np.zeros(len(ends) - 1), np.cumsum(np.diag(np.diff(ends)), axis=0)])
     return CubicSpline(ends, running, axis=0).derivative()
 
 
 def _in_b_splines(spline: PPoly) -> Array:
-    """Coefficients of quadratic B-splines per patch value, (ends + 1, patches), outermost ends counted thrice."""
+    """Coefficients of quadratic B-splines for each patch value, (ends + 1, patches); the outermost knots are triple."""
     knots = np.concatenate([spline.x[[0, 0]], spline.x, spline.x[[-1, -1]]])
     places = (knots[1:-2] + knots[2:-1]) / 2  # as many as splines, each where one of them is largest
     return np.asarray(make_interp_spline(places, spline(places), k=2, t=knots).c)

@@ -1,4 +1,4 @@
-"""Contact cells of flat faces, made and held by the compiled core: a narrow ring along the outline, squares inside."""
+"""Contact cells of flat faces, made by the compiled core: a narrow ring along the outline, squares inside."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from mjtactile.influence.surface_load import Area
 
 
 class CoreCells:
-    """Cells of an outline as the core holds them.
+    """Cells of an outline in the compiled core.
 
     Attributes:
-        handle: what the core's functions take.
+        handle: pointer to the core's object, an argument of the core's functions.
     """
 
     def __init__(self, handle: int) -> None:
@@ -31,13 +31,13 @@ class CoreCells:
 
 
 def placed_cells(outline: Area, count: int) -> tuple[CoreCells, Array]:
-    """About `count` cells that fill an outline, and where they stand: x, y [m] and an angle [rad], (3,).
+    """About `count` cells that fill an outline, and their placement: x, y [m] and angle [rad], (3,).
 
-    Outlines that differ by a shift and a rotation only, as those of one moving punch do, share their cells: squares
-    lie along the outline's own direction.
+    Outlines that differ by a shift and a rotation only, such as those of a moving punch, share their cells, which are
+    aligned with the outline.
 
     Raises:
-        ContactError: where the outline is too narrow to have any.
+        ContactError: the outline is too narrow for any cell.
     """
     (begins, corners), place = rings_of(outline), np.empty(3)
     handle = library().mjt_placed_cells(
@@ -49,13 +49,13 @@ def placed_cells(outline: Area, count: int) -> tuple[CoreCells, Array]:
 
 
 def rings_of(outline: Area) -> tuple[npt.NDArray[np.uintp], Array]:
-    """Rings of an outline as the core takes them: where each begins, (rings + 1,), and all corners, (corners, 2) [m].
+    """Rings of an outline for the core: index of each ring's first corner, (rings + 1,), and corners, (corners, 2) [m].
 
     Outer rings run counter-clockwise, holes clockwise.
     """
     parts = polygons_of(outline)
     rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
-    if len(rings) == 1:  # most outlines, and arrays of one are slow
+    if len(rings) == 1:  # the usual case, without slow operations on arrays of one element
         alone = shapely.get_coordinates(rings[0])[:-1]
         return np.array([0, len(alone)], dtype=np.uintp), contiguous(alone if rings[0].is_ccw else alone[::-1])
     outer = [k == 0 for part in parts for k in range(1 + len(part.interiors))]

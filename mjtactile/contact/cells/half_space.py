@@ -1,4 +1,4 @@
-"""How a half space answers patches of traction, in closed form: flat ones, and those of a curved surface."""
+"""Compliance of a half space between patches of traction, in closed form, on flat and curved surfaces."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.pad_shape.surfaces import Surface
 
-#: Patches no farther from each other than so many, along both axes, are integrated in closed form on a curved surface:
-#: in the tangent plane of the first. For those farther apart a rule with so many points along each side does.
+#: On a curved surface, pairs of patches up to the first number apart along both axes are integrated in closed form in
+#: the tangent plane of one of them; other pairs by a Gauss rule with the second number of points along each side.
 _NEAR, _FAR_ORDER = 2, 2
 
 
 @dataclass(frozen=True, eq=False)
 class HalfSpaceResponses:
-    """Means over pairs of patches (patches, patches), r and (x, y) from a point of the second to one of the first.
+    """Means over pairs of patches, each of shape (patches, patches).
+
+    (x, y) is the vector from a point of the second patch to a point of the first, r its length.
 
     Attributes:
         inverse_distance: of 1/r [1/m].
@@ -39,7 +41,7 @@ class HalfSpaceResponses:
     across: Array
 
     def compliance(self, factor: float, poisson: float) -> Array:
-        """Mean displacement per force, (3, patches, 3, patches) [m/N], z out of the pad.
+        """Mean displacement per force [m/N], shape (3, patches, 3, patches), z out of the pad.
 
         Surface response to a point force: Johnson 1985, eqs. 3.18 and 3.75 to 3.77.
 
@@ -60,12 +62,12 @@ class HalfSpaceResponses:
 
 
 def half_space(edges: Array, sides: npt.NDArray[np.integer[Any]], cells: int) -> Array:
-    """What `HalfSpaceResponses` holds times the areas of both cells, (6, cells, cells) [m^3].
+    """The six means of `HalfSpaceResponses` times the areas of both cells [m^3], shape (6, cells, cells).
 
     Args:
-        edges: between cells, each once, (edges, 2 ends, 2) [m].
-        sides: cells to the left and right of each, (edges, 2); -1 for none.
-        cells: their number.
+        edges: of the cells, each once, (edges, 2 ends, 2) [m].
+        sides: indices of the cells to the left and right of each edge, (edges, 2); -1 for none.
+        cells: number of cells.
     """
     edges, sides = contiguous(edges), np.ascontiguousarray(sides, dtype=np.int32)
     integrals = np.empty((len(fields(HalfSpaceResponses)), cells, cells))
@@ -79,8 +81,8 @@ def flat_responses(x: Array, y: Array) -> HalfSpaceResponses:
     """Responses of patches of a flat surface, by row.
 
     Args:
-        x: ends of the patches along x, ascending [m].
-        y: ends along y [m].
+        x: boundaries of the patches along x, ascending [m].
+        y: boundaries along y [m].
     """
     areas = np.outer(np.diff(y), np.diff(x)).ravel()
     return HalfSpaceResponses(*half_space(*_patch_edges(x, y), len(areas)) / (areas[:, None] * areas))
@@ -90,8 +92,8 @@ def bent_responses(x: Array, y: Array, outer: Surface) -> HalfSpaceResponses:
     """Responses of patches of a curved surface, by row, components along each patch's own axes.
 
     Args:
-        x: ends of the patches along x, ascending, on the pad's plane [m].
-        y: ends along y [m].
+        x: boundaries of the patches along x in the projection, ascending [m].
+        y: boundaries along y [m].
         outer: the surface.
     """
     found = _far(x, y, outer)
@@ -105,13 +107,13 @@ def bent_responses(x: Array, y: Array, outer: Surface) -> HalfSpaceResponses:
             places = np.add.outer(np.arange(south, north) * columns, np.arange(west, east)).ravel()
             near[:, row * columns + column, places] = _in_plane(x[west : east + 1], y[south : north + 1], outer, own)
     back = near.transpose(0, 2, 1).copy()
-    back[4:] *= -1.0  # along and across change their sign with the direction
+    back[4:] *= -1.0  # along and across change sign when the two patches are exchanged
     both = (near + back) / 2
     return HalfSpaceResponses(*np.where(np.isnan(both), found, both))
 
 
 def _in_plane(x: Array, y: Array, outer: Surface, own: int) -> Array:
-    """Means from one of some patches to all of them, in its tangent plane, (6, patches) [1/m]."""
+    """Means between the patch with index `own` and all patches [1/m], in its tangent plane, (6, patches)."""
     edges, sides = _patch_edges(x, y)
     count = (len(x) - 1) * (len(y) - 1)
     places = np.stack(np.meshgrid((x[:-1] + x[1:]) / 2, (y[:-1] + y[1:]) / 2), axis=-1).reshape(-1, 2)
@@ -121,7 +123,7 @@ def _in_plane(x: Array, y: Array, outer: Surface, own: int) -> Array:
     crossed = (start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]) / 2
     areas = np.zeros(count + 1)
     np.add.at(areas, sides[:, 0], crossed)
-    np.add.at(areas, sides[:, 1], -crossed)  # those of no patch, -1, go to the last place
+    np.add.at(areas, sides[:, 1], -crossed)  # index -1, no patch, is the additional last entry
     means = half_space(seen, sides, count)[:, own] / (areas[own] * areas[:count])
     apart = middles - middles[own]
     chord, in_plane = np.linalg.norm(apart, axis=1), np.linalg.norm(apart @ axes[:2].T, axis=1)
@@ -155,7 +157,7 @@ def _far(x: Array, y: Array, outer: Surface) -> Array:
 
 
 def _patch_edges(x: Array, y: Array) -> tuple[Array, npt.NDArray[np.int_]]:
-    """Edges of the patches, each once, (edges, 2 ends, 2) [m], and the patches to its left and right, -1 for none."""
+    """Edges of the patches, each once, (edges, 2 ends, 2) [m], and indices of the patches to their left and right."""
     columns, rows = len(x) - 1, len(y) - 1
     patch = np.pad(np.arange(rows * columns).reshape(rows, columns), 1, constant_values=-1)
     along = np.meshgrid(x, y)

@@ -1,5 +1,5 @@
-"""Grasping with touch: worlds with a hand and an object, controllers, and experiments that measure them.
+"""Grasping with touch: scenes with a hand and an object, controllers, and experiments that evaluate them.
 
-Controllers know what was recognised of the pads' readings and what a robot knows of itself, and nothing else. Judges
-and the baseline that is allowed to cheat read MuJoCo's state.
+Controllers use only recognition from the pads' readings and the robot's own proprioception. Judges, and a baseline for
+comparison, read MuJoCo's state.
 """

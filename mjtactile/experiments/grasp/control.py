@@ -1,11 +1,11 @@
-"""Control laws of the grasp experiments. They are told what is felt, and nothing else of the world.
+"""Control laws of the grasp experiments. Their only information on the world is the sense of touch.
 
-Friction is found by rubbing: fingers that slide down an object standing on a table pull with friction times grip,
-whatever the object weighs. From then on a grip is as large as what it has to hold asks for, with a margin.
+Friction is estimated by rubbing: while the fingers slide down an object on a table, the tangential force is friction
+times grip, whatever the object's weight. Afterwards the grip is proportional to the load, with a margin.
 
-What slips is caught by a reflex that knows the friction and watches how much of it is used. A pull that nears what
-friction holds is an overload. A pull that falls all at once is either a load that went away or friction that did, and a
-squeeze tells them apart: what slides pulls with the grip, what rests does not.
+A reflex catches slipping objects. It knows the friction and monitors the ratio of load to friction limit. A load close
+to the limit is an overload. A sudden decrease of the load means that either the load or the friction has decreased. A
+squeeze distinguishes the two: the load on the fingers follows the grip if the object slides, but not if it rests.
 """
 
 from __future__ import annotations
@@ -17,19 +17,18 @@ from scipy.stats import theilslopes
 
 from mjtactile.experiments.grasp.known import Arm, PadLoads
 
-#: Grip with which fingers close and rub [N].
+#: Grip while closing, and while rubbing [N].
 CLOSING_GRIP, RUBBING_GRIP = 0.6, 1.5
-#: Speed of rubbing [m/s] and of the ticks over which it is averaged; how long it may take [s].
+#: Speed of rubbing [m/s], number of ticks over which the friction is averaged, and time limit [s].
 _RUBBING_SPEED, _RUBBING_TICKS, _RUBBING_TIME = 5e-3, 12, 0.12
-#: A pad counts as touched for that many ticks, so that fingers may bounce; a gripper has closed when both are touched
-#: for so many in a row; when it gives up looking for them, and how long it takes to settle at most [s].
+#: Ticks for which a pad counts as touched after a contact, so that fingers may bounce; successive ticks with both pads
+#: touched after which the gripper is closed; time limits for closing and settling [s].
 _MEMORY, _REST_TICKS, _CLOSING_TIME, _SETTLING_TIME = 8, 15, 2.0, 1.0
-#: Speed at which the wrist gives way to the only side that is touched, and evens out two sides [m/s].
+#: Speed of the wrist while one pad is touched, and while the two pads' forces are equalised [m/s].
 _GIVE, _EVENING = 0.01, 4e-3
-#: Friction is hardly ever outside these [-].
+#: Plausible range of friction [-].
 _FRICTIONS = (0.05, 3.0)
-#: An object has landed when it pulls with less than this share of its weight [-]; force with which fingers open [N],
-#: and for how long [s].
+#: An object has landed when its load is below this fraction of its weight [-]; force and time of opening [N], [s].
 _LANDED, _OPENING_GRIP, _OPENING_TIME = 0.6, -1.0, 0.3
 #: Acceleration of the wrist [m/s^2].
 _ACCELERATION = 0.4
@@ -37,46 +36,46 @@ _ACCELERATION = 0.4
 
 @dataclass(frozen=True, kw_only=True)
 class GripLaw:
-    """How hard to grip what is felt.
+    """The grip for a load.
 
-    The load is what both fingers hold together, pull and turn, shared evenly. Forces that the fingers put on each other
-    through the object do not count: where they are too large for friction they give way, and nothing falls. A turn
-    counts over `turn_arm`, the distance from its middle at which a pad holds it; it shares the friction with the pull
-    as on an ellipsoidal limit surface.
+    The load consists of the tangential force and the torsional moment that both fingers carry together, shared equally.
+    Internal forces between the fingers are ignored: if they exceed friction they relax, and the object does not fall.
+    The moment is divided by `turn_arm`, the effective radius of a pad, and combined with the force as on an ellipsoidal
+    limit surface.
     """
 
-    friction: float  #: as found [-]
-    margin: float = 1.2  #: grip over the least that holds [-]
-    least: float = 0.4  #: grip when there is next to nothing to hold [N]
-    most: float = 19.0  #: never more [N]
-    turn_arm: float = 7e-3  #: [m]
-    rise: float = 0.5  #: share of a deficit that a tick makes good [-]
-    fall: float = 0.03  #: share of an excess that a tick gives away [-]
+    friction: float  #: estimated friction [-]
+    margin: float = 1.2  #: grip over the least grip [-]
+    least: float = 0.4  #: smallest grip [N]
+    most: float = 19.0  #: largest grip [N]
+    turn_arm: float = 7e-3  #: effective radius of a pad for torsion [m]
+    rise: float = 0.5  #: fraction of a deficit that is corrected per tick [-]
+    fall: float = 0.03  #: fraction of an excess that is corrected per tick [-]
 
     def load(self, felt: PadLoads) -> float:
-        """What each finger has to hold by friction [N]."""
+        """Load that each finger carries by friction [N]."""
         return float(np.hypot(np.hypot(*felt.pull), felt.turn / self.turn_arm)) / 2.0
 
     def wanted(self, felt: PadLoads) -> float:
-        """Grip that holds what is felt, with the margin [N]."""
+        """Grip for the present load, with the margin [N]."""
         return float(np.clip(self.margin * self.load(felt) / self.friction, self.least, self.most))
 
     def step(self, grip: float, felt: PadLoads) -> float:
-        """Grip to command next [N], given the one that is commanded."""
+        """Next commanded grip [N], given the present one."""
         lacking = self.wanted(felt) - grip
         return grip + (self.rise if lacking > 0.0 else self.fall) * lacking
 
     def secure(self, felt: PadLoads) -> bool:
-        """Whether what is felt is well inside what friction holds."""
+        """Whether the load is well below the limit of friction."""
         pressing = float(felt.pressing.mean())
         return pressing > 0.0 and self.load(felt) < 0.93 * self.friction * pressing
 
 
 def close(robot: Arm) -> bool:
-    """Close the gripper until both pads are touched steadily. Returns whether they are.
+    """Close the gripper until both pads are steadily in contact. Returns whether they are.
 
-    While only one pad is touched, the wrist gives way to that side, so that the object stays where it stands; then the
-    fingers take hold, and the wrist evens out what still differs between them.
+    While only one pad is in contact, the wrist moves to that side, so that the object is not pushed. Then the fingers
+    grip, and the wrist equalises the forces on the two pads.
     """
     robot.grip = CLOSING_GRIP
     since, until = np.full(2, _MEMORY), robot.time + _CLOSING_TIME
@@ -97,9 +96,9 @@ def close(robot: Arm) -> bool:
 
 
 def rub(robot: Arm) -> float:
-    """Slide the fingers down an object that stands on a table. Returns the friction that was felt [-].
+    """Slide the fingers about half a millimetre down an object on a table. Returns the estimated friction [-].
 
-    The fingers slide down by half a millimetre or so. It ends with the fingers neither pulled up nor down.
+    At the end there is no vertical force on the fingers.
     """
     ratios: list[float] = []
     for _ in range(round(_RUBBING_TIME / robot.period)):
@@ -113,13 +112,13 @@ def rub(robot: Arm) -> float:
 
 
 class Ride:
-    """Drives an axis to a place without jerks.
+    """Moves an axis to a position with limited acceleration.
 
     Args:
-        robot: that is driven.
+        robot: the robot.
         axis: "x", "y" or "z".
-        to: displacement of the wrist at which to end [m].
-        speed: largest [m/s].
+        to: final displacement of the wrist [m].
+        speed: largest speed [m/s].
     """
 
     def __init__(self, robot: Arm, axis: str, to: float, *, speed: float) -> None:
@@ -128,16 +127,16 @@ class Ride:
 
     @property
     def left(self) -> float:
-        """How far it still is [m]."""
+        """Remaining distance [m]."""
         return self._to - self._robot.place[self._axis]
 
     @property
     def arrived(self) -> bool:
-        """Whether it is there."""
+        """Whether the position is reached."""
         return abs(self.left) < 1e-6
 
     def tick(self, *, halt: bool = False) -> PadLoads:
-        """One tick of the ride, or, to halt, one of slowing down."""
+        """One tick of the motion; with `halt`, one tick of braking."""
         change = _ACCELERATION * self._robot.period
         wanted = 0.0 if halt else min(self._most, max(np.sqrt(2.0 * _ACCELERATION * abs(self.left)), change))
         self._speed += float(np.clip(wanted - self._speed, -4.0 * change, change))
@@ -145,16 +144,16 @@ class Ride:
 
 
 def raise_object(robot: Arm, law: GripLaw, height: float, *, speed: float) -> None:
-    """Lift what is held, the grip following what it pulls with; halting wherever it is about to slip.
+    """Lift the held object while the grip follows the load; the motion halts when the object is about to slip.
 
     Args:
         robot: with the object between its fingers.
         law: of the grip.
-        height: displacement of the wrist at which to end [m].
-        speed: largest, once the object hangs free [m/s].
+        height: final displacement of the wrist [m].
+        speed: largest speed after the object has left the table [m/s].
     """
     start = robot.time
-    # Slowly, until it no longer gets heavier.
+    # Slowly, until the load no longer increases.
     slow = Ride(robot, "z", robot.place["z"] + 2e-3, speed=6e-3)
     while not slow.arrived and robot.time < start + 3.0:
         felt = slow.tick(halt=not law.secure(robot.felt))
@@ -166,18 +165,18 @@ def raise_object(robot: Arm, law: GripLaw, height: float, *, speed: float) -> No
 
 
 def hold(robot: Arm, law: GripLaw, time: float) -> None:
-    """Hold on for some time [s], the grip following what is felt."""
+    """Hold for a time [s] while the grip follows the load."""
     for _ in range(round(time / robot.period)):
         robot.grip = law.step(robot.grip, robot.tick())
 
 
 def lower(robot: Arm, lowest: float, *, speed: float) -> bool:
-    """Lower what is held until it lands on something. Returns whether it did.
+    """Lower the held object until it lands. Returns whether it did.
 
     Args:
         robot: with the object between its fingers, at rest.
-        lowest: displacement of the wrist at which to give up [m].
-        speed: largest [m/s].
+        lowest: displacement of the wrist at which the attempt fails [m].
+        speed: largest speed [m/s].
     """
     weight = float(np.mean([-robot.tick().pull[1] for _ in range(_RUBBING_TICKS)]))
     ride = Ride(robot, "z", lowest, speed=speed)
@@ -191,43 +190,43 @@ def lower(robot: Arm, lowest: float, *, speed: float) -> bool:
 
 
 def let_go(robot: Arm) -> None:
-    """Loosen the grip, open, and wait."""
+    """Reduce the grip, open the gripper, and wait."""
     for _ in range(round(_OPENING_TIME / robot.period)):
         robot.grip += 0.15 * (_OPENING_GRIP - robot.grip)
         robot.tick()
 
 
-#: Ticks over which a squeeze is judged.
+#: Number of ticks over which a squeeze is evaluated.
 _JUDGED = 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReflexSettings:
-    """When to be alarmed, and what to do."""
+    """Parameters of `SlipReflex`."""
 
-    used: float = 0.97  #: share of friction in use that alarms [-]
-    fall: float = 0.1  #: share by which a pull must fall to arouse suspicion [-]
-    memory: float = 0.1  #: time constant with which what was pulled before is forgotten [s]
-    squeeze: float = 25.0  #: by which the grip grows while suspicious, over itself [1/s]
-    squeeze_time: float = 0.008  #: for how long at least; four times that at most [s]
-    squeezed: float = 0.07  #: growth of the grip over which a pull is judged, at least [-]
-    left: float = 0.75  #: share of the friction found then that is counted on: it may still be going [-]
-    follows: float = 0.5  #: share of that growth that a sliding object's pull follows at least [-]
-    jump: float = 1.6  #: grip over the one before, when alarmed [-]
+    used: float = 0.97  #: ratio of load to friction limit that triggers the alarm [-]
+    fall: float = 0.1  #: relative decrease of the load that starts a squeeze [-]
+    memory: float = 0.1  #: time constant of the filtered load to compare with [s]
+    squeeze: float = 25.0  #: relative growth rate of the grip during a squeeze [1/s]
+    squeeze_time: float = 0.008  #: least duration of a squeeze; the largest is four times this [s]
+    squeezed: float = 0.07  #: least relative growth of the grip for an evaluation [-]
+    left: float = 0.75  #: fraction of the newly estimated friction that is used, since it may still decrease [-]
+    follows: float = 0.5  #: least ratio of the growth of a sliding object's load to that of the grip [-]
+    jump: float = 1.6  #: factor of the grip at an alarm [-]
 
 
 class SlipReflex:
-    """Tells what grip to command, tick by tick.
+    """Computes the commanded grip at each tick and increases it when the object slips.
 
     Args:
-        law: of the grip, with the friction that was found.
-        grip: commanded so far [N]; it stays unless something slips.
+        law: of the grip, with the estimated friction.
+        grip: present command [N]; it does not change unless the object slips.
         period: between ticks [s].
-        settings: when to be alarmed.
+        settings: parameters.
 
     Attributes:
-        alarmed: whether it has been.
-        law: as it is known now: friction that went away is found anew.
+        alarmed: whether there was an alarm.
+        law: with the latest estimate of friction.
     """
 
     def __init__(self, law: GripLaw, grip: float, period: float, settings: ReflexSettings | None = None) -> None:
@@ -238,7 +237,7 @@ class SlipReflex:
         self._suspected: list[tuple[float, float]] | None = None
 
     def step(self, felt: PadLoads) -> float:
-        """Grip to command next [N], given what is felt."""
+        """Next commanded grip [N], given the present loads."""
         if not felt.both:
             return self.grip
         load, pressing = self.law.load(felt), float(felt.pressing.mean())
@@ -259,13 +258,13 @@ class SlipReflex:
         self.grip = min(max(self.grip, self._before * self._settings.jump), self.law.most)
 
     def _suspect(self, load: float, pressing: float) -> None:
-        """While squeezing, find out whether the pull follows."""
+        """During a squeeze, estimate whether the load follows the grip."""
         assert self._suspected is not None
         self._suspected.append((load, pressing))
         self._squeeze()
         if len(self._suspected) * self._period < self._settings.squeeze_time:
             return
-        # Fingers may bounce on what slides: a slope between all pairs (Theil and Sen) is not misled by single ticks.
+        # Fingers may bounce on a sliding object: the Theil-Sen slope is robust against single ticks.
         loads, grips = np.array(self._suspected[-_JUDGED:]).T
         grown = grips[-2:].mean() / grips[:2].mean() - 1.0
         slope = float(np.asarray(theilslopes(np.log(np.maximum(loads, 1e-3)), np.log(grips)))[0])
@@ -273,7 +272,7 @@ class SlipReflex:
             self.law = replace(self.law, friction=self._settings.left * float(np.median(loads / grips)))
             self._alarm()
         elif len(self._suspected) * self._period > 4.0 * self._settings.squeeze_time:
-            # What rests pulls less now: that is usual from here on.
+            # The object rests under a smaller load, which is the new reference.
             self._suspected, self._usual, self.grip = None, load, self._before
 
     def _squeeze(self) -> None:

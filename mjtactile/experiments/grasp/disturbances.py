@@ -1,4 +1,4 @@
-"""What happens to a held object: loads that grow, loads that go, hands that shake, friction that goes away."""
+"""Disturbances of a held object: increasing and decreasing loads, a shaking hand, decreasing friction."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from mjtactile.experiments.grasp.robot import Robot
 
-#: Kinds that make it slip, and kinds that do not.
+#: Kinds of disturbances that cause slip, and kinds that do not.
 SLIPS, QUIET = ("step", "ramp", "wet"), ("step", "ramp", "less", "shake", "nothing")
-#: Share of what the grip holds that a load reaches: where it slips, and where it does not.
+#: Load over the largest load that the grip holds [-], with and without slip.
 _OVERLOAD, _LOAD = (1.15, 2.0), (0.8, 0.92)
-#: Time in which loads rise [s]: at once, or slowly.
+#: Rise times of sudden and slow loads [s].
 _RISES = {"step": (0.005, 0.02), "ramp": (0.05, 0.4)}
-#: Weight over what the grip still holds when friction has gone, and how long it takes to go [s].
+#: Weight over the load that the grip holds after the friction has decreased [-], and time of the decrease [s].
 _WET, _WETTING = (1.2, 1.8), 0.02
-#: Share of the weight that is taken off.
+#: Fraction of the weight that is removed [-].
 _LESS = (0.15, 0.6)
-#: Acceleration of a shaking hand, over gravity, and its frequency [Hz].
+#: Acceleration of a shaking hand over gravity [-], and its frequency [Hz].
 _SHAKE, _FREQUENCY = 0.08, (2.0, 6.0)
 
 
@@ -28,11 +28,12 @@ class Disturbance:
     """One disturbance.
 
     Attributes:
-        kind: see above.
-        slips: whether it takes more than the grip holds.
-        amount: of the kind: load over what the grip holds, weight over what it still holds, share of the weight.
-        rise: how long it takes to come [s].
-        start: when it begins [s].
+        kind: one of `SLIPS` and `QUIET`.
+        slips: whether the load exceeds what the grip holds.
+        amount: of "step" and "ramp" the load over what the grip holds, of "wet" the weight over what it then holds, of
+            "less" the removed fraction of the weight [-].
+        rise: rise time [s].
+        start: time at which it begins [s].
         frequency: of shaking [Hz].
     """
 
@@ -44,17 +45,17 @@ class Disturbance:
     frequency: float
 
     def progress(self, time: float) -> float:
-        """From 0 before it to 1 when it is all there."""
+        """Progress of the disturbance at a time [s], from 0 to 1."""
         return float(np.clip((time - self.start) / self.rise, 0.0, 1.0))
 
     def apply(self, robot: Robot, begun: float, holds: float, friction: float) -> None:
-        """Do it to the world, for the next step.
+        """Apply the disturbance to the simulation for the next step.
 
         Args:
-            robot: whose world it is.
-            begun: time at which the object began to be held [s].
-            holds: weight that the grip can hold [N].
-            friction: of the object, before.
+            robot: with the simulation.
+            begun: time from which the object has been held [s].
+            holds: largest weight that the grip holds [N].
+            friction: of the object before the disturbance [-].
         """
         model, data = robot.model, robot.data
         body = model.body("object").id
@@ -69,7 +70,7 @@ class Disturbance:
             model.geom_friction[model.geom("object").id, 0] = friction * (1.0 - share * (1.0 - left))
 
     def shaken(self, time: float) -> float:
-        """How far a shaking hand is from where it was [m]."""
+        """Displacement of a shaking hand at a time [s], in metres."""
         if self.kind != "shake" or time < self.start:
             return 0.0
         pulse = 2.0 * math.pi * self.frequency
@@ -78,7 +79,7 @@ class Disturbance:
 
 
 def disturbance(drawn: np.random.Generator, *, slips: bool) -> Disturbance:
-    """One at random."""
+    """A random disturbance."""
     kind = str(drawn.choice(SLIPS if slips else QUIET))
     amounts = {"wet": _WET, "less": _LESS}.get(kind, _OVERLOAD if slips else _LOAD)
     return Disturbance(

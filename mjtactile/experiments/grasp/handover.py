@@ -1,4 +1,4 @@
-"""Put down on contact: what is held is handed over to a shelf of unknown height, neither dropped nor pushed into it."""
+"""The handover experiment: a held object is put down on a shelf of unknown height, without dropping or pushing it."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recog
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
 from mjtactile.experiments.hands.fingertip import FingertipPads
 
-#: How far below what is held the shelf stands [m].
+#: Range of the distance from the held object down to the shelf [m].
 DEPTHS = (5e-3, 35e-3)
-#: What the shelf may bear beyond the weight [N]; from how high the object may drop [m]; how it may tilt [deg].
+#: Largest force on the shelf in excess of the weight [N], drop height [m], and tilt of the object [deg].
 MOST_FORCE, MOST_DROP, MOST_TILT = 6.0, 1e-3, 5.0
-#: Height to which it is lifted [m], speeds of lifting and lowering [m/s], and how long it is held before [s].
+#: Lifting height [m], speeds of lifting and lowering [m/s], and holding time before lowering [s].
 _RISE, _SPEED, _LOWERING, _SETTLE = 0.045, 0.08, 0.012, 0.2
-#: How far further than the deepest shelf to go before giving up [m].
+#: Distance below the lowest shelf at which lowering is given up [m].
 _BEYOND = 4e-3
 _SHELF = (0.04, 0.04, 2e-3)
 
 
 @dataclass(frozen=True, kw_only=True)
 class HandoverTask:
-    """One trial: an object, and how far below it the shelf stands."""
+    """One trial: an object, and the distance down to the shelf."""
 
     lift: LiftTask
     depth: float
 
 
 def handover_task(drawn: np.random.Generator) -> HandoverTask:
-    """Everything at random, evenly over the ranges."""
+    """A random trial, uniform over the ranges."""
     return HandoverTask(lift=lift_task(drawn), depth=float(drawn.uniform(*DEPTHS)))
 
 
 def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bool = False) -> dict[str, Any]:
-    """Lift, put down on the shelf, let go, and judge.
+    """Lift the object, put it down on the shelf, release it, and return the judge's results.
 
     Args:
-        task: what is put down, and where.
-        touch: what the controller is told.
+        task: the trial.
+        touch: the controller's sense of touch.
         fidelity: of the readings.
-        blind: whether to lower by the mean depth and let go, whatever is felt.
+        blind: whether to lower by the mean distance and release, ignoring touch.
     """
     robot, judge = _world(task.lift, touch, fidelity)
     result = {**asdict(task.lift), "depth": task.depth, "success": False, "force": None, "drop": None}

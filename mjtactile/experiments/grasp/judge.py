@@ -1,4 +1,4 @@
-"""The judge: looks at MuJoCo's state, which controllers may not, and says what really happened."""
+"""The judge: evaluates trials from MuJoCo's state, which controllers cannot access."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from mjtactile._types import Array
 from mjtactile.experiments.grasp.robot import Robot
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
 
-#: More than this on a pad crushes [N].
+#: Force on a pad above which the object is crushed [N].
 CRUSHING = 20.0
 
 
 class Judge:
-    """Watches a robot from step to step; pass it as `watch`.
+    """Records what happens at each step; pass it to `Robot` as `watch`.
 
     Args:
-        model: of the world.
-        support: geom that objects stand on.
+        model: of the scene.
+        support: geom that the object stands on.
 
     Attributes:
         peak: largest force on a pad so far [N].
@@ -36,7 +36,7 @@ class Judge:
         self.slid = self.tilt = 0.0
 
     def __call__(self, robot: Robot) -> None:
-        """After a step."""
+        """Record the state after a step."""
         model, data = robot.model, robot.data
         on_pad, on_table = [0.0] * len(self._pads), 0.0
         for k, pair in enumerate(data.contact.geom.tolist()):
@@ -55,11 +55,11 @@ class Judge:
             self.tilt = max(self.tilt, float(np.degrees(np.arccos(np.clip(axis @ self._start[1], -1.0, 1.0)))))
 
     def begin(self, robot: Robot) -> None:
-        """From now on, note how far the object slides and tilts in the gripper, and what the table bears."""
+        """Start recording the object's slip and tilt in the gripper, and the force on the support."""
         self._start, self.slid, self.tilt, self.table = self._held(robot), 0.0, 0.0, 0.0
 
     def height(self, robot: Robot) -> float:
-        """Of the object's middle above the table [m]."""
+        """Height of the object's centre above the table [m]."""
         return float(robot.data.xpos[self._object, 2])
 
     def _held(self, robot: Robot) -> tuple[Array, Array]:

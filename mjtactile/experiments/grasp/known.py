@@ -1,4 +1,4 @@
-"""All that a controller of the grasp experiments knows: what is felt, and what a robot knows of itself."""
+"""The interface of controllers in the grasp experiments: loads on the pads, and the robot's own state."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _ALONG = np.array([[1.0, 1.0], [-1.0, 1.0]])
 
 @dataclass(frozen=True, eq=False)
 class PadLoads:
-    """What bears on each pad, pad frames; zeros where nothing does.
+    """Loads on the pads in their pad frames; zeros without contact.
 
     Attributes:
-        pressing: into the pad, (pads,) [N].
-        tangential: along the pad, x and y, (pads, 2) [N].
-        centre: of pressure, (pads, 2) [m].
-        twist: moment about the pad's normal through the centre of pressure, (pads,) [N m].
-        readings: (pads, layers, rows, columns) [Pa], with noise; None where they were not looked at.
+        pressing: force into the pad [N], (pads,).
+        tangential: force along the pad's x and y [N], (pads, 2).
+        centre: centre of pressure (x, y) [m], (pads, 2).
+        twist: moment about the pad's normal through the centre of pressure [N m], (pads,).
+        readings: with noise [Pa], (pads, layers, rows, columns); None if they were not read.
     """
 
     pressing: Array
@@ -33,27 +33,27 @@ class PadLoads:
 
     @property
     def pull(self) -> Array:
-        """What both fingers hold together by friction: along y and upwards [N], in the gripper's frame, shape (2,).
+        """Sum of the tangential forces on the pads along y and z of the gripper's frame [N], shape (2,).
 
-        The sign is that of the force on the pads: a weight pulls them down.
+        It is the force on the pads, so z is negative under a weight.
         """
         return (self.tangential * _ALONG).sum(axis=0)
 
     @property
     def turn(self) -> float:
-        """Moment about the line between the pads' middles that both fingers hold together [N m]."""
+        """Sum of the moments on the pads about the line between their centres [N m]."""
         x, y = self.centre.T
         about_middle = self.twist + x * self.tangential[:, 1] - y * self.tangential[:, 0]
         return float((about_middle * _ALONG[:, 0]).sum())
 
     @property
     def both(self) -> bool:
-        """Whether all pads are touched."""
+        """Whether all pads are in contact."""
         return bool((self.pressing > 0.0).all())
 
 
 class Arm(Protocol):
-    """A gripper and its wrist, commanded from tick to tick.
+    """A gripper and its wrist, with commands and loads at each tick.
 
     Attributes:
         grip: commanded force of each finger [N].
@@ -76,9 +76,9 @@ class Arm(Protocol):
         ...
 
     def tick(self) -> PadLoads:
-        """Let a period pass with the commands as they are, and feel."""
+        """Advance one period with the present commands and return the loads on the pads."""
         ...
 
     def move(self, axis: str, by: float, *, speed: float) -> PadLoads:
-        """Drive an axis at a speed for one tick, no further than `by` [m] from where it is commanded to be."""
+        """Move an axis for one tick at a speed [m/s], but by no more than `by` [m], and return the loads."""
         ...

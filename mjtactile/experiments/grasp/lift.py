@@ -1,4 +1,4 @@
-"""Lift objects of unknown mass and friction with the least grip that holds."""
+"""The lift experiment: objects of unknown mass and friction are lifted with a small grip."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
 #: Smallest and largest objects [m]: between the fingers, along the pads, upright.
 SIZES = ((0.02, 0.024, 0.04), (0.06, 0.06, 0.09))
-#: How far off an object may stand between the fingers and along the pads [m], and be turned [rad]; how far from its
-#: middle it may be taken upwards [m].
+#: Largest offsets of an object between the fingers and along the pads [m], its rotation [rad], and the offset of the
+#: grasp from its middle height [m].
 OFFSETS, TURN, HEIGHT_OFFSET = (5e-3, 4e-3), math.radians(2.0), 8e-3
-#: How far the wrist rises [m], at which largest speed [m/s], and for how long it then holds [s].
+#: Rise of the wrist [m], its largest speed [m/s], and the holding time afterwards [s].
 RISE, SPEED, HOLD_TIME = 0.05, 0.08, 0.4
-#: What an object may slide [m] and tilt [deg] in the fingers from lifting to the end.
+#: Largest slip [m] and tilt [deg] of the object in the fingers from lifting to the end.
 MOST_SLIDE, MOST_TILT = 3e-3, 10.0
-#: Grips that are always the same [N]. The first is what the object in the middle of both ranges takes with the margin
-#: of those that feel; the last holds nearly all.
+#: Constant grips [N]. The first is that of the tactile controller for the object in the middle of both ranges; the last
+#: holds nearly all objects.
 BLIND_GRIPS = {"blind": 2.2, "blind, 5 N": 5.0, "blind, 15 N": 15.0}
-#: A blind gripper closes for this long [s].
+#: Closing time of a gripper without touch [s].
 _BLIND_TIME = 0.9
 
 
 @dataclass(frozen=True, kw_only=True)
 class LiftTask:
-    """One trial: an object and how it stands."""
+    """One trial: an object and its pose."""
 
     size: tuple[float, float, float]
     mass: float
@@ -52,11 +52,11 @@ class LiftTask:
 
     @property
     def needed(self) -> float:
-        """Grip of each finger without which it must fall [N]."""
+        """Least grip of each finger that holds the object [N]."""
         return self.mass * 9.81 / 2.0 / self.friction
 
     def robot(self, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
-        """The world, and who watches it."""
+        """The robot in its scene, and the judge."""
         grasped = GraspObject(size=self.size, mass=self.mass, friction=self.friction)
         pads = FingertipPads(fidelity=fidelity)
         spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, pads=pads)
@@ -67,7 +67,7 @@ class LiftTask:
 
 
 def lift_task(drawn: np.random.Generator) -> LiftTask:
-    """Everything at random, evenly over the ranges."""
+    """A random trial, uniform over the ranges."""
     size = drawn.uniform(*SIZES)
     x, y, turn = (float(drawn.uniform(-most, most)) for most in (*OFFSETS, TURN))
     return LiftTask(
@@ -80,13 +80,13 @@ def lift_task(drawn: np.random.Generator) -> LiftTask:
 
 
 def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float | None = None) -> dict[str, Any]:
-    """Lift, and judge.
+    """Lift the object and return the judge's results.
 
     Args:
-        task: what is lifted.
-        touch: what the controller is told.
+        task: the trial.
+        touch: the controller's sense of touch.
         fidelity: of the readings.
-        blind_grip: grip of a controller that asks no touch [N]; None for the one that does.
+        blind_grip: constant grip of a controller without touch [N]; None for the tactile controller.
     """
     robot, judge = task.robot(touch, fidelity)
     before = judge.height(robot)
@@ -118,7 +118,7 @@ def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float 
 
 
 def lift_blindly(robot: Robot, judge: Judge, grip: float) -> None:
-    """The same motion with one grip, whatever happens."""
+    """The same motion with a constant grip [N]."""
     robot.grip = CLOSING_GRIP
     while robot.time < _BLIND_TIME:
         robot.tick()

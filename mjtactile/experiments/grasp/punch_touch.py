@@ -1,4 +1,4 @@
-"""Force and shape, recognised on pads under punches."""
+"""A sense of touch for punches: recognition of force and shape."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mjtactile.recognition import ForceRecogniser, ShapeRecogniser, load
 
 
 class PunchTouch:
-    """Readings of pads that punches press on, as the shipped recognisers of force and shape understand them.
+    """Loads and shapes of punches on the pads, recognised from readings with noise.
 
     Args:
         noise: standard deviation of white noise over a pad's largest reading [-].
@@ -33,7 +33,7 @@ class PunchTouch:
         self._noise, self._drawn = noise, np.random.default_rng(seed)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """What is recognised; the pads must have been read in this step."""
+        """Recognised loads; the pads must have been read in this step."""
         readings = read_pads(data, self._noise, self._drawn)
         pads = len(GRIPPER_PADS)
         felt = PadLoads(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
@@ -45,9 +45,9 @@ class PunchTouch:
         return felt
 
     def look(self, felt: PadLoads) -> tuple[Array, Array]:
-        """Probability of each of the seven shapes, both pads' mean, in the order of `INDENTER_NAMES`; and places.
+        """Probabilities of the seven shapes, (7,), and the position of the shape's centre on each pad [m], (pads, 2).
 
-        These are of the shape's middle on each pad, (pads, 2) [m].
+        Probabilities are means over the pads, in the order of `INDENTER_NAMES`.
         """
         assert felt.readings is not None
         found = self._shape(felt.readings, among=INDENTER_NAMES)

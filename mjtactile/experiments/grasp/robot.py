@@ -1,4 +1,4 @@
-"""The robot of the grasp experiments: a world that is stepped from tick to tick, and what a robot knows of itself."""
+"""The robot of the grasp experiments: a simulation that is stepped from tick to tick."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from mjtactile.experiments.grasp.scene import open_gripper
 from mjtactile.experiments.grasp.touch import TouchSense
 from mjtactile.experiments.hands.gripper import GRIP_LIMIT
 
-#: Steps between ticks, unless set otherwise: control and touch at 250 Hz.
+#: Default number of MuJoCo steps per tick: control and touch at 250 Hz.
 STEPS_PER_TICK = 4
 _NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
 class Robot:
-    """Gripper and wrist, commanded from tick to tick.
+    """A gripper and its wrist, with commands and loads at each tick.
 
     Args:
-        model: of `grasp_spec`.
-        touch: what its pads tell it.
-        opening: of the gripper at the beginning [m].
-        watch: called after each step of MuJoCo's: the judge's eye, and whatever happens to the world.
+        model: from `grasp_spec`.
+        touch: the sense of touch.
+        opening: initial opening of the gripper [m].
+        watch: called after each MuJoCo step, for judges and disturbances.
 
     Attributes:
         grip: commanded force of each finger [N].
@@ -63,7 +63,7 @@ class Robot:
         return float(self.data.time)
 
     def tick(self) -> PadLoads:
-        """Let a period pass with the commands as they are, and feel."""
+        """Advance one period with the present commands and return the loads on the pads."""
         self.data.ctrl[self._grip] = min(self.grip, GRIP_LIMIT)
         with warnings.catch_warnings():
             # An object that rocks for a moment presses with an edge; the nearest load that a face carries is read.
@@ -81,7 +81,7 @@ class Robot:
         return self.felt
 
     def move(self, axis: str, by: float, *, speed: float) -> PadLoads:
-        """Drive an axis at a speed for one tick, no further than `by` [m] from where it is commanded to be."""
+        """Move an axis for one tick at a speed [m/s], but by no more than `by` [m], and return the loads."""
         step = min(abs(by), speed * self.period)
         self.place[axis] += step if by > 0.0 else -step
         return self.tick()

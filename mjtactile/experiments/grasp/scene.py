@@ -1,4 +1,4 @@
-"""Grasp worlds: a hand on a driven wrist over a table, and an object of known shape, mass and friction on it.
+"""Grasp scenes: a hand on a driven wrist over a table, and an object with given shape, mass and friction on it.
 
 Lengths are metres, in the world's frame: the table's top is z = 0, the gripper closes along x.
 """
@@ -20,7 +20,7 @@ from mjtactile.experiments.hands.hand import HAND
 from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.mjcf import OPTION, numbers, text_of
 
-#: Priority of objects: above the pads', so that friction is the object's own, on pads and table alike.
+#: Contact priority of objects: above that of pads, so that the object determines the friction everywhere.
 OBJECT_PRIORITY = 11
 #: Position servos of the wrist [N/m, N s/m]: critically damped for the gripper of 1 kg, stiff as an arm's.
 WRIST_STIFFNESS, WRIST_DAMPING = 4e4, 4e2
@@ -35,16 +35,16 @@ _TORSION = 5e-4
 _OPTION = {**OPTION, "noslip_iterations": "4"}
 #: Hands by the name of their body.
 _HANDS = {hand.name: hand for hand in (GRIPPER, HAND)}
-#: How far the wrist may be driven from where it starts [m].
+#: Range of the wrist about its initial position [m].
 _RANGES = {"x": (-0.1, 0.1), "y": (-0.1, 0.1), "z": (-0.15, 0.3)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class GraspObject:
-    """What is grasped.
+    """An object to be grasped.
 
     Raises:
-        SceneError: for a shape, size, mass or friction no object has.
+        SceneError: the shape is unknown, or size, mass or friction is out of range.
     """
 
     shape: str = "box"  #: "box", "cylinder" (upright) or "sphere"
@@ -53,7 +53,7 @@ class GraspObject:
     friction: float = 0.6  #: sliding, against pads and table [-]
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be."""
+        """Refuse invalid values."""
         if self.shape not in SHAPES:
             raise SceneError(f"object shape {self.shape!r} does not exist. Available: {', '.join(SHAPES)}.")
         for name, values in (("size", self.size), ("mass", (self.mass,)), ("friction", (self.friction,))):
@@ -62,7 +62,7 @@ class GraspObject:
 
     @property
     def height(self) -> float:
-        """How far it stands above the table [m]."""
+        """Height of its top above the table [m]."""
         return self.size[0] if self.shape == "sphere" else self.size[2]
 
 
@@ -81,22 +81,22 @@ def grasp_mjcf(
     grasp_height: float | None = None,
     pads: FingertipPads = DEFAULT_PADS,
 ) -> str:
-    """A world in which a hand stands around an object on a table, ready to close; see `open_gripper`.
+    """MJCF of a scene with a hand around an object on a table; `open_gripper` opens the hand.
 
-    Body, free joint and geom `object`; the hand as in hands/gripper.py or hands/hand.py; an actuator
-    `wrist_<axis>` for each driven axis, whose control is the wrist's displacement from where it starts [m], and a
-    sensor of the same name that says where it is.
+    It has body, free joint and geom `object`, and the hand of hands/gripper.py or hands/hand.py. Each driven axis has
+    an actuator `wrist_<axis>`, whose control is the wrist's displacement from its initial position [m], and a position
+    sensor of the same name.
 
     Args:
         grasped: the object.
-        hand: "gripper" or "hand", the one of three fingers.
+        hand: "gripper", or "hand" with three fingers.
         wrist: driven axes, some of "x", "y" and "z"; the others are rigid.
-        pose: where the object stands: x, y [m] and its turn about the vertical [rad].
-        grasp_height: of the pads' middles above the table [m]; by default half the object's height.
+        pose: x, y [m] and rotation about the vertical of the object [rad].
+        grasp_height: height of the pads' centres above the table [m]; by default half the object's height.
         pads: of the fingertips.
 
     Raises:
-        SceneError: for an unknown hand or axis.
+        SceneError: the hand or an axis is unknown.
     """
     if hand not in _HANDS:
         raise SceneError(f"hand = {hand!r}; expected one of {', '.join(map(repr, _HANDS))}.")
@@ -154,7 +154,7 @@ def object_element(grasped: GraspObject, pose: tuple[float, float, float]) -> ET
 
 
 def open_gripper(model: mujoco.MjModel, data: mujoco.MjData, opening: float) -> None:
-    """Stand the fingers apart [m]; call before the first step."""
+    """Set the opening of the gripper [m]; call it before the first step."""
     for name in ("left_finger", "right_finger"):
         joint = model.joint(name)
         low, high = joint.range

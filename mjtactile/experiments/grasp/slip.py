@@ -1,4 +1,4 @@
-"""Catch what slips: an object held no harder than it takes is overloaded, or loses its friction, or neither."""
+"""The slip experiment: an object held with a small margin is overloaded, or loses friction, or neither."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
 
-#: Margin with which objects are held before [-].
+#: Margin of the grip before the disturbance [-].
 MARGIN = 1.3
-#: What must not be exceeded: slipping [m].
+#: Largest allowed slip [m].
 MOST_SLIP = 2e-3
 #: Grip that an overloaded object may take [N], so that it can be held under 20 N; others are drawn anew.
 _MOST_NEEDED = 14.0
@@ -31,7 +31,7 @@ _STEPS = 2
 
 @dataclass(frozen=True, kw_only=True)
 class SlipTask:
-    """One trial: an object, something that makes it slip, and something that does not."""
+    """One trial: an object, a disturbance that makes it slip, and one that does not."""
 
     lift: LiftTask
     slip: Disturbance
@@ -47,13 +47,13 @@ def slip_task(drawn: np.random.Generator) -> SlipTask:
 
 
 class HeldObject:
-    """An object that was lifted and is held, through one thing after another, each from the same beginning.
+    """A lifted object that is subjected to several disturbances, each from the same initial state.
 
     Args:
-        task: what is held.
-        touch: what the controller is told.
+        task: the trial.
+        touch: the controller's sense of touch.
         fidelity: of the readings.
-        reacts: whether the reflex is on; off, the grip stays as it is.
+        reacts: whether the reflex is active; otherwise the grip is constant.
     """
 
     def __init__(self, task: LiftTask, touch: TouchSense, *, fidelity: str, reacts: bool = True) -> None:
@@ -67,7 +67,7 @@ class HeldObject:
         self._start = copy.copy(self._robot.data), self._robot.grip, dict(self._robot.place)
 
     def through(self, happens: Disturbance) -> dict[str, Any]:
-        """Let something happen, and judge."""
+        """Apply a disturbance and return the judge's results."""
         if self._law is None:
             return {"kind": happens.kind, "held": False}
         robot, judge, law = self._robot, self._judge, self._law
@@ -134,7 +134,7 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
 
 
 def caught(one: dict[str, Any]) -> bool:
-    """Whether a slip was noticed and the object held before it had gone 2 mm, without crushing it."""
+    """Whether a slip was detected and the object held within 2 mm, without crushing it."""
     return one["held"] and one["alarm"] is not None and one["slid"] < MOST_SLIP and one["peak"] <= CRUSHING
 
 

@@ -1,6 +1,6 @@
-"""Sort by recognised shape: blocks that differ only in what the fingers feel are carried to the bin of their shape.
+"""The sorting experiment: blocks are carried to the bin of their recognised shape.
 
-A block bears the same punch on both sides that are gripped; nothing else tells it from the others.
+A block has the same punch on both gripped sides, which is the only difference between blocks.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _CARRYING_STEPS = 10
 
 @dataclass(frozen=True, kw_only=True)
 class SortTask:
-    """One trial: a block and how it stands."""
+    """One trial: a block and its pose."""
 
     shape: str
     mass: float
@@ -70,13 +70,13 @@ def sort_task(drawn: np.random.Generator) -> SortTask:
 
 
 def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
-    """Lift a block, find out what it bears, carry it to that bin, and judge.
+    """Lift a block, recognise its shape, carry it to the bin of that shape, and return the judge's results.
 
     Args:
         task: the block.
-        touch: what the controller is told; it looks for shapes if it can.
+        touch: the controller's sense of touch, which recognises shapes if it is a `PunchTouch`.
         fidelity: of the readings.
-        told: shape that the controller is told in place of looking.
+        told: shape given to the controller instead of recognition.
     """
     model = sort_model(task, fidelity)
     judge = Judge(model)
@@ -123,11 +123,11 @@ def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | 
 
 
 def grip_in_the_middle(robot: Robot, touch: PunchTouch) -> bool:
-    """Grip again with the pads' middles nearer the shape's. Returns whether there was something to grip.
+    """Grip again with the pads' centres closer to that of the shape. Returns whether there was contact.
 
-    Fingertips on soft joints turn until the force passes through their own middle. A shape beside it is pressed harder
-    on the near side, which is not what recognisers learnt from: it seems to stand on the other side, about half as far
-    off, and may look like another shape. In the middle it looks like itself.
+    Fingertips on compliant joints rotate until the force acts at their centre. An eccentric shape then presses harder
+    on one side, unlike the training data: its position is recognised on the other side at about half the distance, and
+    it may be confused with another shape. A centred shape is recognised reliably.
     """
     places = []
     while len(places) < _PLACE_LOOKS and robot.felt.both:

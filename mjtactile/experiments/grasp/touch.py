@@ -1,6 +1,6 @@
-"""What a controller is told of the touch: as recognised, as MuJoCo knows it, or nothing at all.
+"""Senses of touch for controllers: by recognition, from MuJoCo's contact forces, or none.
 
-The three give the same answers in the same words, so that one control law can be tried on each.
+The three have the same interface, so that a control law can be tested with each.
 """
 
 from __future__ import annotations
@@ -20,10 +20,9 @@ from mjtactile.recognition import load
 from mjtactile.recognition.grasp import GraspRecogniser, grasp_targets
 from mjtactile.sim.wrench import contact_wrenches
 
-#: Nothing presses while the mean of all readings is below this [Pa]: some 0.05 N. The noise of single taxels falls to a
-#: tenth of it in the mean.
+#: Least mean of all readings for contact [Pa], about 0.05 N; noise contributes a tenth of it.
 CONTACT_THRESHOLD = 100.0
-#: A pad that bears less than this is not touched, where forces are known [N].
+#: Least contact force for contact, if forces are known [N].
 LEAST_FORCE = 0.05
 
 
@@ -32,25 +31,25 @@ _READING_SHAPE = Pad().reading_shape
 
 
 class TouchSense(Protocol):
-    """A sense of touch: what is felt in a state, at one tick."""
+    """A sense of touch: returns the loads on the pads in a state."""
 
     #: Whether the pads are to be read.
     reads: bool
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """What is felt in a state."""
+        """Loads on the pads in a state."""
         ...
 
 
 def read_pads(data: mujoco.MjData, noise: float, drawn: np.random.Generator) -> Array:
-    """Readings of the gripper's pads (pads, layers, rows, columns) [Pa], with white noise over each one's largest."""
+    """Readings of the gripper's pads (pads, layers, rows, columns) [Pa]; `noise` is relative to each pad's largest."""
     readings = np.array([data.sensor(name).data.reshape(_READING_SHAPE) for name in GRIPPER_PADS])
     peaks = readings.max(axis=(1, 2, 3))
     return readings + noise * peaks[:, None, None, None] * drawn.standard_normal(readings.shape)
 
 
 class RecognisedTouch:
-    """The pads' readings, with noise, as a recogniser understands them.
+    """Loads recognised from the pads' readings with noise.
 
     Args:
         recogniser: of force and twist.
@@ -77,7 +76,7 @@ class RecognisedTouch:
 
 
 class TrueTouch:
-    """MuJoCo's contact forces: what no robot has, for comparison."""
+    """MuJoCo's contact forces, which no real robot has, for comparison."""
 
     reads = False
 

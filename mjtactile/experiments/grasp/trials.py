@@ -1,7 +1,7 @@
-"""Trials by the hundred: from seeds, by any number of workers, continued where they were interrupted.
+"""Hundreds of trials: from seeds, by any number of workers, resumable after interruptions.
 
-What a trial gives depends on seed, condition and number alone. Results are kept a line each, as they come, and are put
-in order at the end; a process that dies costs the trials it was at.
+A trial's result depends on seed, condition and number alone. Results are appended to a file, a line each, and sorted at
+the end; if a process is killed, only its unfinished trials are lost.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ Result = dict[str, Any]
 
 
 class TrialsError(MjTactileError, ValueError):
-    """Trials that make no sense, or a results file that belongs to other trials."""
+    """Invalid settings of trials, or a file with results of other trials."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrialSettings:
-    """What every trial of a run shares."""
+    """Settings of all trials of a run."""
 
-    seed: int = 0  #: of everything
-    trials: int = 200  #: of each condition
+    seed: int = 0  #: of all random numbers
+    trials: int = 200  #: number of trials of each condition
     noise: float = 0.01  #: standard deviation over a pad's largest reading [-]
     fidelity: str = "fast"  #: preset of the readings
-    weights: str | None = None  #: folder of weights of one's own
+    weights: str | None = None  #: folder of the recognisers' weights; None for those of the package
     options: tuple[tuple[str, float], ...] = ()  #: of the experiment, by name
 
     def option(self, name: str) -> float:
@@ -47,11 +47,11 @@ class Experiment:
 
     Attributes:
         name: such as "lift".
-        conditions: by name; the same trial number is the same task under all of them.
-        trial: settings, condition and number to plain numbers; a function of a module, for other processes to find.
-        report: results by condition, in order of their numbers, to what is printed.
-        figure: the same to a matplotlib figure, for experiments that have one.
-        recognisers: loads what the trials feel with from a folder of weights; it raises where they are unusable.
+        conditions: names of the conditions; a trial number is the same task under all of them.
+        trial: function of settings, condition and number that returns plain numbers; importable by name.
+        report: function of results by condition, sorted by number, that returns what is printed.
+        figure: function of the same results that returns a matplotlib figure, if there is one.
+        recognisers: loads recognisers from a folder of weights; it raises an error if they cannot be used.
     """
 
     name: str
@@ -70,21 +70,21 @@ def run_trials(
     out: Path | None = None,
     progress: bool = True,
 ) -> dict[str, list[Result]]:
-    """Run all trials that `out` does not hold yet.
+    """Run all trials whose results are not in the file `out` yet.
 
     Args:
-        experiment: what is tried.
+        experiment: the experiment.
         settings: of all trials.
-        workers: who does them; the results do not depend on it. None: this process.
-        out: file of results to write and, where there is one of the same settings, to continue.
+        workers: where trials run; the results do not depend on it. None: this process.
+        out: file of results to write, or to continue if it has the same settings.
         progress: show a bar on a terminal.
 
     Returns:
         Results by condition, in order of their numbers.
 
     Raises:
-        TrialsError: `out` holds results of other trials.
-        DistributeError: Ray is missing or cannot be reached, or workers die over a trial again and again.
+        TrialsError: `out` contains results of other trials.
+        DistributeError: Ray is missing or cannot be reached, or workers are killed repeatedly during the same trial.
         OSError: `out` cannot be written.
     """
     jobs = [(condition, k) for k in range(settings.trials) for condition in experiment.conditions]
@@ -109,13 +109,13 @@ def run_trials(
 
 
 def _tried(task: tuple[Callable[[TrialSettings, str, int], Result], TrialSettings, tuple[str, int]]) -> Result:
-    """One trial, as a worker does it."""
+    """Run one trial in a worker."""
     trial, settings, job = task
     return trial(settings, *job)
 
 
 def _read(path: Path, about: dict[str, Any]) -> dict[tuple[str, int], Result]:
-    """Results in a file by condition and number; lines that are damaged or were cut off are mended away."""
+    """Results in a file by condition and number; damaged and incomplete lines are removed."""
     if not path.exists():
         return {}
     try:

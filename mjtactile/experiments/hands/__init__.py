@@ -1,1 +1,1 @@
-"""Our own hands as text: a gripper and a hand with pads on every fingertip."""
+"""The hands of this package as MJCF: a gripper and a three-finger hand, with pads on all fingertips."""

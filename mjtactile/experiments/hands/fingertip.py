@@ -1,4 +1,4 @@
-"""What our hands share: the document with its palm, pads on fingertips, how they touch what is held.
+"""Common parts of this package's hands: the MJCF document with the palm, pads on fingertips, contact parameters.
 
 Lengths are metres, masses kilograms.
 """
@@ -18,7 +18,7 @@ from mjtactile.pad_shape.surfaces import SphereCap
 from mjtactile.sim.mjcf import add_pad_meshes, document, mesh_geoms, numbers, text_of
 from mjtactile.sim.pad_geom import contact_attributes
 
-#: Contact of links and of what hands hold: as the pads', but for friction and priority, which objects bring themselves.
+#: Contact parameters of links and held objects: those of the pads without friction and priority, which objects define.
 CONTACT = contact_attributes("hand", "condim", "solref", "solimp")
 #: Mesh of every fingertip's pad, where it is curved.
 _MESH = "fingertip_pad"
@@ -29,11 +29,11 @@ GREY, _DARK = "0.55 0.57 0.6 1", "0.25 0.26 0.28 1"
 
 @dataclass(frozen=True, kw_only=True)
 class FingertipPads:
-    """Which pad every fingertip of a hand has, and how it is read.
+    """The pad of all fingertips of a hand, and its fidelity.
 
     Attributes:
-        pad: its shape is that of the pads' geoms; flat, as recognisers know it, or curved.
-        name: by which the plugin knows the pad: `pad_text(pad)`, or a name of `register_pad`.
+        pad: flat, as recognisers require, or curved.
+        name: of the pad for the plugin: `pad_text(pad)`, or a name of `register_pad`.
         fidelity: of the readings, a preset by name or a Fidelity.
     """
 
@@ -45,20 +45,20 @@ class FingertipPads:
 #: The default pad, read with preset "fast".
 DEFAULT_PADS = FingertipPads()
 _DOME = Pad(surface=SphereCap(14e-3))
-#: The same with a round surface. Recognisers and experiments know flat pads.
+#: Pads with a round surface, which recognisers and experiments do not support.
 CURVED_PADS = FingertipPads(pad=_DOME, name=pad_text(_DOME))
 
 
 @dataclass(frozen=True, kw_only=True)
 class HandModel:
-    """A hand of ours as text.
+    """A hand as MJCF.
 
     Attributes:
         name: of the hand's body; its origin is the mounting flange.
-        reach: from the flange down to site `grasp`, the middle of the pads [m].
-        module: that writes it.
-        palm: attributes of the palm's geom, mass included.
-        add_fingers: what adds fingers, drives and sensors to a document and to the hand's body in it.
+        reach: distance from the flange down to site `grasp`, the middle of the pads [m].
+        module: name of the Python file that writes it.
+        palm: attributes of the palm's geom, including its mass.
+        add_fingers: function that adds fingers, drives and sensors to a document and the hand's body in it.
     """
 
     name: str
@@ -68,7 +68,7 @@ class HandModel:
     add_fingers: Callable[[ET.Element, ET.Element, FingertipPads], None]
 
     def document(self, model: str, pads: FingertipPads) -> ET.Element:
-        """A model of this name that holds the hand, to be written or built upon."""
+        """A model of this name with the hand, to be extended or written."""
         root = document(model, module=self.module)
         ET.SubElement(root, "compiler", angle="radian")
         ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
@@ -80,7 +80,7 @@ class HandModel:
         return root
 
     def mjcf(self, pads: FingertipPads = DEFAULT_PADS) -> str:
-        """The hand alone, for `MjSpec.attach` and `<attach>`."""
+        """MJCF of the hand alone, for `MjSpec.attach` and `<attach>`."""
         return text_of(self.document(self.name, pads))
 
 
@@ -93,17 +93,17 @@ def pad_sensor(name: str, pads: FingertipPads) -> ET.Element:
 
 
 def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, float], rotation: np.ndarray) -> None:
-    """A pad's geom and the site of its frame.
+    """Add a pad's geom and the site of its frame to a body.
 
     Args:
-        body: it is added to.
+        body: the body.
         name: of the sensor.
-        pad: its shape.
-        surface: where the pad frame's origin stands in the body's frame [m].
-        rotation: of the pad frame there, (3, 3), axes as columns.
+        pad: the pad.
+        surface: origin of the pad frame in the body's frame [m].
+        rotation: of the pad frame in the body's frame, (3, 3), axes as columns.
     """
     axes = numbers(rotation[:, :2].T.ravel())
-    look = contact_attributes("hand")  # friction counts against objects of lower priority only
+    look = contact_attributes("hand")  # its friction applies only to objects of lower priority
     if pad.surface.is_flat:
         size = numbers((pad.size[0] / 2, pad.size[1] / 2, pad.thickness / 2))
         centre = np.array(surface) - rotation[:, 2] * pad.thickness / 2

@@ -111,18 +111,18 @@ class Loop:
 
     @property
     def ticks(self) -> int:
-        """How many there were."""
+        """Number of ticks so far."""
         return len(self.log.time)
 
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
-        """Let the arms go to their targets for one period, and feel.
+        """Advance one period and recognise the contact.
 
         Args:
-            arm: that is being moved, for the log.
-            commanded: force that it is to press with [N], for the log.
+            arm: index of the moving arm, for the log.
+            commanded: force commanded to it [N], for the log.
 
         Returns:
-            What was recognised; None where nothing presses.
+            The recognised contact; None without contact.
         """
         start = perf_counter()
         self.data.ctrl[self._actuators] = (self.targets - self._homes).ravel()
@@ -148,7 +148,7 @@ class Loop:
         return self.felt
 
     def _as_reported(self, readings: Array) -> Array:
-        """Readings with what hardware does to them."""
+        """Readings with transducer and noise [Pa]."""
         if self._transducer is not None:
             readings = self._transducer(readings)
         return readings + self._noise * readings.max() * self._drawn.standard_normal(readings.shape)

@@ -1,4 +1,4 @@
-"""All that a controller of the loop knows: what was recognised, where racks and bins are, how stiff its arms are."""
+"""The interface of controllers in the loop: recognition, positions of rack and bins, stiffness of the arms."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class Recognised:
 
 
 class Arms(Protocol):
-    """Arms that go where they are told, and what is felt meanwhile.
+    """Arms with position targets, and recognition of the contact.
 
     Attributes:
-        targets: of each arm, (arms, 3) [m].
+        targets: position target of each arm [m], (arms, 3).
         period: between ticks [s].
     """
 
@@ -39,19 +39,19 @@ class Arms(Protocol):
 
     @property
     def ticks(self) -> int:
-        """How many there were."""
+        """Number of ticks so far."""
         ...
 
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
-        """Let the arms go to their targets for one period, and feel; None where nothing presses."""
+        """Advance one period and return the recognised contact; None without contact."""
         ...
 
 
 def home(arm: int) -> Array:
-    """Where an arm's axis stands in the rack [m], shape (3,)."""
+    """Position of an arm's axis in the rack [m], shape (3,)."""
     return np.array([(arm - (len(INDENTER_NAMES) - 1) / 2) * SPACING, DISTANCE, RACK_HEIGHT])
 
 
 def bin_place(k: int) -> Array:
-    """Where the bin of the k-th shape stands [m], shape (3,)."""
+    """Position of the bin of the k-th shape [m], shape (3,)."""
     return np.array([(k - (len(INDENTER_NAMES) - 1) / 2) * SPACING, -DISTANCE, 2e-3])

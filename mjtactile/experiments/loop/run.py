@@ -55,12 +55,12 @@ def run_loop(
     transducer: Transducer | None = None,
     watch: Callable[[Loop], None] = lambda loop: None,
 ) -> LoopResult:
-    """Press with commanded forces, then sort the seven punches; the punch that presses is arm 0's, whatever it is.
+    """Press with commanded forces, using the unknown punch of arm 0, then sort the seven punches.
 
     Args:
-        settings: what is run.
-        folder: weights of the recognisers; by default those shipped.
-        transducer: what readings go through before the noise; None: ideal.
+        settings: of the run.
+        folder: of the recognisers' weights; by default those of the package.
+        transducer: of the readings, before the noise; None: ideal readings.
         watch: called after each tick.
 
     Raises:

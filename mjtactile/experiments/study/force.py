@@ -1,4 +1,4 @@
-"""The force networks: first the direction, then with it the magnitude (tables 2 and 3)."""
+"""The force networks: one for the direction, and one for the magnitude given the direction (tables 2 and 3)."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from mjtactile.experiments.study.protocol import (
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.units import GRAM_FORCE
 
-#: How the maximum readings enter the magnitude network: over the largest of their layer among the training samples, or
-#: all over the largest of all.
+#: Scaling of the maximum readings for the magnitude network: by the largest of their layer among the training samples,
+#: or by the largest of all layers.
 SCALINGS = ("each layer", "all layers")
-#: Share of a unit's work that the direction network is, for the progress bar.
+#: Fraction of a unit's work for the direction network, for the progress bar [-].
 _DIRECTION_SHARE = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceChoices:
-    """What the paper leaves open of its force networks.
+    """Choices for the force networks that the paper does not specify.
 
     Attributes:
         scaling: of the maximum readings, one of `SCALINGS`.
@@ -48,24 +48,24 @@ class ForceChoices:
     smallest_step: float = 1e-12
 
 
-#: What was chosen after a look at the training samples alone.
+#: The choices made with the training samples alone.
 AS_STUDIED = ForceChoices()
 
 
 def force_study(
     influence: InfluenceMatrices, *, law: str, layers: int, training: Training, choices: ForceChoices = AS_STUDIED
 ) -> dict[str, Any]:
-    """Train both networks on the paper's samples and test them once on its unknown ones.
+    """Train both networks on the paper's training samples and test them once on its test samples.
 
-    The magnitude network learns with the true direction and is tested with the recognised one: by the direction
-    network that learnt best. Of the magnitude networks, too, the paper tests the one that learnt best.
+    The magnitude network is trained with the true direction and tested with the direction from the direction network
+    with the least training error. As in the paper, the magnitude network with the least training error is reported.
 
     Args:
         influence: of the paper's pad.
-        law: contact law that makes the readings.
-        layers: sensing layers that are seen, 1 or 4.
-        training: of the magnitude network; the direction network learns for fewer iterations.
-        choices: what the paper leaves open.
+        law: contact law of the readings.
+        layers: number of sensing layers, 1 or 4.
+        training: of the magnitude network; the direction network is trained for fewer iterations.
+        choices: that the paper does not specify.
 
     Returns:
         {"direction": ..., "magnitude": ...}, angles in degrees and forces in gram-force, see below.
@@ -110,7 +110,7 @@ def _train_magnitudes(design: NetworkDesign, peaks: Array, training: Training) -
 
 
 def over_maximum(readings: Array) -> Array:
-    """Readings over the largest of their sample, flat: (samples, taxels), 0 to 1."""
+    """Readings divided by the largest of their sample, (samples, taxels), from 0 to 1."""
     flat = readings.reshape(len(readings), -1)
     return flat / flat.max(axis=1, keepdims=True)
 
@@ -128,7 +128,7 @@ def _angles(vectors: Array) -> Array:
 
 
 def _direction_result(directions: Networks, trained: Array, recognised: Array) -> dict[str, Any]:
-    """By seed: mean error over the training angles, the angle recognised for each unknown one; which learnt best."""
+    """For each seed: mean error over the training angles and recognised test angles [deg]; and the best seed."""
     return {
         "training_deg": (_angles(trained) - TRAINING_ANGLES).mean(axis=1).tolist(),
         "training_rms": directions.error.tolist(),
@@ -144,13 +144,13 @@ def _magnitude_inputs(vectors: Array, forces_gf: Sequence[float], peaks: Array) 
 
 
 def _errors(magnitudes: Networks, vectors: Array, peaks: Array) -> Array:
-    """Absolute errors (seeds, samples) [gf] over the unknown samples."""
+    """Absolute errors on the test samples [gf], (seeds, samples)."""
     wanted = np.tile(UNKNOWN_FORCES, len(UNKNOWN_ANGLES))
     return np.abs(magnitudes(_magnitude_inputs(vectors, UNKNOWN_FORCES, peaks))[..., 0] * FULL_FORCE - wanted)
 
 
 def _magnitude_result(magnitudes: Networks, recognised: Array, peaks: Array) -> dict[str, Any]:
-    """By seed: errors over the unknown samples with recognised directions (angles, 3), and with the true ones."""
+    """For each seed: errors on the test samples with recognised directions (angles, 3), and with the true ones."""
     errors = _errors(magnitudes, recognised / np.linalg.norm(recognised, axis=1, keepdims=True), peaks)
     return {
         "unknown_gf": errors.mean(axis=1).tolist(),

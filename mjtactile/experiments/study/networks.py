@@ -1,7 +1,7 @@
-"""Fully connected networks trained with RPROP, several initialisations side by side.
+"""Fully connected networks trained with RPROP, several initialisations at once.
 
-RPROP takes only the sign of each weight's own gradient (Riedmiller and Braun 1993), so networks stacked along a leading
-axis learn just as each would alone; `torch.optim.Rprop` moves all of them at once.
+RPROP uses only the sign of each weight's gradient (Riedmiller and Braun 1993), so networks stacked along a leading axis
+are trained independently; `torch.optim.Rprop` updates all of them at once.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import torch
 from mjtactile._types import Array
 from mjtactile.experiments.study.wide import WideGradient
 
-#: The factors a step grows and shrinks by: Riedmiller and Braun's.
+#: Factors by which a step shrinks and grows, from Riedmiller and Braun.
 SHRINK, GROW = 0.5, 1.2
-#: Largest step of a weight: theirs, too.
+#: Largest step of a weight, from the same source.
 LARGEST_STEP = 50.0
-#: Iterations between two looks at the training error, when the best weights so far are kept.
+#: Number of iterations between two evaluations of the training error, at which the best weights are stored.
 LOOK_EVERY = 10
 #: Widths of the initial weights: "fan-in" is uniform within 1 / sqrt(inputs).
 INITIALS = ("fan-in", "half", "small")
@@ -31,17 +31,17 @@ _HIDDEN = {"sigmoid": torch.sigmoid, "tanh": torch.tanh}
 
 @dataclass(frozen=True, kw_only=True)
 class NetworkDesign:
-    """What a network looks like before it has learnt anything."""
+    """Architecture and initialisation of a network."""
 
     hidden: tuple[int, ...]  #: units of each hidden layer
     output: str = "linear"  #: of the last layer: "linear" or "sigmoid"
     activation: str = "sigmoid"  #: of hidden units: "sigmoid" or "tanh"
     initial: str = "fan-in"  #: initial weights: one of INITIALS
-    #: Of every weight. Riedmiller and Braun begin with 0.1, which throws a unit of 676 inputs so far that it saturates
-    #: and never learns: seen on the training samples alone.
+    #: First step of every weight. Riedmiller and Braun use 0.1, with which a unit with 676 inputs saturates at once and
+    #: does not learn, as the training error shows.
     first_step: float = 0.01
-    #: Of every weight. PyTorch's own least, 1e-6, ends the magnitude networks' learning at a training error of 0.4 gf
-    #: after a thousand iterations: again seen on the training samples alone.
+    #: Smallest step of every weight. With PyTorch's default of 1e-6 the magnitude networks stop at a training error of
+    #: 0.4 gf after a thousand iterations.
     smallest_step: float = 1e-12
 
 
@@ -50,10 +50,10 @@ class Networks:
     """Trained networks of one design, one per seed.
 
     Attributes:
-        design: their shape.
+        design: their architecture.
         weights: of each layer, (seeds, inputs, outputs); biases: (seeds, 1, outputs).
         error: root mean square error over the training samples and outputs, (seeds,).
-        iterations: of training, for all of them.
+        iterations: number of training iterations of all networks together.
     """
 
     design: NetworkDesign
@@ -71,14 +71,14 @@ class Networks:
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
-    """How many networks are trained, and how long.
+    """Parameters of a training.
 
     Attributes:
-        seeds: of the initial weights; a seed's network does not depend on which others learn beside it.
-        iterations: at most.
-        tolerance: root mean square error at which a network learns no more.
-        precision: of the arithmetic.
-        progress: told the share of the work done.
+        seeds: of the initial weights, one network each; networks do not depend on each other.
+        iterations: largest number of iterations.
+        tolerance: root mean square error at which the training of a network stops.
+        precision: floating-point type.
+        progress: function that is called with the fraction of the work done.
     """
 
     seeds: Sequence[int]
@@ -89,15 +89,15 @@ class Training:
 
 
 def train(design: NetworkDesign, inputs: Array, targets: Array, training: Training) -> Networks:
-    """Train one network per seed on all samples at once; each keeps the weights with its least training error.
+    """Train one network per seed on all samples at once; the weights with the least training error are kept.
 
-    A network that is content learns no more, however long the others take.
+    The training of a network stops at the tolerance, independently of the others.
 
     Args:
         design: of the networks.
         inputs: (samples, inputs).
         targets: (samples, outputs).
-        training: how long they learn.
+        training: parameters.
     """
     precision, tolerance, iterations = training.precision, training.tolerance, training.iterations
     sizes = (inputs.shape[1], *design.hidden, targets.shape[1])
@@ -131,7 +131,7 @@ def _error_and_gradient(
     weights: list[torch.Tensor],
     biases: list[torch.Tensor],
 ) -> Callable[[], torch.Tensor]:
-    """The function that tells the mean square error of each network and leaves its gradient in the parameters."""
+    """A function that returns the mean square error of each network and stores its gradient in the parameters."""
     if len(design.hidden) == 1 and wanted.shape[1] == 1 and (design.activation, design.output) == ("sigmoid", "linear"):
         return WideGradient(given, wanted, weights, biases).error
 
@@ -152,7 +152,7 @@ def _keep_better(
     error: torch.Tensor,
     tolerance: float,
 ) -> torch.Tensor:
-    """Copy the weights of networks that are better than ever and were not content; the least error of each."""
+    """Copy the weights of networks with a new least error above the tolerance; return the least error of each."""
     better = (error < least) & (least.sqrt() > tolerance)
     with torch.no_grad():
         for kept, now in zip(best, parameters, strict=True):

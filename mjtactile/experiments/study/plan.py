@@ -1,4 +1,4 @@
-"""The study's work, cut into units that are done once: each is kept on disk as soon as it is finished."""
+"""The units of the study's work; the result of each is stored on disk when it is finished."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from mjtactile.experiments.study.protocol import (
 from mjtactile.influence.cache import cache_directory, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 
-#: Raise it when a change makes kept results wrong.
+#: Increment it when a change invalidates stored results.
 STUDY_VERSION = 2
 #: Contact laws that give readings of their own; "foundation" presses a flat punch just as "uniform" does.
 STUDIED_LAWS = ("uniform", "elastic")
-#: What is changed to see whether it is the reason that ours differs, one at a time: options of the studies.
+#: Single changes of the studies' options, to find reasons for differences from the paper.
 FORCE_VARIANTS: dict[str, dict[str, Any]] = {
     "as studied": {},
     "maxima over the largest of all layers": {"scaling": "all layers"},
@@ -50,17 +50,17 @@ SHAPE_VARIANTS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class StudySettings:
-    """How much of the study is done."""
+    """Extent of the study."""
 
     seeds: int = INITIALISATIONS  #: initialisations of every network
     preset: str = "precise"  #: fidelity of the readings
     magnitude_iterations: int = MAGNITUDE_ITERATIONS
     variant_iterations: int = VARIANT_ITERATIONS
     shape_iterations: int = SHAPE_ITERATIONS
-    variants: bool = True  #: whether likely reasons are tested
+    variants: bool = True  #: whether to run the variants
 
 
-#: Enough to see that everything runs.
+#: A minimal study, to test that everything runs.
 QUICK = StudySettings(
     seeds=2, preset="fast", magnitude_iterations=300, variant_iterations=100, shape_iterations=50, variants=False
 )
@@ -68,7 +68,7 @@ QUICK = StudySettings(
 
 @dataclass(frozen=True, kw_only=True)
 class Unit:
-    """One training and test: networks of one kind, for one law and number of layers."""
+    """One training and test of networks of one kind, for one contact law and number of layers."""
 
     study: str  #: "force" or "shape"
     law: str
@@ -80,18 +80,18 @@ class Unit:
 
     @property
     def options(self) -> dict[str, Any]:
-        """What the variant changes."""
+        """Options that the variant changes."""
         return (FORCE_VARIANTS if self.study == "force" else SHAPE_VARIANTS)[self.variant]
 
     @property
     def cost(self) -> float:
-        """Rough time on one core [s], for the progress bar."""
+        """Estimated time on one core [s], for the progress bar."""
         if self.study == "force":
             return 0.15e-3 * self.seeds * self.iterations + 1.0
         return (7e-3 if self.layers == 4 else 0.3e-3) * self.seeds * self.iterations / 2 + 2.0
 
     def run(self, progress: Callable[[float], None]) -> dict[str, Any]:
-        """Train and test; see force.py and shape.py for what comes out."""
+        """Train and test; results as in force.py and shape.py."""
         import torch
 
         from mjtactile.experiments.study.force import ForceChoices, force_study
@@ -126,7 +126,7 @@ def units(settings: StudySettings) -> Iterator[Unit]:
 
 
 def kept_path(unit: Unit, influence: InfluenceMatrices) -> Path:
-    """Where a unit's result is kept: a name that changes with whatever the result depends on."""
+    """Path of a unit's stored result; the name depends on everything that determines the result."""
     import torch
 
     depends_on = {
@@ -143,7 +143,7 @@ def kept_path(unit: Unit, influence: InfluenceMatrices) -> Path:
 
 
 def kept(path: Path) -> dict[str, Any] | None:
-    """A kept result; None where there is none that can be read."""
+    """A stored result; None if there is none that can be read."""
     try:
         return json.loads(path.read_text())
     except (OSError, ValueError):
@@ -151,6 +151,6 @@ def kept(path: Path) -> dict[str, Any] | None:
 
 
 def keep(path: Path, result: dict[str, Any]) -> None:
-    """Write a result whole or not at all."""
+    """Write a result to a file, completely or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, lambda file: file.write(json.dumps(result).encode()))

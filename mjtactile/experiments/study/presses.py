@@ -1,4 +1,4 @@
-"""The study's samples: readings of the paper's presses, made by a contact law."""
+"""The study's samples: readings of the paper's presses, computed with a contact law."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def force_along(angle_deg: float) -> Array:
 
 
 def unit_vectors(angles_deg: Sequence[float]) -> Array:
-    """What the direction network is taught: (sin, 0, cos), x, y and into the pad, shape (angles, 3)."""
+    """Training targets of the direction network: (sin, 0, cos) along x, y and into the pad, shape (angles, 3)."""
     return np.stack([force_along(angle) * (1.0, 1.0, -1.0) for angle in angles_deg])
 
 

@@ -1,4 +1,4 @@
-"""What the paper fixes: samples, networks, and the figures of its tables 2 to 6.
+"""The paper's protocol: samples, networks, and the numbers of its tables 2 to 6.
 
 Source: S. Aoyagi, Recognition of Contact State of Four Layers Arrayed Type Tactile Sensor by Using Neural Networks, in
 "Sensors: Focus on Tactile, Force and Stress Sensors", I-Tech 2008, chapter 16. Angles are degrees from the normal in
@@ -18,14 +18,14 @@ TRAINING_FORCES = tuple(range(10, 201, 10))
 UNKNOWN_FORCES = tuple(range(15, 196, 10))
 #: Largest force, which the magnitude network's output is divided by [gf].
 FULL_FORCE = 200.0
-#: Radius of the obliquely cut cylinder that forces press with [m], and the force on the shapes [N].
+#: Radius of the obliquely cut cylinder that applies the forces [m], and the force on the shapes [N].
 DISC_RADIUS = 3e-3
 SHAPE_FORCE = 10.0 * GRAM_FORCE
 
-#: How far the unknown punches are shifted [m], and where to: the paper names no direction.
+#: Shift of the test punches [m], and its directions, which the paper does not specify.
 SHIFT = 1.25e-3
 DIRECTIONS = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
-#: Punches a person told apart with covered eyes, how often each was presented, in random order.
+#: Punches that a blindfolded person had to distinguish, and how often each was presented, in random order.
 PRESENTED = ("circle", "triangle", "square")
 PRESENTATIONS = 30
 
@@ -35,11 +35,11 @@ LAYERS = (1, 4)
 DIRECTION_HIDDEN = {1: (20,), 4: (20,)}
 MAGNITUDE_HIDDEN = {1: (169,), 4: (169,)}
 SHAPE_HIDDEN = {1: (169, 13), 4: (676, 20)}
-#: Most iterations of the magnitude network's training; the paper gives none for the others, theirs are ours.
+#: Largest number of training iterations: the paper's for the magnitude network, assumed for the others.
 MAGNITUDE_ITERATIONS = 100_000
 DIRECTION_ITERATIONS = 5_000
 SHAPE_ITERATIONS = 400
-#: Of the magnitude network where likely reasons are compared, all else alike.
+#: Training iterations of the magnitude network for the comparison of variants.
 VARIANT_ITERATIONS = 2_000
 #: Initialisations of each network.
 INITIALISATIONS = 10

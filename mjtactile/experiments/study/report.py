@@ -1,4 +1,4 @@
-"""What the study found, as Markdown: the tables, the likely reasons that were tried, and the differences in words."""
+"""Results of the study as Markdown: tables, variants, and differences from the paper in words."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from mjtactile.geometry.outlines import INDENTER_NAMES
 
 
 def study_report(found: dict[str, Any]) -> str:
-    """Everything `reproduce` found, as Markdown."""
+    """All results of `reproduce` as Markdown."""
     settings = found["settings"]
     parts = [
         f"{settings['seeds']} initialisations of each network, magnitude networks trained for "
@@ -85,7 +85,7 @@ def force_variants_table(found: dict[str, Any]) -> str:
 
 
 def shape_variants_table(found: dict[str, Any]) -> str:
-    """Punches recognised of 7 by variant."""
+    """Number of recognised punches, of 7, by variant."""
 
     def cell(unit: dict[str, Any]) -> str:
         right = np.array([unit["result"]["right"][direction] for direction in DIRECTIONS])
@@ -97,7 +97,7 @@ def shape_variants_table(found: dict[str, Any]) -> str:
 
 
 def differences(found: dict[str, Any]) -> list[str]:
-    """Where ours differs from the paper, said plainly: a line for each table."""
+    """Differences from the paper, a line for each table."""
     lines = []
     paper = {n: paper_direction_error(n) for n in LAYERS}
     for law in STUDIED_LAWS:

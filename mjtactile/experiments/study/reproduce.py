@@ -1,4 +1,4 @@
-"""Run the study's units, several at a time, and gather what they found."""
+"""Run the study's units in parallel and collect their results."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from mjtactile.experiments.study.plan import StudySettings, Unit, keep, kept, ke
 from mjtactile.experiments.study.presses import law_difference
 from mjtactile.influence.cache import influence_matrices
 
-#: Seconds between two looks at how far the workers are.
+#: Time between two updates of the progress bar [s].
 _LOOK = 0.2
-#: A worker says how far it is at most so often [s].
+#: Least time between two progress reports of a worker [s].
 _SAY = 0.5
 
 
 def reproduce(
     settings: StudySettings, *, workers: int = 2, fresh: bool = False, progress: bool = True
 ) -> dict[str, Any]:
-    """Train and test all networks of the study; units that were done before are not done again.
+    """Train and test all networks of the study; stored results of units are reused.
 
     Args:
-        settings: how much is done.
-        workers: processes, one core each; 1 works in this process.
-        fresh: do everything again.
+        settings: extent of the study.
+        workers: number of processes, one core each; 1 works in this process.
+        fresh: ignore stored results.
         progress: show a progress bar on a terminal.
 
     Returns:
@@ -80,7 +80,7 @@ def _run(missing: Sequence[Unit], paths: Sequence[Any], workers: int, told: Call
 def _gather(
     running: dict[Future[dict[str, Any]], int], paths: Sequence[Any], shares: Any, told: Callable[[int, float], None]
 ) -> None:
-    """Keep each result as it comes in."""
+    """Store each result when it is available, and update the progress bar."""
     while running:
         for future in [future for future in running if future.done()]:
             k = running.pop(future)

@@ -1,4 +1,4 @@
-"""The shape networks: seven centred punches learnt, the same punches shifted recognised (tables 4 to 6)."""
+"""The shape networks: trained on seven centred punches, tested on the shifted punches (tables 4 to 6)."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from mjtactile.experiments.study.protocol import (
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
 
-#: How readings enter the network: over the sample's largest, in kilopascals, each layer over its own largest, or each
-#: taxel less its mean and over its standard deviation among the training samples.
+#: Scaling of readings: by the sample's largest, in kilopascals, each layer by its own largest, or each taxel minus its
+#: mean over its standard deviation among the training samples.
 SCALINGS = ("maximum", "kilopascal", "layer maximum", "standard")
-#: Root mean square error of all outputs at which a shape network has learnt its seven samples.
+#: Root mean square error of all outputs at which the training of a shape network stops.
 TOLERANCE = 1e-3
 #: Seed of the order and places of presentations.
 _PRESENTATION_SEED = 2008
@@ -33,7 +33,7 @@ _PRESENTATION_SEED = 2008
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeChoices:
-    """What the paper leaves open of its shape networks.
+    """Choices for the shape networks that the paper does not specify.
 
     Attributes:
         scaling: of the readings, one of `SCALINGS`.
@@ -50,7 +50,7 @@ class ShapeChoices:
     tolerance: float = TOLERANCE
 
 
-#: What was chosen after a look at the training samples alone.
+#: The choices made with the training samples alone.
 AS_STUDIED = ShapeChoices()
 
 

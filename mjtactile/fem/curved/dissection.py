@@ -1,11 +1,11 @@
 """Solving a swept pad for many surface loads, by nested dissection of the plane.
 
-The flat sheet is eliminated one layer of nodes after another, and a node layer is dense. That is cheap where mirrors
-leave a quarter, and too dear where there are none: the cost grows with the cube of a layer's unknowns. Columns of
-elements are therefore taken together in pairs, pairs of pairs and so on; what lies inside a union is eliminated, and
-what it shares with the outside is left: block elimination still, along a tree in place of a line (George, Nested
+Elimination of one plane of nodes after another, as for the flat sheet, has dense blocks, whose cost grows with the cube
+of a plane's unknowns. That is too slow for a pad without mirror symmetry, of which no quarter can be taken. Here,
+columns of elements are merged in pairs, pairs of pairs and so on. At each merge the interior unknowns are eliminated;
+those shared with the outside remain. This is block elimination along a tree instead of a line (George, Nested
 dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10, 1973; Duff and Reid, The multifrontal solution of
-indefinite sparse symmetric linear equations, ACM Trans. Math. Softw. 9, 1983). Every step is a dense product.
+indefinite sparse symmetric linear equations, ACM Trans. Math. Softw. 9, 1983). Every step is a dense matrix product.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from mjtactile._types import Array, Indices, Mask
 from mjtactile.errors import MeshError
 from mjtactile.fem.curved.elements import NODES, SweptElements
 
-#: Surface loads that are solved for at once.
+#: Number of surface loads solved at once.
 BLOCK = 384
 
 
 @dataclass(frozen=True, eq=False)
 class _Front:
-    """A union of element columns, its inner unknowns eliminated.
+    """A union of element columns whose inner unknowns are eliminated.
 
     Attributes:
-        inner: unknowns that are eliminated here.
-        outer: unknowns that are shared with other unions.
-        factor: Cholesky factor of the inner unknowns' stiffness.
-        from_outer: what inner displacements follow from outer ones: u_inner = K^-1 f - from_outer u_outer.
-        children: the two it was made of; a column of elements has none.
+        inner: indices of the unknowns that are eliminated here.
+        outer: indices of the unknowns shared with other unions.
+        factor: Cholesky factor of the stiffness of the inner unknowns.
+        from_outer: matrix in the back-substitution u_inner = K^-1 f - from_outer u_outer.
+        children: the two unions it was merged from; none for a single column of elements.
     """
 
     inner: Indices
@@ -44,21 +44,21 @@ class _Front:
     children: tuple[_Front, ...]
 
 
-#: Unknowns that a union shares with others, what it resists them with, and the union; None of a single column.
+#: Unknowns that a union shares with others, their condensed stiffness, and the union (None for a single column).
 _Part = tuple[Indices, Array, _Front | None]
 
 
 class DissectedPad:
-    """The equations of a swept pad, eliminated.
+    """The factorised equations of a swept pad.
 
     Args:
-        elements: of the pad, or of the part that stands for it.
-        free: mask over a node plane's degrees of freedom (component, y, x): False where a mirror holds one at zero.
-        executor: the two halves of the pad are eliminated side by side.
-        on_column: called after each column of elements, for progress, from several threads.
+        elements: of the pad, or of the part that symmetry leaves.
+        free: mask over a plane's degrees of freedom (component, y, x); False where symmetry fixes one at zero.
+        executor: threads in which the two halves of the pad are eliminated in parallel.
+        on_column: called after each column of elements to report progress, from several threads.
 
     Raises:
-        MeshError: when the arithmetic breaks down.
+        MeshError: the stiffness is not positive definite in double precision.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class DissectedPad:
         """Unknowns of the surface, in the order (component, y, x)."""
 
     def blocks(self) -> list[Indices]:
-        """Places among the surface's unknowns, some at a time; those of a block lie together."""
+        """Indices of the surface's unknowns in blocks of neighbours, each solved at once."""
         order = np.empty(self.count, dtype=np.int64)
         for place, front in enumerate(self._fronts):
             order[front.inner] = place
@@ -98,7 +98,11 @@ class DissectedPad:
         return [sorted_places[first : first + BLOCK] for first in range(0, len(sorted_places), BLOCK)]
 
     def displacements(self, places: Indices) -> Array:
-        """Displacements of all unknowns under unit forces on some of the surface's, (unknowns, forces) [m/N]."""
+        """Displacements of all unknowns under unit forces on some surface unknowns [m/N], (unknowns, forces).
+
+        Args:
+            places: indices of the loaded unknowns among those of the surface, (forces,).
+        """
         forces = np.zeros((self.count, len(places)))
         forces[self.surface[places], np.arange(len(places))] = 1.0
         return self.solve(forces)
@@ -155,7 +159,7 @@ class DissectedPad:
                 "the finite-element equations are not positive definite in double precision. A layer is too thin or "
                 "too soft beside its neighbours, its Poisson ratio too near 0.5, or the surface too curved for it."
             )
-        # What inner unknowns add is a product with itself: products with inverses would lose twice as many digits.
+        # The Schur complement subtracts a matrix times its transpose: inverses would lose twice as many digits.
         coupling = solve_triangular(factor, stiffness[np.ix_(inner, outer)], lower=True, check_finite=False)
         left = stiffness[np.ix_(outer, outer)]
         left -= coupling.T @ coupling
@@ -163,7 +167,7 @@ class DissectedPad:
         return unknowns[outer], left, _Front(unknowns[inner], unknowns[outer], factor, from_outer, children)
 
     def _shared(self, west: int, east: int, south: int, north: int) -> Indices:
-        """Unknowns on those sides of a rectangle at which it meets others."""
+        """Unknowns on the sides of a rectangle that border on other rectangles."""
         rows, columns = slice(2 * south, 2 * north + 1), slice(2 * west, 2 * east + 1)
         _, row_count, column_count = self._elements.shape
         sides = [self.number[rows, 2 * x] for x, meets in ((west, west > 0), (east, east < column_count)) if meets]
@@ -193,24 +197,24 @@ class DissectedPad:
 
 
 def _in_order(front: _Front | None) -> list[_Front]:
-    """Unions in the order of elimination."""
+    """All unions of a tree in the order of elimination."""
     if front is None:
         return []
     return [one for child in front.children for one in _in_order(child)] + [front]
 
 
 def block_count(unknowns: int) -> int:
-    """How many blocks so many surface unknowns are solved in."""
+    """Number of blocks in which this many surface unknowns are solved."""
     return -(-unknowns // BLOCK)
 
 
 def factor_bytes(elements: tuple[int, int, int]) -> float:
-    """Memory that the factors take [bytes], for elements along (z, y, x); from the sizes of separators."""
+    """Estimated memory of the factors [bytes] for numbers of elements along (z, y, x)."""
     return 8.0 * sum(_numbers_kept(elements[0], elements[2], elements[1]))
 
 
 def _numbers_kept(layers: int, wide: int, deep: int) -> Iterator[float]:
-    """Entries of the factors of each level of the tree, about."""
+    """Approximate number of entries of the factors at each level of the tree."""
     unions = 1
     while wide * deep >= 1:
         longer, shorter = max(wide, deep), min(wide, deep)

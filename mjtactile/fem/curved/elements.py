@@ -3,8 +3,8 @@
 They are the flat sheet's Q2/P-1 hexahedra (stiffness.py) with nodes at X(x, y, d), see surfaces.py: 27 nodes, and a
 pressure that is linear in the element's own coordinates and condensed out inside it. Stiffness is integrated by three
 Gauss points along each axis (Bathe, Finite Element Procedures, 2014, section 5.3), which is exact where the surface is
-flat. scikit-fem would assemble the whole matrix; dissection eliminates unknowns element by element and wants each
-element's own, which products of arrays give for all of a row at once.
+flat. scikit-fem would assemble the whole matrix. Dissection needs the matrix of each element, computed here for a row
+of elements at once.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mjtactile.fem.mesh import SheetMesh
 
 #: Nodes of an element along each axis.
 NODES = 3
-#: Polynomials of an element's pressure: 1 and its coordinates along x, y and z.
+#: Number of pressure polynomials of an element: 1, x, y and z in its own coordinates.
 PRESSURES = 4
 
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -42,7 +42,7 @@ def _reference() -> tuple[Array, Array, Array]:
 
 
 class SweptElements:
-    """Elements of a whole pad, or of the part that stands for it.
+    """Elements of a whole pad, or of the part that symmetry leaves.
 
     Args:
         mesh: element lines of (x, y, -depth), materials and the outer surface.
@@ -85,7 +85,7 @@ class SweptElements:
 
     @cached_property
     def dilation(self) -> Array:
-        """The condensed divergence: pressure polynomials' coefficients from an element's displacements [1/m].
+        """Matrices from an element's displacements to the coefficients of its condensed divergence [1/m].
 
         Shape (elements z, elements y, elements x, 4, 81).
         """
@@ -116,7 +116,7 @@ class SweptElements:
 
 
 def _divergence(gradients: Array, volumes: Array) -> tuple[Array, Array]:
-    """Moments of the divergence against the pressures (elements, 4, 81), and the pressures' masses (elements, 4, 4)."""
+    """Moments of the divergence with the pressures (elements, 4, 81), and the pressures' mass (elements, 4, 4)."""
     _, pressures, _ = _REFERENCE
     weighted = volumes[..., None] * pressures
     flat = gradients.reshape(*volumes.shape, -1)

@@ -1,4 +1,4 @@
-"""A swept pad solved for every surface load, class by class, and its stress at points."""
+"""Responses of a swept pad to every surface load, for each symmetry class, with the stress at points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mjtactile.fem.stiffness import Parity, free_in_plane
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.symmetry import MirrorPlanes
 
-#: Steps of progress that a block of loads counts as; a column of elements counts as one.
+#: Progress of one block of loads, in units of the elimination of one column of elements.
 _STEPS_OF_BLOCK = 40
 
 
@@ -26,10 +26,10 @@ class SolvedBlock:
     """Responses to unit forces on some of the surface's free degrees of freedom.
 
     Attributes:
-        places: which of them, in the order (component, y, x).
-        deviatoric: coordinates at the points, see stress.py, (points, 5, forces) [Pa/N].
-        mean: mean stress at the points, (points, forces) [Pa/N].
-        surface: displacements of the surface's free degrees of freedom, (free, forces) [m/N].
+        places: indices of the loaded degrees of freedom in the order (component, y, x), (forces,).
+        deviatoric: deviatoric coordinates at the points, see stress.py [Pa/N], (points, 5, forces).
+        mean: mean stress at the points [Pa/N], (points, forces).
+        surface: displacements of the surface's free degrees of freedom [m/N], (free, forces).
     """
 
     places: Indices
@@ -39,11 +39,11 @@ class SolvedBlock:
 
 
 class SweptPad:
-    """A swept pad with points at which its stress is wanted.
+    """A swept pad and the points at which its stress is computed.
 
     Args:
         mesh: of the whole pad.
-        points: in the pad frame [m], shape (points, 3); on the part that stands for the whole.
+        points: in the pad frame [m], shape (points, 3), within the part that symmetry leaves.
     """
 
     def __init__(self, mesh: SheetMesh, points: Array) -> None:
@@ -54,15 +54,15 @@ class SweptPad:
         self._elements = SweptElements(self._part)
 
     def solve(self, parity: Parity, workers: int, on_step: Callable[[], None]) -> Iterator[SolvedBlock]:
-        """Responses to unit forces on all of the surface's free degrees of freedom in a class, some at a time.
+        """Responses to a unit force on each free degree of freedom of the surface, block by block.
 
         Args:
-            parity: the class.
-            workers: threads; each takes a half of the pad while it is eliminated, then one block after another.
-            on_step: called after each bounded piece of work, see `swept_steps`, from several threads.
+            parity: symmetry class of the responses.
+            workers: number of threads. Two eliminate one half of the pad each; then all solve blocks.
+            on_step: called to report progress, `swept_steps` times for all classes, from several threads.
 
         Raises:
-            MeshError: when the equations cannot be solved in double precision.
+            MeshError: the equations cannot be solved in double precision.
         """
         with ThreadPoolExecutor(workers) as executor:
             equations = DissectedPad(self._elements, free_in_plane(self._part, parity), executor, on_step)
@@ -77,13 +77,13 @@ class SweptPad:
                 return SolvedBlock(places, stress[:, :DEVIATORIC_COUNT], stress[:, DEVIATORIC_COUNT], surface)
 
             blocks = equations.blocks()
-            # No more at a time than there are threads: finished blocks would pile up.
+            # At most one block per thread at a time: finished blocks need memory.
             for first in range(0, len(blocks), workers):
                 yield from executor.map(solved, blocks[first : first + workers])
 
 
 def swept_steps(mesh: SheetMesh) -> int:
-    """How often `SweptPad.solve` reports progress, for all classes together."""
+    """Number of progress reports of `SweptPad.solve`, for all classes together."""
     part, steps = mesh.quarter(), 0
     for parity in MirrorPlanes(*mesh.outer.mirrors).classes:
         columns = part.x.element_count * part.y.element_count

@@ -1,8 +1,8 @@
-"""Stress at points of a swept pad, as rows over its unknowns.
+"""Stress at points of a swept pad as linear functions (rows) of its unknowns.
 
-The mesh is a tensor product in (x, y, -depth). Derivatives of the displacements along these, and the condensed
-divergence, are recovered as in the flat sheet (stress_recovery.py), by the same rows; the derivatives of the swept
-position at the point then make gradients of them.
+The mesh is a tensor product in (x, y, -depth). Derivatives of the displacements by these coordinates, and the condensed
+divergence, are recovered by the same rows as in the flat sheet (stress_recovery.py). The Jacobian of the swept position
+at the point converts these derivatives to gradients.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from mjtactile.fem.stiffness import Parity
 from mjtactile.fem.stress import DEVIATORIC_COUNT
 from mjtactile.fem.stress_recovery import GAUSS, SLOPE, VALUE, gauss_weights, point_rows
 
-#: Entries of a displacement gradient, or of what is recovered of it.
+#: Entries of a displacement gradient.
 _GRADIENT = 9
 #: Rows of a point: five deviatoric coordinates and the mean stress.
 _ROWS = DEVIATORIC_COUNT + 1
@@ -41,24 +41,25 @@ class StressRows:
         self._mu, self._lame = mesh.shear_modulus[element], mesh.lame_lambda[element]
 
     def rows(self, parity: Parity, number: Indices) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """What turns displacements in a symmetry class into stress.
+        """Matrices from the displacements in a symmetry class to the stress at the points.
 
         Args:
             parity: the class.
-            number: of the unknowns, see `DissectedPad.number`.
+            number: indices of the unknowns, see `DissectedPad.number`.
 
         Returns:
-            (combine, recover): stress rows (points * 6, recovered quantities), five deviatoric coordinates and the
-            mean stress of each point [Pa]; and recovered quantities (quantities, unknowns) from displacements.
+            (combine, recover), whose product maps displacements [m] to stress [Pa]. recover: displacements to
+            recovered derivatives and divergences, (quantities, unknowns). combine: these to the five deviatoric
+            coordinates and the mean stress of each point, (points * 6, quantities).
         """
         recover = sparse.csr_array(self._recovered @ self._folding(parity, number))
         return self._combined, recover
 
     @cached_property
     def _recovered(self) -> sparse.csr_array:
-        """Derivatives (points * 9), by (component, axis), and pressures' coefficients of all elements in reach.
+        """Rows of derivatives (points * 9), by (component, axis), and of the divergence coefficients that points need.
 
-        Columns are the whole pad's nodal displacements (plane, y, x, component), the base's included.
+        Columns are the nodal displacements of the whole pad (plane, y, x, component), including the base.
         """
         lines = self._lines
         rows = [point_rows(line, self._places[:, a], jumps) for a, (line, jumps) in enumerate(lines)]
@@ -79,7 +80,7 @@ class StressRows:
 
     @cached_property
     def _coefficients(self) -> sparse.csr_array:
-        """Coefficients of the condensed divergence of the elements in reach, (elements * 4, nodal displacements)."""
+        """Rows of the condensed divergence's coefficients of the reached elements, (elements * 4, displacements)."""
         mesh = self._mesh
         dilation = SweptElements(mesh).dilation
         z, y, x = np.unravel_index(self._reached, dilation.shape[:3])
@@ -95,7 +96,7 @@ class StressRows:
 
     @cached_property
     def _pressures(self) -> sparse.csr_array:
-        """The divergence at the points from the coefficients of all elements, (points, elements * 4)."""
+        """Matrix from the coefficients of the elements to the divergence at the points, (points, elements * 4)."""
         weights = []
         for axis, (line, jumps) in enumerate(self._lines):
             of_gauss = gauss_weights(line, self._places[:, axis], jumps).reshape(len(self._places), -1, 2)
@@ -109,7 +110,7 @@ class StressRows:
 
     @cached_property
     def _reached(self) -> Indices:
-        """Elements, by number (z, y, x), whose pressure some point's stress is interpolated from."""
+        """Indices (z, y, x order) of the elements whose pressure enters the stress of some point."""
         return np.unique(self._pressures.indices // PRESSURES).astype(np.int64)
 
     @cached_property
@@ -134,7 +135,7 @@ class StressRows:
         return sparse.csr_array(sparse.hstack([of_gradient, sparse.kron(pressure, last)], format="csr"))
 
     def _folding(self, parity: Parity, number: Indices) -> sparse.csr_array:
-        """Nodal displacements of the whole pad from the unknowns of a class, (displacements, unknowns)."""
+        """Matrix from the unknowns of a class to nodal displacements of the whole pad, (displacements, unknowns)."""
         mesh, part = self._mesh, self._mesh.quarter()
         place_y, sign_y = _mirrored(mesh.y, part.y)
         place_x, sign_x = _mirrored(mesh.x, part.x)
@@ -153,7 +154,7 @@ class StressRows:
 
 
 def _coordinates() -> Array:
-    """The five deviatoric coordinates (see stress.py) over mu, and 2/3 of the dilation, from gradients: (6, 3, 3)."""
+    """Coefficients of the deviatoric coordinates (stress.py) over mu, and of 2/3 dilation, in gradients: (6, 3, 3)."""
     rows = np.zeros((_ROWS, 3, 3))
     rows[0] = np.diag([-1.0, -1.0, 2.0])
     rows[1] = np.sqrt(3.0) * np.diag([1.0, -1.0, 0.0])
@@ -167,7 +168,7 @@ _COORDINATES = _coordinates()
 
 
 def _few(rows: Array, least: int = 1) -> tuple[Indices, Array]:
-    """Where each row's nonzero entries stand and what they are, as many places for each, shape (rows, most)."""
+    """Column indices and values of each row's nonzero entries, padded to equal length, shape (rows, most)."""
     count = min(max(least, int((rows != 0.0).sum(axis=1).max(initial=1))), rows.shape[1])
     places = np.argsort(rows == 0.0, axis=1, kind="stable")[:, :count]
     return places, np.take_along_axis(rows, places, axis=1)
@@ -186,7 +187,7 @@ def _product(along: list[tuple[Indices, Array]], counts: tuple[int, ...]) -> spa
 
 
 def _mirrored(whole: Line, part: Line) -> tuple[Indices, Array]:
-    """For each node of a line, its place on the part that stands for it, and -1 where it is a mirror image."""
+    """Index of each node of a line on the part that symmetry leaves, and its sign: -1 for mirror images."""
     places = np.arange(whole.node_count)
     if part.node_count == whole.node_count:
         return places, np.ones(whole.node_count)

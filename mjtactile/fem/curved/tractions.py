@@ -1,8 +1,8 @@
 """Any traction on a pad's surface as consistent nodal forces, by cubature over an outline in the projection.
 
-The outline is cut along the grid lines, so that shape functions are smooth on every piece; whole cells are integrated
-by a product of Gauss rules, pieces by one such rule per triangle, collapsed onto it (Stroud, Approximate Calculation of
-Multiple Integrals, 1971, section 2.4). Area is the surface's own, not that of its projection.
+The outline is cut along the grid lines, so that shape functions are smooth on every piece. Whole cells are integrated
+by a product Gauss rule, other pieces by such a rule collapsed onto each of their triangles (Stroud, Approximate
+Calculation of Multiple Integrals, 1971, section 2.4). Areas are those of the surface, not of its projection.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Traction = Callable[[Array, Array], npt.ArrayLike]
 
 #: Gauss points along each side of a cell or triangle.
 _ORDER = 6
-#: Pieces of a cell smaller than this share of it are left out: rounding of set operations.
+#: Pieces smaller than this fraction of a cell are ignored as rounding of set operations.
 _NEGLIGIBLE = 1e-12
 
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
@@ -35,10 +35,10 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
 
 @dataclass(frozen=True, eq=False)
 class IntegratedTraction:
-    """A traction's nodal forces, and what is known of it besides.
+    """Nodal forces, area and peak pressure of a traction.
 
     Attributes:
-        forces: on the grid's nodes (nodes y, nodes x, 3) [N].
+        forces: on the grid's nodes in the pad frame [N], (nodes y, nodes x, 3).
         area: of the surface under the outline [m^2].
         peak: largest pressure at a point of the cubature [Pa].
     """
@@ -54,10 +54,10 @@ def integrated_traction(grid: SurfaceGrid, outline: Polygon | MultiPolygon, trac
     Args:
         grid: of the surface.
         outline: in the projection [m], on the sheet.
-        traction: [Pa] per area of the surface, pad frame, see `Traction`.
+        traction: force per area of the surface in the pad frame [Pa], see `Traction`.
 
     Raises:
-        ContactError: when the traction gives another shape than one row of three per point, or is not finite.
+        ContactError: the traction does not return shape (n, 3), or is not finite.
     """
     points, weights, cells = _cubature(grid, outline)
     weights = weights * grid.outer.stretch(points[:, 0], points[:, 1])
@@ -99,7 +99,7 @@ def _checked(traction: Traction, places: Array, normals: Array) -> Array:
 
 
 def _cubature(grid: SurfaceGrid, outline: Polygon | MultiPolygon) -> tuple[Array, Array, Indices]:
-    """Points (n, 2) [m], weights (n,) [m^2] and cells (n,) of a rule over an outline; cells are ordered (y, x)."""
+    """Points (n, 2) [m], weights (n,) [m^2] and cell indices (n,), in (y, x) order, of a cubature of an outline."""
     x, y = grid.x.vertices, grid.y.vertices
     south, west = np.meshgrid(y[:-1], x[:-1], indexing="ij")
     north, east = np.meshgrid(y[1:], x[1:], indexing="ij")
@@ -133,7 +133,7 @@ def _rectangle(west: float, south: float, east: float, north: float) -> tuple[Ar
 
 
 def _triangles(polygon: Polygon) -> list[tuple[Array, Array]]:
-    """Rules of the triangles of a polygon: Gauss rules of a square, one side of which is collapsed to a corner."""
+    """Points and weights for each triangle of a polygon: product Gauss rules with one side collapsed to a corner."""
     corners, triangles = triangulate(polygon)
     s, t = np.meshgrid((1 + _GAUSS) / 2, (1 + _GAUSS) / 2)
     share = np.stack([1 - s, s * (1 - t), s * t], axis=-1).reshape(-1, 3)

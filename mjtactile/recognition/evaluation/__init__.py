@@ -1,1 +1,1 @@
-"""How good recognisers are: measured on fresh presses, through transducers too."""
+"""Evaluation of recognisers on new presses, with ideal readings and with transducers."""

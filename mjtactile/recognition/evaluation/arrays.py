@@ -1,4 +1,4 @@
-"""Arrays of transducers that recognisers are examined with: one imperfection at a time, and all at once."""
+"""Transducer arrays for the evaluation of recognisers: each imperfection alone, and all together."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import TYPICAL, Imperfections
 from mjtactile.transducer.piezoresistive import PiezoresistiveElement
 
-#: Full scale of all arrays [Pa]: what 200 gf on a 3 mm disc reach.
+#: Full scale of all arrays [Pa], the peak reading under 200 gf on a 3 mm disc.
 FULL_SCALE = 100e3
-#: Arrays drawn of each kind, which share the presses.
+#: Number of random arrays of each kind; each reads a part of the presses.
 _DRAWN = 20
-#: Readings that are averaged where several are, 80 ms at 200 Hz.
+#: Number of readings in averages, 80 ms at 200 Hz.
 SEVERAL = 16
 
 
@@ -32,13 +32,13 @@ def _piezoresistive() -> Element:
 
 @dataclass(frozen=True, kw_only=True)
 class TransducerArray:
-    """A kind of array, and what is done to its readings before anything is recognised.
+    """A kind of array, with the processing of its readings before recognition.
 
     Attributes:
-        element: of the taxels.
+        element: kind of the elements.
         imperfections: of the array.
-        readings: how many are averaged. The transducers' noise averages out, that of the presses does not.
-        calibrated: whether its gains and offsets are measured first.
+        readings: number of readings that are averaged. This reduces the transducers' noise, not that of the presses.
+        calibrated: whether gains and offsets are calibrated first.
     """
 
     element: Element = field(default_factory=_capacitive)
@@ -47,7 +47,7 @@ class TransducerArray:
     calibrated: bool = False
 
     def reported(self, presses: Array, seed: int) -> Array:
-        """Readings (presses, layers, rows, columns) [Pa] as such arrays report them, each array its share of them."""
+        """Readings (presses, layers, rows, columns) [Pa] as several such arrays report them, each a part of them."""
         shares = enumerate(np.array_split(presses, _DRAWN))
         return np.concatenate([self._of_one(share, seed + k) for k, share in shares if len(share)])
 
@@ -60,7 +60,7 @@ class TransducerArray:
         return mean if calibration is None else calibration(mean)
 
 
-#: By name, as the tables have them.
+#: Arrays by their names in the tables.
 ARRAYS = {
     "capacitive, 12 bits": TransducerArray(imperfections=Imperfections(adc_bits=12)),
     "piezoresistive, 12 bits": TransducerArray(element=_piezoresistive(), imperfections=Imperfections(adc_bits=12)),

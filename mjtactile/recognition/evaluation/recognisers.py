@@ -1,9 +1,9 @@
-"""How well the shipped recognisers do, on presses made fresh from a seed that nothing was trained with.
+"""Errors of the recognisers of the package on new presses, from a seed that was not used for training.
 
-Two parts. The paper's protocol, noise-free: forces on the 3 mm disc in the middle at angles and magnitudes the paper
-tests, and the seven punches shifted by 1.25 mm in eight directions. And presses in MuJoCo: any punch, the disc and
-spheres in random places, sizes and rotations under random forces, read with 1 % noise and with other noises. Every
-figure comes for all layers and for the top layer alone.
+There are two parts. The paper's protocol, without noise: forces on the 3 mm disc in the middle at the angles and
+magnitudes of the paper's tests, and the seven punches shifted by 1.25 mm in eight directions. And presses in MuJoCo:
+the punches, the disc and spheres at random positions, sizes and rotations under random forces, with 1 % noise and other
+levels of noise. Each result is given for all layers and for the top layer alone.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.recognition.evaluation.arrays import ARRAYS, TransducerArray
 from mjtactile.units import GRAM_FORCE
 
-#: The paper's unknown angles [deg] and forces [gf], and the shift of its unknown shapes [m].
+#: The paper's test angles [deg], test forces [gf], and shift of the tested shapes [m].
 ANGLES, FORCES, SHIFT = (1.0, 13.0, 18.0, 27.0), tuple(range(15, 200, 10)), 1.25e-3
-#: The paper's magnitude for shapes, and one for directions [gf].
+#: The paper's force for shapes, and the force for directions [gf].
 SHAPE_FORCE, DIRECTION_FORCE = 10.0, 100.0
 #: Shapes of the paper's comparison with people.
 THREE = ("circle", "triangle", "square")
-#: Standard deviations of noise over a press's largest reading, at which layers are compared.
+#: Standard deviations of noise over a press's largest reading for the comparison of layers [-].
 NOISES = (0.0, 0.003, 0.01, 0.02, 0.05)
-#: Directions are compared above this tilt [rad].
+#: Least tilt for the comparison of directions [rad].
 LEAST_TILT = math.radians(3.0)
-#: Presses are firm from here on [N]: their readings stand out of transducers' noise.
+#: Least force of a firm press [N], whose readings are well above the transducers' noise.
 FIRM = 50.0 * GRAM_FORCE
 _LAYERS = ("all", "top")
 _TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "shape_rate", "shape_rate_firm")
@@ -49,13 +49,13 @@ _TOTALS = ("direction_median_deg", "magnitude_mean_gf", "position_mean_mm", "sha
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluationSettings:
-    """Which presses recognisers are measured on.
+    """The presses of an evaluation.
 
     Attributes:
         seed: of presses and noise.
-        presses: how many in MuJoCo.
-        fidelity: of the sensor, a preset by name; recognisers are taught on "precise" among others.
-        law: its contact law; by default the fidelity's own.
+        presses: number of presses in MuJoCo.
+        fidelity: of the sensor, a preset by name; recognisers are trained on "precise" among others.
+        law: its contact law; by default that of the fidelity.
     """
 
     seed: int
@@ -67,17 +67,17 @@ class EvaluationSettings:
 def evaluate(
     settings: EvaluationSettings, *, workers: int = 2, folder: Path | None = None, progress: bool = True
 ) -> dict[str, Any]:
-    """Measure every figure anew.
+    """Compute all results of the evaluation.
 
     Args:
-        settings: which presses.
-        workers: processes that make presses.
-        folder: weights of one's own, one folder each for "all" and "top" in it; by default those shipped.
+        settings: the presses.
+        workers: number of processes that make presses.
+        folder: of other weights, with subfolders "all" and "top"; by default those of the package.
         progress: show a progress bar on a terminal.
 
     Returns:
-        plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" lists of rows, and
-        what was asked.
+        Plain values: "protocol" and "mujoco" by layers ("all", "top"), "noise" and "transducers" as lists of rows, and
+        the settings.
     """
     require("dataset")  # before long work
     from mjtactile.influence.cache import influence_matrices
@@ -110,10 +110,10 @@ def evaluate(
 
 
 def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, ShapeRecogniser]]:
-    """Those that are measured, by the layers they see.
+    """The evaluated recognisers of force and shape, by their layers ("all", "top").
 
     Args:
-        folder: weights of one's own, see `evaluate`.
+        folder: of other weights, see `evaluate`.
 
     Raises:
         RecognitionError: weights are missing or damaged.
@@ -129,7 +129,7 @@ def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, 
 
 
 def press_spec(seed: int, presses: int, fidelity: str, law: str) -> dict[str, Any]:
-    """The presses of an evaluation as a dataset's TOML values: ranges of the issue, no more than two forces a pose."""
+    """The random presses of an evaluation as the TOML values of a dataset, with two forces per pose at most."""
     return {
         "seed": seed,
         "presses": presses,
@@ -148,7 +148,7 @@ def press_spec(seed: int, presses: int, fidelity: str, law: str) -> dict[str, An
 
 
 def protocol(influence: InfluenceMatrices, force: ForceRecogniser, shape: ShapeRecogniser) -> dict[str, Any]:
-    """The paper's unknown samples, without MuJoCo and without noise."""
+    """Results on the paper's test samples, without MuJoCo and without noise."""
     directions = np.array([force_vector(DIRECTION_FORCE * GRAM_FORCE, angle) for angle in ANGLES])
     found = force(_pressed(influence, "disc", (0.0, 0.0), directions))
     vectors = np.array([force_vector(f * GRAM_FORCE, angle) for angle in ANGLES for f in FORCES])
@@ -181,7 +181,7 @@ def random_presses(
     seed: int,
     array: TransducerArray | None = None,
 ) -> dict[str, Any]:
-    """Random presses with noise, read by transducers if asked for: totals, and each kind of contact by itself."""
+    """Results on random presses with noise, optionally read by transducers: in total, and for each kind of contact."""
     readings = noisy(data.readings, noise, seed)
     if array is not None:
         readings = array.reported(readings, seed)
@@ -223,13 +223,13 @@ def random_presses(
 
 
 def noisy(readings: Array, noise: float, seed: int) -> Array:
-    """Readings (presses, ...) with white noise of a standard deviation over each press's largest reading."""
+    """Readings (presses, ...) [Pa] plus white noise; `noise` is its standard deviation over the largest reading [-]."""
     peak = readings.max(axis=(1, 2, 3), keepdims=True)
     return readings + noise * peak * np.random.default_rng([seed, 99]).standard_normal(readings.shape)
 
 
 def angles_between(found: Array, truth: Array) -> Array:
-    """Angles between vectors (n, 3) [rad], exact for small ones too."""
+    """Angles between vectors (n, 3) [rad], (n,), accurate also for small angles."""
     across = np.linalg.norm(np.cross(found, truth), axis=-1)
     return np.arctan2(across, np.einsum("...i,...i->...", found, truth))
 

@@ -1,4 +1,4 @@
-"""How recognisers are made: presses looked at, networks fitted, shapes added, examples kept. Needs torch."""
+"""Training of recognisers: features of presses, fitting of networks, adding shapes, stored examples. Needs torch."""
 
 from mjtactile._installed import require
 

@@ -1,10 +1,9 @@
-"""Teaching one more shape: a module that is louder than all others on its own shape, and on no other.
+"""Training of a module for one more shape, while the existing modules stay fixed.
 
-Modules known stay as they are, so what they all say of a press, together, is one number: the logarithm of the sum of
-their exponentials. The new module's score less this is the logarithm of the odds that the press is of the new shape,
-which makes of the lesson a question with two answers (logistic regression), and of the modules known a number that is
-worked out once. The new module begins as those known that the new shape looks most like: what tells an octagon from a
-circle is most of what tells a hexagon.
+The scores of the existing modules for a press are summarised by one number, the logarithm of the sum of their
+exponentials, computed once. The new module's score minus this number is the log-odds that the press is of the new
+shape, so the training is a logistic regression. The new module is initialised with the existing modules whose shapes
+resemble the new one most: most of what distinguishes an octagon from a circle also distinguishes a hexagon.
 """
 
 from __future__ import annotations
@@ -21,18 +20,18 @@ from mjtactile.recognition.training.fitting import Schedule, learning_rate
 from mjtactile.recognition.training.looker import Looker
 from mjtactile.recognition.training.shape_networks import FixedNetwork, PoseNetworks
 
-#: Presses looked at in one go.
+#: Number of presses processed at once.
 _CHUNK = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class Looks:
-    """Looks at presses, each under noise of its own.
+    """Training samples: presses with random noise.
 
     Attributes:
         inputs: of shape modules, (looks, inputs).
-        scores: of the modules known, (looks, modules).
-        own: whether it is the new shape, (looks,) bool.
+        scores: of the existing modules, (looks, modules).
+        own: whether the press is of the new shape, (looks,) bool.
     """
 
     inputs: torch.Tensor
@@ -42,11 +41,11 @@ class Looks:
 
 @dataclass(frozen=True, eq=False)
 class KnownModules:
-    """Modules that are there before a shape is added.
+    """The existing modules, which stay fixed.
 
     Attributes:
         poses: for position, size and orientation.
-        shapes: of the shapes known.
+        shapes: for the existing shapes.
     """
 
     poses: PoseNetworks
@@ -61,15 +60,15 @@ def look_at(
     known: KnownModules,
     imperfect: float = 0.0,
 ) -> Looks:
-    """Looks at presses, each under its own noise.
+    """Training samples of presses, each with its own noise.
 
     Args:
-        looker: of the presses.
-        index: which presses, (looks,).
+        looker: computes features of the presses.
+        index: index of each sample's press, (looks,).
         own: whether each press is of the new shape, (presses,) bool.
-        noise: of each look, standard deviation over the largest reading, (looks,).
-        known: modules that look.
-        imperfect: share of the looks through imperfect transducers.
+        noise: of each sample, standard deviation over the largest reading [-], (looks,).
+        known: the existing modules.
+        imperfect: fraction of the samples with imperfect transducers [-].
     """
     networks = [FixedNetwork(module.network) for module in known.shapes]
     inputs, scores = [], []
@@ -82,7 +81,7 @@ def look_at(
 
 
 class NewModule(torch.nn.Module):
-    """A network of two hidden layers that begins as the mean of some modules known, side by side."""
+    """A network with two hidden layers, initialised as the mean of several existing modules, side by side."""
 
     def __init__(self, like: Sequence[ShapeModule]) -> None:
         super().__init__()
@@ -110,14 +109,14 @@ class NewModule(torch.nn.Module):
 
 
 def most_alike(looks: Looks, known: Sequence[ShapeModule], count: int) -> list[ShapeModule]:
-    """The modules that are loudest on the new shape, loudest first."""
+    """The existing modules with the largest scores on the new shape, in descending order."""
     return [known[k] for k in looks.scores[looks.own].mean(0).argsort(descending=True)[:count].tolist()]
 
 
 def fit_module(network: NewModule, looks: Looks, schedule: Schedule, generator: torch.Generator, label: str) -> None:
-    """Fit a module to looks, half of each batch the new shape's.
+    """Fit a module to training samples; half of each batch is of the new shape.
 
-    In use the new shape is one among all, as likely as any: the bias is lowered by the logarithm of their number.
+    In use all shapes are equally likely a priori, so the bias is lowered by the logarithm of their number.
     """
     others = looks.scores.logsumexp(1)
     pools = [torch.nonzero(looks.own == own)[:, 0] for own in (True, False)]

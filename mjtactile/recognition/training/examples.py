@@ -1,7 +1,7 @@
-"""Presses kept beside the weights, as a view sees them: what a shape that comes late is told apart from.
+"""Example presses stored with the weights, for training a new shape without the original dataset.
 
-Scale is left out and a byte is kept for each part, coarser than the view's noise nowhere that matters: some thousand
-presses are a few megabytes, and nobody needs the dataset that the others learnt from.
+They are stored as normalised projections with one byte per component, which is precise enough: some thousand presses
+are a few megabytes.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Examples:
 
     @classmethod
     def of(cls, presses: Presses, chosen: np.ndarray) -> Examples:
-        """Some presses of a dataset, by their indices."""
+        """Examples from presses of a dataset, by their indices."""
         size = np.linalg.norm(presses.projected[chosen], axis=1)
         return cls(
             presses.projected[chosen] / size[:, None],
@@ -54,7 +54,7 @@ class Examples:
 
     @classmethod
     def from_stored(cls, stored: Stored, view: PrincipalComponents) -> Examples:
-        """Those in a file by `arrays`, seen through the same view."""
+        """Examples from a file written with `arrays`, for the same principal components."""
         arrays = stored.arrays
         projected = arrays["projected"] * arrays["scale"]
         names = np.array(stored.metadata["shapes"])
@@ -70,11 +70,11 @@ class Examples:
 
     @property
     def names(self) -> list[str]:
-        """Of the shapes there are, in order."""
+        """Names of the shapes in the examples, sorted."""
         return sorted(set(self.shapes.tolist()))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What is stored, by name; the shape is an index into `names`."""
+        """Arrays to be stored, by name; the shape is an index into `names`."""
         scale = np.abs(self.projected).max(axis=0) / 127.0
         left = np.sqrt(np.maximum(self.energy - (self.projected**2).sum(axis=1), 0.0))
         return {
@@ -87,12 +87,12 @@ class Examples:
         }
 
     def joined(self, other: Examples) -> Examples:
-        """These, then the others."""
+        """These examples followed by others."""
         return Examples(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(Examples)))
 
 
 def read_examples(folder: Path, view: PrincipalComponents) -> Examples | None:
-    """The examples in a folder of weights; None where there are none."""
+    """The examples in a folder of weights; None if there are none."""
     if not (folder / EXAMPLES).is_file():
         return None
     entry = read_registry(folder).get("examples") if (folder / REGISTRY).is_file() else None

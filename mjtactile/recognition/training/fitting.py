@@ -1,4 +1,4 @@
-"""How networks are fitted, shared by the scripts in training/."""
+"""Fitting of networks, shared by the scripts in training/."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from mjtactile.recognition.weight_files import RecognitionError
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """How long and how fast to fit."""
+    """Hyperparameters of a fit."""
 
-    steps: int  #: batches
-    batch: int = 512  #: presses in each
-    rate: float = 1.5e-3  #: largest learning rate; rises over the first steps, falls as a cosine
-    decay: float = 1e-4  #: of weights, per step and rate
-    quiet: float = 0.3  #: share of a batch without noise
-    noise: float = 0.06  #: largest standard deviation of noise, over the largest reading; its root is uniform
-    imperfect: float = 0.15  #: share of a batch read by imperfect transducers
+    steps: int  #: number of batches
+    batch: int = 512  #: presses in each batch
+    rate: float = 1.5e-3  #: largest learning rate; see `learning_rate`
+    decay: float = 1e-4  #: weight decay of AdamW
+    quiet: float = 0.3  #: fraction of a batch without noise [-]
+    noise: float = 0.06  #: largest standard deviation of noise over the largest reading [-]; its root is uniform
+    imperfect: float = 0.15  #: fraction of a batch with imperfect transducers [-]
 
 
 def perceptron(sizes: list[int]) -> torch.nn.Sequential:
@@ -41,7 +41,7 @@ def perceptron(sizes: list[int]) -> torch.nn.Sequential:
 
 
 def perceptron_arrays(network: torch.nn.Module, name: str) -> dict[str, np.ndarray]:
-    """A perceptron's weights by the names `Network.from_arrays` expects, half precision."""
+    """A perceptron's weights in half precision, by the names that `Network.from_arrays` expects."""
     linear = [layer for layer in network.modules() if isinstance(layer, torch.nn.Linear)]
     arrays: dict[str, np.ndarray] = {}
     for k, layer in enumerate(linear):
@@ -51,7 +51,7 @@ def perceptron_arrays(network: torch.nn.Module, name: str) -> dict[str, np.ndarr
 
 
 def set_weights(network: torch.nn.Sequential, stored: Network) -> None:
-    """Let a perceptron begin as a stored one of the same sizes.
+    """Initialise a perceptron with the weights of a stored one of the same sizes.
 
     Raises:
         RecognitionError: the sizes differ.
@@ -87,14 +87,14 @@ def fit(
 
     Args:
         network: features to outputs.
-        looker: makes features.
-        train: which presses.
-        loss_of: (outputs, index of the presses, their sizes) to the loss.
-        schedule: how long.
-        label: for the progress bar.
+        looker: computes features of the presses.
+        train: indices of the presses.
+        loss_of: function of outputs, indices of the presses and their sizes that returns the loss.
+        schedule: hyperparameters.
+        label: text of the progress bar.
 
     Returns:
-        seconds it took.
+        Elapsed time [s].
     """
     start, generator = time.perf_counter(), looker.generator
     pool = torch.tensor(train)
@@ -116,12 +116,12 @@ def fit(
 
 
 def rate(right: np.ndarray) -> str:
-    """How many of some answers are right, in words."""
+    """Fraction of correct answers as text."""
     return f"{right.mean():.2%} of {len(right)}" if len(right) else "none asked"
 
 
 def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """What is written beside weights: configuration, versions, and the presses they come from."""
+    """Metadata of trained weights: configuration, versions, dataset and time."""
     import platform
 
     import mujoco

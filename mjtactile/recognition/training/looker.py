@@ -1,7 +1,8 @@
-"""Batches of presses for training, with fresh noise.
+"""Batches of training features with random noise.
 
-Noise is added to projections, not to readings: the principal parts are orthonormal, so white noise on the taxels is
-white noise on them, and what it leaves outside is a chi-squared number. This is several times cheaper and the same.
+Noise is added to projections instead of readings. The principal components are orthonormal, so white noise on the
+taxels is white noise on the projections, and the residual's sum of squares has a chi-squared distribution. This is
+equivalent and several times faster.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from mjtactile.recognition.features import NOISE_FLOOR, PrincipalComponents
 
 
 class Projected(Protocol):
-    """Presses in the octant, as a view sees them; `Presses` and `Examples` are some."""
+    """Presses in the octant, projected on principal components, such as `Presses` and `Examples`."""
 
     @property
     def readings(self) -> np.ndarray:
@@ -39,7 +40,7 @@ class Projected(Protocol):
 
 
 class Looker:
-    """Batches of features of presses, with fresh noise."""
+    """Computes features of presses with random noise."""
 
     def __init__(self, presses: Projected, view: PrincipalComponents, generator: torch.Generator) -> None:
         self.readings = torch.tensor(presses.readings)
@@ -57,9 +58,9 @@ class Looker:
         """Features and sizes of some presses.
 
         Args:
-            index: which, (n,).
-            noise: standard deviation over the press's largest reading, (n,).
-            imperfect: how many of them, the first ones, are read by imperfect transducers.
+            index: indices of the presses, (n,).
+            noise: standard deviation over the press's largest reading [-], (n,).
+            imperfect: number of presses, from the first on, that are read by imperfect transducers.
         """
         clean, energy = self.projected[index], self.energy[index]
         if imperfect:
@@ -69,7 +70,7 @@ class Looker:
         sigma = noise * self.peak[index]
         inside = (clean**2).sum(1)
         left = (energy - inside).clamp_min(0.0)
-        # Noise outside the parts: (e + sigma z)^2 summed, with chi-squared z^2 nearly normal for hundreds of taxels.
+        # Residual with noise: sum of (e + sigma z)^2; the chi-squared sum of z^2 is nearly normal for so many taxels.
         z = torch.randn((2, len(index)), generator=self.generator)
         spread = self.outside + (2.0 * self.outside) ** 0.5 * z[0]
         outside = (left + sigma**2 * spread + 2.0 * sigma * left.sqrt() * z[1]).clamp_min(0.0)
@@ -81,9 +82,9 @@ class Looker:
         return torch.cat([features, last[:, None]], 1), size
 
     def _imperfect(self, readings: torch.Tensor) -> torch.Tensor:
-        """Readings as arrays of unequal, coupled taxels report them, (n, taxels) [Pa]."""
+        """Readings [Pa], (n, taxels), with crosstalk and a spread of gains."""
         spread = torch.rand((2, len(readings), 1, 1, 1), generator=self.generator)
-        # Each taxel gives up to 1.5 % to each neighbour, and its gain is off by up to 2 % (standard deviation).
+        # Crosstalk up to 1.5 % to each neighbour, gains with a standard deviation up to 2 %.
         padded = torch.nn.functional.pad(readings, (1, 1, 1, 1), mode="replicate")
         around = padded[..., 1:-1, 2:] + padded[..., 1:-1, :-2] + padded[..., 2:, 1:-1] + padded[..., :-2, 1:-1]
         coupled = readings + 0.015 * spread[0] * (around - 4.0 * readings)

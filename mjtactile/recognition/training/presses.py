@@ -1,4 +1,4 @@
-"""Presses of a dataset as recognisers see them: mirrored into one octant and projected on a view's parts."""
+"""Presses of a dataset for training: mirrored into one octant and projected on principal components."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mjtactile.recognition.features import PrincipalComponents
 from mjtactile.recognition.symmetry import Mirrors, into_octant, is_symmetric, mirrored
 from mjtactile.recognition.weight_files import RecognitionError
 
-#: Presses whose middle is this close to the octant's border, in taxels, are learnt on both sides of it.
+#: Presses whose centre is closer than this to the octant's border, in taxels, are used on both sides of it.
 _BORDER = 0.12
 
 
@@ -27,9 +27,9 @@ class Presses:
         projected: (presses, parts) [Pa].
         energy: sum of squares of all readings (presses,) [Pa^2].
         peak: largest reading (presses,) [Pa].
-        dataset: where labels come from.
-        source: index into the dataset, (presses,); presses near the border come twice.
-        mirrors: how each was mirrored.
+        dataset: the dataset with the labels.
+        source: index into the dataset, (presses,); presses near the border occur twice.
+        mirrors: how each press was mirrored.
         held_out: presses kept for testing (presses,) bool: whole outlines, so that no pose is in both.
     """
 
@@ -49,17 +49,17 @@ class Presses:
 
     @property
     def forces(self) -> np.ndarray:
-        """As mirrored, (presses, 3) [N]."""
+        """Forces after mirroring [N], (presses, 3)."""
         return self.mirrors.vectors(self.dataset.forces[self.source])
 
     @property
     def positions(self) -> np.ndarray:
-        """As mirrored, (presses, 2) [m]."""
+        """Positions after mirroring [m], (presses, 2)."""
         return self.mirrors.vectors(self.dataset.positions[self.source])
 
 
 def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[PrincipalComponents, dict[str, Any]]:
-    """Principal parts of a dataset's readings over their length, and the dataset's metadata.
+    """Principal components of a dataset's normalised readings, and the dataset's metadata.
 
     Raises:
         RecognitionError: the dataset's pad is not symmetric.
@@ -76,12 +76,12 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[Princip
 
 
 def see_presses(folder: Path, view: PrincipalComponents, *, most: int | None = None) -> Presses:
-    """A dataset as a view sees it.
+    """Read a dataset, mirror it into the octant and project it.
 
     Args:
         folder: of the dataset.
-        view: what looks at it.
-        most: stop reading once there are this many presses; by default all.
+        view: the principal components.
+        most: stop reading when this number of presses is reached; by default read all.
     """
     dataset = read_dataset(folder, most=most)
     octant, mirrors = _octants(dataset, view.layers)
@@ -116,7 +116,7 @@ def _octants(dataset: Dataset, layers: tuple[int, ...]) -> tuple[np.ndarray, Mir
 
 
 def _borders(octant: np.ndarray) -> list[tuple[Mirrors, np.ndarray]]:
-    """For presses near the octant's two borders, the mirror across it, and which presses."""
+    """For each of the octant's two borders, the mirror across it and the indices of the presses near it."""
     total = octant.sum(axis=1)
     weight = total.sum(axis=(1, 2))
     middle = (octant.shape[-1] - 1) / 2

@@ -1,4 +1,4 @@
-"""Shape modules while they are trained: small networks side by side, on a view and pose modules left as they are."""
+"""Shape modules during training: small networks side by side, with fixed features and pose modules."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mjtactile.recognition.weight_files import read_weights
 
 
 class PoseNetworks(torch.nn.Module):
-    """Position, size and orientation modules, fixed: features to all their scaled values, (presses, outputs)."""
+    """Fixed position, size and orientation modules: features to all their scaled values, (presses, outputs)."""
 
     def __init__(self, modules: Sequence[PoseModule]) -> None:
         super().__init__()
@@ -23,7 +23,7 @@ class PoseNetworks(torch.nn.Module):
 
     @classmethod
     def from_folder(cls, folder: Path) -> PoseNetworks:
-        """Those in a folder of weights."""
+        """The modules in a folder of weights."""
         return cls([PoseModule.from_stored(read_weights(folder / f"{kind}.safetensors")) for kind in POSE_KINDS])
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
@@ -32,7 +32,7 @@ class PoseNetworks(torch.nn.Module):
 
 
 class FixedNetwork(torch.nn.Module):
-    """A stored network, in torch, not to be changed."""
+    """A stored network in torch, with fixed weights."""
 
     def __init__(self, network: Network) -> None:
         super().__init__()
@@ -51,13 +51,13 @@ class FixedNetwork(torch.nn.Module):
 
 
 class ShapeNetworks(torch.nn.Module):
-    """One network of two hidden layers for each shape, none sharing a weight.
+    """One network with two hidden layers for each shape, without shared weights.
 
     Args:
-        poses: pose modules, fixed.
-        count: shapes.
+        poses: fixed pose modules.
+        count: number of shapes.
         width: of the hidden layers.
-        inputs: of each network: features and pose values.
+        inputs: number of inputs of each network: features and pose values.
     """
 
     def __init__(self, poses: PoseNetworks, count: int, width: int, inputs: int) -> None:

@@ -1,4 +1,4 @@
-// What a rigid body presses with: its shapes, and those of its flat sides on which it can lie.
+// Geometry of a rigid body: its shapes, and the flat sides on which it can lie.
 #pragma once
 
 #include <cstddef>
@@ -23,13 +23,13 @@ struct FlatSide {
   std::vector<std::uint8_t> shapes;    // whether each of the body's shapes has a part in it
   bool looked_at = false, usable = false;
   double most_slope = 0.0;             // beyond this the body no longer faces the pad with this side alone [-]
-  double tips_at = std::numeric_limits<double>::infinity();  // where it tilts so far on this side, others may touch [-]
+  double tips_at = std::numeric_limits<double>::infinity();  // slope from which on other sides may touch as well [-]
   std::shared_ptr<const Face> whole;   // its cells; null where it is endless
 
   const double* up() const { return rotation + 6; }
 };
 
-// How flat sides are told from others.
+// Criteria for flat sides.
 struct SideLimits {
   double facing_gap;     // what is no further than this above the first touch faces the pad [m]
   bool level;            // whether the body keeps its orientation: a side must lie parallel to the pad
@@ -37,7 +37,7 @@ struct SideLimits {
   std::size_t cells;     // of a side
 };
 
-// Of several geoms of one body; sides are looked at closely when they are first asked for.
+// Geometry of all geoms of one body; sides are computed at their first use.
 class BodyGeometry {
  public:
   // `facets`: of each shape's mesh, null for other shapes.

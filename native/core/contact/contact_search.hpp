@@ -1,7 +1,8 @@
-// Where a rigid body touches: the spots of the surface that its lower side comes near enough to, wherever they lie.
+// Search for contact: the parts of the surface that a rigid body's lower side comes close enough to.
 //
-// Seen from a plane that moves with the body, what is lower than a level touches. The level is the one under which the
-// spots carry the force: pressed to a depth d a spot of an elastic half space carries about E* d P / 2, P its perimeter:
+// Heights of the body are measured from a plane that moves with it; parts below a level are in contact. The level is the
+// one at which these parts carry the force: a part of an elastic half space pressed to a depth d carries about
+// E* d P / 2, where P is its perimeter:
 // 2.7 E* a d under a ball, 2 E* a d under a punch, pi / 2 E* L d under a long cylinder (Johnson, Contact Mechanics, 1985,
 // chapters 3 and 4), which it meets within a third.
 #pragma once
@@ -17,7 +18,7 @@
 
 namespace mjtactile {
 
-// Heights that a tilt of the body takes away: slopes along x and y about a point.
+// A tilt of the body: slopes along x and y about a point, which are subtracted from heights.
 struct Plane {
   double slopes[2];
   Point middle;
@@ -32,7 +33,7 @@ struct Spot {
   double length;   // half the perimeter of that [m]
 };
 
-// What the spots have to carry.
+// The load to carry.
 struct SearchLoad {
   double force;        // pressing [N]
   Point through;       // where its line meets the surface
@@ -43,27 +44,27 @@ struct SearchLoad {
 
 class ContactSearch {
  public:
-  // Look at a body from above; false where nothing of it faces the pad.
+  // Sample the heights of a body; false if no part of it faces the pad.
   bool look(const HeightMap& map);
-  // Spots under the level that carries the load, seen from a plane.
+  // Parts below the level that carries the load, measured from a plane.
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   // Height of the level above the plane through the lowest point [m], and of that point above the given plane.
   double level() const { return level_; }
-  // The same where no area is needed.
+  // The same without a least area.
   double loaded() const { return loaded_; }
   double lowest() const { return lowest_; }
-  // Height up to which the spots reach: over the level where one was found to touch, or is close to it.
+  // Height up to which the spots reach [m]: above the level where one was found to touch, or nearly touches.
   double reached() const { return reached_; }
-  // Whether all that faces the pad lies under the level at which spots are gathered: no other plane sees more.
+  // Whether the whole body that faces the pad is below the level, so that another plane would find no more parts.
   bool sees_all() const { return sees_all_; }
-  // Whether the load passes through what the spots span.
+  // Whether the load's line of action passes through the convex hull of the parts.
   bool supported(const SearchLoad& load) const;
   // Convex hull of what the body covers, counter-clockwise.
   std::vector<Point> covered() const;
-  // How much of a tilt about its middle it takes until the body, seen from a plane, comes down to a height at a point
-  // outside of some regions: a share of the tilt, infinite where it never does.
+  // Share of a tilt after which the body, seen from a plane, has come down to a height at some point outside the given
+  // regions; infinite where it never does.
   double share_until(const Plane& seen, const Plane& tilt, double height, const std::vector<Region>& regions) const;
-  // Slopes at which the body rests on springs under the load; where it leans, they tell onto what it tilts.
+  // Slopes at which the body rests on springs under the load; for an inclined body, the face that it tilts onto follows.
   Plane resting(const SearchLoad& load);
 
  private:

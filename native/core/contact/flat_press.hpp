@@ -1,4 +1,4 @@
-// A flat face pressed at one place: on its own cells, or where little of it presses, on cells that lie there.
+// A flat face pressed at one place: on its own cells or, if only a small part is in contact, on finer cells there.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +31,7 @@ class FlatPress {
   }
   // Heights of the body above the cells [m]; null where it is flat.
   const double* heights() const { return small_ ? part_.heights().data() : nullptr; }
-  // From where heights are seen, where there are any.
+  // Plane from which heights are measured, if there are any.
   const PatchFace::View& view() const { return part_.view(); }
   const Face& face() const { return small_ ? part_.face() : *face_; }
   const Placement& placement() const { return small_ ? kHere : placement_; }
@@ -48,7 +48,7 @@ class FlatPress {
   std::vector<Point> starts_, ends_;
 };
 
-// Whether so few of a face's cells press that they are too coarse.
+// Whether so few of a face's cells are in contact that they are too coarse.
 bool is_small(const CellContact& contact);
 
 }  // namespace mjtactile

@@ -1,9 +1,9 @@
 // Contact cells of a tangent plane laid onto the curved surface below it.
 //
-// Each cell presses along its own normal n, which leans against the plane's N by the slopes of the surface. Counted are
-// forces f along N: the force along n is f / c with c = n . N, on an area 1 / c times the cell's in the plane, so that
-// pressure is f over the cell's area as on a flat pad. What turns the body is f where the line along n through the cell
-// meets the plane; the surface gives way along n, which a body that moves along N by as much meets 1 / c later.
+// Each cell presses along its own normal n, inclined to the plane's normal N by the slopes of the surface. Forces
+// f are measured along N. The force along n is f / c with c = n . N, on an area of 1 / c times the cell's in the plane,
+// so the pressure is f over the cell's area, as on a flat pad. For moments, f acts where the line along n through the
+// cell meets the plane. The surface moves along n; a body that moves along N meets a displacement w along n after w / c.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ class BentCells {
     std::vector<LoadedNode> nodes;
   };
 
-  // Lay the cells of a face, whose frame is the plane's. The plane must stay.
+  // Map the cells of a face, whose frame is the plane's, onto the surface. The plane must outlive this object.
   void lay(const Face& face, const TangentPlane& plane);
 
   const TangentPlane& plane() const { return *plane_; }
@@ -42,7 +42,7 @@ class BentCells {
   const std::vector<double>& stretches() const { return stretches_; }
   Bend bend() const { return {positions_.data(), stretches_.data(), plane_->axes() + 6}; }
 
-  // What pressing forces f (cells) carry along the plane: forces along U and V, and the torsion about N.
+  // Resultants of pressing forces f (cells) in the plane: forces along U and V, and the torsion about N.
   void along_plane(const double* pressing, double* along) const;
   // Force on a cell in the pad frame, of shear along U and V and -f.
   void force_on(std::size_t cell, const double* force, double* on_pad) const;

@@ -1,4 +1,4 @@
-// How far the surface gives under contact cells: a half space in closed form plus the sheet's smooth remainder.
+// Compliance of the surface between contact cells: a half space in closed form plus the sheet's smooth remainder.
 #pragma once
 
 #include <cstddef>
@@ -31,8 +31,9 @@ class QuadraticSplines {
   double per_ = 0.0;  // pieces per length, on the average [1/m]
 };
 
-// Cells on a curved surface: their places (cells, 3) [m] in the pad frame, and how much longer the way along the normal (3)
-// of the plane they were cut in is than along a cell's own (cells). Forces and displacements are counted along the former.
+// Cells on a curved surface: positions (cells, 3) [m] in the pad frame; the normal (3) of the plane they were cut in; and
+// the ratio of a distance along this normal to that along a cell's own normal (cells). Forces and displacements are
+// measured along the plane's normal.
 struct Bend {
   const double *positions, *stretches, *normal;
 
@@ -48,13 +49,13 @@ class SurfaceCompliance {
   // those along x first, of where it sinks by those of where it is pressed [m/N].
   SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder);
 
-  // Springs that stand for the surface under law "foundation": logarithms of contact areas [m^2], ascending, and of the
+  // Springs of law "foundation": logarithms of contact areas [m^2], ascending, and of the
   // stiffness per area under each [Pa/m].
   void set_foundation(std::vector<double> areas, std::vector<double> stiffnesses);
   double foundation_stiffness(double area) const;
   bool has_foundation() const { return !areas_.empty(); }
 
-  // What shear needs besides: Poisson's ratio of the half space, and the remainder of all three components, (component,
+  // Additional data for shear: Poisson's ratio of the half space, and the remainder of all three components, (component,
   // spline) by (component, spline) [m/N]. Set once, before any thread asks for `full`.
   void set_tangential(double poisson, Matrix remainder);
   bool has_tangential() const { return full_remainder_.rows() > 0; }
@@ -82,14 +83,14 @@ class SurfaceCompliance {
   // Mean normal displacement of each cell per normal force on each cell [m/N].
   // `points` (cells, per_cell, 2) [m]: whose mean stands for each cell; `areas` (cells) [m^2]; `inverse_distance`:
   // integrals of 1/r over pairs of cells of the same shape elsewhere [m^3], (cells, cells), to be multiplied by
-  // `scale`^3. Of cells on a curved surface, `bend` tells of them what their plane does not.
+  // `scale`^3. `bend`: positions and slopes of cells on a curved surface.
   void normal(const double* points, std::size_t per_cell, const double* areas, std::size_t cells,
               const double* inverse_distance, double scale, Workspace& workspace, Matrix& compliance,
               const Bend* bend = nullptr) const;
 
-  // How far points (count, 2) [m] go down under normal forces [N] on other cells, added to `sunk` [m]: point forces, but
-  // for the mean over a square cell at its own middle. On a curved surface, `bent` and `pressed` tell of both what their
-  // places on the pad do not.
+  // Add the displacement [m] of points (count, 2) [m] under normal forces [N] on cells to `sunk`. Cells are taken as point
+  // forces, except at a cell's own centre, where the mean over a square is used. `bent` and `pressed`: positions and
+  // slopes of the points and of the cells on a curved surface.
   void add_sinking(const double* points, std::size_t count, const double* centroids, const double* areas,
                    const double* forces, std::size_t cells, Workspace& workspace, double* sunk,
                    const Bend* bent = nullptr, const Bend* pressed = nullptr) const;
@@ -103,7 +104,7 @@ class SurfaceCompliance {
  private:
   // Mean splines over each cell.
   void weigh(const double* points, std::size_t per_cell, std::size_t cells, Workspace& workspace) const;
-  // Add what a remainder gives between the cells that were weighed: to `block`, all of it or from the diagonal on.
+  // Add a remainder between the cells whose splines were computed to `block`, all of it or from the diagonal on.
   // `remainder`: its first entry and its stride.
   void add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace, double* block,
                      std::size_t block_stride) const;

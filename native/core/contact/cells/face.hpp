@@ -24,7 +24,7 @@ struct Face {
   double rotation[9];   // body's frame to the face's, row-major
   double height;        // of the face in its own frame [m]
   double most_slope;    // beyond this the body no longer faces the pad with this face alone [-]
-  double tips_at = std::numeric_limits<double>::infinity();  // where it tilts so far on this face, others may touch [-]
+  double tips_at = std::numeric_limits<double>::infinity();  // slope from which on other faces may touch as well [-]
   std::vector<Point> centroids;
   std::vector<double> areas;
   std::vector<Point> quadrature;         // points per cell whose mean integrates quadratic functions, or none
@@ -39,7 +39,7 @@ struct Face {
   std::size_t cells() const { return areas.size(); }
 };
 
-// Where the face stands, if the body turns it to the pad; false where it leans more than it may.
+// Pose of the face on the pad; false if the body is tilted too far for this face.
 bool place(const Face& face, const Pose& pose, Placement& placement);
 
 // Height of the face's plane over (x, y) [m].

@@ -1,4 +1,4 @@
-// Tractions that are linear over an area, and their exact nodal forces: what law "uniform" presses with.
+// Tractions that are linear over an area, and their exact nodal forces, for law "uniform".
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ class LinearTraction {
   const AreaIntegrals& integrals() const { return integrals_; }
   const std::vector<Edge>& edges() const { return edges_; }
   const std::vector<Point>& hull() const { return hull_; }   // counter-clockwise
-  // Leave of the area what lies where a linear function, a constant and its slopes along x and y, is positive.
+  // Clip the area to where a linear function (constant, slopes along x and y) is positive.
   void keep_where(const double* function);
   // Pressure and shear that carry a wrench (force [N], moment about the pad's origin [N m]): a constant and gradients
   // along x and y of each component, (3, 3) [Pa, Pa/m]. False where it would pull somewhere.

@@ -14,7 +14,7 @@ struct CellRectangle {
 
   Point middle;
   double cosine, sine, sides[2];
-  double area, reach;    // its area, and how far from it its middle does not stand for it
+  double area, reach;    // its area, and the distance within which it cannot be represented by its centre
   double xx, xy, yy;     // its second moments over its area [m^2]
 };
 
@@ -29,7 +29,7 @@ struct PairShear {
 };
 PairShear near_shear_integrals(const CellRectangle& a, const CellRectangle& b);
 
-// Whether their middles stand for two rectangles.
+// Whether two rectangles are far enough apart to be represented by their centres.
 bool are_far(const CellRectangle& a, const CellRectangle& b);
 
 // The integrals of 1/r over equal rectangles by how many columns and rows they lie apart: (rows, columns).

@@ -1,4 +1,4 @@
-// How a half space answers shear on polygonal cells: integrals over pairs of them in closed form.
+// Compliance of a half space under shear on polygonal cells: integrals over pairs of them in closed form.
 //
 // A point force on a half space moves its surface by terms in 1/r, x^2/r^3, x y/r^3 and x/r^2 (Johnson, Contact
 // Mechanics, 1985, section 3.2). Each is a sum of second derivatives of a smoother kernel, so the divergence theorem

@@ -20,7 +20,7 @@ struct LawOptions {
   std::size_t cells = 0;    // wanted
   double strength = 0.0;    // pressure that no cell bears more than [Pa]; 0: no bound
   double facing_gap = 0.0;  // law "uniform" presses with what is no higher than this above the first touch [m]
-  double narrowest = 0.0;   // width of cells below which taxels do not tell them apart [m]
+  double narrowest = 0.0;   // least width of cells that taxels can resolve [m]
 
   bool operator==(const LawOptions& other) const {
     return law == other.law && tangential == other.tangential && tilting == other.tilting &&

@@ -1,4 +1,4 @@
-// A contact law: how a body's pressure spreads over the cells that it touches.
+// A contact law: how a body's pressure is distributed over contact cells.
 //
 // Each law is a class in a file of its own, and one object of it serves all contacts; see laws/by_name.hpp.
 #pragma once
@@ -46,7 +46,7 @@ class ContactLaw {
   virtual const char* name() const = 0;
   // Whether pressure on one cell moves the surface under the others, those of other bodies included.
   virtual bool couples() const { return false; }
-  // Whether it knows how the pad gives; otherwise a body presses with its lowest part, and always tilts to its load.
+  // Whether it uses the pad's compliance; otherwise a body presses with its lowest part and tilts freely.
   virtual bool shapes() const { return true; }
   // Whether flat faces need no cells: UniformPress presses them.
   virtual bool presses_faces() const { return false; }

@@ -1,7 +1,7 @@
-// Shear of a contact whose pressure without friction is known, as a tangential choice spreads it.
+// Shear of a contact whose pressure without friction is known, distributed by a tangential choice.
 //
-// Each choice is a class in a file of its own, and one object of it serves all contacts; see laws/by_name.hpp. What
-// friction cannot carry of a wrench is left out: the nearest is carried.
+// Each choice is a class in a file of its own, and one object of it serves all contacts; see laws/by_name.hpp. If friction
+// cannot carry a wrench, the nearest possible wrench is carried.
 #pragma once
 
 #include <cstddef>
@@ -99,7 +99,7 @@ class SurfaceShear {
   ShearWork work_;
 };
 
-// How far a cell's force may go from that without friction to the one that shear couples it to, 1 for all the way.
+// Largest fraction of the change of a cell's force from that without friction to that coupled with shear; 1 for all.
 double share_borne(const PressedCells& cells, std::size_t cell, double coupled);
 
 }  // namespace mjtactile
