@@ -87,7 +87,9 @@ def _compiled(path: Path) -> mujoco.MjModel:
 
     ensure_registered()
     if not path.is_file():
-        raise SceneError(f"there is no file {path}. Give the path of a model with pads, such as hand.xml.")
+        raise SceneError(
+            f"cannot open {path}: there is no such file. Give the path of a model with pads, such as hand.xml."
+        )
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
