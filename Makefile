@@ -25,7 +25,7 @@ demo: $(VENV)/installed
 	$(BIN)/mjtactile press star --force 100gf --tilt 15 --shift 1.25,0 --rotate 20 --out demo.npz --figure demo.png
 
 # Everything CI runs: style, types, all tests, and the MuJoCo side again on other versions of MuJoCo.
-test: $(VENV)/installed-dev build/lerobot/installed build/soak/installed .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
+test: $(VENV)/installed-dev build/lerobot/installed build/soak/installed build/chromium/installed .mujoco-$(OLDEST_MUJOCO) $(OTHER_MUJOCO:%=.mujoco-%)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(LINT_IMPORTS)
@@ -113,6 +113,15 @@ build/lerobot/installed: | $(VENV)/installed-dev
 	$(BIN)/python -c "$(SITE_PACKAGES)" > $$($(@D)/bin/python -c "$(SITE_PACKAGES)")/ours.pth
 	$(@D)/bin/python -m pip --disable-pip-version-check --quiet install $(LEROBOT_NEEDS)
 	$(@D)/bin/python -m pip --disable-pip-version-check --quiet install --no-deps $(LEROBOT)
+	touch $@
+
+# A browser for the tests of the live view's page, from wheels: Qt's Chromium, 211 MB to download. Qt before 6.11 has no
+# WebGL without a graphics card. Where there are no wheels, these tests need another browser and say so.
+QT_CHROMIUM := PyQt6==6.11.0 PyQt6-Qt6==6.11.2 PyQt6-WebEngine==6.11.0 PyQt6-WebEngine-Qt6==6.11.2
+build/chromium/installed: | $(VENV)/bin/python
+	rm -rf $(@D)
+	$(PYTHON) -m venv $(@D)
+	$(@D)/bin/python -m pip --disable-pip-version-check --quiet install $(QT_CHROMIUM) || echo "no Chromium from wheels"
 	touch $@
 
 # Packages that mjtactile's pads are put into, each in an environment of its own.

@@ -49,6 +49,15 @@ def read_text(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
+def why_unread(error: Exception) -> str:
+    """Why a file could not be read, in words for people who know its name."""
+    if isinstance(error, FileNotFoundError):
+        return "there is no such file"
+    if isinstance(error, UnicodeDecodeError):
+        return "it is no text in UTF-8"
+    return (isinstance(error, OSError) and error.strerror) or str(error)
+
+
 def unusable(path: Path) -> str | None:
     """The kind of a path that is not a regular file, such as "a folder"; None if it is one or does not exist.
 
@@ -78,6 +87,17 @@ def check_writable(path: Path) -> None:
             pass
     except (OSError, ValueError) as error:
         raise _refused(path, error) from error
+
+
+def check_npz(path: Path) -> None:
+    """Find out before long work whether arrays can be written to a file.
+
+    Raises:
+        OutputError: the name's ending says that something else is meant, or the file cannot be written.
+    """
+    check_writable(path)
+    if path.suffix.lower() != ".npz":
+        raise OutputError(f"cannot write arrays to {path}: expected a name that ends in .npz, which numpy.load reads.")
 
 
 def check_figure(path: Path) -> None:

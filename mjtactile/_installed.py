@@ -63,7 +63,7 @@ def require(name: str) -> None:
     extra = EXTRAS[name]
     if extra.missing:
         raise MissingExtraError(
-            f"{extra.purpose} need {', '.join(extra.missing)}, which is not installed. Install it: {install_line(name)}"
+            f"{extra.purpose} need {' and '.join(extra.missing)}, not installed here. Install it: {install_line(name)}"
         )
 
 

@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from mjtactile._files import read_text, why_unread
 from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.pad_shape.surfaces import FLAT, surface_from
@@ -74,9 +75,12 @@ def pad_from_file(path: str | Path) -> Pad:
     """
     path = Path(path)
     try:
-        values = tomllib.loads(path.read_text())
+        values = tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
-        raise PadError(f"cannot read {str(path)!r} as a pad's TOML file: {error}") from error
+        raise PadError(
+            f"cannot read {str(path)!r} as a pad's TOML file: {why_unread(error)}. Expected lines such as "
+            "size = [15e-3, 15e-3], in metres and pascals."
+        ) from error
     try:
         return pad_from_values(values, path.parent)
     except PadError as error:

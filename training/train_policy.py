@@ -56,6 +56,7 @@ def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
     """Train one policy and test it."""
     import torch
     from stable_baselines3 import PPO
+    from stable_baselines3.common.logger import Logger
     from stable_baselines3.common.utils import FloatSchedule, LinearSchedule
 
     torch.set_num_threads(1)
@@ -75,6 +76,7 @@ def run(config: Config, arm: str, seed: int) -> dict[str, Any]:
         seed=seed,
         device="cpu",
     )
+    policy.set_logger(Logger(None, []))  # its own makes a folder for a log that nobody reads
     policy.learn(config.steps)
     trained = time.process_time() - start
     tested = test(policy, training, config, arm)

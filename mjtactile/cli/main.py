@@ -12,7 +12,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,7 +28,7 @@ from mjtactile.cli.evaluate import evaluate
 from mjtactile.cli.grasp import grasp_app
 from mjtactile.cli.installation import build, cache_app, doctor, info
 from mjtactile.cli.loop import loop
-from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite
+from mjtactile.cli.options import AsJson, FidelityOption, PadOption, finite, into_pad
 from mjtactile.cli.reproduce import reproduce
 from mjtactile.cli.view import hands, preview, view
 from mjtactile.errors import MjTactileError
@@ -60,7 +60,9 @@ def press(
         str, typer.Argument(help="A punch (circle, doughnut, ... see info), sphere, cylinder, box, or a mesh file.")
     ],
     force: Annotated[str, typer.Option(help="Magnitude with unit: 100gf, 0.98N.")] = "100gf",
-    tilt: Annotated[float, typer.Option(callback=finite, help="Of the force, from straight into the pad [deg].")] = 0.0,
+    tilt: Annotated[
+        float, typer.Option(callback=into_pad, help="Of the force, from straight into the pad [deg].")
+    ] = 0.0,
     azimuth: Annotated[float, typer.Option(callback=finite, help="Of the tilt, from +x towards +y [deg].")] = 0.0,
     shift: Annotated[str, typer.Option(help="Of the indenter, x,y [mm].")] = "0,0",
     rotate: Annotated[float, typer.Option(callback=finite, help="Of the indenter, counter-clockwise [deg].")] = 0.0,
@@ -75,7 +77,7 @@ def press(
     as_json: AsJson = False,
 ) -> None:
     """Press an indenter into a pad in MuJoCo and read the taxels."""
-    from mjtactile._files import check_apart, check_figure, check_writable
+    from mjtactile._files import check_apart, check_figure, check_npz
     from mjtactile.cli.press import PressProblem, run_press
     from mjtactile.pad import Pad, force_vector
     from mjtactile.pad_names import pad_from_file
@@ -85,7 +87,7 @@ def press(
     place = parse_millimetres("shift", shift)
     check_apart({"the mesh": Path(shape), "--pad": pad, "--out": out, "--figure": figure})
     if out is not None:
-        check_writable(out)
+        check_npz(out)
     if figure is not None:
         check_figure(figure)
     report = run_press(
@@ -104,12 +106,16 @@ def press(
     )
     if out is not None:
         report.save(out)
-    if figure is not None:
-        _draw_press(report, figure)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))
     else:
-        _print_press(report, out, figure)
+        _print_press(report)
+    sys.stdout.flush()
+    if figure is not None:
+        _draw_press(report, figure)  # takes a second or two, so the figures in numbers come first
+    for path in (out, figure):
+        if path is not None and not as_json:
+            typer.echo(f"wrote {path}")
 
 
 app.command(rich_help_panel="Touch")(loop)
@@ -131,16 +137,16 @@ app.add_typer(cache_app, name="cache", rich_help_panel=_INSTALLATION)
 
 def main() -> None:
     """Entry point: errors are one line, exit code 2; warnings are one line each."""
-    warnings.showwarning = _show_warning
+    warnings.showwarning = partial(_show_warning, set())
     if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may hold what the terminal cannot show
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        code = _command()(standalone_mode=False)
+        code = _command()(prog_name="mjtactile", standalone_mode=False)
         sys.stdout.flush()
         if code:  # of a command that found something wrong and has said it
             sys.exit(code)
     except MjTactileError as error:
-        _fail(f"{error} More: {page_address(error.page)}" if error.page else str(error))
+        _fail(f"{_sentence(str(error))} More: {page_address(error.page)}" if error.page else str(error))
     except KeyboardInterrupt:
         _fail("interrupted", code=130)
     except BrokenPipeError:  # whoever read the output has seen enough
@@ -158,7 +164,8 @@ def main() -> None:
         text = message()
         if not text:  # a group of commands without one of them: its help has been shown
             sys.exit(2)
-        _fail(text)
+        context = getattr(error, "ctx", None)
+        _fail(f"{_sentence(text)} See `{context.command_path} --help`." if context is not None else text)
 
 
 @lru_cache(maxsize=1)
@@ -167,13 +174,22 @@ def _command() -> Callable[..., Any]:
     return typer.main.get_command(app)
 
 
+def _sentence(text: str) -> str:
+    """A text that others may follow."""
+    return text if text.endswith((".", "?", "!")) else f"{text}."
+
+
 def _fail(message: str, code: int = 2) -> None:
     print(f"mjtactile: error: {' '.join(message.split())}", file=sys.stderr)
     sys.exit(code)
 
 
-def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
-    print(f"mjtactile: {category.__name__}: {' '.join(str(message).split())}", file=sys.stderr)
+def _show_warning(shown: set[str], message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+    """Print a warning, unless it is among those that were shown: several places may give the same."""
+    line = f"{category.__name__}: {' '.join(str(message).split())}"
+    if line not in shown:
+        shown.add(line)
+        print(f"mjtactile: {line}", file=sys.stderr)
 
 
 def _draw_press(report: Any, path: Path) -> None:
@@ -193,7 +209,7 @@ def _draw_press(report: Any, path: Path) -> None:
     save_figure(path, drawn, dpi=130)
 
 
-def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
+def _print_press(report: Any) -> None:
     from mjtactile.units import GRAM_FORCE
 
     console = Console(soft_wrap=True)
@@ -221,6 +237,3 @@ def _print_press(report: Any, out: Path | None, figure: Path | None) -> None:
         f"time per update ({report.readings.size} readings): {report.update_time * 1e3:.2f} ms",
         highlight=False,
     )
-    for path in (out, figure):
-        if path is not None:
-            typer.echo(f"wrote {path}")

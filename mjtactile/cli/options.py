@@ -18,6 +18,14 @@ def finite(value: float | None) -> float | None:
     return value
 
 
+def into_pad(tilt: float) -> float:
+    """The same angle [deg], for `typer.Option(callback=into_pad)`: one that presses into the pad."""
+    finite(tilt)
+    if not abs(tilt) < 90.0:
+        raise typer.BadParameter(f"{tilt:g} degrees do not press; expected more than -90 and less than 90.")
+    return tilt
+
+
 PageOption = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 FidelityOption = Annotated[

@@ -25,7 +25,7 @@ def view(
     replay: Annotated[Path | None, typer.Option(help="Begin with a recording of this model.")] = None,
 ) -> None:
     """Show a model and its pads live in a browser."""
-    from mjtactile._files import check_writable
+    from mjtactile._files import check_npz
     from mjtactile.view.clock import Clock
     from mjtactile.view.demonstrations import demonstration
     from mjtactile.view.recording import Recording
@@ -34,7 +34,7 @@ def view(
     if (model is None) == (scene is None):
         raise typer.BadParameter("name either a model's file or --scene.")
     if record is not None:
-        check_writable(record)
+        check_npz(record)
     shown = None if replay is None else Recording.load(replay)
     demo, compiled = (None, _compiled(model)) if model is not None else demonstration(str(scene))
     data, clock = mujoco.MjData(compiled), Clock()
@@ -86,6 +86,10 @@ def _compiled(path: Path) -> mujoco.MjModel:
     from mjtactile.plugin.registration import ensure_registered
 
     ensure_registered()
+    if not path.is_file():
+        raise SceneError(
+            f"cannot open {path}: there is no such file. Give the path of a model with pads, such as hand.xml."
+        )
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:

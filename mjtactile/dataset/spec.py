@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mjtactile._files import read_text
+from mjtactile._files import read_text, why_unread
 from mjtactile.contact.options import LAWS
 from mjtactile.contact.tangentials import WITHOUT_FRICTION
 from mjtactile.dataset.hardware import transducer_for
@@ -104,7 +104,9 @@ def load_spec(path: Path) -> DatasetSpec:
     try:
         values = tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
-        raise DatasetError(f"cannot read {path} as a dataset's TOML file: {error}") from error
+        raise DatasetError(
+            f"cannot read {path} as a dataset's TOML file: {why_unread(error)}. Expected lines such as presses = 1000."
+        ) from error
     return parse_spec(values, path.parent)
 
 

@@ -255,7 +255,7 @@ def _loaded(path: Path) -> trimesh.Trimesh:
     except OSError as error:  # a name that is too long
         raise IndenterError(f"there is no mesh file {path}: {error.strerror}.") from error
     if not there:
-        raise IndenterError(f"there is no mesh file {path}.")
+        raise IndenterError(f"there is no mesh file {path}. Give the path of one, such as an STL file.")
     if path.stat().st_size > MOST_BYTES:
         raise IndenterError(
             f"{path} has {path.stat().st_size / 1e6:.0f} MB; expected at most {MOST_BYTES / 1e6:.0f} MB. Decimate the "

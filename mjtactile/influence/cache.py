@@ -16,7 +16,13 @@ from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, MeshWarnin
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_summary
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.provenance import check_provenance, influence_fingerprint
-from mjtactile.influence.storage import ClassStorage, in_storage, plain_fidelity, reduced_and_narrowed
+from mjtactile.influence.storage import (
+    ClassStorage,
+    in_storage,
+    narrowing_steps,
+    plain_fidelity,
+    reduced_and_narrowed,
+)
 from mjtactile.influence.table import read_metadata
 from mjtactile.pad import Pad
 
@@ -27,6 +33,8 @@ if TYPE_CHECKING:
 CACHE_VARIABLE = "MJTACTILE_CACHE"
 #: Folder of tables in the package: the default pad's at fidelity "fast", so that a first reading needs no build.
 SHIPPED = Path(__file__).resolve().parent / "tables"
+#: Time that reducing matrices takes, over that of solving for them: a third on the default pad, more or less elsewhere.
+_REDUCTION_SHARE = 1 / 3
 #: Waiting for another process that builds: time before the first message, and between messages [s].
 _SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
 
@@ -101,7 +109,7 @@ def influence_matrices(
                 f"building influence matrices at fidelity {fidelity_summary(chosen)} for a {pad.summary}. This is done "
                 f"once; they are kept in {path.parent}."
             )
-        built = _derived_from_cache(pad, chosen) or build_influence(pad, chosen, progress=progress)
+        built = _derived_from_cache(pad, chosen, progress=progress) or build_influence(pad, chosen, progress=progress)
         try:
             if error is not None:
                 raise error
@@ -182,12 +190,14 @@ def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True
 
     chosen = as_fidelity(fidelity)
     density, sampling = chosen.density, {}
-    for k in range(pad.sensing_layers):
-        sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
-    storage = ClassStorage(pad, chosen, sampling)
-    tables: Tables = dict(storage.sampling)
     steps = build_steps(pad, density)
-    with progress_bar("influence matrices", steps, wanted=progress, counted=False, lines=True) as advance:
+    to_narrow = narrowing_steps(pad, plain_fidelity(chosen), chosen)
+    total = steps * (1.0 + _REDUCTION_SHARE) if to_narrow else steps
+    with progress_bar("influence matrices", total, wanted=progress, counted=False, lines=True) as advance:
+        for k in range(pad.sensing_layers):
+            sampling |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
+        storage = ClassStorage(pad, chosen, sampling)
+        tables: Tables = dict(storage.sampling)
         for class_tables in build_tables(
             pad,
             density,
@@ -197,17 +207,22 @@ def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True
             columns=storage.columns,
         ):
             tables |= class_tables
-    return reduced_and_narrowed(InfluenceMatrices(pad, storage.fidelity, tables), chosen)
+        whole = InfluenceMatrices(pad, storage.fidelity, tables)
+        return reduced_and_narrowed(whole, chosen, lambda: advance((total - steps) / to_narrow))
 
 
-def _derived_from_cache(pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
+def _derived_from_cache(pad: Pad, chosen: Fidelity, *, progress: bool) -> InfluenceMatrices | None:
     """Influence matrices derived from the whole ones (`plain_fidelity`), if the cache has those; otherwise None."""
     plain = plain_fidelity(chosen)
     path = cached_path(pad, plain)
     if path == cached_path(pad, chosen):
         return None
     found = _load_if_whole(path, pad, plain)
-    return None if found is None else in_storage(found, chosen)
+    if found is None:
+        return None
+    steps = narrowing_steps(pad, found.fidelity, chosen)
+    with progress_bar("influence matrices", steps, wanted=progress, counted=False, lines=True) as advance:
+        return in_storage(found, chosen, lambda: advance(1))
 
 
 def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:

@@ -22,6 +22,7 @@ faster are smaller, too. The shallowest layer usually stays whole.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,13 +53,16 @@ _USED_SHARE = 1 / 3
 _TIE = 1e-5
 
 
-def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: str) -> Tables:
+def reduced_tables(
+    influence: InfluenceMatrices, tolerance: float, precision: str, on_step: Callable[[], None] = lambda: None
+) -> Tables:
     """The stress matrices of influence matrices, each factored if that saves memory or time.
 
     Args:
         influence: with whole matrices; each is removed from its tables, to save memory.
         tolerance: relative error, see the module's description [-].
         precision: storage of the result.
+        on_step: called after each layer's deviatoric matrices, and after each layer's mean ones.
 
     Returns:
         All "deviatoric" and "mean" arrays, see `stress_matrix.stored_matrix`.
@@ -72,6 +76,7 @@ def reduced_tables(influence: InfluenceMatrices, tolerance: float, precision: st
             factors = _reduced_layer(matrices, spanning, control, _row_weights(influence, k, width), tolerance)
             for name, of_class in zip(names, factors, strict=True):
                 tables |= stored_matrix(name, of_class, precision)
+            on_step()
     return tables
 
 

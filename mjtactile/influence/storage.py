@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -73,12 +74,21 @@ def plain_fidelity(chosen: Fidelity) -> Fidelity:
     return Fidelity(mesh=chosen.mesh, precision=precision)
 
 
-def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
+def narrowing_steps(pad: Pad, made: Fidelity, chosen: Fidelity) -> int:
+    """Number of times `reduced_and_narrowed` reports progress on matrices made at another fidelity."""
+    unchanged = chosen.reduction == 0.0 and chosen.precision == made.precision
+    return 0 if unchanged else len(_STRESSES) * pad.sensing_layers
+
+
+def in_storage(
+    plain: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None] = lambda: None
+) -> InfluenceMatrices:
     """Influence matrices in the storage of a fidelity.
 
     Args:
         plain: matrices at fidelity `plain_fidelity(chosen)`.
         chosen: the fidelity.
+        on_step: called `narrowing_steps` times.
 
     Raises:
         PresetError: loads="corners" on a mesh with an odd number of elements along an axis.
@@ -92,27 +102,30 @@ def in_storage(plain: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
                 averaged = storage.averaged(kind, parity, k, np.asarray(plain.tables[name]))
                 tables[name] = storage.columns(parity, averaged)
     whole = InfluenceMatrices(plain.pad, replace(storage.fidelity, precision=plain.fidelity.precision), tables)
-    return reduced_and_narrowed(whole, chosen)
+    return reduced_and_narrowed(whole, chosen, on_step)
 
 
-def reduced_and_narrowed(whole: InfluenceMatrices, chosen: Fidelity) -> InfluenceMatrices:
+def reduced_and_narrowed(
+    whole: InfluenceMatrices, chosen: Fidelity, on_step: Callable[[], None] = lambda: None
+) -> InfluenceMatrices:
     """Matrices in the storage of a fidelity, from matrices that differ in reduction and precision only.
 
-    To save memory, matrices are removed from the tables of `whole`, which cannot be used afterwards.
+    To save memory, matrices are removed from the tables of `whole`, which cannot be used afterwards. Calls
+    `on_step` `narrowing_steps` times.
     """
-    if chosen.reduction == 0.0 and chosen.precision == whole.fidelity.precision:
+    if not narrowing_steps(whole.pad, whole.fidelity, chosen):
         return replace(whole, fidelity=chosen)
     others = {name: table for name, table in whole.tables.items() if not name.startswith(_STRESSES)}
     if chosen.reduction > 0.0:
         from mjtactile.influence.low_rank import reduced_tables
 
-        stresses = reduced_tables(whole, chosen.reduction, chosen.precision)
+        stresses = reduced_tables(whole, chosen.reduction, chosen.precision, on_step)
     else:
-        stresses = _narrowed(whole, chosen.precision)
+        stresses = _narrowed(whole, chosen.precision, on_step)
     return InfluenceMatrices(whole.pad, chosen, others | stresses)
 
 
-def _narrowed(whole: InfluenceMatrices, precision: str) -> Tables:
+def _narrowed(whole: InfluenceMatrices, precision: str, on_step: Callable[[], None]) -> Tables:
     """All stress matrices, whole, in another precision."""
     tables: Tables = {}
     for kind in _STRESSES:
@@ -120,4 +133,5 @@ def _narrowed(whole: InfluenceMatrices, precision: str) -> Tables:
             for parity in whole.mirrors.classes:
                 name = table_name(kind, parity, k)
                 tables |= stored_matrix(name, (whole.tables.pop(name),), precision)
+            on_step()
     return tables

@@ -145,8 +145,8 @@ def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: 
     loaded = areal(face.intersection(_rectangle(pad, 0.0)))
     if loaded.area == 0.0:
         raise SceneError(
-            f"indenter '{indenter.name}' shifted by ({shift[0]:.6g}, {shift[1]:.6g}) m misses the pad, which reaches "
-            f"to ({pad.size[0] / 2:.6g}, {pad.size[1] / 2:.6g}) m from its middle. Shift it less (metres)."
+            f"indenter '{indenter.name}' shifted by ({shift[0] * 1e3:.6g}, {shift[1] * 1e3:.6g}) mm misses the pad, "
+            f"which reaches to ({pad.size[0] * 500:.6g}, {pad.size[1] * 500:.6g}) mm from its middle. Shift it less."
         )
     if indenter.outline is None:
         return None

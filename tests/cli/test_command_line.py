@@ -8,6 +8,8 @@ import sys
 import numpy as np
 import pytest
 
+from mjtactile.cli.main import _show_warning, main
+from mjtactile.errors import MeshWarning
 from mjtactile.pad import Pad
 from mjtactile.units import GRAM_FORCE
 
@@ -133,3 +135,22 @@ def test_info_lists_punches_meshes_and_cache(tmp_path):
     assert [name for name, size in facts["presets"].items() if size is not None] == ["fast"]
     assert facts["cache"] == str(tmp_path)
     assert "not built" in run("info", MJTACTILE_CACHE=str(tmp_path)).stdout
+
+
+def test_the_same_warning_from_several_places_is_one_line(capsys):
+    """A wide pad's mesh is made more than once, and each time warns from another place."""
+    shown = set()
+    for text, line in (("wide", 1), ("wide", 2), ("thin", 1)):
+        _show_warning(shown, text, MeshWarning, "mesh.py", line)
+    assert capsys.readouterr().err.splitlines() == ["mjtactile: MeshWarning: wide", "mjtactile: MeshWarning: thin"]
+
+
+def test_the_numbers_of_a_press_come_before_its_figure_is_drawn(monkeypatch, capsys, tmp_path, draft):
+    """Drawing takes a second or two, in which people have something to read."""
+    seen = []
+    monkeypatch.setattr("mjtactile.cli.main._draw_press", lambda *_: seen.append(capsys.readouterr().out))
+    monkeypatch.setattr("sys.argv", ["mjtactile", "press", "circle", "--fidelity", "fast", "--figure"])
+    sys.argv.append(str(tmp_path / "c.png"))
+    main()
+    assert "time per update" in seen[0]
+    assert capsys.readouterr().out.startswith("wrote ")

@@ -75,7 +75,8 @@ def run(name: str, folder: Path) -> Outcome:
     example = EXAMPLES[name]
     python = Path(sys.executable) if example.venv is None else install(example.venv, FOLDER)
     command = [str(python), str(ROOT / "tests/examples/check_readings.py"), str(ROOT / "examples" / f"{name}.py")]
-    environment = os.environ | {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1"}
+    # stable-baselines3 makes a folder for its log wherever it runs: here, or in that of all temporary files.
+    environment = os.environ | {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1", "SB3_LOGDIR": str(folder / "log")}
     if example.venv is not None:
         environment.pop("PYTHONPATH", None)  # another MuJoCo's, perhaps
     begin = time.monotonic()

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import threading
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,11 +18,13 @@ from small_pads import COARSE, LAYERED_PAD
 
 import mjtactile.influence.build
 import mjtactile.influence.cache
+import mjtactile.influence.low_rank
 import mjtactile.influence.provenance
 from mjtactile.errors import InfluenceWarning, MeshError, PresetError
 from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.storage import in_storage, narrowing_steps
 from mjtactile.pad import Pad
 
 #: The smallest mesh there is; builds in a few hundredths of a second.
@@ -355,6 +358,36 @@ def test_progress_counts_every_step():
         for _ in mjtactile.influence.build.build_tables(pad, density, on_step=lambda: steps.append(1)):
             pass
         assert len(steps) == mjtactile.influence.build.build_steps(pad, density)
+
+
+@pytest.mark.parametrize("reduction", [0.0, 0.1])
+def test_the_bar_moves_until_the_table_is_whole(reduction, cache, monkeypatch):
+    """Reducing takes a quarter of the time; a bar that was full before would say nothing through it."""
+    asked, moved, reduced = [], [], []
+
+    @contextmanager
+    def bar(_, total, **__):
+        asked.append(total)
+        yield moved.append
+
+    layer = mjtactile.influence.low_rank._reduced_layer
+    monkeypatch.setattr(mjtactile.influence.cache, "progress_bar", bar)
+    monkeypatch.setattr(
+        mjtactile.influence.low_rank, "_reduced_layer", lambda *a: (reduced.append(sum(moved) / asked[0]), layer(*a))[1]
+    )
+    build_influence(Pad(), Fidelity(mesh=TINY, reduction=reduction))
+    assert sum(moved) == pytest.approx(asked[0])
+    assert len(reduced) == (2 * Pad().sensing_layers if reduction else 0)
+    assert reduced == sorted(set(reduced))  # a little further with every layer
+    assert all(share < 1.0 for share in reduced)
+
+
+def test_a_table_derived_from_another_counts_every_step(cache, monkeypatch):
+    steps = []
+    plain = build_influence(Pad(), Fidelity(mesh=TINY), progress=False)
+    chosen = Fidelity(mesh=TINY, precision="float16")
+    in_storage(plain, chosen, lambda: steps.append(1))
+    assert len(steps) == narrowing_steps(Pad(), plain.fidelity, chosen) == 2 * Pad().sensing_layers
 
 
 def test_cached_table_starts_without_the_finite_element_library(cache):

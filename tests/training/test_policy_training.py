@@ -28,10 +28,14 @@ def lifts(scripts, observation="none"):
 
 
 @pytest.mark.slow
-def test_runs_are_made_once_and_end_in_a_figure_and_a_table(tmp_path, scripts, capsys):
-    train = scripts["train_policy"]
+def test_runs_are_made_once_and_end_in_a_figure_and_a_table(tmp_path, scripts, capsys, monkeypatch):
+    train, temporary = scripts["train_policy"], tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))  # for processes that begin here
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
     config = train.Config(out=tmp_path, seeds=1, workers=1, **SMALL)
     train.main(config)
+    assert not list(temporary.glob("SB3-*"))  # folders of a log that nobody reads
     runs = {path.name: json.loads(path.read_text()) for path in tmp_path.glob("*.json")}
     assert set(runs) == {"touch-0.json", "no_touch-0.json"}
     for run in runs.values():

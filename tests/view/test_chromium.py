@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 import pytest
-from chromium import chromium, opened, stepping
+from chromium import lacking, opened, stepping
 from PIL import Image
-from pressed_boxes import boxes_on_pads
+from pressed_boxes import boxes_on_pads, pad_with_free_taxels
 
 pytest.importorskip("mjviser", reason="the live view is not installed: pip install 'mjtactile[view]'")
 pytest.importorskip("playwright", reason="Playwright is not installed: pip install playwright")
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(chromium() is None, reason="there is no Chromium: apt-get install chromium, or set CHROMIUM"),
+    pytest.mark.skipif(lacking() is not None, reason=lacking() or ""),
 ]
 
 _PATIENCE = 60_000
@@ -80,3 +80,26 @@ def test_a_page_shows_presses_and_its_buttons_work(tmp_path: Path):
         page.wait_for_selector("text=running", timeout=_PATIENCE)
         assert viewer.watched
     assert data.time > stands + model.opt.timestep
+
+
+def test_a_page_shows_presses_on_free_taxels():
+    model = boxes_on_pads(1, pad_with_free_taxels())
+    data, push = mujoco.MjData(model), [0.0]
+    body = model.body("box0").id
+
+    def act() -> None:
+        data.xfrc_applied[body, 2] = -push[0]
+
+    with Viewer(model, data, port=0) as viewer, stepping(viewer, act), opened(viewer.url) as page:
+        page.wait_for_function(
+            "document.querySelector('[data-pad=\"pad0\"]').textContent.includes('0.49 N')", timeout=_PATIENCE
+        )
+        rest = tiles(page)
+        push[0] = 3.0
+        page.wait_for_function(
+            "document.querySelector('[data-pad=\"pad0\"]').textContent.includes('3.49 N')", timeout=_PATIENCE
+        )
+        pressed = tiles(page)
+    grey = (pressed == rest).all(axis=2)
+    assert rest.shape == pressed.shape
+    assert 0.5 < grey.mean() < 1.0  # what changed is discs, six of them: most of the picture has no taxel

@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from pressed_boxes import WEIGHT, boxes_on_pads
+from pressed_boxes import WEIGHT, boxes_on_pads, pad_with_free_taxels, spec_of_boxes_on_pads
 from typer.testing import CliRunner
 
 from mjtactile.cli.main import app
@@ -190,6 +190,26 @@ def test_the_command_runs_without_a_display_and_records(tmp_path: Path):
     last = Recording.load(out).frames[-1]
     assert last.time == pytest.approx(0.7, abs=0.04)
     assert last.pads["left"].readings.max() > 1e3
+
+
+def test_the_command_shows_and_records_free_taxels_without_a_display(tmp_path: Path):
+    model, out = tmp_path / "model.xml", tmp_path / "free.npz"
+    model.write_text(spec_of_boxes_on_pads(1, pad_with_free_taxels()).to_xml())
+    command = ["view", str(model), "--port", "0", "--seconds", "0.3", "--record", str(out)]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    readings = Recording.load(out).frames[-1].pads["pad0"].readings
+    assert readings.shape == (6,)
+    assert readings[:4].min() > 3 * readings[4:].max()  # those below the box, and those beside it
+
+
+def test_free_taxels_reach_the_page_of_who_looks(monkeypatch: pytest.MonkeyPatch):
+    model = boxes_on_pads(1, pad_with_free_taxels())
+    with Viewer(model, mujoco.MjData(model), port=0, rate=50.0) as viewer:
+        viewer._watchers = 1
+        times = shown(viewer, monkeypatch)
+        steps(viewer, 40)
+        assert times
 
 
 def test_the_command_says_what_is_wrong(tmp_path: Path):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._files import check_writable, read_text, write_atomically
+from mjtactile._files import check_writable, read_text, why_unread, write_atomically
 from mjtactile.cli.benchmarks.cases import CALCULIX_GROUPS
 from mjtactile.cli.benchmarks.front import front
 from mjtactile.errors import MjTactileError
@@ -73,7 +73,9 @@ def _page(path: Path) -> str:
     try:
         return read_text(path)
     except (OSError, ValueError) as error:
-        raise MjTactileError(f"cannot put a table into {path}: {error}. Name a Markdown file that is there.") from error
+        raise MjTactileError(
+            f"cannot put a table into {path}: {why_unread(error)}. Name a Markdown file that is there."
+        ) from error
 
 
 def _table_in(path: Path, text: str, name: str) -> re.Match[str]:
