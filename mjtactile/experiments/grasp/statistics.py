@@ -1,4 +1,4 @@
-"""Shares and medians with their confidence intervals, and tables of them."""
+"""Proportions and medians with confidence intervals, and tables of them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Estimate:
-    """A figure and its 95 % confidence interval."""
+    """A value and its 95 % confidence interval."""
 
     value: float
     low: float
     high: float
 
     def text(self, unit: str = "", *, scale: float = 1.0, digits: int = 1) -> str:
-        """As in "97.5 % (94.3 to 98.9)"; without an interval where there are too few to have one."""
+        """Text such as "97.5 % (94.3 to 98.9)"; without the interval if there are too few samples for one."""
         if not np.isfinite((self.low, self.high)).all():
             return f"{scale * self.value:.{digits}f}{unit}"
         value, low, high = (f"{scale * one:.{digits}f}" for one in (self.value, self.low, self.high))
@@ -30,12 +30,12 @@ class Estimate:
 
     @property
     def percent(self) -> str:
-        """Of a share, in per cent."""
+        """Text of a proportion in per cent."""
         return self.text(" %", scale=100.0)
 
 
 def share(marks: Sequence[bool]) -> Estimate:
-    """Of marks that are set, with Wilson's interval; NaN of none."""
+    """Proportion of marks that are set, with Wilson's interval; NaN without marks."""
     from scipy.stats import binomtest
 
     if not len(marks):
@@ -46,7 +46,7 @@ def share(marks: Sequence[bool]) -> Estimate:
 
 
 def median(values: Sequence[float]) -> Estimate:
-    """With the interval between two order statistics, which no distribution is assumed for; NaN where too few."""
+    """Median, with an interval between two order statistics, which assumes no distribution; NaN if too few values."""
     from scipy.stats import quantile_test
 
     if not len(values):
@@ -57,7 +57,7 @@ def median(values: Sequence[float]) -> Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Bound:
-    """What was to be reached, and what was."""
+    """A bound, and the value that was measured."""
 
     what: str
     bound: str
@@ -67,7 +67,7 @@ class Bound:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What an experiment prints.
+    """The report that an experiment prints.
 
     Attributes:
         title: one sentence.
@@ -86,7 +86,7 @@ class Report:
     notes: list[str] = field(default_factory=list)
 
     def markdown(self) -> str:
-        """Title, table and bounds."""
+        """Title, table and bounds as Markdown."""
         met = {True: "yes", False: "**no**"}
         bounds = [(one.what, one.bound, one.found, met[one.met]) for one in self.bounds]
         parts = [self.title, markdown_table(self.head, self.rows)]

@@ -70,7 +70,7 @@ GRIPPER = HandModel(
 
 
 def _add_drive(root: ET.Element) -> None:
-    """One motor for both fingers, which keeps them at the same distance from the middle."""
+    """One motor that drives both fingers at equal distances from the middle."""
     coupling = ET.SubElement(root, "equality")
     ET.SubElement(
         coupling,
@@ -99,7 +99,7 @@ def _add_drive(root: ET.Element) -> None:
 
 
 def _finger(name: str, side: float, pad: Pad) -> ET.Element:
-    """A finger on the left (-1) or on the right (+1); its frame's origin is the middle of its pad's surface."""
+    """The left (-1) or right (+1) finger. The origin of its frame is the middle of its pad's surface."""
     body = ET.Element("body", name=f"{name}_finger", pos=numbers((side * CLOSED_GAP / 2, 0.0, -_REACH)), gravcomp="1")
     ET.SubElement(
         body,

@@ -69,7 +69,7 @@ HAND = HandModel(
 
 
 def _finger(name: str, around: float, pad: Pad) -> ET.Element:
-    """A finger: its frame has z up, and x out of the hand."""
+    """One finger. The z axis of its frame points up, the x axis away from the hand."""
     knuckle = (KNUCKLE_RADIUS * math.cos(around), KNUCKLE_RADIUS * math.sin(around), -_PALM_HEIGHT)
     turn = numbers((math.cos(around / 2), 0.0, 0.0, math.sin(around / 2)))
     upper = ET.Element("body", name=f"{name}_upper", pos=numbers(knuckle), quat=turn, gravcomp="1")

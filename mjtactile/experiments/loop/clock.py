@@ -1,6 +1,6 @@
-"""The loop's clock: MuJoCo steps at 1 kHz, and every few steps touch is read and recognised.
+"""The clock of the loop: MuJoCo steps at 1 kHz; at every tick, a few steps apart, the pad is read and recognised.
 
-What the controller gets is a `Recognised`; the true wrench goes only into the log, for whoever examines it.
+The controller gets a `Recognised` only. The true wrench goes into the log, for evaluation.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CONTACT_THRESHOLD = 50.0
 
 
 def steps_between(rate: int) -> int:
-    """Steps of MuJoCo from one tick to the next at a rate of ticks [Hz].
+    """Number of MuJoCo steps between ticks, for a rate of ticks [Hz].
 
     Raises:
         MjTactileError: for a rate that does not divide 1000.
@@ -40,7 +40,7 @@ def steps_between(rate: int) -> int:
 
 @dataclass(eq=False)
 class Log:
-    """What happened, a row for each tick."""
+    """Record of a run: one row for each tick."""
 
     time: list[float] = field(default_factory=list)  #: simulated [s]
     commanded: list[Array] = field(default_factory=list)  #: force on the pad [N]; NaN where none
@@ -56,7 +56,7 @@ class Log:
 
 @dataclass(frozen=True, kw_only=True)
 class LoopSettings:
-    """What is run."""
+    """Settings of a run."""
 
     seed: int = 0  #: of the order and poses of the punches, the commanded forces and the noise
     presses: int = 4  #: commanded forces
@@ -68,7 +68,7 @@ class LoopSettings:
 
 
 class Loop:
-    """Steps a scene and recognises what its pad feels.
+    """Steps a scene, and recognises force and shape from its pad's readings.
 
     Args:
         scene: what is stepped.
@@ -111,11 +111,11 @@ class Loop:
 
     @property
     def ticks(self) -> int:
-        """Number of ticks so far."""
+        """Number of ticks that have passed."""
         return len(self.log.time)
 
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
-        """Advance one period and recognise the contact.
+        """Step the simulation by one tick and recognise the contact.
 
         Args:
             arm: index of the moving arm, for the log.
@@ -148,7 +148,7 @@ class Loop:
         return self.felt
 
     def _as_reported(self, readings: Array) -> Array:
-        """Readings with transducer and noise [Pa]."""
+        """The pad's readings after transducer and noise [Pa]."""
         if self._transducer is not None:
             readings = self._transducer(readings)
         return readings + self._noise * readings.max() * self._drawn.standard_normal(readings.shape)

@@ -1,4 +1,4 @@
-"""A figure of what the loop did: forces commanded, recognised and true, and what was taken for what."""
+"""A figure of a run of the loop: commanded, recognised and true forces, and true and recognised shapes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _COLOURS = ("tab:blue", "tab:orange", "tab:green")
 
 
 def loop_figure(result: LoopResult) -> Figure:
-    """Draw a result of `run_loop`."""
+    """Draw the result of `run_loop`."""
     require("figures")
     from matplotlib.figure import Figure
 
@@ -49,7 +49,7 @@ def _draw_forces(axes: Axes, result: LoopResult) -> None:
 
 
 def _draw_shapes(axes: Axes, result: LoopResult) -> None:
-    """For every tick in which something was felt, what it was taken for; in grey what it is."""
+    """The recognised shape at every tick with contact; in grey the true one."""
     log, names = result.log, sorted(result.scene.truth)
     seen = np.array([names.index(name) if name in names else -1 for name in log.seen])
     truth = np.array([names.index(result.scene.truth[arm]) for arm in log.arm])

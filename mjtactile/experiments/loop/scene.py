@@ -1,4 +1,4 @@
-"""The scene of the loop: a pad, seven punches in a rack on arms of their own, and seven bins.
+"""The scene of the loop: a pad, a rack of seven punches, each on its own arm, and seven bins.
 
 Lengths are metres, forces newtons, in the pad frame: z out of the pad.
 """
@@ -35,7 +35,7 @@ AXES = "xyz"
 
 @dataclass(frozen=True, eq=False)
 class LoopScene:
-    """A model, and what only an examiner knows of it.
+    """A model, with the facts about it that the controller must not know.
 
     Attributes:
         model: compiled.
@@ -51,7 +51,7 @@ class LoopScene:
 
 
 def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
-    """Punches in random order and poses; the same seed gives the same scene."""
+    """Make a scene with punches in random order and poses. The same seed gives the same scene."""
     pad = pad or Pad()
     drawn = np.random.default_rng(seed)
     truth = tuple(INDENTER_NAMES[k] for k in drawn.permutation(len(INDENTER_NAMES)))
@@ -67,9 +67,9 @@ def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
 
 
 def _pose(name: str, pad: Pad, drawn: np.random.Generator) -> tuple[float, float, float]:
-    """Shift (x, y) [m] off the arm's axis and turn [rad] of a punch whose whole face meets the pad.
+    """Draw a punch's shift (x, y) off the arm's axis [m] and turn [rad], so that its whole face meets the pad.
 
-    Feet off the pad's edge would carry nothing, see mjcf.py.
+    Parts of a face beyond the pad's edge carry nothing, see mjcf.py.
     """
     half_x, half_y = (size / 2 - EDGE_MARGIN for size in pad.size)
     sheet = shapely.box(-half_x, -half_y, half_x, half_y)
@@ -85,7 +85,7 @@ def _pose(name: str, pad: Pad, drawn: np.random.Generator) -> tuple[float, float
 
 
 def _set_options(spec: mujoco.MjSpec) -> None:
-    """As press scenes have them, see mjcf.py."""
+    """Set solver options as in press scenes, see mjcf.py."""
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
@@ -116,7 +116,7 @@ def _add_arm(spec: mujoco.MjSpec, arm: int, name: str, shift: Array, turn: float
 
 
 def _add_bin(spec: mujoco.MjSpec, k: int) -> None:
-    """A plate under a bin's place: to be seen, not touched."""
+    """A plate that marks a bin. It does not collide."""
     x, y, _ = bin_place(k)
     spec.worldbody.add_geom(
         name=f"bin_{INDENTER_NAMES[k]}",

@@ -1,4 +1,4 @@
-"""The two jobs: press with commanded forces, and sort what the arms hold by what it feels like.
+"""The two tasks: press with commanded forces, and sort punches by the shape that is recognised.
 
 Only targets go out and only what was recognised comes in. Arms are moved along straight lines in a given time, without
 looking where they are.
@@ -32,7 +32,7 @@ SEARCH_TIME = 0.6
 
 @dataclass(frozen=True, eq=False)
 class HeldForce:
-    """One commanded force, and when it was held."""
+    """One commanded force, and the time over which it was held."""
 
     commanded: Array  #: force on the pad [N], shape (3,)
     start: int  #: tick at which it was first asked for
@@ -41,7 +41,7 @@ class HeldForce:
 
 @dataclass(frozen=True)
 class Sorted:
-    """One punch felt and put away."""
+    """One punch that was recognised and put into a bin."""
 
     arm: int
     shape: str | None  #: as recognised; None where nothing was felt
@@ -51,7 +51,7 @@ class Sorted:
 
 
 def commanded_forces(count: int, seed: int) -> list[Array]:
-    """Forces of 20 to 150 gf, tilted by 5 to 30 degrees at any azimuth [N]."""
+    """Draw forces of 20 to 150 gf, tilted by 5 to 30 degrees at any azimuth [N]."""
     drawn = np.random.default_rng([seed, 3])
     return [
         force_vector(drawn.uniform(20.0, 150.0) * GRAM_FORCE, drawn.uniform(5.0, 30.0), drawn.uniform(0.0, 360.0))
@@ -60,7 +60,7 @@ def commanded_forces(count: int, seed: int) -> list[Array]:
 
 
 def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[HeldForce]:
-    """Press the pad with an arm's punch, whatever it is, by one commanded force after another."""
+    """Press the pad with the punch of one arm, with one commanded force after another."""
     servo = ForceServo(stiffness=ARM_STIFFNESS)
     rack = loop.targets[arm].copy()
     _over_pad(loop, arm)
@@ -75,7 +75,7 @@ def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[HeldForc
 
 
 def sort_punches(loop: Arms) -> list[Sorted]:
-    """Feel each arm's punch on the pad and carry it to the bin of the shape that was recognised."""
+    """Press each arm's punch on the pad, and carry it to the bin of the shape that is recognised."""
     return [_sort_one(loop, arm) for arm in range(len(loop.targets))]
 
 
@@ -103,7 +103,7 @@ def _sort_one(loop: Arms, arm: int) -> Sorted:
 
 
 def _hold(loop: Arms, arm: int, servo: ForceServo, force: Array, duration: float, *, until_felt: bool = False) -> None:
-    """Press by a commanded force for a time, or until something is felt."""
+    """Press with a commanded force for a time, or until contact is felt."""
     for _ in range(round(duration / loop.period)):
         felt = loop.tick(arm, force)
         loop.targets[arm] += servo.step(None if felt is None else felt.force.force, force, loop.period)
@@ -119,7 +119,7 @@ def _over_pad(loop: Arms, arm: int) -> None:
 
 
 def _lift(loop: Arms, arm: int) -> None:
-    """Straight up from wherever the target is, which is beyond the surface."""
+    """Move straight up from the present target, which lies below the surface."""
     loop.targets[arm, 2] = SEARCH_HEIGHT
     target = loop.targets[arm].copy()
     target[2] = TRAVEL_HEIGHT
@@ -127,7 +127,7 @@ def _lift(loop: Arms, arm: int) -> None:
 
 
 def _travel(loop: Arms, arm: int, place: Array) -> None:
-    """Along a straight line at a steady speed, and rest."""
+    """Move along a straight line at constant speed, then rest."""
     start = loop.targets[arm].copy()
     ticks = max(1, int(np.ceil(np.linalg.norm(place - start) / SPEED / loop.period)))
     for k in range(1, ticks + 1):

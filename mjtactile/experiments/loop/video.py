@@ -1,4 +1,4 @@
-"""A video of the loop: the scene, the four layers' readings, and what was recognised."""
+"""A video of the loop: the scene, the readings of four layers, and the recognised force and shape."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ VIDEO_KINDS = {".gif": "GIF", ".webp": "WEBP"}
 
 
 class LoopVideo:
-    """Draws a frame every so often; `loop.run.run_loop(watch=video)`. A context manager: it holds an OpenGL context.
+    """Draws frames at a fixed rate: `loop.run.run_loop(watch=video)`. A context manager, since it holds an OpenGL context.
 
     Raises:
         RenderError: there is no working OpenGL.
@@ -60,14 +60,14 @@ class LoopVideo:
         self._context.free()
 
     def __call__(self, loop: Loop) -> None:
-        """Draw a frame if it is time for one."""
+        """Draw a frame if the next one is due."""
         if loop.data.time < self._next:
             return
         self._next += 1.0 / FRAMES_PER_SECOND
         self.frames.append(self._frame(loop))
 
     def save(self, path: Path) -> None:
-        """Write what was drawn.
+        """Write the video file.
 
         Raises:
             OutputError: nothing was drawn, the file's ending is no kind of video known here, or it cannot be written.
@@ -122,7 +122,7 @@ class LoopVideo:
         return picture[::-1]
 
     def _maps(self, readings: Array) -> Picture:
-        """The first four layers two by two, rows upwards, over the largest reading there was lately."""
+        """The first four layers in a 2 x 2 picture, rows upwards, scaled by the largest recent reading."""
         require("figures")
         from matplotlib import colormaps
 
@@ -139,7 +139,7 @@ class LoopVideo:
 
 
 def check_video_path(path: Path) -> None:
-    """Refuse a video's file name that cannot be used, before the loop runs.
+    """Check the file name of a video before the loop runs.
 
     Raises:
         OutputError: the file's ending is no kind of video known here.
