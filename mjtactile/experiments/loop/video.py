@@ -30,7 +30,7 @@ VIDEO_KINDS = {".gif": "GIF", ".webp": "WEBP"}
 
 
 class LoopVideo:
-    """Draws frames at a fixed rate: `loop.run.run_loop(watch=video)`. A context manager, since it holds an OpenGL context.
+    """Draws frames at a fixed rate: `run_loop(watch=video)`. A context manager, since it holds an OpenGL context.
 
     Raises:
         RenderError: there is no working OpenGL.
