@@ -18,12 +18,12 @@ from mjtactile._types import Array
 from mjtactile.errors import NativeError
 
 #: Version of the functions in native/api/api.h that this module calls.
-API_VERSION = 10
+API_VERSION = 11
 #: Functions that return a handle, and functions that return a count.
 _MADE = tuple(
     f"mjt_{name}"
     for name in (
-        *("pad_new", "body_new", "reader_new", "press_new"),
+        *("pad_new", "outer_quadric", "outer_patch", "body_new", "reader_new", "press_new"),
         *("face_cells", "placed_cells", "footprint_flat", "footprint_heights"),
     )
 )

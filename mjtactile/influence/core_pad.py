@@ -16,11 +16,9 @@ from mjtactile._types import Array, Indices
 from mjtactile.influence.layout import PadTables
 from mjtactile.influence.stress_matrix import read_matrix
 from mjtactile.influence.table import table_name
-from mjtactile.pad_shape.surfaces import Quadric, Surface
+from mjtactile.pad_shape.core_surface import core_surface
 
 _PRECISIONS = ("float16", "float32", "float64", "int8")
-#: Grid lines along each axis on which the core stores a SurfacePatch; bicubic interpolation errs by less than 1 nm.
-_PATCH_LINES = 129
 #: Forces between 2^-n and 2^n newtons, with this n, are not rescaled.
 _COMMON_POWERS = 20
 
@@ -48,7 +46,9 @@ class CorePad:
             pointer(signs),
         )
         self.handle = ctypes.c_void_p(handle)
-        _set_outer(self.handle, grid.outer, (grid.x.vertices, grid.y.vertices))
+        if not grid.outer.is_flat:
+            half_size = float(grid.x.vertices[-1]), float(grid.y.vertices[-1])
+            library().mjt_pad_set_outer(self.handle, core_surface(grid.outer, half_size).handle)
         self._taxels, self._given, self._giving = influence.pad.reading_shape, set[str](), threading.Lock()
         self._finalizer = weakref.finalize(self, library().mjt_pad_free, self.handle)
 
@@ -73,20 +73,6 @@ class CorePad:
         forces = contiguous(np.ldexp(forces, -power) if power else forces)
         library().mjt_readings(self.handle, pointer(forces), pointer(readings))
         return np.ldexp(readings, power) if power else readings
-
-
-def _set_outer(handle: ctypes.c_void_p, outer: Surface, ends: tuple[Array, Array]) -> None:
-    """Set a curved surface in the core: the axes of a quadric, or heights and slopes on a fine grid."""
-    if outer.is_flat:
-        return
-    if isinstance(outer, Quadric):
-        a, b, c = outer.principal_axes
-        library().mjt_pad_set_quadric(handle, *(ctypes.c_double(number) for number in (a**-2, b**-2, c)))
-        return
-    lines = [np.linspace(line[0], line[-1], _PATCH_LINES) for line in ends]
-    jet = outer.jet(*np.meshgrid(*lines))
-    jets = contiguous(np.stack([jet.z, jet.x, jet.y, jet.xy], axis=-1))
-    library().mjt_pad_set_patch(handle, *(part for line in lines for part in sized(line)), pointer(jets))
 
 
 _pads: weakref.WeakKeyDictionary[PadTables, dict[bool, CorePad]] = weakref.WeakKeyDictionary()

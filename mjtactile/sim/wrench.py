@@ -13,15 +13,13 @@ import numpy as np
 from mjtactile._types import Array, Indices
 from mjtactile.errors import SceneError
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.core_surface import core_surface
 from mjtactile.sim.pad_geom import pad_pieces
 
 _BOX, _MESH = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_MESH)
 _NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # the axes that follow each axis, and those after them
 #: Least pressing force for a centre of pressure [N].
 _LEAST_FORCE = 1e-6
-#: Fixed-point steps to the intersection of the force's line with a curved surface; each reduces the error by the factor
-#: of the surface's slope times the force's slope.
-_STEPS = 20
 
 
 class PadFrame(NamedTuple):
@@ -127,20 +125,18 @@ def contact_wrenches(
 
 
 def centre_of_pressure(wrench: Array, pad: Pad | None = None) -> Array:
-    """Point of the sensing surface on the force's line of action [m], (3,); the pad's origin if nothing presses.
+    """Point of the sensing surface on which a wrench presses [m], (3,); the pad's origin if nothing presses.
+
+    The wrench's moment about this point is along the surface's normal.
 
     Args:
         wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
         pad: gives the surface; the plane z = 0 if None.
     """
-    fx, fy, fz, mx, my, _ = wrench
+    _, _, fz, mx, my, _ = wrench
     if not fz < -_LEAST_FORCE:
         return np.zeros(3)
-    found = np.array([-my / fz, mx / fz, 0.0])
     if pad is None or pad.surface.is_flat:
-        return found
-    half = np.array(pad.size) / 2
-    for _ in range(_STEPS):
-        found[:2] = np.clip([(found[2] * fx - my) / fz, (found[2] * fy + mx) / fz], -half, half)
-        found[2] = pad.surface.height(*found[:2])
-    return found
+        return np.array([-my / fz, mx / fz, 0.0])
+    found = core_surface(pad.surface, (pad.size[0] / 2, pad.size[1] / 2)).centre_of_pressure(wrench)
+    return np.zeros(3) if found is None else found

@@ -29,7 +29,7 @@ def force_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array |
 
 
 def twist_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array | None:
-    """The moment about the pad's normal at the centre of pressure, as an arrow along the normal.
+    """The moment about the surface's normal at the centre of pressure, as an arrow along the normal.
 
     Args:
         wrench: force [N] and moment about the pad's origin [N m], pad frame, (6,).
@@ -40,6 +40,6 @@ def twist_arrow(wrench: Array, length: float, pad: Pad | None = None) -> Array |
         Tail and head in the pad frame [m], (2, 3); None for a moment too small to be drawn.
     """
     tail = centre_of_pressure(wrench, pad)
-    twist = wrench[5] - (tail[0] * wrench[1] - tail[1] * wrench[0])
-    arrow = np.array([0.0, 0.0, twist * length])
+    normal = np.array([0.0, 0.0, 1.0]) if pad is None else pad.surface.normals(tail[0], tail[1])
+    arrow = (wrench[3:] - np.cross(tail, wrench[:3])) @ normal * length * normal
     return np.stack([tail, tail + arrow]) if np.linalg.norm(arrow) >= LEAST_LENGTH else None

@@ -56,7 +56,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 10; }
+int mjt_version(void) { return 11; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
@@ -75,15 +75,24 @@ mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* e
   return made;
 }
 
-void mjt_pad_set_quadric(mjt_pad* pad, double p, double q, double c) {
-  const SurfaceGrid& grid = pad->pad->surface();
-  pad->pad->set_outer(OuterSurface::quadric({grid.low_x(), grid.low_y(), grid.high_x(), grid.high_y()}, p, q, c));
+mjt_outer* mjt_outer_quadric(const double* sheet, double p, double q, double c) {
+  return new mjt_outer{OuterSurface::quadric({sheet[0], sheet[1], sheet[2], sheet[3]}, p, q, c)};
 }
 
-void mjt_pad_set_patch(mjt_pad* pad, size_t count_x, const double* x, size_t count_y, const double* y,
-                       const double* jets) {
-  pad->pad->set_outer(OuterSurface::patch({x, x + count_x}, {y, y + count_y}, {jets, jets + 4 * count_x * count_y}));
+mjt_outer* mjt_outer_patch(size_t count_x, const double* x, size_t count_y, const double* y, const double* jets) {
+  return new mjt_outer{OuterSurface::patch({x, x + count_x}, {y, y + count_y}, {jets, jets + 4 * count_x * count_y})};
 }
+
+void mjt_outer_free(mjt_outer* outer) { delete outer; }
+
+int mjt_centre_of_pressure(const mjt_outer* outer, const double* wrench, double* centre) {
+  Point found;
+  if (!centre_of_pressure(outer->surface, wrench, found)) return 0;
+  centre[0] = found.x, centre[1] = found.y, centre[2] = outer->surface.at(found.x, found.y).z;
+  return 1;
+}
+
+void mjt_pad_set_outer(mjt_pad* pad, const mjt_outer* outer) { pad->pad->set_outer(outer->surface); }
 
 void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturation) {
   pad->pad->set_range({range[0], range[1], range[2]}, {saturation, saturation + pad->pad->layers()});

@@ -12,6 +12,7 @@
 #endif
 
 struct mjt_pad;
+struct mjt_outer;
 struct mjt_body;
 
 /* Incremented with every change of this file; Python refuses a library with another version. */
@@ -25,11 +26,16 @@ MJT_API int mjt_knows(const char* law, const char* tangential);
    of the classes of the mirrors x -> -x and y -> -y that the pad has, (quadrants, classes). */
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
                              const double* ends_y, int mirror_x, int mirror_y, const double* quadrant_signs);
-/* The outer surface of a curved pad, before anything is pressed on it: the upper half of p x^2 + q y^2 + ((z + c) / c)^2 = 1,
-   p and q in 1/m^2; or a patch by (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of a grid, (count_y, count_x, 4). */
-MJT_API void mjt_pad_set_quadric(mjt_pad* pad, double p, double q, double c);
-MJT_API void mjt_pad_set_patch(mjt_pad* pad, size_t count_x, const double* x, size_t count_y, const double* y,
-                               const double* jets);
+/* The outer surface of a curved pad: over a sheet (west, south, east, north) [m] the upper half of
+   p x^2 + q y^2 + ((z + c) / c)^2 = 1, p and q in 1/m^2; or a patch by (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of a grid,
+   (count_y, count_x, 4). */
+MJT_API mjt_outer* mjt_outer_quadric(const double* sheet, double p, double q, double c);
+MJT_API mjt_outer* mjt_outer_patch(size_t count_x, const double* x, size_t count_y, const double* y, const double* jets);
+MJT_API void mjt_outer_free(mjt_outer* outer);
+/* Where a wrench (6) about the pad's origin presses on it, (3) [m], see centre_of_pressure; 0 where it presses nowhere. */
+MJT_API int mjt_centre_of_pressure(const mjt_outer* outer, const double* wrench, double* centre);
+/* The pad's outer surface, before anything is pressed on it. */
+MJT_API void mjt_pad_set_outer(mjt_pad* pad, const mjt_outer* outer);
 /* Mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m]; the reading [Pa]
    at which taxels saturate, by sensing layer. */
 MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* saturation);

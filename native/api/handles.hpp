@@ -15,6 +15,10 @@ struct mjt_pad {
   std::shared_ptr<mjtactile::Pad> pad;
 };
 
+struct mjt_outer {
+  mjtactile::OuterSurface surface;
+};
+
 struct mjt_body {
   std::vector<mjtactile::Shape> shapes;
   std::vector<std::vector<mjtactile::Facet>> facets;

@@ -175,14 +175,15 @@ def test_recovered_rows_are_the_flat_ones():
     np.testing.assert_allclose(found[:, 5], mean[:, 0], rtol=1e-8, atol=1e-9 * np.abs(mean).max())
 
 
-def test_far_centres_of_curvature_leave_the_flat_pad():
-    """What a dome of a metre reads differs from a flat pad by what depth over radius makes of it, and by nothing else.
+@pytest.mark.parametrize("curved", [SphereCap, CylinderSector])
+def test_far_centres_of_curvature_leave_the_flat_pad(curved):
+    """What pads of a metre's radius read differs from a flat pad by what depth over radius makes of it, and no more.
 
-    A pressure on a dome has a smaller base to go to, by 1 - 2 depth / radius: thin pads differ by less than a
-    thousandth. Of thicker ones the difference halves when the radius doubles, to its square.
+    A pressure on a dome has a smaller base to go to, by 1 - 2 depth / radius, on a cylinder by half of that: thin pads
+    differ by less than a thousandth. Of thicker ones the difference halves when the radius doubles, to its square.
     """
     flat = replace(LAYERED_PAD, taxels=TaxelGrid(rows=3, columns=3, pitch=(1.2e-3, 1.2e-3)))
-    surfaces = Flat(), SphereCap(1.0), SphereCap(2.0)
+    surfaces = Flat(), curved(1.0), curved(2.0)
     pads = [in_double_precision(replace(flat, surface=surface), COARSE) for surface in surfaces]
     none, near, far = (influence.readings(off_the_middle(influence)) for influence in pads)
     size = np.linalg.norm(none)

@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 import pytest
+from curved_pads import CURVED
 from PIL import Image
 from pressed_boxes import WEIGHT, boxes_on_pads, pressed
 
@@ -124,6 +125,35 @@ def test_the_centre_of_pressure_lies_on_a_curved_surface():
     assert arrow is not None
     np.testing.assert_allclose(arrow, [place, place + 0.01 * force], atol=1e-9)
     assert twist_arrow(wrench, 5.0, pad) is None
+
+
+@pytest.mark.parametrize("name", list(CURVED))
+def test_about_the_centre_of_pressure_a_wrench_turns_along_the_normal(name):
+    pad = CURVED[name]
+    half = np.array(pad.size) / 2
+    for x, y in np.random.default_rng(0).uniform(-0.9, 0.9, (20, 2)) * half:
+        place, (along, across, normal) = pad.surface.positions(x, y), pad.surface.frames(x, y)
+        force = -2.0 * normal + 0.8 * along - 0.3 * across
+        if force[2] > -0.1:
+            continue
+        wrench = np.concatenate([force, np.cross(place, force) + 2e-3 * normal])
+        # A patch is bicubic in the core.
+        np.testing.assert_allclose(centre_of_pressure(wrench, pad), place, atol=1e-9)
+        twist = twist_arrow(wrench, 5.0, pad)
+        assert twist is not None
+        np.testing.assert_allclose(twist[1] - twist[0], 1e-2 * normal, atol=1e-7)
+
+
+def test_the_centre_of_pressure_stays_on_the_pad():
+    pad = Pad(surface=SphereCap(15e-3))
+    force = np.array([0.0, 0.0, -1.0])
+    beyond = np.concatenate([force, np.cross([9e-3, -2e-3, 0.0], force)])
+    expected = pad.surface.positions(pad.size[0] / 2, -2e-3)
+    np.testing.assert_allclose(centre_of_pressure(beyond, pad), expected, atol=1e-12)
+    # A line that passes over the dome presses nowhere.
+    force = np.array([1.0, 0.0, -0.01])
+    over = np.concatenate([force, np.cross([0.0, 0.0, 1e-3], force)])
+    assert np.array_equal(centre_of_pressure(over, pad), np.zeros(3))
 
 
 def test_the_centre_of_pressure_and_the_twist_about_it():

@@ -28,6 +28,27 @@ void cross(const double* a, const double* b, double* out) {
   out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+// Where a line goes into a surface: the point of the pad's plane below, and the surface there.
+bool goes_in(const OuterSurface& surface, const double* along, const double* nearest, double size, Point& found,
+             SurfacePoint& under) {
+  const Rectangle& sheet = surface.sheet();
+  const Point middle = {(sheet.west + sheet.east) / 2, (sheet.south + sheet.north) / 2};
+  // From outside, where the line is above a convex surface, Newton's iteration runs to where it goes in and never past.
+  double at = -(along[0] * (nearest[0] - middle.x) + along[1] * (nearest[1] - middle.y) + along[2] * nearest[2]) - size;
+  for (int step = 0; step < 4 * kSteps; ++step) {
+    found = {nearest[0] + at * along[0], nearest[1] + at * along[1]};
+    under = surface.at(found.x, found.y);
+    const double above = nearest[2] + at * along[2] - under.z;
+    const double closing = along[2] - under.slopes[0] * along[0] - under.slopes[1] * along[1];
+    if (!(closing < 0.0)) return false;
+    const double move = -above / closing;
+    at += std::min(std::max(move, -size), size);
+    if (std::abs(move) <= kSame * size) break;
+  }
+  found = {nearest[0] + at * along[0], nearest[1] + at * along[1]};
+  return true;
+}
+
 }  // namespace
 
 void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
@@ -195,26 +216,27 @@ void TangentPlane::wrench_out_of(const double* here, double* wrench) const {
 bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre) {
   const Rectangle& sheet = surface.sheet();
   const double force = std::sqrt(product(wrench, wrench)), size = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
-  const Point middle = {(sheet.west + sheet.east) / 2, (sheet.south + sheet.north) / 2};
   if (!(force > 0.0)) return false;
-  double along[3], nearest[3];   // the line's direction, and its point nearest to the origin
+  double along[3], torsion[3] = {0.0, 0.0, 0.0};   // the line's direction, and the moment along the normal
   for (int k = 0; k < 3; ++k) along[k] = wrench[k] / force;
-  cross(wrench, wrench + 3, nearest);
-  for (double& one : nearest) one /= force * force;
-  // From outside, where the line is above a convex surface, Newton's iteration runs to where it goes in and never past.
-  double at = -(along[0] * (nearest[0] - middle.x) + along[1] * (nearest[1] - middle.y) + along[2] * nearest[2]) - size;
-  for (int step = 0; step < 4 * kSteps; ++step) {
-    const double x = nearest[0] + at * along[0], y = nearest[1] + at * along[1];
-    const SurfacePoint under = surface.at(x, y);
-    const double above = nearest[2] + at * along[2] - under.z;
-    const double closing = along[2] - under.slopes[0] * along[0] - under.slopes[1] * along[1];
-    if (!(closing < 0.0)) return false;
-    const double move = -above / closing;
-    at += std::min(std::max(move, -size), size);
-    if (std::abs(move) <= kSame * size) break;
+  Point found = {0.0, 0.0};
+  for (int round = 0; round < kSteps; ++round) {
+    double moment[3], nearest[3];   // the line's point nearest to the origin
+    for (int k = 0; k < 3; ++k) moment[k] = (wrench[3 + k] - torsion[k]) / force;
+    cross(along, moment, nearest);
+    SurfacePoint at;
+    if (!goes_in(surface, along, nearest, size, found, at)) return false;
+    const double normal[3] = {-at.slopes[0], -at.slopes[1], 1.0};
+    // So that the line's own moment is across the force.
+    const double turn = product(wrench + 3, along) / product(normal, along);
+    double changed = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      changed = std::max(changed, std::abs(turn * normal[k] - torsion[k]));
+      torsion[k] = turn * normal[k];
+    }
+    if (changed <= kSame * size * force) break;
   }
-  const double x = nearest[0] + at * along[0], y = nearest[1] + at * along[1];
-  centre = {std::min(std::max(x, sheet.west), sheet.east), std::min(std::max(y, sheet.south), sheet.north)};
+  centre = {std::min(std::max(found.x, sheet.west), sheet.east), std::min(std::max(found.y, sheet.south), sheet.north)};
   return true;
 }
 

@@ -61,8 +61,8 @@ class TangentPlane {
   SeenPiece whole_ = {};
 };
 
-// Where the line of a wrench (6), about the pad's origin, goes into a surface: the point of the pad's plane below, or the
-// nearest that the pad has. False where it does not go in.
+// Where a wrench (6), about the pad's origin, presses on a surface: the point about which it turns along the surface's
+// normal alone, seen on the pad's plane, or the nearest that the pad has. False where the force does not go in.
 bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre);
 
 }  // namespace mjtactile
