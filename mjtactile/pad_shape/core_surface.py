@@ -42,7 +42,7 @@ class CoreSurface:
         weakref.finalize(self, library().mjt_outer_free, self.handle)
 
     def centre_of_pressure(self, wrench: Array) -> Array | None:
-        """Point at which a wrench about the pad's origin, (6,) [N, N m], presses [m], (3,); None if its force misses."""
+        """Point where a wrench about the pad's origin, (6,) [N, N m], presses [m], (3,); None if its force misses."""
         centre = np.empty(3)
         found = library().mjt_centre_of_pressure(self.handle, pointer(contiguous(wrench)), pointer(centre))
         return centre if found else None
