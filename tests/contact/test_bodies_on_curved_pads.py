@@ -200,6 +200,48 @@ def test_a_ball_rolled_about_the_centre_gives_rolled_readings(degrees):
     assert np.linalg.norm(readings[1] - readings[0]) < 0.03 * np.linalg.norm(readings[0])
 
 
+ROLLED = (4.0, 9.0, 15.0)
+
+
+@pytest.fixture(scope="module")
+def rolled_tip() -> InfluenceMatrices:
+    """A cylinder whose far sides are three thicknesses away from all that is looked at; taxels, and the same rolled."""
+    radius, thickness = 8e-3, 1.3e-3
+    outer, axis = CylinderSector(radius), np.array([0.0, 0.0, -radius])
+    angles, across, depths = np.radians([-9.0, -4.0, 0.0, 5.0]), (-0.9e-3, 0.0, 0.6e-3), (0.55e-3, 0.9e-3)
+    x, y, depth = (grid.ravel() for grid in np.meshgrid(radius * np.sin(angles), across, depths))
+    still = outer.positions(x, y, depth)
+    turns = [Rotation.from_euler("y", degrees, degrees=True) for degrees in (0.0, *ROLLED)]
+    points = np.concatenate([turn.apply(still - axis) + axis for turn in turns])
+    taxels = FreeTaxels(points, np.full(len(points), 0.26e-3))  # type: ignore[arg-type]
+    layers = (Layer(thickness=thickness, young=1e6, poisson=0.49),)
+    pad = Pad(size=(13.2e-3, 5e-3), layers=layers, taxels=taxels, surface=outer)
+    density = replace(MESHES["draft"], in_plane_size=0.25)
+    return in_double_precision(pad, density)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", ROLLED)
+@pytest.mark.parametrize("body", ["ball", "plate"])
+def test_a_body_rolled_about_the_axis_gives_rolled_readings(rolled_tip, body, degrees):
+    """Of a cylinder, whatever of the mesh it stands on. Sides do not roll: where they are near, readings tell."""
+    outer, places = rolled_tip.surface.outer, (0.0, *ROLLED)
+    readings = []
+    for angle in (0.0, degrees):
+        turn, place = Rotation.from_euler("y", angle, degrees=True), (8e-3 * np.sin(np.radians(angle)), 0.0)
+        touch, (along, across) = outer.positions(*place), -outer.normals(*place)[:2] / outer.normals(*place)[2]
+        plane = Footprint.from_height(
+            lambda x, y, at=touch, slopes=(along, across): at[2] + slopes[0] * (x - at[0]) + slopes[1] * (y - at[1]),
+            rolled_tip.surface,
+        )
+        ball = Footprint.from_height(resting_ball(outer, place), rolled_tip.surface)
+        force = turn.apply([0.01, 0.005, -0.15])
+        footprint = ball if body == "ball" else plane
+        load = contact_load(rolled_tip, footprint, force, moment=np.cross(touch, force), law="elastic")
+        readings.append(rolled_tip.readings(load).reshape(len(places), -1)[places.index(angle)])
+    assert np.linalg.norm(readings[1] - readings[0]) < 0.01 * np.linalg.norm(readings[0])
+
+
 def test_patches_of_a_nearly_flat_surface_answer_as_flat_ones():
     x, y = np.linspace(-4e-3, 4e-3, 8), np.linspace(-3e-3, 3e-3, 7)
     flat, bent = flat_responses(x, y), bent_responses(x, y, SphereCap(1e3))
