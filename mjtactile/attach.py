@@ -11,7 +11,6 @@ from mjtactile.errors import PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
-from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.pad_geom import add_pad_geom
@@ -50,7 +49,8 @@ def attach_pad(
             model holds the numbers of a pad, so that it can be saved and opened anywhere; of a file it holds the name.
         fidelity: preset by name, or a Fidelity, of which the model holds every choice.
         output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces.
-        visual: whether viewers show the top layer's readings as a heat map on the pad.
+        visual: whether viewers show the top layer's readings as a heat map on the pad: a tile per taxel, as wide as
+            its ball where taxels are free.
         law: contact law in place of the fidelity's own.
         friction: coefficient [-] that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
         contact: "stiff", or "soft" for grippers that cannot align themselves: what is gripped askew presses with a
@@ -61,8 +61,7 @@ def attach_pad(
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: when there is no such body, pad, fidelity, output or contact, the name is taken, or free taxels are
-            to be drawn by `visual`.
+        SceneError: when there is no such body, pad, fidelity, output or contact, or the name is taken.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -70,11 +69,6 @@ def attach_pad(
     _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
-    if visual and isinstance(made.taxels, FreeTaxels):
-        raise SceneError(
-            "visual=True draws taxels on a grid, but this pad has free ones. Leave it off; the live view shows them: "
-            "mjtactile.view.Viewer, or mjtactile view MODEL.xml."
-        )
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
     config["visual"] = "on" if visual else "off"
     config |= {} if law is None else {"law": law}
