@@ -11,7 +11,6 @@ from mjtactile.errors import PresetError, SceneError
 from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
-from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
 from mjtactile.sim.pad_geom import add_pad_geom
@@ -50,7 +49,8 @@ def attach_pad(
             model stores all numbers of a Pad, so that it can be saved and opened anywhere, but only the name of a file.
         fidelity: a preset by name, or a Fidelity, of which the model stores every choice.
         output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces.
-        visual: whether viewers show the top layer's readings as a heat map on the pad.
+        visual: whether viewers show the top layer's readings as a heat map on the pad: a tile per taxel, as wide as
+            its ball where taxels are free.
         law: contact law in place of the fidelity's own.
         friction: coefficient [-] that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
         contact: "stiff", or "soft" for grippers that cannot align themselves with the object: a tilted object then
@@ -61,8 +61,7 @@ def attach_pad(
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: no such body, pad, fidelity, output or contact; the name is taken; or `visual` is set for a pad
-            with free taxels.
+        SceneError: no such body, pad, fidelity, output or contact; or the name is taken.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -70,8 +69,6 @@ def attach_pad(
     _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
-    if visual:
-        _check_drawable(made)
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
     config |= {"visual": "on" if visual else "off"} | _law_attributes(law, friction)
     geom = add_pad_geom(spec, parent, name, made, place, contact)
@@ -90,14 +87,6 @@ def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
 def _check_free(spec: mujoco.MjSpec, name: str) -> None:
     if any(sensor.name == name for sensor in spec.sensors) or spec.geom(f"{name}_pad") is not None:
         raise SceneError(f"the model has a sensor '{name}' or a geom '{name}_pad' already. Give the pad another name.")
-
-
-def _check_drawable(pad: Pad) -> None:
-    if isinstance(pad.taxels, FreeTaxels):
-        raise SceneError(
-            "visual=True draws taxels on a grid, but this pad has free ones. Leave it off; the live view shows them: "
-            "mjtactile.view.Viewer, or mjtactile view MODEL.xml."
-        )
 
 
 def _law_attributes(law: str | None, friction: float | None) -> dict[str, str]:

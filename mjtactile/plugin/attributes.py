@@ -21,11 +21,10 @@ from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, no_such_value
-from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.plugin.engine import Instance, attribute_names, running_layout
 from mjtactile.plugin.health import HEALTH_NUMBERS, Health
 from mjtactile.plugin.model_copy import ModelCopy
-from mjtactile.plugin.reading import Reading, fill_instance, rows_of_readings
+from mjtactile.plugin.reading import Reading, fill_instance
 from mjtactile.sim.geoms import check_pad_geom
 from mjtactile.sim.mujoco_library import is_pad_sensor, pad_sensor_names, plugin_config
 
@@ -194,9 +193,6 @@ def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> 
     """
     influence = attributes.influence()
     pad = influence.pad
-    if attributes.visual and isinstance(pad.taxels, FreeTaxels):
-        raise SceneError(f'{PLUGIN}: visual="on" draws taxels on a grid, but this pad has free ones. Leave it off.')
-    to.layers, to.rows, to.columns = rows_of_readings(pad)
     to.taxels = int(np.prod(pad.reading_shape))
     to.output_count = len(attributes.outputs)
     to.outputs[: to.output_count] = [OUTPUTS.index(name) for name in attributes.outputs]

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 
 import numpy as np
 
+from mjtactile._native import contiguous, library, pointer
+from mjtactile._types import Array, Indices
 from mjtactile.contact.core_pad import core_names
 from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.linear_range import linear_range
 from mjtactile.contact.options import ContactOptions
 from mjtactile.contact.ready import ready_pad
+from mjtactile.influence.core_pad import CorePad
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad, TaxelGrid
 from mjtactile.plugin.engine import Instance
@@ -18,6 +22,8 @@ from mjtactile.plugin.health import Names, register
 
 #: A body whose pose changes by less than this is at rest, so that a wrench basis may be used [m or rad].
 POSE_TOLERANCE = 1e-6
+#: Tiles of a heat map: height above the surface [m], and size over the taxels' pitch or diameter.
+_HOVER, _TILE_SHARE = 5e-5, 0.92
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +45,19 @@ class Reading:
     stress: bool = False
 
 
-def rows_of_readings(pad: Pad) -> tuple[int, int, int]:
-    """Shape of the readings in the core, (layers, rows, columns); free taxels are one row."""
-    return pad.grid_shape if isinstance(pad.taxels, TaxelGrid) else (1, 1, len(pad.taxels))
+def tiles_of(pad: Pad) -> tuple[Array, Indices]:
+    """Tiles of a heat map of the upper layer, as `mjt_pad_set_tiles` takes them, (n, 14), and the reading of each, (n,)."""
+    shown = pad.layers_drawn[0]
+    feet = pad.taxel_feet(0)[shown]
+    axes = pad.surface.frames(feet[:, 0], feet[:, 1])
+    if isinstance(pad.taxels, TaxelGrid):
+        # Seen from above they are as wide as the pitch.
+        half_sizes = np.array(pad.taxels.pitch) / 2 / np.stack([axes[:, 0, 0], axes[:, 1, 1]], axis=-1)
+    else:
+        half_sizes = np.repeat(pad.taxels.ball_radii(pad.sampling_radius)[shown, None], 2, axis=1)
+    positions = pad.surface.positions(feet[:, 0], feet[:, 1], -_HOVER)
+    rotations = axes.transpose(0, 2, 1).reshape(-1, 9)
+    return contiguous(np.concatenate([positions, rotations, _TILE_SHARE * half_sizes], axis=1)), shown
 
 
 def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...]) -> None:
@@ -56,17 +72,21 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     influence, options = how.influence, how.options
     geometry, layer = influence.pad, influence.pad.layers[0]
     tables = ready_pad(influence, options, stress=how.stress)
-    to.layers, to.rows, to.columns = rows_of_readings(geometry)
     to.taxels = int(np.prod(geometry.reading_shape))
     to.pad = tables.handle.value
+    tables.give("tiles", lambda: _give_tiles(tables, geometry))
     to.law, to.tangential = core_names(options)
     to.cells = options.cells
     to.friction = -1.0 if how.friction is None else how.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
-    if isinstance(geometry.taxels, TaxelGrid):  # the grid is used for drawing only
-        to.pitch[:], to.centre[:] = geometry.taxels.pitch, geometry.taxels.centre
     to.tilting = options.tilting
     pressure, indentation = linear_range(geometry)
     to.context = register(
         Names(pad, f"over {pressure:.3g} Pa on the average", f"deeper than {indentation * 1e3:.3g} mm", bodies)
     )
+
+
+def _give_tiles(tables: CorePad, pad: Pad) -> None:
+    tiles, shown = tiles_of(pad)
+    numbers = shown.astype(np.int32)
+    library().mjt_pad_set_tiles(tables.handle, ctypes.c_size_t(len(tiles)), pointer(tiles), pointer(numbers))

@@ -107,6 +107,17 @@ void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const d
   pad->pad->set_compliance(SurfaceCompliance(factor, std::move(x), std::move(y), std::move(smooth)));
 }
 
+void mjt_pad_set_tiles(mjt_pad* pad, size_t count, const double* tiles, const int32_t* readings) {
+  std::vector<Tile> made(count);
+  for (size_t i = 0; i < count; ++i, tiles += 14) {
+    std::copy(tiles, tiles + 3, made[i].position);
+    std::copy(tiles + 3, tiles + 12, made[i].rotation);
+    std::copy(tiles + 12, tiles + 14, made[i].half_size);
+    made[i].reading = static_cast<size_t>(readings[i]);
+  }
+  pad->pad->set_tiles(std::move(made));
+}
+
 void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts, const int32_t* places,
                        const double* weights) {
   pad->pad->add_layer({points, taxels, starts, places, weights});

@@ -43,6 +43,9 @@ MJT_API void mjt_pad_set_range(mjt_pad* pad, const double* range, const double* 
    compliance minus the half space's, (splines, splines) [m/N], see SurfaceCompliance. */
 MJT_API void mjt_pad_set_compliance(mjt_pad* pad, double factor, size_t count_x, const double* ends_x, size_t count_y,
                                     const double* ends_y, const double* remainder);
+/* Heat map of readings on the surface: tiles as position (3), rotation (9) and half sides (2) [m], (count, 14), and the
+   reading that colours each. */
+MJT_API void mjt_pad_set_tiles(mjt_pad* pad, size_t count, const double* tiles, const int32_t* readings);
 MJT_API void mjt_pad_add_layer(mjt_pad* pad, size_t points, size_t taxels, const int32_t* starts,
                                const int32_t* places, const double* weights);
 MJT_API void mjt_pad_set_class(mjt_pad* pad, int symmetry_class, size_t columns, const int32_t* column_of,

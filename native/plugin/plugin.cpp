@@ -23,8 +23,8 @@ namespace {
 
 const char* const kAttributes[] = {"pad", "fidelity", "output", "law", "tangential", "friction", "tilt", "visual"};
 constexpr std::size_t kAttributeCount = sizeof kAttributes / sizeof kAttributes[0];
-// Of a heat map: thickness of its tiles and how high they hover [m], their share of the pitch, and their opacity.
-constexpr double kTileThickness = 2e-5, kHover = 5e-5, kTileShare = 0.46;
+// Of a heat map: thickness of its tiles [m], and their opacity.
+constexpr double kTileThickness = 2e-5;
 constexpr float kOpacity = 0.75f;
 // Readings that take longer than these are counted [s].
 constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
@@ -99,7 +99,7 @@ class Reader {
       : geom_(geom),
         context_(std::move(context)),
         geometry_(layout, side_limits(options_of(resolved), resolved.facing_gap)),
-        surface_(resolved.pad->pad->outer()),
+        pad_(resolved.pad->pad),
         sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
   void prepare(const Model* model) { geometry_.prepare(model, geom_); }
   // Keeps what does not touch any more only because it sleeps.
@@ -110,7 +110,7 @@ class Reader {
     before_ = before;
     const bool sleeping = keep_sleeping(model, data);
     if (pieces_.empty()) pieces_ = pad_pieces(layout, model, geom_);
-    contacts_.gather(layout, functions, model, data, pieces_, surface_);
+    contacts_.gather(layout, functions, model, data, pieces_, pad_->outer());
     if (sleeping) add_sleeping();
     if (!press) return;
     const auto start = std::chrono::steady_clock::now();
@@ -135,7 +135,7 @@ class Reader {
   const double* wrench() const { return contacts_.wrench; }
   const double* health() const { return health_; }
   AnySensor& sensor() { return sensor_; }
-  const OuterSurface& surface() const { return surface_; }
+  const std::vector<Tile>& tiles() const { return pad_->tiles(); }
   int geom() const { return geom_; }
   const std::shared_ptr<Context>& context() const { return context_; }
 
@@ -168,7 +168,7 @@ class Reader {
   std::vector<int> pieces_;   // geoms that are the pad; looked up in the model that is read first
   std::shared_ptr<Context> context_;
   ModelGeometry geometry_;
-  OuterSurface surface_;
+  std::shared_ptr<const Pad> pad_;
   AnySensor sensor_;
   Steadiness before_;
   Contacts contacts_;
@@ -216,62 +216,34 @@ class Instance {
     if (resolved_.visual == 0) return;
     readings_.resize(static_cast<std::size_t>(resolved_.taxels));
     reader_.sensor().readings(readings_.data());
-    const std::size_t surface = static_cast<std::size_t>(resolved_.rows * resolved_.columns);
-    const double most = *std::max_element(readings_.begin(), readings_.begin() + static_cast<std::ptrdiff_t>(surface));
+    const std::vector<Tile>& tiles = reader_.tiles();
+    double most = 0.0;
+    for (const Tile& tile : tiles) most = std::max(most, readings_[tile.reading]);
     if (!(most > 0.0)) return;
     const Frame frame = pad_frame(layout, model, data, reader_.geom());
     int& count = field<int>(scene, layout.scene_ngeom);
     char* geoms = field<char*>(scene, layout.scene_geoms);
-    for (int row = 0; row < resolved_.rows; ++row) {
-      for (int column = 0; column < resolved_.columns; ++column) {
-        if (count >= field<int>(scene, layout.scene_maxgeom)) return;
-        const double x = resolved_.centre[0] + (column - (resolved_.columns - 1) / 2.0) * resolved_.pitch[0];
-        const double y = resolved_.centre[1] + (row - (resolved_.rows - 1) / 2.0) * resolved_.pitch[1];
-        const Tile tile = tile_above(reader_.surface().at(x, y), x, y);
-        double position[3], rotation[9];
-        for (int i = 0; i < 3; ++i) {
-          position[i] = frame.origin[i];
-          for (int j = 0; j < 3; ++j) {
-            position[i] += frame.rotation[3 * i + j] * tile.position[j];
-            rotation[3 * i + j] = 0.0;
-            for (int k = 0; k < 3; ++k) rotation[3 * i + j] += frame.rotation[3 * i + k] * tile.rotation[3 * k + j];
-          }
+    for (const Tile& tile : tiles) {
+      if (count >= field<int>(scene, layout.scene_maxgeom)) return;
+      double position[3], rotation[9];
+      for (int i = 0; i < 3; ++i) {
+        position[i] = frame.origin[i];
+        for (int j = 0; j < 3; ++j) {
+          position[i] += frame.rotation[3 * i + j] * tile.position[j];
+          rotation[3 * i + j] = 0.0;
+          for (int k = 0; k < 3; ++k) rotation[3 * i + j] += frame.rotation[3 * i + k] * tile.rotation[3 * k + j];
         }
-        const double size[3] = {tile.stretch[0] * kTileShare * resolved_.pitch[0],
-                                tile.stretch[1] * kTileShare * resolved_.pitch[1], kTileThickness / 2};
-        const auto heat = static_cast<float>(readings_[static_cast<std::size_t>(row * resolved_.columns + column)] / most);
-        const float rgba[4] = {std::min(1.0f, 2 * heat), std::max(0.0f, 2 * heat - 1.0f), 1.0f - heat, kOpacity};
-        functions.init_geom(geoms + count * layout.scene_geom_size, static_cast<int>(layout.geom_box), size, position,
-                            rotation, rgba);
-        ++count;
       }
+      const double size[3] = {tile.half_size[0], tile.half_size[1], kTileThickness / 2};
+      const auto heat = static_cast<float>(readings_[tile.reading] / most);
+      const float rgba[4] = {std::min(1.0f, 2 * heat), std::max(0.0f, 2 * heat - 1.0f), 1.0f - heat, kOpacity};
+      functions.init_geom(geoms + count * layout.scene_geom_size, static_cast<int>(layout.geom_box), size, position,
+                          rotation, rgba);
+      ++count;
     }
   }
 
  private:
-  // Of a heat map, in the pad frame; `stretch`: lengths along the surface over those seen from above.
-  struct Tile {
-    double position[3], rotation[9], stretch[2];
-  };
-  static Tile tile_above(const SurfacePoint& under, double x, double y) {
-    const double upright[3] = {-under.slopes[0], -under.slopes[1], 1.0};
-    const double size = std::sqrt(upright[0] * upright[0] + upright[1] * upright[1] + 1.0);
-    const double n[3] = {upright[0] / size, upright[1] / size, 1.0 / size};
-    // Along x, seen from above, and along the surface; and what is perpendicular to both.
-    const double length = std::sqrt(n[0] * n[0] + n[2] * n[2]);
-    const double along[3] = {n[2] / length, 0.0, -n[0] / length};
-    const double across[3] = {n[1] * along[2] - n[2] * along[1], n[2] * along[0] - n[0] * along[2],
-                              n[0] * along[1] - n[1] * along[0]};
-    Tile tile = {{x + kHover * n[0], y + kHover * n[1], under.z + kHover * n[2]}, {},
-                 {1.0 / along[0], 1.0 / across[1]}};
-    for (int i = 0; i < 3; ++i) {
-      tile.rotation[3 * i] = along[i];
-      tile.rotation[3 * i + 1] = across[i];
-      tile.rotation[3 * i + 2] = n[i];
-    }
-    return tile;
-  }
-
   double* write(int output, double* to) {
     switch (output) {
       case MJT_STRESS:

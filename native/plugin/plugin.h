@@ -14,8 +14,7 @@ typedef struct mjt_instance {
   const mjt_pad* pad;
   int64_t context;   /* of the host */
   double friction, tolerance, facing_gap, strength;
-  int taxels, layers, rows, columns;
-  double pitch[2], centre[2]; /* of the taxels [m] */
+  int taxels;
   char law[16], tangential[16];
   int cells, tilting, visual, output_count;
   int outputs[MJT_MOST_OUTPUTS];

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from curved_pads import BULGES, CURVED, HOLLOWS, stack
+from curved_pads import BULGES, CURVED, HOLLOWS, WALKED, stack
 from pads_on_bodies import add_ball, hold_all_but_the_ball
 
 import mjtactile
@@ -157,23 +157,25 @@ def test_what_rolls_about_a_cylinders_axis_reads_alike(name):
     np.testing.assert_allclose(parts(aside, pad)[1][:3], expected @ parts(top, pad)[1][:3], atol=2.3e-2 * 0.2)
 
 
-def test_heat_maps_lie_on_the_surface():
-    pad = BULGES["dome"]
+@pytest.mark.parametrize("name", ["dome", "free dome", "free"])
+def test_heat_maps_lie_on_the_surface(name):
+    pad = WALKED[name]
     model, data = ball_over(attached(pad, visual=True), "t", pad, (2e-3, 0.0), 0.2)
-    bare, shown = mujoco.MjvScene(model, 400), mujoco.MjvScene(model, 400)
-    look = mujoco.MjvOption(), mujoco.MjvPerturb(), mujoco.MjvCamera()
-    mujoco.mjv_updateScene(model, data, *look, mujoco.mjtCatBit.mjCAT_DYNAMIC, bare)
+    shown, look = mujoco.MjvScene(model, 400), (mujoco.MjvOption(), mujoco.MjvPerturb(), mujoco.MjvCamera())
     mujoco.mjv_updateScene(model, data, *look, mujoco.mjtCatBit.mjCAT_ALL, shown)
-    tiles = [geom for geom in shown.geoms[: shown.ngeom] if geom.type == mujoco.mjtGeom.mjGEOM_BOX]
-    assert len(tiles) == pad.grid.rows * pad.grid.columns
-    site = data.site("t_surface")
+    thin = [geom for geom in shown.geoms[: shown.ngeom] if geom.type == mujoco.mjtGeom.mjGEOM_BOX]
+    tiles = [geom for geom in thin if geom.size[2] < 1e-4]
+    taxels = pad.layers_drawn[0]
+    assert len(tiles) == len(taxels)
+    site, readings = data.site("t_surface"), data.sensor("t").data[taxels]
     turn = site.xmat.reshape(3, 3)
-    for tile, point in zip(
-        tiles, pad.surface.positions(*np.meshgrid(pad.grid.x, pad.grid.y)).reshape(-1, 3), strict=True
-    ):
+    for tile, (x, y, _), reading in zip(tiles, pad.taxel_feet(0)[taxels], readings, strict=True):
         here = turn.T @ (tile.pos - site.xpos)
-        assert np.linalg.norm(here - point) < 6e-5  # they hover 50 um over it
-        np.testing.assert_allclose(turn.T @ tile.mat[:, 2], pad.surface.normals(*point[:2]), atol=1e-4)
+        assert np.linalg.norm(here - pad.surface.positions(x, y)) < 6e-5  # they hover 50 um over it
+        np.testing.assert_allclose(turn.T @ tile.mat[:, 2], pad.surface.normals(x, y), atol=1e-4)
+        assert tile.rgba[2] == pytest.approx(1 - reading / readings.max(), abs=1e-3)
+        if name != "dome":
+            assert tile.size[:2] == pytest.approx([0.92 * 4e-4] * 2, rel=1e-3)
 
 
 def test_the_live_view_shows_a_moment_of_a_curved_pad():

@@ -26,7 +26,7 @@ from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec, pad_from
 from mjtactile.envs.options import EnvError
 from mjtactile.envs.simulation import SingleSimulation
 from mjtactile.envs.single import TactileEnv
-from mjtactile.errors import DatasetError, MjTactileError, SceneError
+from mjtactile.errors import DatasetError, MjTactileError
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.lerobot.features import tactile_features, tactile_key
@@ -288,13 +288,6 @@ def test_what_a_dataset_cannot_do_is_said(tmp_path):
         load_spec(tmp_path / "set.toml")
     with pytest.raises(MjTactileError, match=r"\[pad\]: a surface .* needs radius, and none was given"):
         pad_from({"surface": {"kind": "sphere"}})
-
-
-@pytest.mark.parametrize("name", ["free", "free dome"])
-def test_free_taxels_are_not_drawn_by_the_plugin_and_it_says_who_does(name):
-    spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
-    with pytest.raises(SceneError, match=r"visual=True draws taxels on a grid.*Viewer"):
-        mjtactile.attach_pad(spec, body="finger", name="tip", pad=WALKED[name], visual=True)
 
 
 def test_a_file_of_tables_that_was_written_anew_is_read_anew(tmp_path):

@@ -35,6 +35,13 @@ struct LinearRange {
   double pressure, indentation, depth;
 };
 
+// Of a heat map on the surface, in the pad frame: where it lies, its axes as columns, and half its sides [m]; and the
+// reading that colours it.
+struct Tile {
+  double position[3], rotation[9], half_size[2];
+  std::size_t reading;
+};
+
 class Pad {
  public:
   // `corners`: where loads are spread onto the elements' corners; null where they act on all nodes.
@@ -50,6 +57,8 @@ class Pad {
   void set_outer(OuterSurface outer) { outer_ = std::move(outer); }
   void set_compliance(SurfaceCompliance compliance) { compliance_ = std::move(compliance); }
 
+  void set_tiles(std::vector<Tile> tiles) { tiles_ = std::move(tiles); }
+
   // In this order: the mirrors, with the quadrants' signs (quadrants, classes), and every layer; then every class.
   void set_mirrors(bool x, bool y, const double* signs);
   void add_layer(const AveragingRows& rows);
@@ -60,6 +69,7 @@ class Pad {
 
   const SurfaceGrid& surface() const { return surface_; }
   const OuterSurface& outer() const { return outer_; }
+  const std::vector<Tile>& tiles() const { return tiles_; }
   const SurfaceCompliance& compliance() const { return compliance_; }
   SurfaceCompliance& compliance() { return compliance_; }
   const LinearRange& range() const { return range_; }
@@ -107,6 +117,7 @@ class Pad {
 
   SurfaceGrid surface_;
   OuterSurface outer_;
+  std::vector<Tile> tiles_;
   SurfaceCompliance compliance_;
   Precision precision_;
   LinearRange range_ = {};
