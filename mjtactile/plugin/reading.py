@@ -46,7 +46,7 @@ class Reading:
 
 
 def tiles_of(pad: Pad) -> tuple[Array, Indices]:
-    """Tiles of a heat map of the upper layer, as `mjt_pad_set_tiles` takes them, (n, 14), and the reading of each, (n,)."""
+    """Tiles of a heat map of the upper layer, (n, 14) as `mjt_pad_set_tiles` takes them, and their readings, (n,)."""
     shown = pad.layers_drawn[0]
     feet = pad.taxel_feet(0)[shown]
     axes = pad.surface.frames(feet[:, 0], feet[:, 1])
