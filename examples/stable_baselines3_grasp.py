@@ -19,7 +19,8 @@ for _ in range(20):
     action, _ = policy.predict(seen, deterministic=True)
     seen, *_ = env.step(action)
 print(f"observation 'tactile': shape {seen['tactile'].shape}: environments, pads, layers, rows, columns")
-print(f"highest reading of each pad [10 kPa]: {seen['tactile'][0].max(axis=(1, 2, 3)).round(1)}")
+left, right = seen["tactile"][0].max(axis=(1, 2, 3))
+print(f"highest reading of the left pad {10 * left:.0f} kPa, of the right pad {10 * right:.0f} kPa")
 
 model, data = env.envs[0].unwrapped.task.simulation.state(0)  # MuJoCo's own, of the first environment
 print(f"grip on the left pad: {-mjtactile.TactileSensor(model, 'left').wrench(data)[2]:.2f} N")

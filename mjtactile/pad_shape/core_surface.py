@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mjtactile._native import contiguous, library, pointer, sized
+from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
 from mjtactile.pad_shape.surfaces import Quadric, Surface
 
@@ -28,16 +28,18 @@ class CoreSurface:
     """
 
     def __init__(self, outer: Surface, half_size: tuple[float, float]) -> None:
+        sheet = contiguous([-half_size[0], -half_size[1], *half_size])
         if isinstance(outer, Quadric):
             a, b, c = outer.principal_axes
-            sheet = contiguous([-half_size[0], -half_size[1], *half_size])
             numbers = (ctypes.c_double(number) for number in (a**-2, b**-2, c))
             handle = library().mjt_outer_quadric(pointer(sheet), *numbers)
         else:
             lines = [np.linspace(-half, half, _PATCH_LINES) for half in half_size]
             jet = outer.jet(*np.meshgrid(*lines))
             jets = contiguous(np.stack([jet.z, jet.x, jet.y, jet.xy], axis=-1))
-            handle = library().mjt_outer_patch(*(part for line in lines for part in sized(line)), pointer(jets))
+            handle = library().mjt_outer_patch(
+                pointer(sheet), *(ctypes.c_size_t(len(line)) for line in lines), pointer(jets)
+            )
         self.handle = ctypes.c_void_p(handle)
         weakref.finalize(self, library().mjt_outer_free, self.handle)
 

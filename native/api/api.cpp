@@ -79,8 +79,8 @@ mjt_outer* mjt_outer_quadric(const double* sheet, double p, double q, double c) 
   return new mjt_outer{OuterSurface::quadric({sheet[0], sheet[1], sheet[2], sheet[3]}, p, q, c)};
 }
 
-mjt_outer* mjt_outer_patch(size_t count_x, const double* x, size_t count_y, const double* y, const double* jets) {
-  return new mjt_outer{OuterSurface::patch({x, x + count_x}, {y, y + count_y}, {jets, jets + 4 * count_x * count_y})};
+mjt_outer* mjt_outer_patch(const double* sheet, size_t count_x, size_t count_y, const double* jets) {
+  return new mjt_outer{OuterSurface::patch({sheet[0], sheet[1], sheet[2], sheet[3]}, count_x, count_y, jets)};
 }
 
 void mjt_outer_free(mjt_outer* outer) { delete outer; }

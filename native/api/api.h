@@ -27,10 +27,10 @@ MJT_API int mjt_knows(const char* law, const char* tangential);
 MJT_API mjt_pad* mjt_pad_new(int precision, int corners, size_t count_x, const double* ends_x, size_t count_y,
                              const double* ends_y, int mirror_x, int mirror_y, const double* quadrant_signs);
 /* The outer surface of a curved pad: over a sheet (west, south, east, north) [m] the upper half of
-   p x^2 + q y^2 + ((z + c) / c)^2 = 1, p and q in 1/m^2; or a patch by (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of a grid,
-   (count_y, count_x, 4). */
+   p x^2 + q y^2 + ((z + c) / c)^2 = 1, p and q in 1/m^2; or a patch by (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of an
+   even grid over it, (count_y, count_x, 4). */
 MJT_API mjt_outer* mjt_outer_quadric(const double* sheet, double p, double q, double c);
-MJT_API mjt_outer* mjt_outer_patch(size_t count_x, const double* x, size_t count_y, const double* y, const double* jets);
+MJT_API mjt_outer* mjt_outer_patch(const double* sheet, size_t count_x, size_t count_y, const double* jets);
 MJT_API void mjt_outer_free(mjt_outer* outer);
 /* Where a wrench (6) about the pad's origin presses on it, (3) [m], see centre_of_pressure; 0 where it presses nowhere. */
 MJT_API int mjt_centre_of_pressure(const mjt_outer* outer, const double* wrench, double* centre);

@@ -7,34 +7,22 @@
 namespace mjtactile {
 namespace {
 
-// Hermite's cubics between two lines, and their derivatives: of values and slopes on them. `at`: in parts of the distance.
-struct Hermite {
-  double values[4], slopes[4];
-
-  Hermite(double at, double distance, double per_distance) {
-    const double s = at, t = 1.0 - at, bent = 6.0 * s * t * per_distance;
-    const double of_values[4] = {t * t * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * t), s * t * t * distance,
-                                 -s * s * t * distance};
-    const double of_slopes[4] = {-bent, bent, t * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)};
-    std::copy(of_values, of_values + 4, values);
-    std::copy(of_slopes, of_slopes + 4, slopes);
-  }
-};
+// Coefficients, by the power of the place in parts of the distance, of the cubic with values and slopes at two lines.
+void cubic(const double values[2], const double slopes[2], double distance, double out[4]) {
+  const double rise = values[1] - values[0], first = slopes[0] * distance, second = slopes[1] * distance;
+  out[0] = values[0], out[1] = first, out[2] = 3.0 * rise - 2.0 * first - second, out[3] = first + second - 2.0 * rise;
+}
 
 }  // namespace
 
-OuterSurface::Lines::Lines(std::vector<double> places) : at(std::move(places)) {
-  for (std::size_t i = 0; i + 1 < at.size(); ++i) per_distance.push_back(1.0 / (at[i + 1] - at[i]));
-  per_mean = static_cast<double>(per_distance.size()) / (at.back() - at.front());
-}
+OuterSurface::Lines::Lines(double first_one, double last_one, std::size_t lines)
+    : first(first_one), distance((last_one - first_one) / static_cast<double>(lines - 1)), per_distance(1.0 / distance),
+      last(lines - 2) {}
 
-std::size_t OuterSurface::Lines::before(double place) const {
-  // Where evenly spaced lines would have it, and from there on.
-  const std::size_t last = per_distance.size() - 1;
-  const double even = (place - at.front()) * per_mean;
-  auto found = static_cast<std::size_t>(std::min(std::max(even, 0.0), static_cast<double>(last)));
-  while (found > 0 && place < at[found]) --found;
-  while (found < last && place > at[found + 1]) ++found;
+inline std::size_t OuterSurface::Lines::before(double place, double& beyond) const {
+  const double even = (place - first) * per_distance;
+  const auto found = static_cast<std::size_t>(std::min(std::max(even, 0.0), static_cast<double>(last)));
+  beyond = even - static_cast<double>(found);
   return found;
 }
 
@@ -46,12 +34,53 @@ OuterSurface OuterSurface::quadric(const Rectangle& sheet, double p, double q, d
   return made;
 }
 
-OuterSurface OuterSurface::patch(std::vector<double> x, std::vector<double> y, std::vector<double> jets) {
+OuterSurface OuterSurface::patch(const Rectangle& sheet, std::size_t count_x, std::size_t count_y, const double* jets) {
   OuterSurface made;
   made.kind_ = Kind::patch;
-  made.sheet_ = {x.front(), y.front(), x.back(), y.back()};
-  made.x_ = Lines(std::move(x)), made.y_ = Lines(std::move(y)), made.jets_ = std::move(jets);
+  made.sheet_ = sheet;
+  made.x_ = Lines(sheet.west, sheet.east, count_x), made.y_ = Lines(sheet.south, sheet.north, count_y);
+  made.cells_.resize((count_x - 1) * (count_y - 1));
+  auto* cell = made.cells_.data();
+  for (std::size_t row = 0; row + 1 < count_y; ++row) {
+    for (std::size_t column = 0; column + 1 < count_x; ++column, ++cell) {
+      // Along x on both lines, of the surface and of its slope along y; then along y, of each coefficient.
+      double heights[2][4], slopes[2][4];
+      for (std::size_t j = 0; j < 2; ++j) {
+        const double *west = jets + 4 * ((row + j) * count_x + column), *east = west + 4;
+        const double of[4][2] = {{west[0], east[0]}, {west[1], east[1]}, {west[2], east[2]}, {west[3], east[3]}};
+        cubic(of[0], of[1], made.x_.distance, heights[j]);
+        cubic(of[2], of[3], made.x_.distance, slopes[j]);
+      }
+      for (std::size_t i = 0; i < 4; ++i) {
+        const double values[2] = {heights[0][i], heights[1][i]}, rises[2] = {slopes[0][i], slopes[1][i]};
+        double powers[4];
+        cubic(values, rises, made.y_.distance, powers);
+        for (std::size_t j = 0; j < 4; ++j) cell->powers[j][i] = powers[j];
+      }
+    }
+  }
   return made;
+}
+
+inline SurfacePoint OuterSurface::within(double x, double y) const {
+  if (is_quadric()) {
+    const double p = numbers_[0], q = numbers_[1], c = numbers_[2];
+    const double away = p * x * x + q * y * y, root = std::sqrt(1.0 - away);
+    // c (root - 1) loses digits where the surface is nearly flat.
+    return {-c * away / (1.0 + root), {-c * p * x / root, -c * q * y / root}};
+  }
+  double s = 0.0, t = 0.0;
+  const std::size_t column = x_.before(x, s), row = y_.before(y, t);
+  const auto& powers = cells_[row * (x_.last + 1) + column].powers;
+  double values[4], slopes[4];   // along x, of each power along y
+  for (std::size_t j = 0; j < 4; ++j) {
+    const double* c = powers[j];
+    values[j] = c[0] + s * (c[1] + s * (c[2] + s * c[3]));
+    slopes[j] = c[1] + s * (2.0 * c[2] + s * (3.0 * c[3]));
+  }
+  return {values[0] + t * (values[1] + t * (values[2] + t * values[3])),
+          {(slopes[0] + t * (slopes[1] + t * (slopes[2] + t * slopes[3]))) * x_.per_distance,
+           (values[1] + t * (2.0 * values[2] + t * (3.0 * values[3]))) * y_.per_distance}};
 }
 
 SurfacePoint OuterSurface::at(double x, double y) const {
@@ -60,33 +89,6 @@ SurfacePoint OuterSurface::at(double x, double y) const {
   const double near_y = std::min(std::max(y, sheet_.south), sheet_.north);
   SurfacePoint found = within(near_x, near_y);
   found.z += found.slopes[0] * (x - near_x) + found.slopes[1] * (y - near_y);
-  return found;
-}
-
-SurfacePoint OuterSurface::within(double x, double y) const {
-  if (is_quadric()) {
-    const double p = numbers_[0], q = numbers_[1], c = numbers_[2];
-    const double away = p * x * x + q * y * y, root = std::sqrt(1.0 - away);
-    // c (root - 1) loses digits where the surface is nearly flat.
-    return {-c * away / (1.0 + root), {-c * p * x / root, -c * q * y / root}};
-  }
-  const std::size_t column = x_.before(x), row = y_.before(y);
-  const double per_width = x_.per_distance[column], per_height = y_.per_distance[row];
-  const Hermite along((x - x_.at[column]) * per_width, x_.at[column + 1] - x_.at[column], per_width);
-  const Hermite across((y - y_.at[row]) * per_height, y_.at[row + 1] - y_.at[row], per_height);
-  SurfacePoint found = {0.0, {0.0, 0.0}};
-  for (std::size_t j = 0; j < 2; ++j) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      const double* jet = jets_.data() + 4 * ((row + j) * x_.at.size() + column + i);
-      const double value = jet[0] * along.values[i] + jet[1] * along.values[2 + i];
-      const double twist = jet[2] * along.values[i] + jet[3] * along.values[2 + i];
-      const double value_x = jet[0] * along.slopes[i] + jet[1] * along.slopes[2 + i];
-      const double twist_x = jet[2] * along.slopes[i] + jet[3] * along.slopes[2 + i];
-      found.z += value * across.values[j] + twist * across.values[2 + j];
-      found.slopes[0] += value_x * across.values[j] + twist_x * across.values[2 + j];
-      found.slopes[1] += value * across.slopes[j] + twist * across.slopes[2 + j];
-    }
-  }
   return found;
 }
 

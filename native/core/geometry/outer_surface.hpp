@@ -19,9 +19,9 @@ class OuterSurface {
   OuterSurface() = default;
   // The upper half of p x^2 + q y^2 + ((z + c) / c)^2 = 1, with its apex in the origin; p and q in 1/m^2, c in m.
   static OuterSurface quadric(const Rectangle& sheet, double p, double q, double c);
-  // Heights, slopes and twists (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of a grid, (rows along y, columns along x, 4),
-  // and bicubic in between.
-  static OuterSurface patch(std::vector<double> x, std::vector<double> y, std::vector<double> jets);
+  // Heights, slopes and twists (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of an even grid over the sheet, (rows along y,
+  // columns along x, 4), and bicubic in between.
+  static OuterSurface patch(const Rectangle& sheet, std::size_t count_x, std::size_t count_y, const double* jets);
 
   bool is_flat() const { return kind_ == Kind::flat; }
   bool is_quadric() const { return kind_ == Kind::quadric; }
@@ -33,15 +33,19 @@ class OuterSurface {
 
  private:
   enum class Kind { flat, quadric, patch };
-  // A patch's lines along one axis, ascending [m], and what divides by the distances between them, and by their mean.
+  // A patch's lines along one axis, evenly apart [m].
   struct Lines {
-    std::vector<double> at, per_distance;
-    double per_mean = 0.0;
+    double first = 0.0, distance = 0.0, per_distance = 0.0;
+    std::size_t last = 0;   // of those that have one after them
 
     Lines() = default;
-    explicit Lines(std::vector<double> places);
-    // The last line before a place, of those that have one after them.
-    std::size_t before(double place) const;
+    Lines(double first_one, double last_one, std::size_t lines);
+    // The last line before a place, of those that have one after them, and how far beyond it that is, over the distance.
+    std::size_t before(double place, double& beyond) const;
+  };
+  // Between lines a patch is a polynomial of the place in parts of the distances: coefficients by powers along y and x.
+  struct Cell {
+    double powers[4][4];
   };
   SurfacePoint within(double x, double y) const;
 
@@ -49,7 +53,7 @@ class OuterSurface {
   Rectangle sheet_ = {};
   double numbers_[3] = {};
   Lines x_, y_;
-  std::vector<double> jets_;
+  std::vector<Cell> cells_;   // of a patch, (rows along y, columns along x)
 };
 
 }  // namespace mjtactile

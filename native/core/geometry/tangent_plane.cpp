@@ -129,12 +129,13 @@ bool TangentPlane::look_at_quadric(double u, double v, SeenSurface& seen) const 
   return true;
 }
 
-// Newton's iteration along the line over (u, v), from the paraboloid that touches the surface.
+// Newton's iteration along the line over (u, v), from the circle that bends as the surface does in its direction.
 bool TangentPlane::look_at_patch(double u, double v, SeenSurface& seen) const {
   const double *along = axes_, *across = axes_ + 3, *normal = axes_ + 6;
   const double base[3] = {origin_[0] + u * along[0] + v * across[0], origin_[1] + u * along[1] + v * across[1],
                           origin_[2] + u * along[2] + v * across[2]};
-  double w = (bends_[0] * u + bends_[1] * v) * u + bends_[2] * v * v;
+  const double bent = (bends_[0] * u + bends_[1] * v) * u + bends_[2] * v * v, square = u * u + v * v;
+  double w = square > 0.0 ? bent + bent * bent * bent / square : 0.0;
   for (int step = 0; step < kSteps; ++step) {
     const double x = base[0] + w * normal[0], y = base[1] + w * normal[1];
     const SurfacePoint at = surface_->at(x, y);
