@@ -26,19 +26,21 @@ void SurfaceMap::place(const HeightMap& body, const TangentPlane& plane, double 
   if (bounds_.holds(0.0, 0.0)) candidates_.push_back({0.0, 0.0});   // where the force goes in
 }
 
-double SurfaceMap::over_surface(const Point& at, double height) const {
-  SeenSurface seen;
-  if (!std::isfinite(height) || !plane_->look(at.x, at.y, seen)) return kNowhere;
-  double over = height - seen.height;
+double SurfaceMap::over_surface(double height, double surface) const {
+  double over = height - surface;
   if (std::abs(over) <= kOnSurface) over = 0.0;
-  return over >= floor_ && over <= ceiling_ ? over : kNowhere;
+  return std::isfinite(over) && over >= floor_ && over <= ceiling_ ? over : kNowhere;
 }
 
-double SurfaceMap::height(double u, double v) const { return over_surface({u, v}, body_->height(u, v)); }
+double SurfaceMap::height(double u, double v) const {
+  SeenSurface seen;
+  return plane_->look(u, v, seen) ? over_surface(body_->height(u, v), seen.height) : kNowhere;
+}
 
 void SurfaceMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
   body_->heights(points, to);
-  for (std::size_t i = 0; i < points.size(); ++i) to[i] = over_surface(points[i], to[i]);
+  plane_->heights(points, surface_);
+  for (std::size_t i = 0; i < points.size(); ++i) to[i] = over_surface(to[i], surface_[i]);
 }
 
 void TurnedMap::place(const HeightMap& upright, const TangentPlane& plane) {

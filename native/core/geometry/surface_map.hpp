@@ -20,13 +20,14 @@ class SurfaceMap : public HeightMap {
   const std::vector<Point>& candidates() const override { return candidates_; }
 
  private:
-  double over_surface(const Point& at, double height) const;
+  double over_surface(double height, double surface) const;
 
   const HeightMap* body_ = nullptr;
   const TangentPlane* plane_ = nullptr;
   double floor_ = 0.0, ceiling_ = 0.0;
   Rectangle bounds_ = {};
   std::vector<Point> candidates_;
+  mutable std::vector<double> surface_;   // kept: nothing is allocated in a step
 };
 
 // A body that is known by its heights z(x, y) in the pad frame, seen from a tangent plane.

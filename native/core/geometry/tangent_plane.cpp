@@ -51,6 +51,15 @@ bool goes_in(const OuterSurface& surface, const double* along, const double* nea
 
 }  // namespace
 
+// On the line over (u, v): a w^2 + 2 b w + c = 0.
+inline TangentPlane::Quadric::Meeting TangentPlane::Quadric::meet(double u, double v) const {
+  const double a = forms[2], b = middle + forms[4] * u + forms[5] * v;
+  const double c = forms[0] * u * u + forms[1] * v * v + 2.0 * forms[3] * u * v;
+  const double square = b * b - a * c, root = std::sqrt(std::max(square, 0.0));
+  const bool ahead = b > 0.0, upright = square > kSeen * kSeen * b * b;
+  return {-c / (b + root), root, ahead && upright};
+}
+
 void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
   surface_ = &surface;
   const SurfacePoint at = surface.at(foot.x, foot.y);
@@ -70,8 +79,8 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
     const double from_middle[3] = {origin_[0], origin_[1], origin_[2] + numbers[2]};
     const double forms[6] = {form(along, along), form(across, across), form(normal, normal),
                              form(along, across), form(along, normal), form(across, normal)};
-    std::copy(forms, forms + 6, forms_);
-    middle_ = form(normal, from_middle);
+    std::copy(forms, forms + 6, quadric_.forms);
+    quadric_.middle = form(normal, from_middle);
   }
   const Rectangle& sheet = surface.sheet();
   size_ = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
@@ -104,6 +113,27 @@ bool TangentPlane::look(double u, double v, SeenSurface& seen) const {
   return meets(u, v, seen) && surface_->sheet().holds(seen.x, seen.y);
 }
 
+void TangentPlane::heights(const std::vector<Point>& points, std::vector<double>& to) const {
+  to.resize(points.size());
+  if (!surface_->is_quadric()) {
+    SeenSurface seen;
+    for (std::size_t i = 0; i < points.size(); ++i) to[i] = look(points[i].x, points[i].y, seen) ? seen.height : INFINITY;
+    return;
+  }
+  const Rectangle sheet = surface_->sheet();
+  const Quadric quadric = quadric_;
+  const Point origin = {origin_[0], origin_[1]};
+  const double along[3] = {axes_[0], axes_[3], axes_[6]}, across[3] = {axes_[1], axes_[4], axes_[7]};
+  // Without branches: several points at once.
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double u = points[i].x, v = points[i].y;
+    const Quadric::Meeting meets = quadric.meet(u, v);
+    const double x = origin.x + u * along[0] + v * along[1] + meets.w * along[2];
+    const double y = origin.y + u * across[0] + v * across[1] + meets.w * across[2];
+    to[i] = meets.seen && sheet.holds(x, y) ? meets.w : INFINITY;
+  }
+}
+
 SeenSurface TangentPlane::beyond(double u, double v) const {
   SeenSurface seen;
   if (meets(u, v, seen)) return seen;
@@ -115,15 +145,12 @@ bool TangentPlane::meets(double u, double v, SeenSurface& seen) const {
 }
 
 bool TangentPlane::look_at_quadric(double u, double v, SeenSurface& seen) const {
-  // On the line over (u, v): a w^2 + 2 b w + c = 0; the upper of its two meetings with the quadric.
-  const double a = forms_[2], b = middle_ + forms_[4] * u + forms_[5] * v;
-  const double c = forms_[0] * u * u + forms_[1] * v * v + 2.0 * forms_[3] * u * v;
-  const double square = b * b - a * c;
-  if (!(b > 0.0) || !(square > kSeen * kSeen * b * b)) return false;
-  const double root = std::sqrt(square), w = -c / (b + root);
+  const Quadric::Meeting meets = quadric_.meet(u, v);
+  if (!meets.seen) return false;
+  const double w = meets.w, *forms = quadric_.forms;
   seen.height = w;
-  seen.slopes[0] = -(forms_[4] * w + forms_[0] * u + forms_[3] * v) / root;
-  seen.slopes[1] = -(forms_[5] * w + forms_[1] * v + forms_[3] * u) / root;
+  seen.slopes[0] = -(forms[4] * w + forms[0] * u + forms[3] * v) / meets.root;
+  seen.slopes[1] = -(forms[5] * w + forms[1] * v + forms[3] * u) / meets.root;
   seen.x = origin_[0] + u * axes_[0] + v * axes_[3] + w * axes_[6];
   seen.y = origin_[1] + u * axes_[1] + v * axes_[4] + w * axes_[7];
   return true;

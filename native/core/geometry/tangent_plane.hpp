@@ -3,6 +3,8 @@
 // Coordinates (u, v) run along the plane and w out of the pad, from the point. U is the tangent above the pad's x axis.
 #pragma once
 
+#include <vector>
+
 #include "geometry/outer_surface.hpp"
 #include "geometry/pose.hpp"
 
@@ -28,6 +30,8 @@ class TangentPlane {
 
   // The surface over (u, v); false where it is not seen from the plane, or is not the pad's.
   bool look(double u, double v, SeenSurface& seen) const;
+  // The surface's height over many points [m], infinite where look() says no.
+  void heights(const std::vector<Point>& points, std::vector<double>& to) const;
   // The same beyond the pad's edge as well; where nothing is seen the plane itself stands in.
   SeenSurface beyond(double u, double v) const;
   // The surface above a rectangle of the pad's plane, with a small margin, and all of the pad's.
@@ -48,6 +52,16 @@ class TangentPlane {
   const double* origin() const { return origin_; }
 
  private:
+  // A quadric by its form with pairs of the axes (U U, V V, N N, U V, U N, V N), and of N with the way from its middle.
+  struct Quadric {
+    struct Meeting {
+      double w, root;   // height of the upper of the line's two meetings with it [m]; half the root of what they solve
+      bool seen;
+    };
+    double forms[6] = {}, middle = 0.0;
+
+    Meeting meet(double u, double v) const;
+  };
   bool meets(double u, double v, SeenSurface& seen) const;
   bool look_at_quadric(double u, double v, SeenSurface& seen) const;
   bool look_at_patch(double u, double v, SeenSurface& seen) const;
@@ -55,7 +69,7 @@ class TangentPlane {
 
   const OuterSurface* surface_ = nullptr;
   double origin_[3] = {}, axes_[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-  double forms_[6] = {}, middle_ = 0.0;   // of a quadric: (U U, V V, N N, U V, U N, V N), and N with its middle
+  Quadric quadric_;
   double bends_[3] = {};                  // of a patch: w is about bends u u, u v and v v there
   double size_ = 0.0;                     // of the sheet [m]
   SeenPiece whole_ = {};

@@ -98,6 +98,11 @@ struct Kernels {
   // 1/r integrated twice along each axis, at (x, y): differences of it are integrals over pairs of rectangles.
   void (*integrate_inverse_distance)(const double* x, const double* y, std::size_t count, double* values);
 
+  // numbers[j] *= sqrt(d / (d + h)), with d the square of the distance between `from` (3) and a point (count) along x and
+  // y, and h that of their distance along z. Not a number where the two are the same.
+  void (*multiply_by_flatness)(const double* from, const double* x, const double* y, const double* z, std::size_t count,
+                               double* numbers);
+
   // Sum of 1 / sqrt(max(square, least)) over squares of distances from each of some points to each of others.
   double (*sum_inverse_distances)(const double* x, const double* y, std::size_t count, const double* to_x,
                                   const double* to_y, std::size_t to_count, double least);

@@ -587,6 +587,15 @@ struct FourPoints {
   double x[count], y[count], share[count];
 };
 
+inline void multiply_by_flatness(const double* from, const double* x, const double* y, const double* z, std::size_t count,
+                                 double* numbers) {
+  for (std::size_t j = 0; j < count; ++j) {
+    const double along = from[0] - x[j], across = from[1] - y[j], apart = from[2] - z[j];
+    const double flat = along * along + across * across;
+    numbers[j] *= std::sqrt(flat / (flat + apart * apart));
+  }
+}
+
 // Every point of the first list is set against four of the second.
 inline double sum_inverse_distances(const double* x, const double* y, std::size_t count, const double* to_x,
                                     const double* to_y, std::size_t to_count, double least) {
@@ -670,5 +679,6 @@ inline Kernels make_kernels(const char* name) {
           norms_of<float>,
           norms_of<double>,
           integrate_inverse_distance,
+          multiply_by_flatness,
           sum_inverse_distances};
 }

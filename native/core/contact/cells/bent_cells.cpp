@@ -17,14 +17,14 @@ void BentCells::lay(const Face& face, const TangentPlane& plane) {
   plane_ = &plane;
   const std::size_t cells = face.cells();
   on_pad_.resize(2 * cells), positions_.resize(3 * cells), levers_.resize(2 * cells), slopes_.resize(2 * cells);
-  stretches_.resize(cells), places_.resize(3 * cells);
+  stretches_.resize(cells), seen_.resize(3 * cells);
   for (std::size_t i = 0; i < cells; ++i) {
     const Point& at = face.centroids[i];
     const SeenSurface seen = plane.beyond(at.x, at.y);   // cells may reach over the pad's edge
     const double here[3] = {at.x, at.y, seen.height};
     double* position = positions_.data() + 3 * i;
     plane.out_of(here, position);
-    std::copy(here, here + 3, places_.data() + 3 * i);
+    for (std::size_t k = 0; k < 3; ++k) seen_[k * cells + i] = here[k];
     on_pad_[2 * i] = position[0], on_pad_[2 * i + 1] = position[1];
     for (std::size_t k = 0; k < 2; ++k) {
       slopes_[2 * i + k] = seen.slopes[k];
@@ -36,11 +36,12 @@ void BentCells::lay(const Face& face, const TangentPlane& plane) {
 
 void BentCells::along_plane(const double* pressing, double* along) const {
   std::fill(along, along + 3, 0.0);
-  for (std::size_t i = 0; i < stretches_.size(); ++i) {
-    const double force = pressing[i], *slopes = slopes_.data() + 2 * i, *at = places_.data() + 3 * i;
+  const std::size_t cells = stretches_.size();
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double force = pressing[i], *slopes = slopes_.data() + 2 * i;
     along[0] += force * slopes[0];
     along[1] += force * slopes[1];
-    along[2] += force * (at[0] * slopes[1] - at[1] * slopes[0]);
+    along[2] += force * (seen_[i] * slopes[1] - seen_[cells + i] * slopes[0]);
   }
 }
 

@@ -40,7 +40,10 @@ class BentCells {
   const std::vector<double>& levers() const { return levers_; }
   const std::vector<double>& slopes() const { return slopes_; }
   const std::vector<double>& stretches() const { return stretches_; }
-  Bend bend() const { return {positions_.data(), stretches_.data(), plane_->axes() + 6}; }
+  Bend bend() const {
+    const std::size_t cells = stretches_.size();
+    return {positions_.data(), stretches_.data(), seen_.data(), seen_.data() + cells, seen_.data() + 2 * cells};
+  }
 
   // Resultants of pressing forces f (cells) in the plane: forces along U and V, and the torsion about N.
   void along_plane(const double* pressing, double* along) const;
@@ -57,7 +60,8 @@ class BentCells {
   bool correct(const std::vector<LoadedNode>& nodes, double* wrench) const;
 
   const TangentPlane* plane_ = nullptr;
-  std::vector<double> on_pad_, positions_, levers_, slopes_, stretches_, places_;
+  std::vector<double> on_pad_, positions_, levers_, slopes_, stretches_;
+  std::vector<double> seen_;   // u, v and w of all cells, in blocks
 };
 
 }  // namespace mjtactile

@@ -27,16 +27,11 @@ QuadraticSplines::QuadraticSplines(std::vector<double> ends) : ends_(std::move(e
   per_ = static_cast<double>(last) / (ends_.back() - ends_.front());
 }
 
-double Bend::nearness(std::size_t i, std::size_t j) const {
+void Bend::bring_apart(std::size_t cell, std::size_t first, std::size_t last, double* row) const {
+  const double own = row[cell], here[3] = {u[cell], v[cell], w[cell]};
+  kernels().multiply_by_flatness(here, u + first, v + first, w + first, last - first, row + first);
   // A cell itself is longer by its stretch one way.
-  if (i == j) return 1.0 / std::sqrt(stretches[i]);
-  double along[3], chord = 0.0, out = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    along[k] = positions[3 * i + k] - positions[3 * j + k];
-    chord += along[k] * along[k];
-    out += along[k] * normal[k];
-  }
-  return std::sqrt(std::max(chord - out * out, 0.0) / chord);
+  if (first <= cell && cell < last) row[cell] = own / std::sqrt(stretches[cell]);
 }
 
 std::size_t QuadraticSplines::at(double place, double* values) const {
@@ -174,7 +169,7 @@ void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const
     const double* near = inverse_distance + i * cells;
     double* row = compliance[i];
     for (std::size_t j = i; j < cells; ++j) row[j] = own * near[j] * inverse_areas[j];
-    for (std::size_t j = i; bend != nullptr && j < cells; ++j) row[j] *= bend->nearness(i, j);
+    if (bend != nullptr) bend->bring_apart(i, i, cells, row);
   }
   add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
   for (std::size_t i = 0; bend != nullptr && i < cells; ++i) {
@@ -198,7 +193,7 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
   for (std::size_t i = 0; i < cells; ++i) {
     const double own = factor_ * inverse_areas[i];
     for (std::size_t j = 0; j < cells; ++j) per_area[j] = own * inverse_areas[j];
-    for (std::size_t j = 0; bend != nullptr && j < cells; ++j) per_area[j] *= bend->nearness(i, j);
+    if (bend != nullptr) bend->bring_apart(i, 0, cells, per_area.data());
     const std::size_t at = i * cells;
     const double* from[6] = {inverse_distance + at,    integrals.xx.data() + at,    integrals.xy.data() + at,
                              integrals.yy.data() + at, integrals.along.data() + at, integrals.across.data() + at};

@@ -31,14 +31,16 @@ class QuadraticSplines {
   double per_ = 0.0;  // pieces per length, on the average [1/m]
 };
 
-// Cells on a curved surface: positions (cells, 3) [m] in the pad frame; the normal (3) of the plane they were cut in; and
-// the ratio of a distance along this normal to that along a cell's own normal (cells). Forces and displacements are
-// measured along the plane's normal.
+// Cells on a curved surface: positions (cells, 3) [m] in the pad frame; the ratio of a distance along the normal of the
+// plane they were cut in to that along a cell's own normal (cells); and where they lie along that plane, u and v, and
+// above it, w (cells each) [m]. Forces and displacements are measured along the plane's normal.
 struct Bend {
-  const double *positions, *stretches, *normal;
+  const double *positions, *stretches;
+  const double *u, *v, *w;
 
-  // Distance of two cells in the plane with that normal over their distance on the surface.
-  double nearness(std::size_t i, std::size_t j) const;
+  // Multiply entries [first, last) of a cell's row over cells by the distance of the two cells in the plane over their
+  // distance on the surface.
+  void bring_apart(std::size_t cell, std::size_t first, std::size_t last, double* row) const;
 };
 
 // Normal compliance of one pad's surface between any contact cells.
