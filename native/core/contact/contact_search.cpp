@@ -82,7 +82,7 @@ bool ContactSearch::look(const HeightMap& map) {
     const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
     if (!(height_there < raw_[place] - (nearer ? -same : same))) continue;
     points_[place] = at, raw_[place] = height_there;
-    moved_.push_back(at);
+    moved_.push_back(place);
   }
   return any;
 }
@@ -334,19 +334,19 @@ bool ContactSearch::supported(const SearchLoad& load) const {
 }
 
 std::vector<Point> ContactSearch::covered() const {
-  // The ends of every row and column have all corners of the hull among them: of rows alone, those of the grid, but not
-  // where a low point beside it took the place of one.
-  std::vector<Point> ends = moved_;
-  for (const std::size_t step : {std::size_t{1}, kLines}) {
-    for (std::size_t line = 0; line < kLines; ++line) {
-      const std::size_t start = line * (step == 1 ? kLines : 1);
-      std::size_t first = 0, last = kLines;
-      while (first < last && !std::isfinite(raw_[start + first * step])) ++first;
-      while (last > first && !std::isfinite(raw_[start + (last - 1) * step])) --last;
-      if (first == last) continue;
-      ends.push_back(points_[start + first * step]);
-      ends.push_back(points_[start + (last - 1) * step]);
-    }
+  // The ends of every row of the grid, and the low points beside it, have all corners of the hull among them.
+  std::vector<Point> ends;
+  for (const std::size_t sample : moved_) ends.push_back(points_[sample]);
+  const auto counts = [this](std::size_t sample) {
+    return std::isfinite(raw_[sample]) && std::find(moved_.begin(), moved_.end(), sample) == moved_.end();
+  };
+  for (std::size_t start = 0; start < kLines * kLines; start += kLines) {
+    std::size_t first = start, last = start + kLines;
+    while (first < last && !counts(first)) ++first;
+    while (last > first && !counts(last - 1)) --last;
+    if (first == last) continue;
+    ends.push_back(points_[first]);
+    if (last > first + 1) ends.push_back(points_[last - 1]);
   }
   return convex_hull(std::move(ends));
 }

@@ -89,7 +89,8 @@ class ContactSearch {
 
   static constexpr std::size_t kLines = 33;
   Rectangle bounds_ = {};
-  std::vector<Point> points_, closer_, moved_;  // `moved_`: of those that are none of the grid's
+  std::vector<Point> points_, closer_;
+  std::vector<std::size_t> moved_;   // samples whose points are none of the grid's
   std::vector<double> raw_, heights_;
   RisingHeights rising_;
   std::vector<std::size_t> parents_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linalg/dense.hpp"
 #include "linalg/kernels.hpp"
 
 namespace mjtactile {
@@ -413,9 +414,25 @@ void PatchFace::finish(const Rectangle& sheet) {
     area += face_.areas[i];
   }
   face_.length = std::sqrt(area);
-  face_.hull = convex_hull(face_.centroids);
+  face_.hull = convex_hull(outermost());
   integrate();
   add_edges();
+}
+
+// Centroids without those in the middle between two others: none of them is a corner of the hull.
+std::vector<Point> PatchFace::outermost() const {
+  std::vector<Point> points;
+  const auto whole = [&](std::size_t lattice, std::size_t column, std::size_t row) {
+    const std::int32_t place = cell_at(lattice, column, row);
+    return place >= 0 && cells_[static_cast<std::size_t>(place)].whole;
+  };
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const Cell& cell = cells_[i];
+    const std::size_t columns = lattices_[cell.lattice].columns, column = cell.place % columns, row = cell.place / columns;
+    const bool between = cell.whole && column > 0 && whole(cell.lattice, column - 1, row) && whole(cell.lattice, column + 1, row);
+    if (!between) points.push_back(face_.centroids[i]);
+  }
+  return points;
 }
 
 void PatchFace::integrate() {
@@ -451,9 +468,7 @@ void PatchFace::integrate() {
     }
     first = last;
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = 0; j < i; ++j) face_.inverse_distance[i * count + j] = face_.inverse_distance[j * count + i];
-  }
+  mirror_upper(face_.inverse_distance.data(), count, count);
 }
 
 // Integrals of shear over pairs of cells that middles do not stand for; whole ones of a lattice have them by how far they

@@ -85,6 +85,7 @@ class PatchFace {
   double mean_height(const View& view, std::size_t own, std::size_t looked_at, Point& gradient) const;
   static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
+  std::vector<Point> outermost() const;
   void integrate();
   void add_edges();
 

@@ -87,18 +87,19 @@ void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, st
   }
 }
 
-void mirror_upper(Matrix& matrix) {
-  const std::size_t size = matrix.rows(), stride = matrix.stride();
+void mirror_upper(double* matrix, std::size_t stride, std::size_t size) {
   for (std::size_t first = 0; first < size; first += kSquare) {
     const std::size_t last = std::min(first + kSquare, size);
     for (std::size_t begin = 0; begin < first; begin += kSquare) {
-      kernels().transpose(matrix[begin] + first, stride, kSquare, last - first, matrix[first] + begin, stride);
+      kernels().transpose(matrix + begin * stride + first, stride, kSquare, last - first, matrix + first * stride + begin, stride);
     }
     for (std::size_t i = first; i < last; ++i) {
-      for (std::size_t j = first; j < i; ++j) matrix[i][j] = matrix[j][i];
+      for (std::size_t j = first; j < i; ++j) matrix[i * stride + j] = matrix[j * stride + i];
     }
   }
 }
+
+void mirror_upper(Matrix& matrix) { mirror_upper(matrix.data(), matrix.stride(), matrix.rows()); }
 
 bool factor(Matrix& matrix) { return factor_from(matrix.data(), matrix.stride(), matrix.rows(), 0); }
 

@@ -48,6 +48,8 @@ void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, st
                     Matrix& to);
 // Entries under the diagonal become those above it.
 void mirror_upper(Matrix& matrix);
+// The same of rows (size) that are `stride` apart.
+void mirror_upper(double* matrix, std::size_t stride, std::size_t size);
 
 // Factor a symmetric positive definite matrix, of which the upper triangle is read, into U^T U; U replaces it.
 // False where the matrix is not positive definite.
