@@ -25,7 +25,7 @@ def attach_pad(
     quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
     pad: Pad | str | None = None,
     fidelity: str | Fidelity = DEFAULT,
-    output: str = "von_mises",
+    output: str | None = "von_mises",
     visual: bool = False,
     law: str | None = None,
     friction: float | None = None,
@@ -48,7 +48,9 @@ def attach_pad(
         pad: a Pad, the name of a registered one, or a file of saved influence matrices; by default the paper's pad. The
             model stores all numbers of a Pad, so that it can be saved and opened anywhere, but only the name of a file.
         fidelity: a preset by name, or a Fidelity, of which the model stores every choice.
-        output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces.
+        output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces. None adds no
+            sensor, so that steps cost nothing: `TactileSensor(model, pad, geom="<name>_pad", fidelity=...)` reads the
+            pad when it is asked, and `fidelity`, `law` and `friction` are its to choose.
         visual: whether viewers show the top layer's readings as a heat map on the pad: a tile per taxel, as wide as
             its ball where taxels are free.
         law: contact law in place of the fidelity's own.
@@ -61,7 +63,7 @@ def attach_pad(
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: no such body, pad, fidelity, output or contact; or the name is taken.
+        SceneError: no such body, pad, fidelity, output or contact; the name is taken; or `visual` without a sensor.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -69,6 +71,12 @@ def attach_pad(
     _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
+    if output is None:
+        if visual:
+            raise SceneError(
+                f"pad '{name}': without a sensor, output=None, viewers have nothing to show. Ask for an output."
+            )
+        return add_pad_geom(spec, parent, name, made, place, contact)
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
     config |= {"visual": "on" if visual else "off"} | _law_attributes(law, friction)
     geom = add_pad_geom(spec, parent, name, made, place, contact)

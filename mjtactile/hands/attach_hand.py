@@ -20,7 +20,7 @@ def attach_hand(
     fidelity: str | Fidelity = "fast",
     prefix: str = "",
     only: Collection[str] | None = None,
-    output: str = "von_mises",
+    output: str | None = "von_mises",
     visual: bool = False,
 ) -> dict[str, mujoco.MjsGeom]:
     """Attach the pads of a hand to a model that contains the hand.

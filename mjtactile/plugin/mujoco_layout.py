@@ -37,8 +37,9 @@ _FIELDS = (
     ("mjvScene", ("ngeom", "maxgeom", "geoms")),
     ("mjvGeom", ("",)),
 )  # fmt: skip
-#: A field of `Layout` that not every MuJoCo has, whether bodies sleep; its offset is -1 if it does not exist.
-_SLEEP = ("mjData", "body_awake")
+#: Fields of `Layout` that not every MuJoCo has; their offset is -1 where they do not exist. Which bodies sleep, and how
+#: many earlier readings of a sensor are kept.
+_OPTIONAL = (("mjData", "body_awake"), ("mjModel", "sensor_history"))
 #: Functions in the order of `Functions` there.
 FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
 
@@ -69,8 +70,7 @@ class MujocoLayout(NamedTuple):
             mujoco.mjtStage.mjSTAGE_ACC,
             mujoco.mjtPluginCapabilityBit.mjPLUGIN_SENSOR,
         )
-        structure, name = _SLEEP
-        numbers.append(self.offsets[structure].get(name, -1))
+        numbers += [self.offsets[structure].get(name, -1) for structure, name in _OPTIONAL]
         return np.array([*numbers, *(int(kind) for kind in kinds)], dtype=np.int64)
 
 

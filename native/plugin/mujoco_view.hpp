@@ -36,7 +36,8 @@ struct Layout {
       data_plugin_data, data_plugin_state;
   std::int64_t contact_size, contact_dist, contact_pos, contact_frame, contact_friction, contact_geom;
   std::int64_t scene_ngeom, scene_maxgeom, scene_geoms, scene_geom_size;
-  std::int64_t data_body_awake;  // -1 where this MuJoCo lets nothing sleep
+  std::int64_t data_body_awake;       // -1 where this MuJoCo lets nothing sleep
+  std::int64_t model_sensor_history;  // -1 where its sensors keep no earlier readings
   std::int64_t object_geom, geom_box, stage_acc, capability_sensor;  // constants, not offsets
 };
 

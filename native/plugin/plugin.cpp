@@ -367,6 +367,13 @@ int init(const Model* model, Data* data, int instance) {
                               "in the sensor, and give every pad an instance of its own.");
       return -1;
     }
+    if (layout.model_sensor_history >= 0 && field<const int*>(model, layout.model_sensor_history)[2 * i] > 0) {
+      functions.warning("%s", "a sensor of mjtactile.pad asks for a history (nsample, interval, delay), for which MuJoCo makes too "
+                              "little room where sensors are plugins, and would write beyond it. Leave these attributes out; "
+                              "to read a pad less often than every step, leave its sensor out and ask "
+                              "mjtactile.TactileSensor(model, geom=...).read(data) when a reading is needed.");
+      return -1;
+    }
     geom = object;
     addresses.push_back(field<const int*>(model, layout.model_sensor_adr)[i]);
   }

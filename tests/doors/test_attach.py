@@ -50,6 +50,22 @@ def test_what_is_added():
     assert model.sensor("ff").dim == 676
 
 
+def test_a_pad_without_a_sensor_is_read_when_asked():
+    with_sensor, without = hand()[0].compile(), hand(output=None)[0].compile()
+    assert (without.nsensor, without.nplugin) == (0, 0)
+    data = pressed(without)
+    asked = mjtactile.TactileSensor(without, geom="ff_pad", fidelity="fast").read(data)
+    same = mujoco.MjData(with_sensor)
+    same.qpos[:], same.qvel[:], same.ctrl[:] = data.qpos, data.qvel, data.ctrl
+    same.qacc_warmstart[:] = data.qacc_warmstart
+    mujoco.mj_forward(with_sensor, same)
+    expected = mjtactile.TactileSensor(with_sensor, geom="ff_pad", fidelity="fast").read(same)
+    assert asked.max() > 1e3
+    assert asked == pytest.approx(expected, rel=1e-6, abs=1e-3)
+    with pytest.raises(mjtactile.SceneError, match="without a sensor"):
+        hand(output=None, visual=True)
+
+
 def test_sensor_by_name_and_by_geom_read_alike():
     model = hand()[0].compile()
     data = pressed(model)

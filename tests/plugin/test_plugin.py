@@ -219,6 +219,15 @@ def test_a_geom_that_is_no_pad_is_refused():
         mujoco.MjModel.from_xml_string(scene().replace(size, 'type="sphere" size=".01"'))
 
 
+@pytest.mark.skipif(not hasattr(mujoco.MjModel, "sensor_history"), reason="this MuJoCo keeps no earlier readings")
+def test_a_history_that_mujoco_has_no_room_for_is_refused():
+    spec = mujoco.MjSpec.from_string(scene())
+    spec.sensors[0].nsample = 1
+    spec.sensors[0].interval = (0.02, 0.0)
+    with pytest.raises(ValueError, match="asks for a history"):
+        spec.compile()
+
+
 def test_pads_of_one_model_do_not_mix():
     two = mujoco.MjModel.from_xml_string(scene(pads=2))
     data = mujoco.MjData(two)
