@@ -74,7 +74,7 @@ def attach_pad(
     if output is None:
         if visual:
             raise SceneError(
-                f"pad '{name}': without a sensor, output=None, viewers have nothing to show. Ask for an output."
+                f"pad '{name}': viewers show what a sensor reads, and output=None adds none. Ask for an output."
             )
         return add_pad_geom(spec, parent, name, made, place, contact)
     config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
