@@ -14,8 +14,7 @@ struct Outline {
 
 // Place an outline on the pad and clip it at the sheet's rectangle; `result` is in the pad frame [m]. False if nothing
 // is left.
-bool clip_outline(const Outline& outline, const Placement& placement, double west, double south, double east,
-                  double north, Outline& result);
+bool clip_outline(const Outline& outline, const Placement& placement, const Rectangle& sheet, Outline& result);
 
 // The area that a ring encloses [m^2], negative if the ring runs clockwise.
 double signed_area(const std::vector<Point>& ring);

@@ -1,4 +1,4 @@
-// Points and convex polygons in the plane. Corners of polygons run counter-clockwise.
+// Points, rectangles and convex polygons in the plane. Corners of polygons run counter-clockwise.
 #pragma once
 
 #include <vector>
@@ -7,6 +7,13 @@ namespace mjtactile {
 
 struct Point {
   double x, y;
+};
+
+// A rectangle with sides along x and y [m].
+struct Rectangle {
+  double west, south, east, north;
+
+  bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
 };
 
 // Distance of a point to the left of the line from a to b, times the distance from a to b.

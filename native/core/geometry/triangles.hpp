@@ -14,13 +14,6 @@
 
 namespace mjtactile {
 
-// A rectangle with sides along x and y [m].
-struct Rectangle {
-  double west, south, east, north;
-
-  bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
-};
-
 // The triangles of a mesh that face a part of the pad, sorted into buckets over that part. cast() is called for every
 // pose; memory is kept. The mesh must live as long as the functions after cast() are used.
 class TriangleShadow {
