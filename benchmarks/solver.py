@@ -1,4 +1,4 @@
-"""Why the sheet is solved by plane elimination: `python benchmarks/solver.py` compares it with sparse factors.
+"""Why the sheet is solved by block elimination: `python benchmarks/solver.py` compares it with sparse factors.
 
 Every column of one symmetry class of the paper's pad on mesh "default" is wanted. A sparse factor is timed on a few
 right-hand sides and scaled to all. cholespy is optional: pip install cholespy.
@@ -33,7 +33,7 @@ def main() -> None:
     start = time.perf_counter()
     for _ in EliminatedSheet(stiffness, parity).descend():
         pass
-    print(f"| plane elimination | - | - | {time.perf_counter() - start:.1f} s |")
+    print(f"| block elimination | - | - | {time.perf_counter() - start:.1f} s |")
 
     start = time.perf_counter()
     factor = scipy.sparse.linalg.splu(matrix)

@@ -313,7 +313,7 @@ int mjt_clip_outline(size_t rings, const size_t* begins, const double* corners, 
                      const double* sheet, size_t room, size_t* cut_begins, double* cut_corners) {
   Outline cut;
   const Placement placement = {std::cos(place[2]), std::sin(place[2]), {place[0], place[1]}};
-  if (!clip_outline(outline_of(rings, begins, corners), placement, sheet[0], sheet[1], sheet[2], sheet[3], cut)) {
+  if (!clip_outline(outline_of(rings, begins, corners), placement, {sheet[0], sheet[1], sheet[2], sheet[3]}, cut)) {
     return 0;
   }
   size_t used = 0;

@@ -1,4 +1,4 @@
-"""Presses of the benchmarks: cases as data, and those of CalculiX with its readings."""
+"""The presses that the benchmarks measure: those of benchmarks/trade.toml, and those that CalculiX solved."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ from mjtactile.pad import force_vector
 from mjtactile.sim.assets import asset_path
 from mjtactile.units import GRAM_FORCE, MILLIMETRE
 
-#: Readings of CalculiX in calculix.npz are MPa.
+#: The readings in calculix.npz are in MPa.
 _MEGA = 1e6
-#: Groups of its cases: frictionless punches, punches that stick, a sphere.
+#: Titles of the groups of CalculiX cases by the beginning of their names: B2 are frictionless punches, B3 are punches
+#: that stick, C is a sphere.
 CALCULIX_GROUPS = {"B2": "B2", "B3": "B3", "C": "sphere"}
 _RIGID = tuple(f"{group}_" for group in CALCULIX_GROUPS)
 
@@ -38,8 +39,8 @@ class Body:
     """The lower side of a rigid body over the pad: a flat face, or a gap function.
 
     Attributes:
-        outline: of the face in the pad frame [m]; None if the body covers the whole pad.
-        gap: height function [m]; None for a flat face.
+        outline: outline of the face in the pad frame [m]; None if the body covers the whole pad.
+        gap: height of the body over points (x, y) of the pad frame [m]; None for a flat face.
     """
 
     outline: Area | None
@@ -52,7 +53,7 @@ class Body:
         return Body(outline, None if gap is None else lambda px, py: gap(px - x, py - y))
 
     def footprint(self, surface: SurfaceGrid) -> Footprint:
-        """The body's footprint."""
+        """The body's footprint on a pad's surface grid."""
         if self.gap is not None:
             return Footprint.from_gap(self.gap, surface, outline=self.outline)
         assert self.outline is not None
@@ -65,14 +66,18 @@ class PressCase:
 
     name: str
     body: Body
-    force: Array  #: on the pad at the centroid of the first contact [N], shape (3,)
+    force: Array  #: on the pad at the centroid of the first contact, in the pad frame [N], shape (3,)
     tilt: str = "free"  #: see contact_load
-    tangential: str = "proportional"  #: see contact_load; laws that know no other ignore it
+    tangential: str = "proportional"  #: see contact_load; a law that does not offer it uses its own first choice
     readings: Array | None = None  #: (layers, rows, columns) [Pa]
 
     @property
     def reference(self) -> Array:
-        """Readings of the independent code [Pa], (layers, rows, columns)."""
+        """Readings of the independent code [Pa], (layers, rows, columns).
+
+        Raises:
+            MjTactileError: the case has no such readings.
+        """
         if self.readings is None:
             raise MjTactileError(f"case {self.name!r} has no readings of an independent code.")
         return self.readings
@@ -83,7 +88,7 @@ class PressCase:
         return self.body.gap is None
 
     def contact(self, law: str) -> dict[str, Any]:
-        """Arguments of contact_load besides the force and the law."""
+        """Arguments `tilt` and `tangential` of contact_load under a contact law."""
         return {
             "tilt": self.tilt,
             "tangential": self.tangential
@@ -92,16 +97,26 @@ class PressCase:
         }
 
     def load(self, influence: InfluenceMatrices, body: Body | None = None) -> SurfaceLoad:
-        """The tractions of this press by the law of the influence matrices' fidelity; of the body moved, if given."""
+        """The tractions of this press by the contact law of the influence matrices' fidelity.
+
+        Args:
+            influence: matrices of the pad.
+            body: pressed in place of the case's own body, for example the same body moved.
+        """
         footprint = (self.body if body is None else body).footprint(influence.surface)
         return contact_load(influence, footprint, self.force, **self.contact(influence.fidelity.law))
 
 
 def press_case(case: dict[str, Any]) -> PressCase:
-    """A case of benchmarks/trade.toml.
+    """The press that one entry `[[case]]` of benchmarks/trade.toml describes.
+
+    Args:
+        case: the entry: `name`, `shape`, `force` [gf]; where they differ from 0, place `at` (x, y) [mm], `turn` about
+            the fixed axes x, y and z [deg], `tilt` and `azimuth` of the force [deg]; `radius`, `length` or `size` of a
+            solid [mm]; `orientation`, "free" or "fixed".
 
     Raises:
-        MjTactileError: when the case names a shape that does not exist.
+        MjTactileError: the case names a shape that does not exist.
     """
     x, y = case.get("at", (0.0, 0.0))
     rotation = Rotation.from_euler("xyz", case.get("turn", (0.0, 0.0, 0.0)), degrees=True)
@@ -115,7 +130,7 @@ def press_case(case: dict[str, Any]) -> PressCase:
 
 
 def calculix_cases() -> list[PressCase]:
-    """Rigid punches and a sphere as CalculiX solved them; benchmarks/calculix.json tells how."""
+    """Rigid punches and a sphere that CalculiX solved, with its readings; benchmarks/calculix.json describes them."""
     cases = json.loads(asset_path("benchmarks/calculix.json").read_text())["cases"]
     with np.load(asset_path("benchmarks/calculix.npz")) as readings:
         return [
@@ -133,13 +148,13 @@ def calculix_cases() -> list[PressCase]:
 
 
 def moved_bodies(case: PressCase, count: int, shift: float, seed: int) -> Sequence[Body]:
-    """The case's body, shifted by random amounts along x and y of at most `shift` [m]."""
+    """`count` copies of the case's body, each shifted at random along x and y by at most `shift` [m]."""
     shifts = np.random.default_rng(seed).uniform(-shift, shift, (count, 2))
     return [case.body.moved(float(x), float(y)) for x, y in shifts]
 
 
 def _punch(name: str, rotation: Rotation) -> Body:
-    """A flat punch turned about the pad's normal; one that leans is its face as an inclined plane."""
+    """A flat punch turned about the pad's normal. A punch that leans becomes an inclined plane over its outline."""
     matrix = rotation.as_matrix()
     turned = affinity.rotate(punch_outline(name), np.arctan2(matrix[1, 0], matrix[0, 0]), (0, 0), use_radians=True)
     normal = matrix[:, 2]

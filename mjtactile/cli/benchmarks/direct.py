@@ -1,7 +1,7 @@
-"""Responses to a few loads without building tables: the finite elements solved for those loads, in double precision.
+"""Responses to a few loads without tables: the finite elements are solved for those loads, in double precision.
 
-Influence matrices answer for every possible load. This answers for a few, on any mesh, in a tenth of the time that
-matrices take to build, and shows what they save and what they lose.
+Influence matrices answer every possible load. The direct solution answers a few, on any mesh, in a tenth of the time
+that the matrices take to build. Benchmarks and tests compare both: in time and in accuracy.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
 
-#: A load at a mirrored point is the sum of its four classes; each class's own is a quarter of the folded load.
+#: A load is the sum of its parts in the four symmetry classes. Each part is a quarter of the folded load.
 _QUARTER = 0.25
 
 
 class Response(NamedTuple):
-    """What a pad does under some loads.
+    """Readings, displacements and reactions of a pad under some loads; vectors are in the pad frame.
 
     Attributes:
-        readings: (loads, layers, rows, columns) [Pa].
-        displacement: of the surface's nodes, (loads, nodes y, nodes x, 3) [m].
+        readings: von Mises stress at the taxels, (loads, layers, rows, columns) [Pa].
+        displacement: displacement of the surface's nodes, (loads, nodes y, nodes x, 3) [m].
         base_reaction: nodal forces of the base on the sheet, (loads, nodes y, nodes x, 3) [N].
     """
 
@@ -45,18 +45,18 @@ class Response(NamedTuple):
 
 
 def without_tables(pad: Pad, density: MeshDensity) -> InfluenceMatrices:
-    """What footprints need of influence matrices: the pad and its surface grid."""
+    """Influence matrices without tables. They have a pad and its surface grid, enough to find footprints and loads."""
     return InfluenceMatrices(pad, Fidelity(mesh=density), {})
 
 
 def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threads: int | None = None) -> Response:
-    """Response of a pad to loads made with `without_tables` on the same mesh.
+    """Solve the finite elements of a pad for some loads.
 
     Args:
-        pad: that is pressed.
-        density: of the mesh.
-        loads: on the mesh's own surface grid.
-        threads: that work at once, at most four; by default one per core.
+        pad: the pad that is pressed.
+        density: density of the mesh.
+        loads: tractions on the surface grid of the same mesh, as `without_tables` gives it.
+        threads: threads that work at once, at most four; by default one per core.
     """
     mesh = sheet_mesh(pad, density)
     quarter = mesh.quarter()
@@ -72,7 +72,7 @@ def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threa
         stress = np.zeros((len(loads), len(points), 5))
         fields = {top: np.zeros((len(loads), *plane)), 0: np.zeros((len(loads), *plane))}
         folded = _QUARTER * fold_forces(batch, parity).reshape(len(loads), -1)
-        # Rounding apart, loads that share a mirror move nothing in some classes: there they act on what is held.
+        # Loads that share a mirror plane have parts in some classes that act on held nodes only, apart from rounding.
         if np.abs(folded[:, free_in_plane(quarter, parity).ravel()]).max() > 1e-11 * np.abs(batch).max():
             sheet = EliminatedSheet(stiffness, parity)
             sampler = StressSampler(mesh, parity, points, len(loads))
@@ -102,7 +102,7 @@ def solve(pad: Pad, density: MeshDensity, loads: Sequence[SurfaceLoad], *, threa
 
 
 def _whole_forces(quarters: list[Array]) -> Array:
-    """Nodal forces on the whole plane from those on the quarter: nodes on a mirror hold only half of their force."""
+    """Nodal forces on the whole plane from those on the quarter, where nodes on a mirror line hold half of theirs."""
     doubled = []
     for quarter in quarters:
         forces = quarter.copy()
@@ -113,5 +113,5 @@ def _whole_forces(quarters: list[Array]) -> Array:
 
 
 def relative_difference(actual: Array, expected: Array) -> float:
-    """Euclidean norm of the difference over that of what was expected."""
+    """Euclidean norm of the difference, divided by the norm of the expected values [-]."""
     return float(np.linalg.norm(actual - expected) / np.linalg.norm(expected))

@@ -1,4 +1,4 @@
-"""Speed of environments: single and vectorised, with and without pads, compared with `mj_step` in the same states."""
+"""Speed of environments, one and many at once, with and without pads, beside `mj_step` in the same states."""
 
 from __future__ import annotations
 
@@ -11,29 +11,31 @@ from typing import Any
 import mujoco
 import numpy as np
 
-#: Environments measured, and what is seen of their pads.
+#: Environments that are measured, and the kinds of observation of their pads.
 _NAMES = ("mjtactile/GraspLift-v0", "mjtactile/PressIdentify-v0")
 _OBSERVATIONS = ("none", "wrench", "readings")
 #: Random actions use this fraction of their range, so that objects stay in contact [-].
 _STIR = 0.3
-#: Actions that end an episode whenever they are above 0, by environment: left at -1, as steps are measured, not resets.
+#: Indices of actions that end an episode when they are above 0, by environment. They are kept at -1, because steps are
+#: measured and not resets.
 _ENDING = {"mjtactile/PressIdentify-v0": [4]}
-#: Environments at once, turns that all cases take one after the other, and steps of many, and of one, in a turn.
+#: Number of environments at once; number of turns, in each of which all cases run once; steps in a turn of many
+#: environments, and of one.
 _COUNT, _TURNS, _STEPS, _STEPS_OF_ONE = 64, 25, 2, 40
 
 
 def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
-    """Times by environment and by what is seen of the pads; medians of turns.
+    """Time of a step by environment and kind of observation: medians over several turns.
 
     Args:
-        quick: few and short turns, for tests.
+        quick: measure one environment in two turns, for tests.
 
     Returns:
-        `mujoco_version`, `count` of environments at once, `threads` of those and of what they are compared with, and
-        `rows`, each with `name`, `observation`, `substeps` (MuJoCo's in a step), times [s] of a step of one environment
-        alone and of one among many, `one_s` and `many_s`; of one step of MuJoCo without anything around it, on one
-        thread and on all, `plain_s` and `plain_many_s`; and the speeds over that of MuJoCo, turn by turn, `one_share`
-        and `many_share`.
+        `mujoco_version`; `count`, the number of environments at once; `threads`, which environments and `mj_step` use;
+        and `rows`. Each row has `name` and `observation`; `substeps`, MuJoCo's steps in a step of the environment;
+        `one_s` and `many_s`, the time of a step of one environment alone and of one among many [s]; `plain_s` and
+        `plain_many_s`, the time of one `mj_step` alone, on one thread and on all [s]; `one_share` and `many_share`,
+        the environment's speed divided by that of `mj_step` in the same turn [-].
 
     Raises:
         MissingExtraError: gymnasium is not installed.
@@ -73,7 +75,7 @@ def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
 
 
 class _Actions:
-    """Random actions, the same for all that is compared."""
+    """Random actions; every instance of the same shape draws the same ones."""
 
     def __init__(self, name: str, shape: tuple[int, ...]) -> None:
         self._drawn, self._shape, self._ending = np.random.default_rng(0), shape, _ENDING.get(name, [])
@@ -101,10 +103,11 @@ class _Environments:
 
 
 class _Plain:
-    """`mj_step` alone, from the states and under the controls of environments without pads, on threads.
+    """`mj_step` alone, on threads, from the states and under the controls of environments without pads.
 
-    Each step is an environment's, not timed; then its simulation is wound back, and what MuJoCo does of it is done
-    again, timed. At the model's rest a step costs a fraction of what it costs with something in the hand.
+    The environment takes its step untimed. Then its simulation is wound back, and MuJoCo's part of the step is repeated
+    and timed. Timing the model at rest would flatter `mj_step`, which takes several times as long with something in
+    the hand.
     """
 
     def __init__(self, name: str, count: int, threads: int) -> None:
@@ -134,7 +137,7 @@ class _Plain:
             mujoco.mj_setState(model, data, state, kind)
             data.ctrl[:] = controls
         start = time.perf_counter()
-        # One iterator for all threads: each takes what is next.
+        # All threads share one iterator, and each takes the next simulation from it.
         left = iter(simulations)
         others = [self._pool.submit(self._advance, left) for _ in range(self._threads - 1)]
         self._advance(left)

@@ -1,8 +1,8 @@
 """Accuracy at the extremes: pads, loads and inputs at the limits of their ranges, each compared with a reference.
 
-Pads are solved again by a sparse factorisation of the whole stiffness, refined in extended precision, or compared
-with the same pad in another unit or on a finer mesh. Contacts are held against the wrench they were given: the smallest
-and largest loads, at the rim, beyond what a face carries, again and again.
+The reference of a pad is a sparse factorisation of its whole stiffness matrix, refined in extended precision, or the
+same pad scaled or on a finer mesh. The reference of a contact is the wrench that it was given: the smallest and the
+largest loads, loads at the rim, loads beyond what a face carries, and the same load many times.
 """
 
 from __future__ import annotations
@@ -36,9 +36,11 @@ from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.sim.assets import asset_path
+from mjtactile.units import MILLIMETRE
 
-_MILLIMETRE = 1e-3
+#: Rounds of iterative refinement of the sparse solution.
 _REFINEMENTS = 3
+#: An oblique force on the pad [N].
 _OBLIQUE = np.array([0.02, 0.01, -0.2])
 _THREADS = 8
 
@@ -53,12 +55,12 @@ class Row(NamedTuple):
 
 
 def extreme_cases() -> dict[str, Any]:
-    """The cases of benchmarks/extremes.toml."""
+    """The content of benchmarks/extremes.toml, which every function `..._rows` takes as `cases`."""
     return tomllib.loads(asset_path("benchmarks/extremes.toml").read_text())
 
 
 def extremes_benchmark() -> list[dict[str, Any]]:
-    """Every row of the table."""
+    """Run all cases: the rows of the table, each a `Row` as a dictionary."""
     cases = extreme_cases()
     rows: list[Row] = []
     for make in (material_rows, size_rows, load_rows, steady_rows, wrong_input_rows):
@@ -76,7 +78,14 @@ def extremes_table(result: list[dict[str, Any]]) -> str:
 
 
 def attempt(asked: str, truth: str, run: Callable[[], tuple[str, float | None]]) -> Row:
-    """A row from what a function returns, an outcome and how far it is off, or from the error it raises."""
+    """Call a function and make a row of what it does.
+
+    Args:
+        asked: description of the case.
+        truth: description of the reference.
+        run: the function. It returns the outcome in words and the relative difference from the reference [-]. If it
+            raises one of this package's errors, the row holds the beginning of the message.
+    """
     try:
         outcome, off = run()
     except MjTactileError as error:
@@ -86,7 +95,7 @@ def attempt(asked: str, truth: str, run: Callable[[], tuple[str, float | None]])
 
 
 def material_rows(cases: dict[str, Any]) -> Iterator[Row]:
-    """Poisson ratios, moduli and their contrasts, thin skins: readings and how far the solution is off."""
+    """Rows on Poisson ratios, moduli and their contrasts, and thin skins, compared with a sparse solution."""
     density = replace(mesh_density(cases["mesh"]), most_elements=cases["elements"])
     for poisson in (*cases["poissons"], 0.5):
         yield _solved_row(f"nu {poisson!r}", lambda nu=poisson: _pad([(5.0, 3e6, nu)]), density)
@@ -102,7 +111,7 @@ def material_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 
 def size_rows(cases: dict[str, Any]) -> Iterator[Row]:
-    """Sheets of other sizes and thicknesses, wide ones, one taxel, and storage precisions."""
+    """Rows on scaled sheets, thin and thick sheets, a pad of one taxel, and the precisions of storage."""
     density = mesh_density(cases["mesh"])
     reference = build(Pad(), density)
     expected = _pressed(reference)
@@ -115,7 +124,7 @@ def size_rows(cases: dict[str, Any]) -> Iterator[Row]:
         yield attempt(case["name"], "the same pad, 5 mm thick", scaled)
     for case in cases["thickness"]:
 
-        def thick(depth: float = case["thickness"] * _MILLIMETRE) -> tuple[str, float]:
+        def thick(depth: float = case["thickness"] * MILLIMETRE) -> tuple[str, float]:
             pad = replace(
                 Pad(),
                 layers=Layer(thickness=depth, young=3e6, poisson=0.49),
@@ -148,7 +157,7 @@ def size_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 
 def build(pad: Pad, density: MeshDensity, precision: str = "float64") -> InfluenceMatrices:
-    """Influence matrices that no cache keeps, by default in double precision."""
+    """Influence matrices of a pad, by default in double precision. They are not kept in the cache."""
     from mjtactile.influence.stress_matrix import stored_matrix
 
     tables: dict[str, Any] = {}
@@ -164,7 +173,10 @@ def build(pad: Pad, density: MeshDensity, precision: str = "float64") -> Influen
 
 
 def solution_error(pad: Pad, density: MeshDensity) -> float:
-    """Relative difference of the surface displacement, plane elimination against a refined sparse solution."""
+    """Relative error of the surface displacement that block elimination gives [-], largest of two loads.
+
+    The reference is a sparse factorisation of the whole stiffness matrix, refined in extended precision.
+    """
     mesh, parity = sheet_mesh(pad, density).quarter(), PARITIES[0]
     stiffness, free = assemble(mesh), free_in_plane(mesh, parity)
     everywhere = np.tile(free, stiffness.plane_count)
@@ -199,7 +211,7 @@ def _solved_row(asked: str, pad: Callable[[], Pad], density: MeshDensity) -> Row
 
 
 def _pressed(influence: InfluenceMatrices, scale: float = 1.0) -> Array:
-    """Readings of 0.2 N on a fifth of the sheet, slightly off its middle, for a pad that is scaled by a factor."""
+    """Readings under 0.2 N on a fifth of the sheet, slightly off its middle. A scaled pad is pressed alike."""
     side = 3e-3 * scale
     face = Footprint.from_outline(shapely.box(-side, -side, 1.2 * side, side), influence.surface)
     return influence.readings(contact_load(influence, face, np.array([0.02, 0.0, -0.2]) * scale**2, law="uniform"))
@@ -210,7 +222,7 @@ def _peak(readings: Array) -> str:
 
 
 def _pad(layers: list[tuple[float, float, float]]) -> Pad:
-    stack = tuple(Layer(thickness=t * _MILLIMETRE, young=e, poisson=nu) for t, e, nu in layers)
+    stack = tuple(Layer(thickness=t * MILLIMETRE, young=e, poisson=nu) for t, e, nu in layers)
     return Pad(layers=stack, depths=(1e-3, 2e-3, 3e-3, 4e-3))
 
 
@@ -235,7 +247,7 @@ def _finer(density: MeshDensity) -> MeshDensity:
     )
 
 
-#: Every law, with every way shear spreads that it knows.
+#: Options of `contact_load` for every contact law with every tangential choice that it offers, by name.
 WAYS: dict[str, dict[str, Any]] = {
     "uniform": {"law": "uniform"},
     "foundation": {"law": "foundation"},
@@ -246,10 +258,10 @@ WAYS: dict[str, dict[str, Any]] = {
 
 
 def load_rows(cases: dict[str, Any]) -> Iterator[Row]:
-    """Faces, forces and moments at the extremes, under every law."""
+    """Rows on extreme faces, forces and moments under every contact law, compared with the wrench that was given."""
     influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     for case in cases["face"]:
-        x, y, width, height = (length * _MILLIMETRE for length in case["box"])
+        x, y, width, height = (length * MILLIMETRE for length in case["box"])
         face = Footprint.from_outline(shapely.box(x - width, y - height, x + width, y + height), influence.surface)
         for way, options in WAYS.items():
             yield _carried_row(f"{case['name']}: {way}", influence, face, _OBLIQUE, options)
@@ -271,7 +283,7 @@ def load_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 
 def steady_rows(cases: dict[str, Any]) -> Iterator[Row]:
-    """The same contact again and again, one after another and in threads."""
+    """Rows on the same contact solved many times, one after another and in threads: its readings must not change."""
     influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     disc = _disc(influence)
     for way in ("uniform", "foundation", "elastic"):
@@ -298,7 +310,7 @@ def steady_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 
 def wrong_input_rows(cases: dict[str, Any]) -> Iterator[Row]:
-    """Invalid inputs: the errors that they raise."""
+    """Rows on invalid inputs, with the errors that they raise."""
     influence = influence_matrices(fidelity=Fidelity(mesh=cases["mesh"]), progress=False)
     disc = _disc(influence)
     for asked, run in wrong_inputs(influence, disc).items():
@@ -306,10 +318,10 @@ def wrong_input_rows(cases: dict[str, Any]) -> Iterator[Row]:
 
 
 def wrong_inputs(influence: InfluenceMatrices, face: Footprint) -> dict[str, Callable[[], object]]:
-    """Calls that must end in one of this package's errors, by what is wrong with them."""
+    """Calls that must raise one of this package's errors, by a description of the wrong argument."""
     calls: dict[str, Callable[[], object]] = {}
     for name, bad in (("NaN", np.nan), ("inf", np.inf)):
-        with np.errstate(invalid="ignore"):  # shapely's own remark
+        with np.errstate(invalid="ignore"):  # shapely warns of it as well
             outline = shapely.Polygon([(0, 0), (1e-3, 0), (bad, 1e-3)])
         calls |= {
             f"{name} force": lambda b=bad: contact_load(influence, face, (0, b, -1)),
@@ -332,7 +344,17 @@ def wrong_inputs(influence: InfluenceMatrices, face: Footprint) -> dict[str, Cal
 
 
 def left_over(load: SurfaceLoad, force: Array, moment: Array, length: float) -> float:
-    """Given wrench minus the resultant of the nodal forces, over the given wrench [-]."""
+    """Part of a wrench that a load does not carry, relative to the wrench [-].
+
+    Args:
+        load: the load, whose nodal forces are summed.
+        force: the force that was given [N].
+        moment: the moment that was given, about the pad's origin [N m].
+        length: divides moments to compare them with forces [m].
+
+    Returns:
+        The relative part; under a wrench of zero, the largest nodal force [N].
+    """
     carried_force, carried_moment = load.resultant()
     size = np.linalg.norm(force) + np.linalg.norm(moment) / length
     missing = np.linalg.norm(force - carried_force) + np.linalg.norm(moment - carried_moment) / length
@@ -352,7 +374,7 @@ def _carried_row(
     def run() -> tuple[str, float]:
         load, warned = _quietly(influence, face, force, options, given)
         outcome = _peak(influence.readings(load)) + (", warns" if warned else "")
-        # The moment of a force on a small face is about the pad's far middle.
+        # Moments are about the pad's origin, which may be far from a small face.
         length = max(float(np.sqrt(face.area)), float(np.hypot(*face.centroid)))
         return outcome, left_over(load, force, given, length)
 

@@ -1,4 +1,4 @@
-"""The benchmark of fidelities as a picture: error against time, and what nothing beats."""
+"""The benchmark of fidelities as a figure: error against time, with the Pareto front."""
 
 from __future__ import annotations
 
@@ -18,10 +18,13 @@ _LAW_MARKERS = {"uniform": "s", "foundation": "^", "elastic": "o"}
 
 
 def trade_figure(result: dict[str, Any]) -> Figure:
-    """Every measured fidelity by its time per update and its error, both logarithmic.
+    """Plot the error of every measured fidelity against its time per update, on logarithmic axes.
 
     Args:
-        result: of `bench_trade.trade_benchmark`.
+        result: what `trade.trade_benchmark` returned.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
     """
     require("figures")
     from matplotlib.figure import Figure
@@ -61,7 +64,7 @@ def _name_presets(axes: Axes, rows: list[dict[str, Any]]) -> None:
 
 
 def _mark_yardsticks(axes: Axes, result: dict[str, Any]) -> None:
-    """Times that have no error of this kind: a direct solve per mesh, and MuJoCo's own sensor."""
+    """Mark times that have no such error: a direct solution on each mesh, and MuJoCo's own sensor."""
     times = {f"direct FEM, {mesh}": seconds for mesh, seconds in result["direct_s"].items()}
     times["<tactile>: depth, no stress"] = result["mujoco_tactile_s"]
     for name, seconds in times.items():

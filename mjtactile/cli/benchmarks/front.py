@@ -19,7 +19,12 @@ def error(row: dict[str, Any]) -> float:
 
 
 def front(rows: Iterable[dict[str, Any]], slack: float = 0.0) -> list[dict[str, Any]]:
-    """The rows that no other beats in both time and error by more than `slack` of each, fastest first."""
+    """The rows that no other row beats in both time and error, fastest first.
+
+    Args:
+        rows: results of `measure.measure`.
+        slack: a row counts as beaten only if another is better by this fraction in both [-].
+    """
     rows = sorted(rows, key=update_time)
     return [row for row in rows if not any(_beats(other, row, slack) for other in rows if other is not row)]
 

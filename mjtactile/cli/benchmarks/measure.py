@@ -1,4 +1,4 @@
-"""Time and error of one fidelity on the cases of cases.py."""
+"""Time and error of one fidelity on the presses of cases.py."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from mjtactile._types import Array
 from mjtactile.cli.benchmarks.cases import PressCase, moved_bodies
+from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.cli.benchmarks.sweep import Choice, preset_of
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.wrench_basis import WrenchBasis
@@ -24,23 +25,23 @@ from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad
 from mjtactile.units import MILLIMETRE
 
-#: Wrenches on a footprint before its basis counts as settled.
+#: Wrenches applied to a footprint before its wrench basis is timed.
 _SETTLING = 4
-#: Largest change of each wrench's force and direction.
+#: Largest random change of each component of the force, relative to the force [-].
 _WRENCH_CHANGE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Cases, how often each is timed, and what their readings should be.
+    """Presses to measure, how often each is timed, and their reference readings.
 
     Attributes:
-        cases: measured for time and error.
-        calculix: measured for error against their own readings.
-        moves: footprints timed per case.
-        shift: largest shift of those [m].
-        wrenches: wrenches timed per case on one footprint.
-        truth: readings by name of a case [Pa]; filled by `measure_truth`.
+        cases: presses that are measured for time, and for error against `truth`.
+        calculix: presses that are measured for error against the readings of CalculiX.
+        moves: number of footprints timed per press, each in another place.
+        shift: largest shift of these places along x and y [m].
+        wrenches: number of wrenches timed per press on one footprint.
+        truth: reference readings by name of a press, (layers, rows, columns) [Pa]; the benchmark fills them in.
     """
 
     cases: Sequence[PressCase]
@@ -53,11 +54,11 @@ class Bench:
 
     @classmethod
     def of(cls, design: dict[str, Any], cases: Sequence[PressCase], calculix: Sequence[PressCase]) -> Bench:
-        """A bench as benchmarks/trade.toml describes it."""
+        """The bench that benchmarks/trade.toml describes; `design` is the content of that file."""
         return cls(cases, calculix, design["moves"], design["shift"] * MILLIMETRE, design["wrenches"])
 
     def loads(self, influence: InfluenceMatrices, choice: Choice) -> list[SurfaceLoad]:
-        """Tractions of all cases; fidelities that differ only in their stress matrices share them."""
+        """Tractions of all cases, then of CalculiX's. Fidelities whose stress matrices alone differ share them."""
         if choice.contact not in self._loads:
             self._loads[choice.contact] = [case.load(influence) for case in (*self.cases, *self.calculix)]
         return self._loads[choice.contact]
@@ -65,18 +66,20 @@ class Bench:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Linear algebra on one core, and no warnings of a law that cannot carry what another can."""
+    """Context in which linear algebra uses one core, and no warning tells that a law cannot carry a wrench."""
     with threadpool_limits(limits=1), warnings.catch_warnings():
         warnings.simplefilter("ignore", ContactWarning)
         yield
 
 
 def measure(choice: Choice, bench: Bench) -> dict[str, Any]:
-    """One row of the sweep: a choice's plain values, its cost and its errors.
+    """Measure the time, size and errors of one choice: a row of the table.
 
     Returns:
-        The choice's values, "preset", "table_bytes", "load_s", by name of case "errors", "calculix", "moved_s" and
-        "unchanged_s" and "cache_error", what a basis kept for other wrenches costs.
+        The choice's values; "preset", its name or None; "table_bytes", the size of its tables; "load_s", the time to
+        load them [s]; and by name of a case: "errors" against the reference [-], "calculix", the errors against
+        CalculiX [-], "moved_s", the time after a move [s], "unchanged_s", the time under a new wrench on the same
+        footprint [s], and "cache_error", the error of the kept wrench basis against a new solution [-].
     """
     built = influence_matrices(fidelity=choice.fidelity)
     with one_core():
@@ -94,8 +97,8 @@ def measure(choice: Choice, bench: Bench) -> dict[str, Any]:
             "preset": preset_of(choice),
             "table_bytes": path.stat().st_size,
             "load_s": load_time,
-            "errors": {case.name: relative(read[case.name], bench.truth[case.name]) for case in bench.cases},
-            "calculix": {case.name: relative(read[case.name], case.reference) for case in bench.calculix},
+            "errors": {case.name: relative_difference(read[case.name], bench.truth[case.name]) for case in bench.cases},
+            "calculix": {case.name: relative_difference(read[case.name], case.reference) for case in bench.calculix},
             "moved_s": {case.name: moved_time(case, influence, bench) for case in bench.cases},
             "unchanged_s": {name: seconds for name, (seconds, _) in unchanged.items()},
             "cache_error": {name: error for name, (_, error) in unchanged.items()},
@@ -103,7 +106,7 @@ def measure(choice: Choice, bench: Bench) -> dict[str, Any]:
 
 
 def moved_time(case: PressCase, influence: InfluenceMatrices, bench: Bench) -> float:
-    """Median time from a body in a new place to readings: footprint, contact, product [s]."""
+    """Median time from a body in a new place to readings [s]: footprint, contact and product with the matrices."""
     bodies = iter(moved_bodies(case, bench.moves + 1, bench.shift, seed=1))
     return median_time(lambda: influence.readings(case.load(influence, next(bodies))), bench.moves)
 
@@ -118,15 +121,10 @@ def _unchanged(case: PressCase, influence: InfluenceMatrices, count: int) -> tup
     seconds = median_time(lambda: basis.readings(next(forces)), count)
     last = next(forces)
     changed = replace(case, force=last)
-    return seconds, relative(basis.readings(last), influence.readings(changed.load(influence)))
+    return seconds, relative_difference(basis.readings(last), influence.readings(changed.load(influence)))
 
 
 def _wrenches(force: Array, count: int) -> Array:
-    """The force and others near it, (count, 3) [N]."""
+    """Forces near a given one, drawn at random, (count, 3) [N]."""
     change = np.random.default_rng(2).uniform(-1.0, 1.0, (count, 3))
     return force + _WRENCH_CHANGE * np.linalg.norm(force) * change
-
-
-def relative(values: Array, reference: Array) -> float:
-    """Euclidean norm of the difference over that of the reference [-]."""
-    return float(np.linalg.norm(values - reference) / np.linalg.norm(reference))

@@ -1,4 +1,4 @@
-"""The benchmark of the meshes: cases as data in benchmarks/mesh.toml, tables of their own in fresh processes."""
+"""The benchmark of the meshes: time, memory and error of each. Its cases are in benchmarks/mesh.toml."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 
 import mujoco
 
-from mjtactile.cli.benchmarks.measure import relative
+from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.cli.benchmarks.tactile import mujoco_tactile_time
 from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.contact_load import contact_load
@@ -33,10 +33,15 @@ _REPEATS = 30
 
 
 def mesh_benchmark() -> dict[str, Any]:
-    """Build, store and apply the paper's pad on every mesh, each built in a fresh process and a cache of its own.
+    """Build, store and apply the default pad on every mesh. Each is built in a fresh process, with an empty cache.
 
     Returns:
-        {"meshes": {name: figures}, "mujoco_tactile_s": what MuJoCo's own tactile sensor adds to a step [s], ...}.
+        "reference", the name of the mesh that errors refer to; "meshes", by name the times [s], sizes [bytes] and
+        relative errors by case [-]; "mujoco_version"; and "mujoco_tactile_s", the time that MuJoCo's own tactile
+        sensor adds to a step [s].
+
+    Raises:
+        MjTactileError: the tables of a mesh could not be built.
     """
     cases = tomllib.loads(asset_path("benchmarks/mesh.toml").read_text())
     pad = Pad()
@@ -63,7 +68,7 @@ def mesh_benchmark() -> dict[str, Any]:
             }
         reference = readings[cases["reference"]]
         for name, values in readings.items():
-            errors = [relative(a, b) for a, b in zip(values, reference, strict=True)]
+            errors = [relative_difference(a, b) for a, b in zip(values, reference, strict=True)]
             figures[name]["errors"] = dict(zip((c["name"] for c in cases["load"]), errors, strict=True))
     return {
         "reference": cases["reference"],

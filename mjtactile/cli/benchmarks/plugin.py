@@ -1,8 +1,8 @@
 """Time that the plugin adds to a MuJoCo step, compared with MuJoCo's own tactile sensor.
 
-Every figure is the difference between two scenes that differ by the sensor alone: one punch, pressed by one force, on
-our pad or on MuJoCo's tactile sensor, with the same joints, forces and solver settings. Both are timed turn by turn in
-short runs, and the medians compared, so that a machine that slows down for a while does so for both.
+Every figure is the difference between two scenes that differ by the sensor alone. In each, one force presses a punch on
+our pad or on MuJoCo's tactile sensor, with the same joints, forces and solver settings. The two scenes are timed in
+turn, in short runs, so that a machine which slows down for a while slows both. The medians are compared.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from mjtactile.geometry.indenter import convex_pieces, indenter_outline
 from mjtactile.geometry.outlines import punch_outline
 from mjtactile.influence.cache import influence_matrices
 
-#: Height of punches [m], and the force pressing on them [N].
+#: Height of punches [m], and the force that presses them [N].
 _HEIGHT, _FORCE = 5e-3, 0.5
-#: A moving punch goes to and fro at this speed [m/s], for this many steps each way.
+#: Speed of a moving punch [m/s], and the number of steps after which it turns back.
 SPEED, STEPS_EACH_WAY = 0.01, 100
 
 _SCENE = """
@@ -54,7 +54,7 @@ _PUNCH = """
 """
 _SLIDE = '<joint name="slide{n}" type="slide" axis="1 0 0"/>'
 _PAD = '<geom name="pad{n}" type="box" size="0.0075 0.0075 0.0025" pos="{x} 0 -0.0025" priority="1"/>'
-# A plate lies in its geom's plane x = 0, so MuJoCo's pad is a thin box standing in the world's horizontal plane.
+# A plate lies in its geom's plane x = 0, so MuJoCo's pad is a thin box that is turned into the horizontal plane.
 _PLATE = (
     '<geom name="pad{n}" type="box" size="0.000001 0.0075 0.0075" quat="0.70710678 0 -0.70710678 0" pos="{x} 0 0" '
     'priority="1"/>'
@@ -73,7 +73,7 @@ def _ball_mesh() -> str:
     return f'<mesh name="ball" vertex="{vertices}"/>'
 
 
-#: Bodies that touch with a small part of themselves, by name: assets, and geoms whose lowest point is at z = 0.
+#: Bodies that touch with a small part of their surface, by name: assets, and geoms whose lowest point is at z = 0.
 BODIES = {
     "ball": ("", '<geom type="sphere" size="0.005" pos="0 0 0.005" mass="0.015"/>'),
     "ball of 320 triangles": (_ball_mesh(), '<geom type="mesh" mesh="ball" pos="0 0 0.005" mass="0.015"/>'),
@@ -90,24 +90,25 @@ BODIES = {
         '<geom type="cylinder" size="0.003 0.0025" pos="0.006 0 0.0025" mass="0.015"/>',
     ),
 }
-#: Punches on which other ways that shear spreads are timed beside "proportional", and those ways in a row's name.
+#: Punches on which tangential choices besides "proportional" are timed, and these choices as they stand in row names.
 _SHEARED = ("box", "ball")
 _WAYS = (", stick, ", ", coulomb, ")
 
 
 @dataclass(frozen=True, kw_only=True)
 class PluginScene:
-    """One scene.
+    """Punches on pads, as a MuJoCo model.
 
     Attributes:
-        shape: of the punch, "box", one of the seven, or one of `BODIES`.
-        sensor: "ours", "theirs" or None.
-        fidelity: of our sensor; empty for a table's own.
-        tangential: of our sensor: how shear spreads.
-        table: pad or file of our sensor.
-        moving: whether the punch may slide.
-        pads: how many pads there are.
-        touched: how many of them have a punch on them; the others' hover.
+        shape: shape of the punches: "box", one of the seven punches, or one of `BODIES`.
+        sensor: "ours", "theirs" (MuJoCo's tactile sensor) or None.
+        fidelity: fidelity of our sensor; empty for that of the table file.
+        tangential: how shear spreads under our sensor.
+        table: pad or table file of our sensor.
+        moving: whether the punches slide to and fro.
+        pads: number of pads.
+        touched: number of pads whose punch presses; the punches over the others hover.
+        ground: which pads there are, "ours" or "theirs", with or without the sensor.
     """
 
     shape: str = "box"
@@ -121,7 +122,7 @@ class PluginScene:
     ground: str = "ours"
 
     def xml(self) -> str:
-        """The scene."""
+        """The scene as MJCF."""
         places = [(n, _PITCH * n) for n in range(self.pads)]
         assets, geoms = _punch(self.shape)
         theirs = self.ground == "theirs"
@@ -153,7 +154,7 @@ class PluginScene:
         return template.format(n=pad, table=self.table, fidelity=self.fidelity, tangential=self.tangential)
 
     def controls(self, step: int) -> np.ndarray:
-        """Controls at one step: punches that touch are pressed, and pushed to and fro."""
+        """Controls at one step: pressing forces [N], then the sliding speeds of moving punches [m/s]."""
         pressing = np.where(np.arange(self.pads) < self.touched, -_FORCE, 0.0)
         if not self.moving:
             return pressing
@@ -161,7 +162,7 @@ class PluginScene:
         return np.concatenate([pressing, np.full(self.pads, speed)])
 
 
-#: A ball that turns to and fro between fingers, each of which presses its pad radially; masses hang free of weight.
+#: Fingers whose pads press radially on a ball that turns to and fro; gravity is compensated.
 _FINGER = """
 <body name="finger{n}" euler="0 0 {angle}" gravcomp="1">
   <joint name="press{n}" type="slide" axis="1 0 0" damping="0.05"/>
@@ -179,10 +180,10 @@ _BALL_RADIUS = 12e-3
 
 
 class FingersScene(PluginScene):
-    """Fingers all around a ball that turns, a pad on each; `pads` says how many."""
+    """Fingers around a ball that turns, each with a pad; `pads` is the number of fingers."""
 
     def xml(self) -> str:
-        """The scene."""
+        """The scene as MJCF."""
         numbers = range(self.pads)
         pads = "".join(_FINGER.format(n=n, angle=360 / self.pads * n, x=_BALL_RADIUS + 0.0025) for n in numbers)
         turning = '<velocity joint="turn" kv="0.03"/>'
@@ -196,7 +197,7 @@ class FingersScene(PluginScene):
         )
 
     def controls(self, step: int) -> np.ndarray:
-        """Controls at one step: fingers press, and the ball is turned to and fro."""
+        """Controls at one step: pressing forces of the fingers [N], then the speed of the ball's joint [rad/s]."""
         speed = SPEED if (step // STEPS_EACH_WAY) % 2 == 0 else -SPEED
         return np.append(np.full(self.pads, -_FORCE), speed / _BALL_RADIUS)
 
@@ -219,19 +220,27 @@ def _punch(shape: str) -> tuple[str, str]:
 
 
 _SETTLING_STEPS = 300
-#: Simulations of the batch, and steps they are timed over.
+#: Simulations of the batch, and steps over which they are timed.
 _SIMULATIONS, _BATCH_STEPS = 64, 100
-#: What is timed in Python alone, without MuJoCo.
+#: Name of the case that is timed in Python alone, without MuJoCo.
 _PYTHON = "outline of the star to readings in Python"
-#: Contact cells of the law that a bound is named for.
+#: Contact cells of the finer elastic law, in the case of a moving box.
 _CELLS = 200
 
 
 def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
-    """Time added to a step [s] by scene, and the batch.
+    """Measure the time that the sensor adds to a step in every scene, and the speed-up of a batch of simulations.
 
     Args:
-        quick: a tenth of the runs, for tests.
+        quick: measure preset "fast" alone in an eighth of the runs, for tests.
+
+    Returns:
+        "mujoco_version"; "instruction_set" of the core; "rows", each with "name", "added_s", the time that the sensor
+        adds [s], and "bare_s", the time of a step without it [s]; and "batch": "available", "simulations",
+        "speed_up" of two threads over one [-], and "same_bits", whether a plain loop reads the same bits.
+
+    Raises:
+        MjTactileError: a sensor reads nothing under its punch.
     """
     import tempfile
     from pathlib import Path
@@ -253,7 +262,7 @@ def plugin_benchmark(*, quick: bool = False) -> dict[str, Any]:
 
 
 def _save_table(path: str) -> None:
-    """Tables of preset "balanced" whose law has as many cells as the bound is for."""
+    """Save tables of preset "balanced" whose elastic law has `_CELLS` cells."""
     chosen = as_fidelity("balanced")
     law = Fidelity(**{**_fields(chosen), "law": "elastic", "cells": _CELLS})
     influence_matrices(fidelity=law).save(path)
@@ -264,7 +273,7 @@ def _fields(chosen: Fidelity) -> dict[str, Any]:
 
 
 def _cases(presets: tuple[str, ...], table: str) -> Iterator[tuple[str, PluginScene, PluginScene]]:
-    """Name, scene with its sensor, and the same without."""
+    """Name of each case, its scene with the sensor, and the same scene without."""
     for shape in ("box", "star"):
         theirs: dict[str, Any] = {"shape": shape, "ground": "theirs"}
         name = f"MuJoCo `<tactile>`, {shape}"
@@ -334,7 +343,7 @@ class _Stepper:
         mujoco.mj_step(self._model, self._data, _SETTLING_STEPS)
 
     def run(self) -> float:
-        """Time per step over one stroke [s]."""
+        """Time per step over one stroke of `STEPS_EACH_WAY` steps [s]."""
         self._data.ctrl[:] = self._scene.controls(self._step)
         start = time.perf_counter()
         mujoco.mj_step(self._model, self._data, STEPS_EACH_WAY)
@@ -343,13 +352,13 @@ class _Stepper:
 
     @property
     def reads_something(self) -> bool:
-        """Whether the sensor's depth or stress is anywhere not zero."""
+        """Whether any of the sensor's depths or stresses differs from zero."""
         data = self._data.sensordata
         return bool(data[: len(data) // 3].any())
 
 
 def compiled(scene: PluginScene) -> mujoco.MjModel:
-    """The scene's model; MuJoCo's own sensor sees meshes through signed distances, made here."""
+    """The scene's model. MuJoCo's own sensor needs signed distance fields of meshes, which are made here."""
     spec = mujoco.MjSpec.from_string(scene.xml())
     for mesh in spec.meshes:
         mesh.needsdf = scene.sensor == "theirs" and mesh.name != "plate"
@@ -357,7 +366,7 @@ def compiled(scene: PluginScene) -> mujoco.MjModel:
 
 
 def _batch(preset: str, simulations: int) -> dict[str, Any]:
-    """Many simulations at once: speed-up of two threads over one, and whether a plain loop gives the same bits."""
+    """Step many simulations at once. Returns the entry "batch" of `plugin_benchmark`."""
     try:
         from mujoco.batch import Batch
     except ImportError:
@@ -393,7 +402,7 @@ def _looped(model: mujoco.MjModel, control: np.ndarray) -> np.ndarray:
 
 
 def plugin_table(result: dict[str, Any]) -> str:
-    """The benchmark's result as a Markdown table."""
+    """The result of `plugin_benchmark` as a Markdown table."""
     rows = {row["name"]: row["added_s"] for row in result["rows"]}
     yardsticks = {shape: rows[f"MuJoCo `<tactile>`, {shape}"] for shape in ("box", "star")}
     lines = [

@@ -1,4 +1,4 @@
-"""The fidelities of a benchmark: all combinations of interacting choices, and other choices one at a time."""
+"""The fidelities of a benchmark: every combination of mesh and law, and presets with one choice changed at a time."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mjtactile.fidelity import MESHES, PRESETS, Fidelity
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """A fidelity in plain values, as it stands in tables."""
+    """A fidelity as plain values, as the benchmark's result stores it."""
 
     mesh: str  #: name
     law: str  #: contact law
     cells: int  #: contact cells; 0 for law "uniform", which has none
     points: tuple[int, ...]  #: sample points per axis, by sensing layer; the last repeats
-    precision: str  #: of storage
-    reduction: float  #: relative error given away [-]
-    averaging: str = "points"  #: norms first, or the mean first
-    loads: str = "nodes"  #: where nodal forces act
+    precision: str  #: number format of the stored tables
+    reduction: float  #: relative error that the low-rank reduction may add [-]
+    averaging: str = "points"  #: see `Fidelity.averaging`
+    loads: str = "nodes"  #: see `Fidelity.loads`
 
     @property
     def fidelity(self) -> Fidelity:
-        """What `influence_matrices` takes."""
+        """The same as a `Fidelity`, which `influence_matrices` takes."""
         named = MESHES[self.mesh]
         own = self.points == named.points_per_axis
         return Fidelity(
@@ -41,7 +41,7 @@ class Choice:
 
     @property
     def contact(self) -> tuple[str, str, int]:
-        """What the tractions depend on: mesh, law and cells."""
+        """The choices that the tractions depend on: mesh, law and number of cells."""
         return self.mesh, self.law, self.cells
 
     def as_dict(self) -> dict[str, Any]:
@@ -50,17 +50,17 @@ class Choice:
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Choice:
-        """The choice among the values of a measured row."""
-        # Rows from before averaging and loads could be chosen do not name them.
+        """The choice that a measured row is about; `values` may hold other keys as well."""
+        # Old rows do not name averaging and loads, which had one value each.
         named = {field.name: values[field.name] for field in fields(cls) if field.name in values}
         return cls(**{**named, "points": tuple(named["points"])})
 
     @classmethod
     def of(cls, fidelity: Fidelity) -> Choice:
-        """The choice behind a fidelity.
+        """A fidelity as plain values.
 
         Raises:
-            PresetError: when its mesh is no named one, sample points apart.
+            PresetError: the fidelity's mesh differs from every named one in more than its sample points.
         """
         density = fidelity.density
         for name, named in MESHES.items():
@@ -79,12 +79,16 @@ class Choice:
 
 
 def preset_of(choice: Choice) -> str | None:
-    """Name of the preset that makes this choice."""
+    """Name of the preset that makes this choice; None if there is none."""
     return next((name for name, fidelity in PRESETS.items() if Choice.of(fidelity) == choice), None)
 
 
 def sweep(design: dict[str, Any]) -> list[Choice]:
-    """All choices of a design, see benchmarks/trade.toml, in an order that shares tables; none twice."""
+    """All choices of a design, each once, sorted so that choices with the same tables follow each other.
+
+    Args:
+        design: the content of benchmarks/trade.toml.
+    """
     chosen = {*_product(design["product"]), *_around_presets(design.get("around", {}))}
     meshes = list(MESHES)
     return sorted(

@@ -1,4 +1,4 @@
-"""Benchmark results as Markdown tables, and pages whose tables are never typed."""
+"""Benchmark results as Markdown tables, and the pages into which they are written."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mjtactile.sim.assets import asset_path
 
 
 def mesh_table(result: dict[str, Any]) -> str:
-    """The benchmark's result as a Markdown table."""
+    """The result of `mesh.mesh_benchmark` as a Markdown table."""
     lines = [
         "| mesh | build | table | peak memory | load | update, new footprint | update, same footprint "
         f"| error against {result['reference']}: median (worst) |",
@@ -44,17 +44,17 @@ def mesh_table(result: dict[str, Any]) -> str:
 
 
 def table_on_page(path: Path | None, name: str) -> Callable[[str], None]:
-    """What puts a table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
+    """A function that writes a table between the markers `<!-- bench NAME -->` and `<!-- end -->` of a Markdown file.
 
-    The file is looked at now, before long work, and read again when the table is written.
+    The file is checked at once, so that a wrong path is reported before long work. It is read again for writing.
 
     Args:
-        path: of the file; None: what is returned does nothing.
-        name: of the table, as in its markers.
+        path: the Markdown file; None for a function that does nothing.
+        name: the table's name in the markers.
 
     Raises:
-        MjTactileError: the file is missing, is no text, cannot be written, or lacks the markers; here, and again when
-            the table is written.
+        MjTactileError: the file is missing, is no text, cannot be written, or lacks the markers. The returned function
+            raises the same.
     """
     if path is None:
         return lambda table: None
@@ -79,7 +79,7 @@ def _page(path: Path) -> str:
 
 
 def _table_in(path: Path, text: str, name: str) -> re.Match[str]:
-    """Where a table is: group 1 of the match."""
+    """The match of a table with its markers; group 1 is the table."""
     found = re.search(rf"<!-- bench {re.escape(name)} -->\n(.*?)<!-- end -->", text, flags=re.DOTALL)
     if found is None:
         raise MjTactileError(
@@ -89,7 +89,10 @@ def _table_in(path: Path, text: str, name: str) -> re.Match[str]:
 
 
 def trade_table(result: dict[str, Any]) -> str:
-    """The benchmark of fidelities as a Markdown table: presets, then what nothing beats, then what else there is."""
+    """The result of `trade.trade_benchmark` as a Markdown table.
+
+    Presets come first, then the other fidelities on the Pareto front, then direct solutions and MuJoCo's own sensor.
+    """
     rows = result["rows"]
     presets = [row for name in PRESETS for row in rows if row["preset"] == name]
     others = [row for row in front(rows) if row["preset"] is None]
@@ -119,7 +122,7 @@ def trade_table(result: dict[str, Any]) -> str:
 
 
 def stored_runs() -> dict[str, Any]:
-    """Arguments of `today_table`: what others offer, and the runs that `make tables` stored last."""
+    """Arguments of `today_table`: other sensors' rows, and the results that `make tables` stored last."""
     return {
         "others": tomllib.loads(asset_path("benchmarks/today.toml").read_text())["other"],
         "trade": json.loads(asset_path("benchmarks/trade.json").read_text()),
@@ -128,10 +131,10 @@ def stored_runs() -> dict[str, Any]:
 
 
 def today_table(others: list[dict[str, Any]], trade: dict[str, Any], plugin: dict[str, Any]) -> str:
-    """What people use today, beside two presets, as a Markdown table: the README's.
+    """The README's table: two presets beside the sensors that people use today, in Markdown.
 
     Args:
-        others: rows of benchmarks/today.toml.
+        others: the entries `[[other]]` of benchmarks/today.toml.
         trade: a result of `mjtactile bench trade`.
         plugin: a result of `mjtactile bench plugin`.
     """
@@ -163,7 +166,11 @@ def _microseconds(seconds: float) -> str:
 
 
 def rounded(result: Any) -> Any:
-    """The same plain values with every number rounded to four digits, which is more than timings repeat."""
+    """A result with every float rounded to four digits; repeated timings agree to fewer.
+
+    Args:
+        result: nested dictionaries and lists of plain values.
+    """
     if isinstance(result, dict):
         return {name: rounded(value) for name, value in result.items()}
     if isinstance(result, list):
@@ -196,7 +203,7 @@ def _trade_cells(row: dict[str, Any], result: dict[str, Any]) -> list[str]:
 
 
 def _unusual(row: dict[str, Any]) -> list[str]:
-    """Averaging and loads where they are not the plain ones; early runs knew no others."""
+    """Averaging and loads where they differ from the defaults. Rows of old runs do not name them."""
     averaging, loads = row.get("averaging", "points"), row.get("loads", "nodes")
     unusual = [f"averaging {averaging}"] if averaging != "points" else []
     return unusual + ([f"loads on {loads}"] if loads != "nodes" else [])

@@ -1,4 +1,4 @@
-"""Time of MuJoCo's own tactile sensor, the reference of the benchmarks."""
+"""Time of MuJoCo's own tactile sensor, with which the benchmarks compare this one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mjtactile.sim.pad_geom import contact_attributes
 _STEPS = 2000
 _SETTLING_STEPS = 200
 #: A press on MuJoCo's own tactile sensor: a square punch, its best case, on a plate of 26 x 26 = 676 points. A plate
-#: lies in its geom's plane x = 0, so the pad is a thin box standing in the world's horizontal plane.
+#: lies in its geom's plane x = 0, so the pad is a thin box that is turned into the world's horizontal plane.
 _MUJOCO_TACTILE = """
 <mujoco>
   <option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100" jacobian="dense"/>
@@ -32,7 +32,11 @@ _TACTILE_SENSOR = '<sensor><tactile geom="pad" mesh="plate"/></sensor>'
 
 
 def mujoco_tactile_time() -> float:
-    """Time MuJoCo's own tactile sensor with 676 points adds to a step under a pressing square punch [s]."""
+    """Time that MuJoCo's own tactile sensor with 676 points adds to a step under a square punch [s].
+
+    Raises:
+        MjTactileError: the sensor reads nothing under the punch.
+    """
     return _step_time(_TACTILE_SENSOR) - _step_time("")
 
 

@@ -1,4 +1,4 @@
-"""Timing of a function."""
+"""Timing of repeated calls."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 
 def median_time(work: Callable[[], Any], repeats: int) -> float:
-    """Median wall time of a call [s], after one call that is not counted."""
+    """Median wall time of `repeats` calls [s], after one call that is not counted."""
     work()
     times = []
     for _ in range(repeats):

@@ -1,4 +1,4 @@
-"""The benchmark of fidelities: time and error of each choice, and the Pareto front."""
+"""The benchmark of fidelities: time and error of each."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from mjtactile.sim.assets import asset_path
 
 
 def trade_benchmark(*, quick: bool = False, progress: bool = True) -> dict[str, Any]:
-    """Measure every fidelity of benchmarks/trade.toml on its cases, on the paper's pad and one core.
+    """Measure every fidelity of benchmarks/trade.toml on the cases of that file, for the default pad on one core.
 
-    Tables come from the cache and stay there, so that a run that was interrupted goes on quickly.
+    Tables come from the cache and stay there, so that an interrupted run starts again quickly.
 
     Args:
         quick: measure only what the file's section "quick" names.
         progress: show a progress bar on a terminal.
 
     Returns:
-        {"reference": the reference's values, "rows": see `bench_measure.measure`, "flat": names of the cases with a
-        flat face, "direct_s": time of one direct solve by mesh [s], "mujoco_version": of MuJoCo, "mujoco_tactile_s":
-        what its own tactile sensor adds to a step [s]}.
+        "reference", the values of the reference's choice; "rows", one result of `measure.measure` per choice; "flat",
+        names of the cases with a flat face; "direct_s", the time of one direct solution by mesh [s];
+        "mujoco_version"; and "mujoco_tactile_s", the time that MuJoCo's own tactile sensor adds to a step [s].
     """
     design = tomllib.loads(asset_path("benchmarks/trade.toml").read_text())
     if quick:
@@ -60,7 +60,7 @@ def _quick(design: dict[str, Any]) -> dict[str, Any]:
 
 
 def _measure_truth(reference: Choice, bench: Bench) -> None:
-    """Readings of the reference, which all others are held against."""
+    """Fill in the readings of the reference, with which all others are compared."""
     influence = influence_matrices(fidelity=reference.fidelity)
     with one_core():
         readings = influence.readings([case.load(influence) for case in bench.cases])
@@ -68,7 +68,7 @@ def _measure_truth(reference: Choice, bench: Bench) -> None:
 
 
 def _direct_time(mesh: str, bench: Bench) -> float:
-    """Time of one solution of the finite elements for one load, contact found already [s]."""
+    """Time to solve the finite elements for one load whose contact is known already [s]."""
     influence = influence_matrices(fidelity=Fidelity(mesh=mesh))
     with one_core():
         load = bench.cases[0].load(influence)

@@ -1,4 +1,4 @@
-"""The slip experiment: an object held with a small margin is overloaded, or loses friction, or neither."""
+"""The slip experiment: an object is held with a small margin and disturbed, so that it slips or just does not."""
 
 from __future__ import annotations
 
@@ -17,15 +17,17 @@ from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
 
-#: Margin of the grip before the disturbance [-].
+#: Grip force before the disturbance over the least that holds the object [-].
 MARGIN = 1.3
 #: Largest allowed slip [m].
 MOST_SLIP = 2e-3
-#: Grip that an overloaded object may take [N], so that it can be held under 20 N; others are drawn anew.
+#: Largest grip that an object may need when overloaded [N], so that the crushing force is not reached. Trials with
+#: heavier objects are drawn anew.
 _MOST_NEEDED = 14.0
-#: Height to which it is lifted [m], speed [m/s], how long it is held before [s] and watched [s].
+#: Height to which the object is lifted [m] and speed [m/s]; time that it is held before the disturbance [s] and watched
+#: afterwards [s].
 _RISE, _SPEED, _SETTLE, _WATCH = 0.02, 0.06, 0.3, 1.0
-#: Steps between ticks while it is held: 500 Hz.
+#: Simulation steps between ticks while the object is held: 500 Hz.
 _STEPS = 2
 
 
@@ -33,13 +35,13 @@ _STEPS = 2
 class SlipTask:
     """One trial: an object, a disturbance that makes it slip, and one that does not."""
 
-    lift: LiftTask
-    slip: Disturbance
-    quiet: Disturbance
+    lift: LiftTask  #: the object
+    slip: Disturbance  #: makes the object slip
+    quiet: Disturbance  #: does not make it slip
 
 
 def slip_task(drawn: np.random.Generator) -> SlipTask:
-    """Everything at random; objects that no grip under 20 N would hold when overloaded are drawn anew."""
+    """A random trial. Objects that need too strong a grip when overloaded are drawn anew."""
     slip, quiet = disturbance(drawn, slips=True), disturbance(drawn, slips=False)
     while (task := lift_task(drawn)).needed * MARGIN * slip.amount > _MOST_NEEDED:
         pass
@@ -50,10 +52,10 @@ class HeldObject:
     """A lifted object that is subjected to several disturbances, each from the same initial state.
 
     Args:
-        task: the trial.
+        task: the object.
         touch: the controller's sense of touch.
-        fidelity: of the readings.
-        reacts: whether the reflex is active; otherwise the grip is constant.
+        fidelity: fidelity of the readings.
+        reacts: whether the slip reflex changes the grip; otherwise the grip is constant.
     """
 
     def __init__(self, task: LiftTask, touch: TouchSense, *, fidelity: str, reacts: bool = True) -> None:
@@ -67,7 +69,14 @@ class HeldObject:
         self._start = copy.copy(self._robot.data), self._robot.grip, dict(self._robot.place)
 
     def through(self, happens: Disturbance) -> dict[str, Any]:
-        """Apply a disturbance and return the judge's results."""
+        """Apply a disturbance to the object in its initial state.
+
+        Returns:
+            "kind" of the disturbance and "held", whether the object was lifted. If it was, also "alarm", the time from
+            the disturbance to the alarm [s], None without alarm; "slid", how far the object slid [m], and
+            "slid_at_alarm", how far it had slid at the alarm [m]; "peak", the largest grip [N]; "felt_friction", the
+            estimated coefficient [-]; "amount" and "rise" of the disturbance.
+        """
         if self._law is None:
             return {"kind": happens.kind, "held": False}
         robot, judge, law = self._robot, self._judge, self._law
@@ -95,7 +104,12 @@ class HeldObject:
 def _watch(
     robot: Robot, judge: Judge, happens: Disturbance, reflex: SlipReflex, task: LiftTask, reacts: bool
 ) -> tuple[float | None, float | None]:
-    """Until it is over; when the alarm came after the disturbance began [s], and how far the object had slid [m]."""
+    """Run the simulation until the disturbance is over.
+
+    Returns:
+        Time of the alarm after the beginning of the disturbance [s] and the distance that the object had slid by then
+        [m]; both None without an alarm.
+    """
     begun, height = robot.time, robot.place["z"]
     holds = _holds(robot, task.friction)
     alarm = slid = None
@@ -111,7 +125,7 @@ def _watch(
 
 
 def _holds(robot: Robot, friction: float) -> float:
-    """Weight that the grip holds as it is, by what MuJoCo knows [N]."""
+    """Largest weight that the present grip holds, from MuJoCo's true contact forces [N]."""
     felt = TrueTouch()(robot.model, robot.data)
     pull = float(np.hypot(*felt.pull)) / 2.0
     turning = GripLaw(friction=friction).load(felt) / pull
@@ -119,9 +133,13 @@ def _holds(robot: Robot, friction: float) -> float:
 
 
 def trial(settings: TrialSettings, condition: str, number: int) -> Result:
-    """One trial of the experiment: once with a slip, once without."""
+    """Run one trial of the experiment, once with a slip and once without.
+
+    In condition "recognised" the controller recognises forces from readings. In condition "true" it has true forces. In
+    condition "blind" it holds with true forces and does not react.
+    """
     task = slip_task(np.random.default_rng([settings.seed, number, 2]))
-    # A blind hand holds as hard as one that sees forces truly; it just does not react.
+    # A blind hand grips like one with true forces, so that the conditions differ in their reaction alone.
     blind = condition == "blind"
     touch = make_touch(
         "true" if blind else condition,
@@ -134,12 +152,16 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
 
 
 def caught(one: dict[str, Any]) -> bool:
-    """Whether a slip was detected and the object held within 2 mm, without crushing it."""
+    """Whether a slip was detected and the object stopped within `MOST_SLIP`, without being crushed.
+
+    Args:
+        one: a result of `HeldObject.through`.
+    """
     return one["held"] and one["alarm"] is not None and one["slid"] < MOST_SLIP and one["peak"] <= CRUSHING
 
 
 def report(results: dict[str, list[Result]]) -> Report:
-    """The table, and what was to be reached."""
+    """The table of the experiment and its bounds, from trials by condition."""
     rows = []
     for condition, trials in results.items():
         slips, quiet = ([one[kind] for one in trials] for kind in ("slip", "quiet"))

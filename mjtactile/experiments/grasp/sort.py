@@ -1,6 +1,6 @@
 """The sorting experiment: blocks are carried to the bin of their recognised shape.
 
-A block has the same punch on both gripped sides, which is the only difference between blocks.
+Each block has a punch on both gripped sides. Blocks differ in the punch's shape, in mass, friction and place.
 """
 
 from __future__ import annotations
@@ -31,18 +31,20 @@ from mjtactile.sim.mjcf import FOOT_RADIUS
 
 #: Ranges of mass [kg] and friction [-].
 MASSES, FRICTIONS = (0.03, 0.15), (0.3, 1.0)
-#: How far off a block may stand between the fingers and along the pads [m], and how much higher it may be taken [m].
+#: Largest offset of a block between the fingers and along the pads [m], and of the height at which it is gripped [m].
 OFFSETS, HEIGHT_OFFSET = (3e-3, 1e-3), 1e-3
-#: Between the gripped faces, along them, and upright [m]; how far the punches stand proud [m].
+#: Size of a block between the gripped faces, along them and upwards [m], and height of the punches [m]. The first size
+#: includes the punches.
 SIZE, PROUD = (0.028, 0.024, 0.04), 4e-3
-#: Bins: their distance from each other along y and from the start along x, and how far off a block may stand [m].
+#: Distance of neighbouring bins along y, distance of the bins from the start along x, and largest distance of a block
+#: from the middle of its bin [m].
 SPACING, DISTANCE, MOST_OFF = 0.028, 0.08, 0.01
-#: Height to which blocks are lifted, speeds of lifting, carrying and lowering [m/s].
+#: Height to which blocks are lifted [m], speeds of lifting, carrying and lowering [m/s].
 _RISE, _SPEED, _CARRYING, _LOWERING = 0.04, 0.08, 0.15, 0.02
-#: Grips anew to get a shape into the middle of the pads, looks that tell where it stands on them, and where a shape
-#: seems to stand that soft fingertips press through their own middle, over where it does.
+#: Number of new grips that centre a shape on the pads; number of looks that locate it; and recognised offset over true
+#: offset where soft fingertips have turned until they press through their own middle [-].
 _GRIPS, _PLACE_LOOKS, _SEEMING = 2, 5, -0.55
-#: Steps between ticks while it is carried: 100 Hz are enough for what happens there.
+#: Simulation steps between ticks while a block is carried. That makes 100 Hz, which is enough there.
 _CARRYING_STEPS = 10
 
 
@@ -50,15 +52,15 @@ _CARRYING_STEPS = 10
 class SortTask:
     """One trial: a block and its pose."""
 
-    shape: str
-    mass: float
-    friction: float
-    pose: tuple[float, float, float]
-    grasp_height: float
+    shape: str  #: name of the punch
+    mass: float  #: [kg]
+    friction: float  #: coefficient between block and pads [-]
+    pose: tuple[float, float, float]  #: (x, y) on the table [m] and the turn about the vertical [rad]
+    grasp_height: float  #: height of the grip above the table [m]
 
 
 def sort_task(drawn: np.random.Generator) -> SortTask:
-    """Everything at random, evenly over the ranges."""
+    """A trial drawn uniformly over the ranges of this module."""
     x, y = (float(drawn.uniform(-most, most)) for most in OFFSETS)
     return SortTask(
         shape=str(drawn.choice(INDENTER_NAMES)),
@@ -70,13 +72,18 @@ def sort_task(drawn: np.random.Generator) -> SortTask:
 
 
 def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | None = None) -> dict[str, Any]:
-    """Lift a block, recognise its shape, carry it to the bin of that shape, and return the judge's results.
+    """Recognise a block's shape, lift the block and carry it to the bin of that shape.
 
     Args:
         task: the block.
-        touch: the controller's sense of touch, which recognises shapes if it is a `PunchTouch`.
-        fidelity: of the readings.
-        told: shape given to the controller instead of recognition.
+        touch: the controller's sense of touch. It recognises shapes if it is a `PunchTouch`.
+        fidelity: fidelity of the readings.
+        told: shape that the controller is told; it then recognises none.
+
+    Returns:
+        The task's values; "taken_for", the recognised or told shape; "looks", the number of looks; "right", whether the
+        shape is the true one; and "success", whether the block stands upright in its bin and was not crushed. If it was
+        gripped, also "confidence" of the recognition [-], "peak", the largest grip [N], and "time" taken [s].
     """
     model = sort_model(task, fidelity)
     judge = Judge(model)
@@ -89,7 +96,7 @@ def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | 
         for _ in range(_GRIPS):
             if not grip_in_the_middle(robot, touch):
                 return result
-        # Before it is lifted: what hangs from the pads pulls and turns them, and looks less like itself.
+        # Shapes are recognised before the lift: the weight of a lifted block pulls and turns the pads.
         while not belief.settled and robot.felt.both:
             belief.look(INDENTER_NAMES, touch.look(robot.felt)[0])
             robot.tick()
@@ -123,18 +130,19 @@ def sort_block(task: SortTask, touch: TouchSense, *, fidelity: str, told: str | 
 
 
 def grip_in_the_middle(robot: Robot, touch: PunchTouch) -> bool:
-    """Grip again with the pads' centres closer to that of the shape. Returns whether there was contact.
+    """Grip again with the pads' centres closer to that of the shape. Returns whether both pads touch.
 
     Fingertips on compliant joints rotate until the force acts at their centre. An eccentric shape then presses harder
-    on one side, unlike the training data: its position is recognised on the other side at about half the distance, and
-    it may be confused with another shape. A centred shape is recognised reliably.
+    on one side, which it never does in the training data. Its position is then recognised on the other side, at about
+    half the distance, and its shape may be confused with another. A centred shape is recognised reliably.
     """
     places = []
     while len(places) < _PLACE_LOOKS and robot.felt.both:
         places.append(touch.look(robot.felt)[1])
         robot.tick()
     if places:
-        # The left pad's x points along y, the right one's against it; y of both points up.
+        # The x axis of the left pad points along the world's y axis, that of the right pad against it; both y axes
+        # point up.
         left, right = np.mean(places, axis=0) / _SEEMING
         let_go(robot)
         for axis, offset in (("y", (left[0] - right[0]) / 2), ("z", (left[1] + right[1]) / 2)):
@@ -145,24 +153,24 @@ def grip_in_the_middle(robot: Robot, touch: PunchTouch) -> bool:
 
 
 def bin_place(name: str) -> tuple[float, float]:
-    """Where the bin of a shape is (x, y) [m]."""
+    """Middle of a shape's bin on the table, (x, y) [m]."""
     return DISTANCE, (INDENTER_NAMES.index(name) - (len(INDENTER_NAMES) - 1) / 2) * SPACING
 
 
 def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
-    """The gripper over a block with punches on both sides, and bins to be seen."""
+    """The model of a trial: the gripper, a block with punches on both sides, and plates that show the bins."""
     core = GraspObject(size=(SIZE[0] - 2.0 * PROUD, *SIZE[1:]), mass=task.mass, friction=task.friction)
     pads = FingertipPads(fidelity=fidelity)
     spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
     body, block = spec.body("object"), spec.geom("object")
     solid = indenter_solid(task.shape, height=PROUD)
     for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
-        # It does not collide, and presses by its name (sim/geoms.py).
+        # The boss does not collide. Its name makes the sensor take it for the pressing shape (sim/geoms.py).
         name = f"{pad}_boss{SHOWN}"
         spec.add_mesh(name=name, uservert=_boss(solid.vertices, side).ravel(), userface=np.ravel(solid.faces))
         boss = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=1e-4)
         boss.contype, boss.conaffinity, boss.group, boss.rgba = 0, 0, 2, [0.7, 0.4, 0.25, 1.0]
-        # As punches do elsewhere (mjcf.py), a boss touches with small feet spread over its face.
+        # Small feet spread over the boss's face collide in its place, as for other punches (sim/mjcf.py).
         for number, (u, v) in enumerate(support_points(indenter_outline(task.shape))):
             foot = body.add_geom(name=f"{pad}_foot_{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, mass=0.0, group=3)
             foot.size, foot.pos = [FOOT_RADIUS, 0.0, 0.0], [side * (SIZE[0] / 2 - FOOT_RADIUS), -side * u, v]
@@ -177,13 +185,20 @@ def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
 
 
 def _boss(vertices: Array, side: float) -> Array:
-    """Corners of a punch, face at z = 0, where it stands out of a block's left (-1) or right (1) face, (n, 3) [m]."""
+    """Vertices of a punch on a block's left (side -1) or right (side 1) face, in the block's frame, (n, 3) [m].
+
+    The given vertices (n, 3) [m] are those of the punch with its pressing face at z = 0.
+    """
     u, v, above = vertices.T
     return np.column_stack([side * (SIZE[0] / 2 - above), -side * u, v])
 
 
 def trial(settings: TrialSettings, condition: str, number: int) -> Result:
-    """One trial of the experiment; those that do not recognise hold with true forces, and are told, or guess."""
+    """Run one trial of the experiment.
+
+    In condition "recognised" the controller recognises force and shape from readings. In the others it holds by true
+    forces, and is told the true shape ("true") or guesses one ("blind").
+    """
     drawn = np.random.default_rng([settings.seed, number, 7])
     task = sort_task(drawn)
     if condition == "recognised":
@@ -194,7 +209,7 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
 
 
 def report(results: dict[str, list[Result]]) -> Report:
-    """The table."""
+    """The table of the experiment and its bound, from trials by condition."""
     rows = []
     for condition, trials in results.items():
         rows.append(

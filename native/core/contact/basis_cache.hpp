@@ -1,4 +1,4 @@
-// Wrench bases: responses to a face that stands still, kept for all pads of this process.
+// Wrench bases: responses of pads to the load parts of flat faces that stand still, kept for all pads of this process.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace mjtactile {
 
-// A solved contact and the responses of its parts.
+// A solved contact and the pad's responses to its parts, one column per part (see CellContact::parts).
 template <typename Value>
 struct Basis {
   std::shared_ptr<const Face> face;
@@ -25,26 +25,30 @@ struct Basis {
   Columns<Value> responses;
 };
 
+// The contact to which a basis belongs.
 struct BasisKey {
   const Pad* pad;
   const Face* face;
-  std::array<std::int64_t, 12> pose;
+  std::array<std::int64_t, 12> pose;   // rounded to multiples of the tolerance
   LawOptions options;
 
   bool operator==(const BasisKey& other) const;
   std::uint64_t hash() const;
 };
 
-// Bases of all pads in this process: those used lately, up to a limit of memory.
+// The wrench bases of this process. Those that were not used for longest are dropped beyond a limit of memory. Its
+// functions may be called from several threads.
 template <typename Value>
 class BasisCache {
  public:
   static BasisCache& shared();
 
-  // A basis that makes up a wrench, and its weights; null if none is known.
+  // A basis whose parts add up to a wrench (6) [N, N m], and the weights of the parts (parts); null if none is kept.
   std::shared_ptr<const Basis<Value>> find(const BasisKey& key, const Face& face, const double* wrench,
                                            std::vector<double>& weights, CellContact::Workspace& workspace);
+  // Add a basis that takes so many bytes.
   void keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes);
+  // Memory of all bases.
   std::size_t bytes();
 
  private:
@@ -52,7 +56,7 @@ class BasisCache {
     BasisKey key;
     std::shared_ptr<const Basis<Value>> basis;
     std::size_t bytes;
-    std::uint64_t used;  // the search that found it last
+    std::uint64_t used;  // number of the search that found it last
   };
   std::mutex mutex_;
   std::list<Entry> entries_;  // latest used first

@@ -1,4 +1,4 @@
-// Geometry of a rigid body: its shapes, and the flat sides on which it can lie.
+// Geometry of a rigid body: its shapes, and the flat sides on which it can lie on a pad.
 #pragma once
 
 #include <cstddef>
@@ -14,40 +14,41 @@
 
 namespace mjtactile {
 
-// A flat side, in a frame of its own whose z axis is the pad's when the body lies on it.
+// A flat side of a body. It has a frame of its own, whose z axis is the pad's when the body lies on the side.
 struct FlatSide {
   double rotation[9];    // from the body's frame to the side's, row-major
-  double height;         // of the side in that frame [m]
-  bool endless;          // a half space: larger than any sheet
-  Outline outline;       // in that frame [m]
-  std::vector<std::uint8_t> shapes;    // whether each of the body's shapes has a part in it
+  double height;         // of the side in its own frame [m]
+  bool endless;          // the side of a half space, which is larger than any sheet
+  Outline outline;       // in the side's frame [m]
+  std::vector<std::uint8_t> shapes;    // for each of the body's shapes: whether a part of the side belongs to it
   bool looked_at = false, usable = false;
-  double most_slope = 0.0;             // beyond this the body no longer faces the pad with this side alone [-]
+  double most_slope = 0.0;             // largest slope at which this side alone faces the pad [-]
   double tips_at = std::numeric_limits<double>::infinity();  // slope from which on other sides may touch as well [-]
-  std::shared_ptr<const Face> whole;   // its cells; null where it is endless
+  std::shared_ptr<const Face> whole;   // the cells of the whole side; null if it is endless
 
   const double* up() const { return rotation + 6; }
 };
 
-// Criteria for flat sides.
+// Criteria by which flat sides are chosen.
 struct SideLimits {
-  double facing_gap;     // what is no further than this above the first touch faces the pad [m]
-  bool level;            // whether the body keeps its orientation: a side must lie parallel to the pad
-  bool leaning;          // whether the body tilts onto sides that lean far
-  std::size_t cells;     // of a side
+  double facing_gap;     // parts of the body up to this height above the first touch face the pad [m]
+  bool level;            // whether the body keeps its orientation, so that a side must lie parallel to the pad
+  bool leaning;          // whether the body may tilt onto sides that lean far
+  std::size_t cells;     // number of contact cells on a side
 };
 
-// Geometry of all geoms of one body; sides are computed at their first use.
+// Geometry of all geoms of one body. Sides are computed when they are first used.
 class BodyGeometry {
  public:
-  // `facets`: of each shape's mesh, null for other shapes.
+  // `facets`: the flat facets of each shape's mesh; null for shapes without a mesh.
   BodyGeometry(std::vector<Shape> shapes, const std::vector<const std::vector<Facet>*>& facets,
                const SideLimits& limits);
 
   const std::vector<Shape>& shapes() const { return shapes_; }  // in the body's frame
   std::size_t sides() const { return sides_.size(); }
-  // A side; null where the body cannot lie on all of it, or not on it alone.
+  // A side; null if the body cannot lie on the whole side, or not on this side alone.
   const FlatSide* side(std::size_t number);
+  // The z axis of a side's frame, in the body's frame: the inward normal of the side (3).
   const double* up(std::size_t number) const { return sides_[number].up(); }
 
  private:

@@ -1,10 +1,10 @@
-// Search for contact: the parts of the surface that a rigid body's lower side comes close enough to.
+// Search for contact: the parts of the surface that a rigid body is likely to touch.
 //
-// Heights of the body are measured from a plane that moves with it; parts below a level are in contact. The level is the
-// one at which these parts carry the force: a part of an elastic half space pressed to a depth d carries about
-// E* d P / 2, where P is its perimeter:
-// 2.7 E* a d under a ball, 2 E* a d under a punch, pi / 2 E* L d under a long cylinder (Johnson, Contact Mechanics, 1985,
-// chapters 3 and 4), which it meets within a third.
+// Heights of the body are measured from a plane that tilts with it. The parts below a certain level are taken to be in
+// contact. The level is the one at which these parts carry the force: a part of an elastic half space pressed to a
+// depth d carries about E* d P / 2, where P is its perimeter. Exact values are 2.7 E* a d under a ball, 2 E* a d under
+// a flat punch and pi / 2 E* L d under a long cylinder (Johnson, Contact Mechanics, 1985, chapters 3 and 4); the
+// estimate meets each within a third.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@
 
 namespace mjtactile {
 
-// A tilt of the body: slopes along x and y about a point, which are subtracted from heights.
+// An inclined plane, subtracted from heights: slopes along x and y [-], height 0 at the point `middle`.
 struct Plane {
   double slopes[2];
   Point middle;
@@ -29,17 +29,17 @@ struct Plane {
 // A part of the surface that may touch.
 struct Spot {
   Region region;
-  double area;     // of it that lies under the level [m^2]
-  double length;   // half the perimeter of that [m]
+  double area;     // area of the part under the level [m^2]
+  double length;   // half the perimeter of that area [m]
 };
 
-// The load to carry.
+// The load that a body must carry.
 struct SearchLoad {
   double force;        // pressing [N]
-  Point through;       // where its line meets the surface
-  double modulus;      // E* of a half space that gives like the surface [Pa]
-  double least_area;   // that the force needs [m^2]
-  double reach = 0.0;  // height up to which it was found to touch; 0 where that is not known [m]
+  Point through;       // where its line of action meets the surface [m]
+  double modulus;      // E* of a half space as compliant as the surface [Pa]
+  double least_area;   // contact area that the force needs at least [m^2]
+  double reach = 0.0;  // height up to which the body was found to touch [m]; 0 if not known
 };
 
 class ContactSearch {
@@ -48,31 +48,33 @@ class ContactSearch {
   bool look(const HeightMap& map);
   // Parts below the level that carries the load, measured from a plane.
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
-  // Height of the level above the plane through the lowest point [m], and of that point above the given plane.
+  // Height of the level above the body's lowest point [m].
   double level() const { return level_; }
-  // The same without a least area.
+  // Height of the level if no least area were asked for [m].
   double loaded() const { return loaded_; }
+  // Height of the body's lowest point above the given plane [m].
   double lowest() const { return lowest_; }
-  // Height up to which the spots reach [m]: above the level where one was found to touch, or nearly touches.
+  // Height up to which the spots reach [m]. It is above the level if a higher spot was found to touch or nearly
+  // touches.
   double reached() const { return reached_; }
-  // Whether the whole body that faces the pad is below the level, so that another plane would find no more parts.
+  // Whether all of the body that faces the pad is below the level, so that another plane would find no more parts.
   bool sees_all() const { return sees_all_; }
   // Whether the load's line of action passes through the convex hull of the parts.
   bool supported(const SearchLoad& load) const;
-  // Convex hull of what the body covers, counter-clockwise.
+  // Convex hull of the area that the body covers, counter-clockwise.
   std::vector<Point> covered() const;
-  // Share of a tilt after which the body, seen from a plane, has come down to a height at some point outside the given
-  // regions; infinite where it never does.
+  // Share of a tilt after which some point of the body outside the given regions has come down to a height above the
+  // plane `seen` [-]; infinite if none ever does.
   double share_until(const Plane& seen, const Plane& tilt, double height, const std::vector<Region>& regions) const;
-  // Slopes at which the body rests on springs under the load; for an inclined body, the face that it tilts onto follows.
+  // The tilt at which the body rests on springs under the load. An inclined body tilts onto the face that follows.
   Plane resting(const SearchLoad& load);
 
  private:
-  struct Part {          // a connected part of what is under the level
-    Region region;       // looked at
-    double cosine, sine; // of its angle
+  struct Part {          // a connected part of the surface under the level, sampled on a grid of its own
+    Region region;       // that the grid covers
+    double cosine, sine; // of the region's angle
     std::size_t columns, rows;
-    double cell;         // area that each of its points stands for [m^2]
+    double cell;         // area for which each sample counts [m^2]
     std::vector<double> heights;
   };
   Point grid_point(std::size_t sample) const;
@@ -90,7 +92,7 @@ class ContactSearch {
   static constexpr std::size_t kLines = 33;
   Rectangle bounds_ = {};
   std::vector<Point> points_, closer_;
-  std::vector<std::size_t> moved_;   // samples whose points are none of the grid's
+  std::vector<std::size_t> moved_;   // samples whose points do not belong to the grid
   std::vector<double> raw_, heights_;
   RisingHeights rising_;
   std::vector<std::size_t> parents_;
@@ -107,7 +109,8 @@ class ContactSearch {
   std::vector<double> stiffness_, modes_, bed_heights_;
 };
 
-// A rectangle about points, turned along their length where they are long: `sides` is the box that each stands for.
+// A rectangle around points. It is turned along them if they form a long shape. `sides`: of the box around each point
+// that belongs to it [m].
 Region region_about(const std::vector<Point>& points, const double sides[2], double angle);
 
 }  // namespace mjtactile

@@ -47,8 +47,8 @@ class Pad {
   // `corners`: where loads are spread onto the elements' corners; null where they act on all nodes.
   Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners);
 
-  // What contacts need: when strains are small, at which reading [Pa] the taxels of each sensing layer saturate, and how
-  // far the surface gives under cells.
+  // What contacts need: when strains are small, at which reading [Pa] the taxels of each sensing layer saturate, and
+  // how far the surface gives under cells.
   void set_range(const LinearRange& range, std::vector<double> saturation) {
     range_ = range;
     saturation_ = std::move(saturation);
@@ -62,8 +62,9 @@ class Pad {
   // In this order: the mirrors, with the quadrants' signs (quadrants, classes), and every layer; then every class.
   void set_mirrors(bool x, bool y, const double* signs);
   void add_layer(const AveragingRows& rows);
-  // `columns`: quarter's degree of freedom (component, y, x), of corners where loads act there, -> column or -1; `signs`: (3 components, 2 axes).
-  // `mean`: matrices to the mean stress, wanted for whole tensors only, in place of those to deviatoric stress.
+  // `columns`: quarter's degree of freedom (component, y, x), of corners where loads act there, -> column or -1;
+  // `signs`: (3 components, 2 axes). `mean`: matrices to the mean stress, wanted for whole tensors only, in place of
+  // those to deviatoric stress.
   void set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
                  const MatrixFactors* layers, bool mean);
 

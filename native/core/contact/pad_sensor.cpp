@@ -613,7 +613,7 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
     const double angle = static_cast<double>(place[2]) * kCutTurn;
     const Placement there = {std::cos(angle), std::sin(angle),
                              {static_cast<double>(place[0]) * kCutStep, static_cast<double>(place[1]) * kCutStep}};
-    any = clip_outline(whole.outline, there, over.west, over.south, over.east, over.north, cut);
+    any = clip_outline(whole.outline, there, over, cut);
   }
   std::shared_ptr<Face> face;
   if (any) {

@@ -1,9 +1,9 @@
-// Readings of one pad from what touches it: the path of every step.
+// Readings of one pad from the bodies that touch it, computed in every step of the simulation.
 //
-// Where a body stands still over the pad, its response is a fixed combination of a few parts, the wrench basis; where
-// it moves, its contact is solved anew. Which of the two answers is decided by numbers the caller keeps with the
-// simulation's state, and a basis belongs to a pose rounded to the tolerance: the same states give the same bits,
-// whatever was read before, in whatever order.
+// The response to a flat face that stands still is a combination of a few fixed parts, the wrench basis. The contact of
+// a body that moves is solved anew. The caller keeps a few numbers with the simulation's state (Steadiness); they alone
+// decide between the two. A basis belongs to a pose rounded to the tolerance. So the same states give the same bits,
+// whatever was read before and in whatever order.
 #pragma once
 
 #include <array>
@@ -36,79 +36,83 @@ struct ContactPoint {
 // A body that presses on the pad.
 struct Touch {
   int body;
-  std::shared_ptr<BodyGeometry> geometry;  // null where nothing is known of it
+  std::shared_ptr<BodyGeometry> geometry;  // null where the geometry is not known
   Pose pose;            // of the body in the pad frame
-  double wrench[6];     // on the pad, about its origin, pad frame [N, N m]
-  double friction;      // largest sliding friction of its contacts [-]
-  double sunk;          // deepest overlap of body and pad where it presses [m]
+  double wrench[6];     // on the pad, about the pad's origin, pad frame [N, N m]
+  double friction;      // largest sliding friction coefficient of its contacts [-]
+  double sunk;          // deepest overlap of body and pad where the body presses [m]
   std::vector<ContactPoint> points;
-  // What of it faces the pad, where that is known without its geometry: a flat face and where it stands, or its heights.
+  // The side that faces the pad, if the caller gives it in place of the geometry: a flat face with its placement, or
+  // the heights of the body.
   std::shared_ptr<const Face> face;
   Placement placement = kHere;
   const HeightMap* map = nullptr;
 };
 
-// How one body's contact was solved on its cells; null where it was not, or needed none.
+// The solution of one body's contact on its cells. All pointers are null if the contact was not solved on cells.
 struct SolvedCells {
   const CellContact* contact = nullptr;
   const Face* face = nullptr;
   Placement placement = kHere;
-  const BentCells* bent = nullptr;         // how the cells lie on a curved pad, null on a flat one
-  const double* carried = nullptr;         // of the wrench, pad frame [N, N m]
-  const PatchFace::View* view = nullptr;   // from which heights are seen, null for a flat face's own cells
-  const double* heights = nullptr;         // of the body above the cells, null where flat [m]
-  const double* sunk = nullptr;            // by how much others bend the surface there [m], null for none
-  const double* forces = nullptr;          // on the cells, (cells, 3) [N]; of a curved pad along its tangent plane
-  const Matrix* full = nullptr;            // compliance that shear was solved with, null for none
+  const BentCells* bent = nullptr;         // how the cells lie on a curved pad; null on a flat pad
+  const double* carried = nullptr;         // wrench (6) that the cells carry, as Touch::wrench [N, N m]
+  const PatchFace::View* view = nullptr;   // the view from which heights are measured; null for cells of a flat face
+  const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
+  const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
+  const double* forces = nullptr;          // on the cells (cells, 3) [N]; on a curved pad in the tangent plane's frame
+  const Matrix* full = nullptr;            // compliance with which shear was solved; null for none
   const CellContact::Workspace* workspace = nullptr;
 };
 
-// Numbers kept with the simulation's state.
+// Numbers that the caller keeps with the simulation's state.
 struct Steadiness {
-  double pose = 0.0;    // of all touching bodies, rounded and hashed
-  double steps = 0.0;   // for which it has been the same
+  double pose = 0.0;    // hash of the rounded poses of all touching bodies
+  double steps = 0.0;   // number of steps since this hash changed last
 };
 
-// What happened to a body's contact.
+// What happened to a body's contact: its strains are beyond the linear range; it carries only a part of the wrench; the
+// law found no solution, and a simpler distribution carries the wrench; or it was refused and carries nothing.
 enum class Event { beyond_range, not_carried, bounded, refused };
 constexpr std::size_t kEvents = 4;
 
-// What was read.
+// Summary of one step's contacts.
 struct Pressed {
-  double carried[6] = {};   // wrench that the readings carry, about the pad's origin [N, N m]
-  double range = 0.0;       // largest share that a contact takes of the range of small strains [-]
+  double carried[6] = {};   // wrench that the readings carry, about the pad's origin, pad frame [N, N m]
+  double range = 0.0;       // largest pressure or indentation of a contact over its limit for small strains [-]
   double indentation = 0.0, area = 0.0, peak = 0.0;   // deepest [m], under pressure [m^2], largest pressure [Pa]
   struct Note {
     Event event;
     int body;
-    double pressure, indentation;   // mean [Pa] and [m]
+    double pressure, indentation;   // mean pressure [Pa] and indentation [m]
   };
   std::vector<Note> notes;
 };
 
-// One pad in one simulation.
+// One pad in one simulation. Value: the type of the influence matrices' numbers.
 template <typename Value>
 class PadSensor {
  public:
-  // Tolerance: of poses [m or rad].
+  // `facing_gap`: parts of a body up to this height above its first touch face the pad [m]. `tolerance`: poses that
+  // differ by less are the same [m or rad].
   PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, double facing_gap, double tolerance);
 
-  // Response to everything that touches; readings() and stress() look at it.
+  // Compute the response to all touching bodies. The functions below give its parts.
   void press(const Touch* touches, std::size_t count, const Steadiness& before);
   const Pressed& pressed() const { return pressed_; }
   void readings(double* readings);   // (taxels) [Pa]
-  void stress(double* stress);       // (6, taxels) [Pa]; the pad must have it
-  const std::vector<double>& nodal_forces() const { return total_; }  // of all contacts, where they are kept [N]
-  // With `only`, the response is left out: there are no readings then.
+  void stress(double* stress);       // (6, taxels) [Pa]; the pad must have tables for it
+  // Sum of the nodal forces of all contacts (nodes y, nodes x, 3) [N], if keep_nodal_forces() asked for them.
+  const std::vector<double>& nodal_forces() const { return total_; }
+  // Keep nodal forces from now on. With `only`, the response is not computed, and there are no readings.
   void keep_nodal_forces(bool keep, bool only = false) { keeps_forces_ = keep, only_forces_ = only; }
-  // Shear may take so many times as long as a step of a simulation may.
+  // Let the solution for shear take `times` as long as a simulation step allows.
   void set_patience(double times) { shear_.set_patience(times); }
-  // Torsion is carried whatever shear it takes, where no friction bounds it.
+  // Carry any torsion if no friction coefficient bounds it, however large the shear becomes.
   void carry_any_torsion() { any_torsion_ = true; }
-  // Of what was pressed last.
+  // Solution of a touch of the last press().
   SolvedCells solved_cells(std::size_t touch) const;
-  const UniformPress& uniform() const { return uniform_; }   // of what was pressed without cells
-  // What to keep with the state for the next step.
+  const UniformPress& uniform() const { return uniform_; }   // solution of the last touch that needed no cells
+  // Numbers to keep with the state until the next step.
   Steadiness after(const Steadiness& before) const;
 
  private:
@@ -118,18 +122,18 @@ class PadSensor {
     FlatPress face;
     PatchPress patch;
     GapMap gap;
-    PatchPress other_patch;              // of a contact that may be the better one
+    PatchPress other_patch;              // a second candidate for the contact, which may be better
     GapMap other_gap;
     FlatMap spots;
     CellContact::Workspace workspace;
     std::shared_ptr<const Face> keeps;   // the face in use
-    std::shared_ptr<const Face> sheared; // the face that the integrals belong to; null for none
+    std::shared_ptr<const Face> sheared; // the face to which the integrals belong; null for none
     ShearIntegrals integrals;
     Matrix full;
-    std::vector<double> forces, sunk;    // on the cells [N]; by how much others bend the surface there [m]
-    double carried[6] = {};              // of the wrench, pad frame
-    // On a curved pad: the plane in which the contact is solved, the body over the surface there, and what touches as it
-    // is seen from the plane.
+    std::vector<double> forces, sunk;    // on the cells [N]; lowering of the surface by other bodies [m]
+    double carried[6] = {};              // wrench that the cells carry, pad frame [N, N m]
+    // On a curved pad: the plane in which the contact is solved, the body's heights over the surface there, and the
+    // touch in the plane's frame.
     TangentPlane plane;
     SurfaceMap over;
     TurnedMap turned;
@@ -178,7 +182,7 @@ class PadSensor {
   LawOptions options_;
   double facing_gap_, tolerance_, key_ = 0.0;
   bool touched_ = false, keeps_forces_ = false, only_forces_ = false, any_torsion_ = false;
-  int power_ = 0;   // of two, by which forces far from 1 N are brought there
+  int power_ = 0;   // forces far from 1 N are scaled by this power of two
   Pressed pressed_;
   std::list<CutFace> cut_faces_;  // latest used first
   std::vector<std::unique_ptr<BodyPress>> presses_;

@@ -1,4 +1,8 @@
-// Contact cells under a body of any shape: rectangles of lattices, one lattice for every spot where it may touch.
+// Contact cells under a body of any shape.
+//
+// Every spot where the body may touch has a lattice of equal rectangles. A cell is a rectangle of a lattice over which
+// the body stands low enough. If only a part of it counts, a rectangle of that part's area, middle and inertia replaces
+// it.
 #pragma once
 
 #include <cstddef>
@@ -15,38 +19,36 @@ namespace mjtactile {
 
 class PatchFace {
  public:
-  // Begin anew.
+  // Remove all lattices and cells.
   void clear();
-  // How a body is looked at: heights over a plane (slopes about a point), counted from `lowest` [m]; those up to
-  // `highest` count.
+  // The heights of a body that count: those up to `highest`, measured from an inclined plane.
   struct View {
     const HeightMap* map;
-    double slopes[2];
-    Point middle;
-    double lowest, highest;
+    double slopes[2];         // of the plane along x and y [-]
+    Point middle;             // where the plane is at height 0
+    double lowest, highest;   // origin of the measured heights, and their limit above it [m]
   };
-  // Look at one more lattice, grown as far as the body goes on: how many of its cells that stands over low enough, but
-  // for those in regions that are taken by others.
+  // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough. Cells
+  // in the regions `taken` belong to other lattices.
   void sound(Lattice lattice, const View& view, const std::vector<Region>& taken);
-  std::size_t sounded() const { return sounded_; }   // such cells of all lattices
-  // Lay these cells. For one of which only a part counts, the rectangle of the same area, middle and inertia as that part
-  // stands in; what is hardly covered is left out.
+  std::size_t sounded() const { return sounded_; }   // number of counted cells of all lattices
+  // Make the counted cells. Cells of which hardly anything counts are left out.
   void lay(const View& view);
-  // Let a region end where the body, on some lines along it, is no longer over it or stands too high: between `least` and
-  // `most` times its size, or where it is.
+  // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
+  // Its size becomes between `least` and `most` times the old one; it stays as it is where no end is found.
   void trim(const View& view, double least, double most, Region& region) const;
-  // Integrals over pairs of cells and edges, after the last lattice.
+  // Compute the integrals over pairs of cells and their edges, after the last lattice.
   void finish(const Rectangle& sheet);
 
-  // Integrals of shear over pairs of cells, along the pad's axes: in closed form over each cell itself, point by point of
-  // parts of both over others.
+  // Integrals of shear over pairs of cells, along the pad's axes. The integral of a cell over itself is in closed form;
+  // that of two cells is a sum over points of both.
   void integrate_shear(ShearIntegrals& integrals) const;
-  // The cells as a face in the pad frame, and mean heights of the body over each, seen from the view's plane [m].
+  // The cells as a face in the pad frame, and the mean height of the body over each in the last view (cells) [m].
   const Face& face() const { return face_; }
   const std::vector<double>& heights() const { return heights_; }
-  // How these grow over each cell, along x and y [-].
+  // Mean slopes of these heights over each cell along x and y (cells) [-].
   const std::vector<Point>& gradients() const { return gradients_; }
-  // Whether each cell ends where the body stands higher than counts, rather than where it ends.
+  // For each cell: whether it ends because the body rises beyond the limit, not because the body itself ends.
   const std::vector<std::uint8_t>& goes_on() const { return goes_on_; }
 
  private:
@@ -55,17 +57,17 @@ class PatchFace {
     std::size_t lattice;
     std::uint32_t place;      // in its lattice
     bool whole;
-    double cosine, sine;      // of the direction of the rectangle that stands for it
-    double sides[2];          // and its sides [m]
+    double cosine, sine;      // direction of the rectangle that replaces it
+    double sides[2];          // sides of that rectangle [m]
   };
   struct Covered {            // the part of a cell that counts, in the lattice's axes from the cell's middle
-    double area, x, y, xx, xy, yy;   // [m^2], [m], [m^2]
+    double area, x, y, xx, xy, yy;   // its area [m^2], middle [m] and second moments over the area [m^2]
   };
-  struct Nodes {              // heights over the highest that counts, at a cell's corners, middles of sides and middle
+  struct Nodes {              // heights minus the limit at a cell's corners, middles of its sides and middle
     double over[9];
-    int under, finite;        // how many count, and over how many the body is at all
+    int under, finite;        // at how many of them the body is low enough; at how many there is a body at all
   };
-  struct Arms {               // from a cell's middle to where it is looked at, along its sides
+  struct Arms {               // from a cell's middle to the points at which it is sampled, along its sides
     double lengths[2];
     Point ends[2];
   };
@@ -94,15 +96,15 @@ class PatchFace {
   std::vector<std::size_t> firsts_;      // where each lattice's places begin
   std::vector<std::size_t> first_nodes_; // and its nodes
   static constexpr std::int32_t kNone = -1, kSounded = -2;
-  std::vector<std::int32_t> places_;     // of the lattices' cells among the face's, or one of these
+  std::vector<std::int32_t> places_;     // number of a lattice's cell among the face's cells, or one of these constants
   std::size_t sounded_ = 0;
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
   std::vector<std::size_t> columns_, rows_;   // of each cell in its lattice
   std::vector<double> heights_, offsets_, nodes_;
   std::vector<Point> gradients_;
-  std::vector<Point> points_;            // that are looked at together, and what stands over them
-  std::vector<double> found_;
+  std::vector<Point> points_;            // points that are sampled together
+  std::vector<double> found_;            // and the heights over them
   std::vector<std::uint8_t> goes_on_;
 };
 

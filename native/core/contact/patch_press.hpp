@@ -1,4 +1,9 @@
-// A body of any shape pressed on a pad: spots where it may touch, cells on them, and the contact they carry.
+// Contact of a pad with a body of any shape.
+//
+// A search finds the spots where the body may touch, contact cells are laid on them, and the contact law is solved on
+// these cells. The solution shows how the body tilts and how deep it sinks in. If the cells turn out too wide, too
+// narrow or in the wrong place, the body is looked at again: each look repeats all of this with another view. Of the
+// contacts found, the one of least energy is taken.
 #pragma once
 
 #include <cstddef>
@@ -14,46 +19,48 @@ namespace mjtactile {
 
 class PatchPress {
  public:
-  // Press a body; contact() has the answer, on face(). Looks again with finer or wider cells a bounded number of times.
-  // False where nothing of the body faces the pad, or the force does not press. On a curved pad, all is seen from a tangent
-  // plane, over the surface.
+  // Press a body with a wrench (6), about the origin [N, N m]; contact() is the solution on the cells of face(). A
+  // bounded number of looks is taken. False if no part of the body faces the pad, or the force does not press. On a
+  // curved pad, `plane` is the tangent plane whose frame all arguments are in, and heights are those above the surface.
   bool solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
              const LawOptions& options, const double* wrench, CellContact::Workspace& workspace,
              const TangentPlane* plane = nullptr);
-  // The same contact on its cells where the surface has sunk by so much under each, as others bend it [m].
+  // Solve again on the same cells, where other bodies have lowered the surface under them by `sunk` (cells) [m].
   void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
                    const std::vector<double>& sunk, CellContact::Workspace& workspace);
 
-  // Put the cells into a workspace, in which others may have been placed since.
+  // Place the cells in a workspace again, after others were placed there.
   void place(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
 
   const CellContact& contact() const { return laid_.contact; }
   // How the cells lie on a curved pad.
   const BentCells& bent() const { return laid_.bent; }
-  // Of the body above the cells, seen from where it tilts to [m].
+  // Heights of the body above the cells, measured from its tilted plane (cells) [m].
   const std::vector<double>& heights() const { return laid_.heights; }
   const Face& face() const { return laid_.cells.face(); }
-  // From where the heights are seen.
+  // The view from which the heights are measured.
   const PatchFace::View& view() const { return laid_.seen; }
   void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
-  // Slope by which the body tilts from where it stands [-].
+  // Slope by which the body tilts from its pose in the simulation [-].
   double tilt() const;
 
  private:
-  // What is changed from look to look.
+  // The parameters that change from look to look.
   struct View {
-    Plane plane;
-    double generosity;   // cells reach up to so many times the level of the spots
-    double sinks;        // but no higher than the body was found to sink in; 0 where that is not known [m]
-    double reaches;      // and at least so high, where they ended before the contact did; 0 where that is not known [m]
-    double touches;      // up to where spots are gathered that may touch, as the last look found; 0 where none was [m]
-    double from[2];      // slopes that the last look found away from its plane; 0 where none was
+    Plane plane;         // the tilt from which the body is looked at
+    double generosity;   // cells are laid up to this multiple of the spots' level [-]
+    double sinks;        // cells are laid no higher than this depth, to which the body sank in; 0 if not known [m]
+    double reaches;      // cells are laid at least this high, as lower ones ended inside the contact; 0: not known [m]
+    double touches;      // spots are gathered up to this height, from the last look; 0 if there was none [m]
+    double from[2];      // tilt that the last look found, relative to its plane [-]; 0 if there was none
   };
-  // What contacts found by different looks are compared by; all 0 where they are not.
+  // Measures by which contacts of different looks are compared; all 0 if they are not compared.
   struct Merit {
-    double missed, energy, elastic;   // elastic: energy in the surface alone [J]
+    double missed;    // distance of the centre of pressure from the load [m]
+    double energy;    // see energy() [J]
+    double elastic;   // elastic energy of the surface alone [J]
   };
-  // What is pressed on what: the arguments of solve(), and what follows from them.
+  // The arguments of solve(), and what follows from them.
   struct Problem {
     const HeightMap& map;
     const Rectangle& sheet;
@@ -63,20 +70,24 @@ class PatchPress {
     CellContact::Workspace& workspace;
     const TangentPlane* plane;    // null on a flat pad
     SearchLoad load;
-    std::vector<Point> hull;      // of what the body covers; none where it may not tilt
+    std::vector<Point> hull;      // convex hull of the area that the body covers; empty if it may not tilt
   };
-  // Where the search for the best contact stands.
+  // State of the search for the best contact.
   struct Looks {
-    View view, best, onward;      // the last, that of the best contact so far, and the one that this leads to
-    Merit most = {kNowhere, 0.0, 0.0};   // of the best contact
-    bool goes_on = false;         // whether `onward` is another view than the best
-    bool last_is_best = true, ended = false;        // of the last contact; whether it goes on beyond its cells
-    bool rested = false, resting_tried = false;     // whether a view was where springs rest; whether the last one was
+    View view;                    // the last one
+    View best;                    // the view that gave the best contact so far
+    View onward;                  // the view to which the best contact leads
+    Merit most = {kNowhere, 0.0, 0.0};   // merit of the best contact
+    bool goes_on = false;         // whether `onward` differs from `best`
+    bool last_is_best = true;     // whether the last contact is the best one
+    bool ended = false;           // whether the contact goes on beyond its cells
+    bool rested = false;          // whether some view was the tilt at which the body rests on springs
+    bool resting_tried = false;   // whether the last view was
   };
-  // Where another part of the body touches, outside of all spots: after which share of a tilt, and how high above the
-  // lowest point it stands then [m].
+  // The next part of the body that touches outside of all spots while the body tilts.
   struct NextPart {
-    double share, height;
+    double share;    // of the tilt after which it touches [-]
+    double height;   // of the part above the lowest point then [m]
   };
   static SearchLoad load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options);
   View first_view(const Problem& problem) const;
@@ -86,9 +97,9 @@ class PatchPress {
   void find_spots(const Problem& problem, const View& view);
   bool press(const Problem& problem, const View& view);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
-  // Whether all cells press, and no other would: the body has nothing else over the sheet.
+  // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
-  // Whether the contact is one spot that is neither long nor open, nor hardly larger than a cell.
+  // Whether the contact is a single spot that fills its rectangle, is about as long as wide, and is larger than a cell.
   bool compact(const LawOptions& options) const;
   double likely_height() const;
   Plane first_plane(const SearchLoad& load, const std::vector<Point>& hull) const;
@@ -103,16 +114,17 @@ class PatchPress {
   double sinks() const;
   NextPart next_part() const;
   bool next_view(const Merit& found, double narrowest, View& view) const;
-  // Elastic energy of the contact and what is left to the load by how high the body stands [J]: of contacts that carry it
-  // the one that has least is the body's, whatever cells it was looked for on.
+  // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
+  // carry the load, the true one has the least, whatever the cells.
   double energy(const SearchLoad& load) const;
-  // How far from the load the pressure is centred [m]; 0 where that is nothing that taxels see.
+  // Distance of the centre of pressure from the load [m]; 0 if it is too small for taxels to resolve.
   double missed(const SearchLoad& load, double narrowest) const;
   Merit merit(const SearchLoad& load, const LawOptions& options) const;
-  // A contact that carries the load is better than one that misses it, and of two that do the one of less energy.
+  // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
+  // better.
   static bool is_worse(const Merit& one, const Merit& other);
 
-  // Cells as a look laid them, and the contact on them.
+  // The cells of one look, and the contact on them.
   struct Laid {
     PatchFace cells;
     BentCells bent;
@@ -122,11 +134,11 @@ class PatchPress {
   };
 
   ContactSearch search_;
-  Laid laid_, best_;   // of the last look; of the best one, while another is taken
+  Laid laid_, best_;   // of the last look; of the best look, while another is taken
   bool bends_ = false;
   std::vector<Spot> spots_;
   std::vector<Region> regions_, taken_;
-  mutable std::vector<Region> wider_;   // kept: nothing is allocated in a step
+  mutable std::vector<Region> wider_;   // a member, so that no step allocates it anew
   std::vector<std::uint8_t> start_;
 };
 

@@ -1,4 +1,4 @@
-// A rigid body over a pad's sheet, seen from the shapes it consists of.
+// Height maps of a rigid body that consists of shapes, and of a flat face.
 #pragma once
 
 #include <cstddef>
@@ -10,32 +10,32 @@
 
 namespace mjtactile {
 
-// One body at one pose; its memory is kept from pose to pose.
+// One body at one pose. Its memory is kept from pose to pose.
 class GapMap : public HeightMap {
  public:
-  // Heights of what lies between `floor` and `ceiling` [m]: what is lower stands beside the pad, what is higher is out of
-  // reach. False where nothing of the body can be there.
+  // Place a body in the pad frame. Only parts between the heights `floor` and `ceiling` [m] count: lower parts stand
+  // beside the pad, and higher parts are out of reach. False if no part of the body can be there.
   bool place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet, double floor, double ceiling);
 
   double height(double x, double y) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
   Rectangle bounds() const override { return bounds_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
-  // Height of the lowest point of the parts that reach over the sheet, below the floor or not [m].
+  // Height of the lowest point of all shapes that reach over the sheet, even if it is below the floor [m].
   double bottom() const { return bottom_; }
 
  private:
   Rectangle sheet_ = {}, bounds_ = {};
   double floor_ = 0.0, ceiling_ = 0.0, bottom_ = 0.0;
   std::size_t count_ = 0;
-  std::vector<PlacedShape> placed_;  // the first `count_` may be over the sheet
+  std::vector<PlacedShape> placed_;  // only the first `count_` may be over the sheet
   std::vector<Point> candidates_;
 };
 
-// A flat face over a pad's sheet: of height 0 within its outline.
+// A flat face over a pad's sheet: height 0 within its outline.
 class FlatMap : public HeightMap {
  public:
-  // `edges`: of the outline in the pad frame, (count), each with the face on its left.
+  // `starts`, `ends`: of the outline's edges in the pad frame [m]. The face is on the left of each edge.
   void place(const std::vector<Point>& starts, const std::vector<Point>& ends, const Rectangle& sheet);
 
   double height(double x, double y) const override;
@@ -45,11 +45,12 @@ class FlatMap : public HeightMap {
 
  private:
   Rectangle sheet_ = {}, bounds_ = {};
-  bool convex_ = false;   // then inside is what lies left of all edges
-  // Else edges by strips along y that they meet, strip after strip: only those beside a point tell whether it is inside.
+  bool convex_ = false;   // a point is inside a convex face if it lies left of all edges
+  // For other faces, the edges are listed by the strips along y that they meet. The edges in a point's strip suffice to
+  // tell whether the point is inside.
   void fill_strips();
   std::size_t strip(double y) const;
-  double south_ = 0.0, per_ = 0.0;             // where the first strip begins [m], strips per length [1/m]
+  double south_ = 0.0, per_ = 0.0;             // beginning of the first strip [m], number of strips per length [1/m]
   std::vector<std::uint32_t> firsts_, edges_, fill_;
   std::vector<Point> starts_, ends_, candidates_;
 };

@@ -1,4 +1,4 @@
-// How high the lower surface of a rigid body stands over the points of a pad.
+// Height maps: the heights of a rigid body's lower surface over the points of a pad.
 #pragma once
 
 #include <limits>
@@ -9,22 +9,23 @@
 
 namespace mjtactile {
 
+// Height where there is no body.
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
-// Lower surface of one body over one pad's sheet, in the pad frame. Only differences of height matter.
+// Lower surface of one body over the sheet of one pad, in the pad frame. Only differences of height matter.
 class HeightMap {
  public:
   virtual ~HeightMap() = default;
-  // Height over (x, y) [m]; infinite where nothing of the body faces the pad, and off the sheet.
+  // Height over (x, y) [m]; infinite off the sheet and where no part of the body faces the pad.
   virtual double height(double x, double y) const = 0;
-  // The same over many points at once, which is cheaper where each question has its price.
+  // Heights over many points at once, which some maps compute faster.
   virtual void heights(const std::vector<Point>& points, std::vector<double>& to) const {
     to.clear();
     for (const Point& at : points) to.push_back(height(at.x, at.y));
   }
-  // The part of the sheet outside of which nothing faces the pad.
+  // A part of the sheet that contains all points with a finite height.
   virtual Rectangle bounds() const = 0;
-  // Points where it may stand lowest, besides those that a grid over the bounds finds: none where nothing is known.
+  // Points where the body may stand lowest, besides those that a grid over the bounds finds; empty if none are known.
   virtual const std::vector<Point>& candidates() const {
     static const std::vector<Point> none;
     return none;

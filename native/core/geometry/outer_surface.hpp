@@ -1,4 +1,4 @@
-// The outer surface of a curved pad: a smooth graph z(x, y) in the pad frame (mjtactile/pad_shape/surfaces.py).
+// The outer surface of a curved pad, a smooth function z(x, y) in the pad frame (see mjtactile/pad_shape/surfaces.py).
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 namespace mjtactile {
 
-// The surface above a point of the pad's plane.
+// The surface above a point (x, y) of the pad's plane.
 struct SurfacePoint {
-  double z, slopes[2];   // height [m], and its slopes along x and y [-]
+  double z, slopes[2];   // height [m], and slopes along x and y [-]
 };
 
 class OuterSurface {
@@ -19,31 +19,33 @@ class OuterSurface {
   OuterSurface() = default;
   // The upper half of p x^2 + q y^2 + ((z + c) / c)^2 = 1, with its apex in the origin; p and q in 1/m^2, c in m.
   static OuterSurface quadric(const Rectangle& sheet, double p, double q, double c);
-  // Heights, slopes and twists (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of an even grid over the sheet, (rows along y,
-  // columns along x, 4), and bicubic in between.
+  // A bicubic surface. `jets`: height, slopes and twist (z, dz/dx, dz/dy, d2z/dxdy) at the nodes of an even grid over
+  // the sheet, (count_y, count_x, 4) [m, -, -, 1/m].
   static OuterSurface patch(const Rectangle& sheet, std::size_t count_x, std::size_t count_y, const double* jets);
 
   bool is_flat() const { return kind_ == Kind::flat; }
   bool is_quadric() const { return kind_ == Kind::quadric; }
-  // Of a quadric: p, q and c.
+  // The numbers p [1/m^2], q [1/m^2] and c [m] of a quadric.
   const double* numbers() const { return numbers_; }
   const Rectangle& sheet() const { return sheet_; }
-  // Beyond the sheet the surface goes on along its tangents.
+  // The surface above (x, y) [m]. Beyond the sheet it goes on along its tangents.
   SurfacePoint at(double x, double y) const;
 
  private:
   enum class Kind { flat, quadric, patch };
-  // A patch's lines along one axis, evenly apart [m].
+  // The evenly spaced grid lines of a patch along one axis.
   struct Lines {
-    double first = 0.0, distance = 0.0, per_distance = 0.0;
-    std::size_t last = 0;   // of those that have one after them
+    double first = 0.0, distance = 0.0, per_distance = 0.0;   // first line [m], spacing [m] and its inverse [1/m]
+    std::size_t last = 0;   // number of the last line that has another one after it
 
     Lines() = default;
     Lines(double first_one, double last_one, std::size_t lines);
-    // The last line before a place, of those that have one after them, and how far beyond it that is, over the distance.
+    // The cell that holds a place, by its first line. `beyond`: distance of the place from that line over the spacing
+    // [-].
     std::size_t before(double place, double& beyond) const;
   };
-  // Between lines a patch is a polynomial of the place in parts of the distances: coefficients by powers along y and x.
+  // A patch's polynomial between grid lines: coefficients (4, 4) of powers along y and x of the place within the cell,
+  // each coordinate divided by the spacing.
   struct Cell {
     double powers[4][4];
   };

@@ -127,8 +127,7 @@ double signed_area(const std::vector<Point>& ring) {
   return area;
 }
 
-bool clip_outline(const Outline& outline, const Placement& placement, double west, double south, double east,
-                  double north, Outline& result) {
+bool clip_outline(const Outline& outline, const Placement& placement, const Rectangle& sheet, Outline& result) {
   static thread_local Workspace workspace;
   result.rings.resize(outline.rings.size());
   double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
@@ -142,13 +141,13 @@ bool clip_outline(const Outline& outline, const Placement& placement, double wes
       result.rings[k].push_back(at);
     }
   }
-  if (low[0] < west) cut({0, west, 1.0}, result, workspace);
-  if (low[1] < south) cut({1, south, 1.0}, result, workspace);
-  if (high[0] > east) cut({0, east, -1.0}, result, workspace);
-  if (high[1] > north) cut({1, north, -1.0}, result, workspace);
+  if (low[0] < sheet.west) cut({0, sheet.west, 1.0}, result, workspace);
+  if (low[1] < sheet.south) cut({1, sheet.south, 1.0}, result, workspace);
+  if (high[0] > sheet.east) cut({0, sheet.east, -1.0}, result, workspace);
+  if (high[1] > sheet.north) cut({1, sheet.north, -1.0}, result, workspace);
   double area = 0.0;
   for (const std::vector<Point>& ring : result.rings) area += signed_area(ring);
-  return area > kNoArea * (east - west) * (north - south);
+  return area > kNoArea * (sheet.east - sheet.west) * (sheet.north - sheet.south);
 }
 
 }  // namespace mjtactile

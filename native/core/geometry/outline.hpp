@@ -1,4 +1,4 @@
-// Outlines of flat faces: rings of corners that may be anything but convex.
+// Outlines of flat faces: rings of corners, convex or not.
 #pragma once
 
 #include <vector>
@@ -7,16 +7,16 @@
 
 namespace mjtactile {
 
-// Outer rings run counter-clockwise, holes clockwise; a face may have several pieces.
+// Rings of corners [m]. Outer rings run counter-clockwise, holes clockwise. A face may have several pieces.
 struct Outline {
   std::vector<std::vector<Point>> rings;
 };
 
-// An outline where it stands on the pad, cut at the sheet's rectangle, in the pad frame [m]. False where nothing is left.
-bool clip_outline(const Outline& outline, const Placement& placement, double west, double south, double east,
-                  double north, Outline& result);
+// Place an outline on the pad and clip it at the sheet's rectangle; `result` is in the pad frame [m]. False if nothing
+// is left.
+bool clip_outline(const Outline& outline, const Placement& placement, const Rectangle& sheet, Outline& result);
 
-// The area that a ring encloses, negative where it runs clockwise.
+// The area that a ring encloses [m^2], negative if the ring runs clockwise.
 double signed_area(const std::vector<Point>& ring);
 
 }  // namespace mjtactile

@@ -1,4 +1,4 @@
-// Convex polygons in the plane, their corners counter-clockwise.
+// Points, rectangles and convex polygons in the plane. Corners of polygons run counter-clockwise.
 #pragma once
 
 #include <vector>
@@ -9,22 +9,30 @@ struct Point {
   double x, y;
 };
 
-// How far a point lies to the left of the line through two others, times their distance.
+// A rectangle with sides along x and y [m].
+struct Rectangle {
+  double west, south, east, north;
+
+  bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
+};
+
+// Distance of a point to the left of the line from a to b, times the distance from a to b.
 inline double left_of(const Point& a, const Point& b, const Point& point) {
   return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
 }
 
-// The point of the segment from a to b that is nearest to another.
+// The point of the segment from a to b that is nearest to a given point.
 Point nearest_on(const Point& a, const Point& b, const Point& point);
 
-// The convex hull of points, counter-clockwise, collinear ones left out.
+// The convex hull of points, counter-clockwise, without corners on a straight side.
 std::vector<Point> convex_hull(std::vector<Point> points);
 
-// The point of a counter-clockwise convex polygon nearest to another, at least `margin` [m] from its sides: that one
-// itself where it is. False where the polygon is too narrow for the margin.
+// The nearest point to a given one that lies in a counter-clockwise convex polygon, at least `margin` [m] from its
+// sides. False if the polygon is too narrow for the margin.
 bool nearest_inside(const std::vector<Point>& polygon, const Point& point, double margin, Point& nearest);
 
-// Whether a point lies in a counter-clockwise convex polygon, its sides included, or at least `margin` [m] from them.
+// Whether a point lies in a counter-clockwise convex polygon, at least `margin` [m] from its sides. Points on a side
+// count as inside if the margin is 0.
 bool holds(const std::vector<Point>& outline, const Point& point, double margin = 0.0);
 
 }  // namespace mjtactile

@@ -1,6 +1,6 @@
-// Rigid shapes and their lower surfaces: how high each stands over the points of a pad, in closed form.
+// Rigid shapes and the heights of their lower surfaces over the points of a pad, in closed form.
 //
-// Seen along the pad's normal, the part of a body that can touch is its lowest point over each (x, y).
+// Over each (x, y), the lowest point of a body is the one that can touch the pad.
 #pragma once
 
 #include <array>
@@ -15,43 +15,43 @@ namespace mjtactile {
 
 enum class ShapeKind { ellipsoid, capsule, cylinder, box, half_space, triangles };
 
-// A shape in its body's frame. `size`: semi-axes, (radius, half length) or half sizes [m], as MuJoCo has them; a half
-// space is all that lies below z = 0 of its frame.
+// A shape of a body. A half space is everything below z = 0 of its own frame.
 struct Shape {
   ShapeKind kind;
-  double size[3];
-  Pose local;
-  std::shared_ptr<const TriangleMesh> mesh;  // of triangles
+  double size[3];   // semi-axes, (radius, half length) or half sizes [m], in MuJoCo's order
+  Pose local;       // of the shape in its body's frame
+  std::shared_ptr<const TriangleMesh> mesh;  // of kind `triangles`; null for others
 };
 
-// A shape over a pad.
+// A shape at a pose over a pad, in the pad frame.
 class PlacedShape {
  public:
-  // Place a shape whose body stands at a pose in the pad frame, to be looked at over a part of its surface, from a floor
-  // up to a ceiling [m].
+  // Place a shape whose body has a pose in the pad frame. The functions below are then used over the rectangle `part`,
+  // for heights from `floor` to `ceiling` [m].
   void place(const Shape& shape, const Pose& body, const Rectangle& part, double floor, double ceiling);
 
-  // Height of the lower surface over (x, y) [m]; infinite where there is none, or it is below the floor.
+  // Height of the lower surface over (x, y) [m]; infinite if there is no surface, or if it is below the floor.
   double height(double x, double y, double floor) const;
-  // The same over many points: `heights` become no higher than that.
+  // Lower each of the given heights (points) [m] to that of this shape over the same point, if that is less.
   void lower(const std::vector<Point>& points, double floor, double* heights) const;
-  // The box about it, in the pad frame [m]; infinite where the shape is.
+  // Lower and upper corner (3) of the bounding box in the pad frame [m]; infinite for a half space.
   const double* low() const { return low_; }
   const double* high() const { return high_; }
-  // Height of its lowest point, over the part or not [m]; infinitely low for a half space.
+  // Height of the lowest point, over the part or not [m]; minus infinity for a half space.
   double bottom() const { return kind_ == ShapeKind::triangles ? shadow_.bottom()[2] : low_[2]; }
-  // Points of its lower side that stand lowest, or along which it may touch, whether over the part or not.
+  // Add points of the lower side that stand lowest, or along which it may touch, whether over the part or not.
   void add_bottoms(std::vector<Point>& points);
 
  private:
-  // Along upright lines over (x, y) from the centre, a convex part lies between a middle that is linear in them, less and
-  // plus half a length; `upright`: the line never leaves it, or never meets it.
-  struct Round {         // half the length squared is `square` - (xx, xy, yy) (x, y) (x, y); where upright over 0
+  // A vertical line over (x, y), measured from the centre, meets a convex part in a segment. The segment's middle is
+  // slope . (x, y) above the centre. `upright`: the part is vertical, so a line lies wholly inside it or never meets
+  // it.
+  struct Round {         // half length squared: square - (xx x x + 2 xy x y + yy y y); upright: inside where positive
     double centre[3];    // [m]
     double slope[2], square, xx, xy, yy;
     bool upright;
   };
-  struct Slab {          // half the length is `reach`; where upright, slope (x, y) lies within it
+  struct Slab {          // the half length is `reach`; if upright, a line is inside where |slope . (x, y)| <= reach
     double slope[2], reach;
     bool upright;
   };
@@ -64,15 +64,15 @@ class PlacedShape {
   ShapeKind kind_ = ShapeKind::half_space;
   double size_[3] = {};
   Pose pose_ = {};
-  Round rounds_[3] = {};   // an ellipsoid; or a capsule's ends and the barrel between them, or a cylinder's barrel
-  Slab slabs_[3] = {};     // of a box; or that between a capsule's or a cylinder's ends
+  Round rounds_[3] = {};   // an ellipsoid; a capsule's ends and the barrel between them; or a cylinder's barrel
+  Slab slabs_[3] = {};     // the three of a box; or the one between the ends of a capsule or cylinder
   double low_[3] = {}, high_[3] = {};
   const TriangleMesh* mesh_ = nullptr;
   TriangleShadow shadow_;
   std::vector<std::array<double, 3>> lowest_;
 };
 
-// The pose of a shape in the pad frame, from its body's and its own in the body's frame.
+// The pose of a shape in the pad frame, from its body's pose there and its own pose in the body's frame.
 Pose composed(const Pose& body, const Pose& local);
 
 }  // namespace mjtactile

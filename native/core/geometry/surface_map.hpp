@@ -1,4 +1,4 @@
-// Bodies over a curved pad, as height maps of a tangent plane: how far each is from the surface.
+// Height maps of bodies over a curved pad, in the frame of a tangent plane (see tangent_plane.hpp).
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace mjtactile {
 
-// Distance of a body from the surface along the plane's normal. The body's heights are over the plane.
+// Distance of a body from the pad's surface along the plane's normal.
 class SurfaceMap : public HeightMap {
  public:
-  // What is nearer than `floor` or farther than `ceiling` [m] is left out.
+  // `body`: heights of the body over the plane. Distances below `floor` or above `ceiling` [m] do not count.
   void place(const HeightMap& body, const TangentPlane& plane, double floor, double ceiling);
 
   double height(double u, double v) const override;
@@ -30,7 +30,7 @@ class SurfaceMap : public HeightMap {
   mutable std::vector<double> surface_;   // kept: nothing is allocated in a step
 };
 
-// A body that is known by its heights z(x, y) in the pad frame, seen from a tangent plane.
+// Heights over a tangent plane of a body that is given by its heights z(x, y) in the pad frame.
 class TurnedMap : public HeightMap {
  public:
   void place(const HeightMap& upright, const TangentPlane& plane);
@@ -40,9 +40,11 @@ class TurnedMap : public HeightMap {
   Rectangle bounds() const override { return bounds_; }
 
  private:
-  struct Line {           // over a point of the plane
-    std::size_t place;    // among those that were asked for
-    double w, last, missed, rises;   // where it is looked at, and before; how far off; how fast it rises over the surface
+  struct Line {           // the search for the body along the normal over a point of the plane
+    std::size_t place;    // index of that point among those that were asked for
+    // Heights of the present and the last trial [m]; error at the last one [m]; rate at which the line rises over the
+    // pad's surface [-].
+    double w, last, missed, rises;
   };
   void look(const std::vector<Point>& points) const;
 
@@ -50,7 +52,7 @@ class TurnedMap : public HeightMap {
   const TangentPlane* plane_ = nullptr;
   Rectangle bounds_ = {};
   mutable std::vector<Line> lines_;
-  mutable std::vector<Point> asked_, one_;   // points of the pad's plane below those that are looked at
+  mutable std::vector<Point> asked_, one_;   // points of the pad's plane below the trial points
   mutable std::vector<double> found_;
 };
 

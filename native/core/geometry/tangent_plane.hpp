@@ -1,6 +1,7 @@
-// A curved pad's surface seen along its normal at one of its points: the plane in which a contact there is solved.
+// A tangent plane of a curved pad's surface, in which a contact around its point is solved.
 //
-// Coordinates (u, v) run along the plane and w out of the pad, from the point. U is the tangent above the pad's x axis.
+// The plane's frame has its origin at the point where it touches. Coordinates u and v run along the plane, w out of the
+// pad. The u axis is the tangent above the pad's x axis.
 #pragma once
 
 #include <vector>
@@ -10,14 +11,14 @@
 
 namespace mjtactile {
 
-// The surface over a point of the plane.
+// The surface over a point (u, v) of the plane.
 struct SeenSurface {
   double height;      // w [m]
   double slopes[2];   // of w along u and v [-]
-  double x, y;        // where that is on the pad [m]
+  double x, y;        // the same point in the pad frame [m]
 };
 
-// What a piece of the surface covers as the plane sees it.
+// Bounds of a piece of the surface in the plane's frame.
 struct SeenPiece {
   Rectangle bounds;         // of (u, v) [m]
   double lowest, highest;   // w [m]
@@ -25,21 +26,24 @@ struct SeenPiece {
 
 class TangentPlane {
  public:
-  // Touch a surface above a point of the pad's plane.
+  // Make the plane touch a surface above a point (x, y) of the pad's plane [m].
   void touch(const OuterSurface& surface, const Point& foot);
 
-  // The surface over (u, v); false where it is not seen from the plane, or is not the pad's.
+  // The surface over (u, v). False if the normal there does not meet it, or meets it beyond the pad's edge.
   bool look(double u, double v, SeenSurface& seen) const;
-  // The surface's height over many points [m], infinite where look() says no.
+  // The surface's height over many points [m]; infinite where look() is false.
   void heights(const std::vector<Point>& points, std::vector<double>& to) const;
-  // The same beyond the pad's edge as well; where nothing is seen the plane itself stands in.
+  // The same as look(), beyond the pad's edge as well. The plane itself replaces the surface where the normal does not
+  // meet it.
   SeenSurface beyond(double u, double v) const;
-  // The surface above a rectangle of the pad's plane, with a small margin, and all of the pad's.
+  // Bounds of the surface above a rectangle of the pad's plane, with a small margin.
   SeenPiece piece(const Rectangle& above) const;
+  // Bounds of the pad's whole surface.
   const SeenPiece& whole() const { return whole_; }
   const OuterSurface& surface() const { return *surface_; }
 
-  // Between the pad frame and this one: points, vectors, poses and wrenches, those about the origin of each frame.
+  // Transform points, vectors, poses and wrenches between the pad frame and the plane's frame. Wrenches are about the
+  // origin of the frame that they are in.
   void into(const double* point, double* here) const;
   void out_of(const double* here, double* point) const;
   void turn_into(const double* vector, double* here) const;
@@ -47,12 +51,12 @@ class TangentPlane {
   Pose into(const Pose& pose) const;
   void wrench_into(const double* wrench, double* here) const;
   void wrench_out_of(const double* here, double* wrench) const;
-  // Where the plane lies: rows are the axes U, V and N.
+  // Axes u, v and w as the rows of a matrix (3, 3), and origin (3) [m], in the pad frame.
   const double* axes() const { return axes_; }
   const double* origin() const { return origin_; }
 
  private:
-  // A quadric by its form with pairs of the axes (U U, V V, N N, U V, U N, V N), and of N with the way from its middle.
+  // A quadric by its quadratic form on pairs of axes (uu, vv, ww, uv, uw, vw), and on w and the origin from its middle.
   struct Quadric {
     struct Meeting {
       double w, root;   // height of the upper of the line's two meetings with it [m]; half the root of what they solve
@@ -70,13 +74,14 @@ class TangentPlane {
   const OuterSurface* surface_ = nullptr;
   double origin_[3] = {}, axes_[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   Quadric quadric_;
-  double bends_[3] = {};                  // of a patch: w is about bends u u, u v and v v there
-  double size_ = 0.0;                     // of the sheet [m]
+  double bends_[3] = {};                  // of a patch: w is close to these times (u u, u v, v v) [1/m]
+  double size_ = 0.0;                     // size of the sheet [m]
   SeenPiece whole_ = {};
 };
 
-// Where a wrench (6), about the pad's origin, presses on a surface: the point about which it turns along the surface's
-// normal alone, seen on the pad's plane, or the nearest that the pad has. False where the force does not go in.
+// The centre of pressure of a wrench (6), about the pad's origin [N, N m], on a surface, projected to the pad's plane
+// [m]. It is the point of the surface about which the wrench's moment is along the surface's normal. If that is beyond
+// the pad's edge, it is the nearest point of the pad. False if the force does not press.
 bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre);
 
 }  // namespace mjtactile

@@ -1,4 +1,4 @@
-// Lower surface of a triangle mesh: exact at every point asked for, holes and notches included.
+// The lower surface of a triangle mesh, exact at every point, including holes and notches.
 #pragma once
 
 #include <array>
@@ -14,44 +14,39 @@
 
 namespace mjtactile {
 
-// An upright rectangle of the pad's surface [m].
-struct Rectangle {
-  double west, south, east, north;
-
-  bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
-};
-
-// What of a mesh faces a part of the pad, in buckets over it. Cast anew for every pose; its memory is kept. The mesh
-// must outlive what is asked after a cast.
+// The triangles of a mesh that face a part of the pad, sorted into buckets over that part. cast() is called for every
+// pose; memory is kept. The mesh must live as long as the functions after cast() are used.
 class TriangleShadow {
  public:
-  // Look at the part of the mesh that faces a part of the pad, from the floor up to `reach` above the lowest of it [m].
+  // Find the triangles of a mesh that face the rectangle `part`, from the height `floor` up to `reach` above the lowest
+  // point there [m].
   void cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part,
             double floor = -std::numeric_limits<double>::infinity(),
             double reach = std::numeric_limits<double>::infinity());
-  // Height over (x, y), a point of the part [m]; infinite where there is none at the floor or above. The floor must not
-  // be below that of the cast. What is more than the cast's reach above the lowest may be left out: over such points
-  // the height is infinite, or of something higher still.
+  // Height over (x, y), a point of the part [m]; infinite if there is no surface at the floor or above. The floor must
+  // not be below that of the cast. Surfaces more than the cast's reach above the lowest point may be left out; the
+  // height over their points is infinite, or that of a higher surface.
   double height(double x, double y, double floor) const;
-  // Set each of the heights to that over its point where it is less. Points that lie on a grid, row by row, take less
-  // time.
+  // Lower each of the given heights (points) [m] to that of the mesh over the same point, if that is less. This is
+  // faster if the points lie on a grid, row by row.
   void lower(const std::vector<Point>& points, double floor, double* heights) const;
-  // The least height over the part at the cast's floor or above [m], the floor itself where the mesh passes through it
-  // there; infinite where there is none.
+  // The least height over the part at the cast's floor or above [m]. It is the floor itself if the mesh passes through
+  // the floor there, and infinite if there is no surface.
   double lowest() const { return lowest_; }
-  // The lowest vertex (3) [m], over the part or not; its height is infinite where the mesh is empty.
+  // The lowest vertex (3) [m], over the part or not. Its height is infinite if the mesh is empty.
   const double* bottom() const { return bottom_; }
-  // Points of the lower surface over the part where it may touch first [m]: vertices no neighbour of which is lower,
-  // and lowest points of what is cut at the part's rim; of several in one bucket of a coarse grid the lowest.
+  // Points over the part where the mesh may touch first [m]: vertices without a lower neighbour, and the lowest points
+  // of triangles that are cut at the part's rim. Only the lowest in each bucket of a coarse grid is kept.
   void bottoms(std::vector<std::array<double, 3>>& points);
 
  private:
   static constexpr std::size_t kFinest = 96;  // finest buckets along each side
   struct Triangle {
-    double second[3], third[3];  // the second corner's share at (x, y) and the third's: rates along x, y, value at 0
-    double height, second_rise, third_rise;  // of the first corner [m]; of the others above it
+    // Barycentric coordinates of the second and third corner at (x, y): rates along x and y [1/m], and value at 0.
+    double second[3], third[3];
+    double height, second_rise, third_rise;  // height of the first corner, and of the others above it [m]
     std::uint32_t number;        // of the triangle in the mesh
-    std::uint8_t first[2], last[2];  // finest buckets that its shadow's box meets, column and row
+    std::uint8_t first[2], last[2];  // finest buckets that the triangle's bounds meet: column and row
   };
   struct Span {
     double low, high;
@@ -74,7 +69,7 @@ class TriangleShadow {
   void place_buckets();
   void fill_buckets();
   std::uint8_t finest_bucket(double at, std::size_t axis) const;
-  // False where no triangle is met over a rectangle; else the buckets in which all of those are.
+  // The buckets that hold all triangles over a rectangle. False if there are none.
   bool buckets_over(const Rectangle& box, BucketRange& range) const;
   template <typename Visit>
   void over(const BucketRange& range, Visit&& visit) const;
@@ -83,18 +78,18 @@ class TriangleShadow {
   Pose pose_ = {};
   Rectangle part_ = {};
   double floor_ = 0.0, ceiling_ = 0.0, lowest_ = 0.0;
-  double slack_ = 0.0;                // rounding of a box's place [m]
-  Rectangle grid_ = {};               // that the buckets cover
-  double per_[2] = {};                // finest buckets per length along x and y [1/m]
-  std::size_t side_ = 1;              // buckets along each side
-  std::uint8_t coarser_[kFinest] = {};  // by finest bucket: the one that holds it
+  double slack_ = 0.0;                // rounding error of a box's position [m]
+  Rectangle grid_ = {};               // area that the buckets cover
+  double per_[2] = {};                // number of finest buckets per length along x and y [1/m]
+  std::size_t side_ = 1;              // number of buckets along each side
+  std::uint8_t coarser_[kFinest] = {};  // for each finest bucket: the bucket that holds it
   double bottom_[3] = {};
-  std::vector<std::pair<double, std::uint32_t>> queue_;  // boxes still to be looked into, by how low they may be
+  std::vector<std::pair<double, std::uint32_t>> queue_;  // boxes still to be searched, with their least possible height
   std::vector<std::uint32_t> stack_;
   std::vector<Triangle> triangles_;
-  std::vector<std::array<Span, 2>> spans_;   // of each, along x and y
+  std::vector<std::array<Span, 2>> spans_;   // bounds of each triangle along x and y
   std::vector<std::uint32_t> starts_, entries_, fill_;
-  // Of `bottoms`: by vertex, the last call in which it was passed over or done with; candidates by bucket.
+  // For `bottoms`: for each vertex, the last call in which it was dealt with; and candidates by bucket.
   std::vector<std::uint32_t> done_;
   std::uint32_t calls_ = 0;
   std::vector<std::array<double, 3>> inner_, rim_;

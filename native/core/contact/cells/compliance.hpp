@@ -55,12 +55,10 @@ class SurfaceCompliance {
   // stiffness per area under each [Pa/m].
   void set_foundation(std::vector<double> areas, std::vector<double> stiffnesses);
   double foundation_stiffness(double area) const;
-  bool has_foundation() const { return !areas_.empty(); }
 
   // Additional data for shear: Poisson's ratio of the half space, and the remainder of all three components, (component,
   // spline) by (component, spline) [m/N]. Set once, before any thread asks for `full`.
   void set_tangential(double poisson, Matrix remainder);
-  bool has_tangential() const { return full_remainder_.rows() > 0; }
 
   double factor() const { return factor_; }
   std::size_t splines() const { return x_.count() * y_.count(); }

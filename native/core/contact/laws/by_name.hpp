@@ -1,4 +1,4 @@
-// All contact laws and tangential choices, and which of them has a name. Others know them by what they say of themselves.
+// All contact laws and tangential choices, and their names. The rest of the core sees only the classes' interfaces.
 #pragma once
 
 #include "contact/laws/contact_law.hpp"
@@ -14,7 +14,7 @@ const TangentialChoice& proportional_shear();
 const TangentialChoice& stick_shear();
 const TangentialChoice& coulomb_shear();
 
-// Null where none has the name.
+// The law or choice of a name; null if there is none.
 const ContactLaw* law_named(const char* name);
 const TangentialChoice* tangential_named(const char* name);
 

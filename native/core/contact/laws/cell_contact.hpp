@@ -1,4 +1,4 @@
-// A rigid body on contact cells: which forces on them carry a wrench, and the parts whose sum they are.
+// A rigid body on contact cells: the forces on the cells that carry a wrench, also as a sum of fixed parts.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,15 @@
 
 namespace mjtactile {
 
+// How contacts are solved.
 struct LawOptions {
   const ContactLaw* law = nullptr;   // never null in use
   const TangentialChoice* tangential = nullptr;
   bool tilting = true;      // whether the body may tilt under its load
-  double friction = -1.0;   // coefficient that bounds shear and torsion; negative: none
-  std::size_t cells = 0;    // wanted
-  double strength = 0.0;    // pressure that no cell bears more than [Pa]; 0: no bound
-  double facing_gap = 0.0;  // law "uniform" presses with what is no higher than this above the first touch [m]
+  double friction = -1.0;   // coefficient that bounds shear and torsion [-]; negative: no bound
+  std::size_t cells = 0;    // wanted number of contact cells
+  double strength = 0.0;    // largest pressure on a cell [Pa]; 0: no bound
+  double facing_gap = 0.0;  // law "uniform" presses with parts of a body up to this height above the first touch [m]
   double narrowest = 0.0;   // least width of cells that taxels can resolve [m]
 
   bool operator==(const LawOptions& other) const {
@@ -28,68 +29,70 @@ struct LawOptions {
   }
 };
 
-// A body pressed at one place. Shear is in proportion to the pressure, with a turn for the torsion.
+// A body pressed at one place. Shear is proportional to the pressure, plus a rotation that carries the torsion.
 class CellContact {
  public:
   struct Workspace {
     SurfaceCompliance::Workspace compliance;
     SurfaceGrid::Workspace grid;
-    Matrix matrix;   // the compliance between the cells that were placed last
+    Matrix matrix;   // compliance between the cells that were placed last
     std::vector<double> placed, quadrature, modes, forces, tractions, most;
     std::vector<TractionEdge> edges;
     std::vector<std::size_t> order;
     std::vector<Point> points;
   };
 
-  // Place cells on the pad; press() follows, as often as wanted. `bent`: how they lie on a curved pad, null on a flat one.
+  // Place cells on the pad. press() may follow any number of times. `bent`: how the cells lie on a curved pad; null on
+  // a flat pad.
   void place(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
              const LawOptions& options, Workspace& workspace, const BentCells* bent = nullptr);
-  // Find the pressed cells under a wrench (force [N], moment about the pad's origin [N m]), whose force presses.
-  // `heights`: of the body above each cell at first touch, null for a flat face; `start`: cells likely pressed, null for
-  // all. Where no contact is found, or none without more pressure than the pad's strength, the cells nearest to where
-  // the force passes carry it: exact() is false then.
+  // Find the pressed cells under a wrench (force [N], moment about the pad's origin [N m]) whose force presses.
+  // `heights` (cells): of the body above the cells at first touch [m], null for a flat face; `start` (cells): cells
+  // that are likely pressed, null for all. If no contact is found, or none that keeps to the pad's strength, the cells
+  // nearest to the force's line of action carry it, and exact() is false.
   void press(const Face& face, const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
              Workspace& workspace, const double* heights = nullptr, const std::uint8_t* start = nullptr);
 
-  // Whether forces are linear in the resultants while the same cells are pressed.
+  // Whether the forces are linear in the resultants while the same cells are pressed.
   bool linear() const { return linear_; }
+  // Whether the contact law was solved, see press().
   bool exact() const { return exact_; }
-  // Forces on the cells (cells, 3) [N], pad frame, under the wrench that was pressed with, shear in proportion to the
-  // pressure.
+  // Forces on the cells (cells, 3) [N], pad frame, under the wrench of press(). Shear is proportional to the pressure.
   void forces(const Face& face, const double* wrench, double* forces) const;
-  // The cells and the pressing on them, for other ways that shear spreads; heights as they were pressed with.
+  // The cells and the normal forces on them, for other tangential choices; `heights` as in press().
   PressedCells pressed_cells(const Face& face, const double* heights, Workspace& workspace) const;
-  // The wrench of forces on the cells.
+  // Wrench (6), about the pad's origin [N, N m], of forces on the cells (cells, 3) [N].
   static void sum(const Workspace& workspace, std::size_t cells, const double* forces, double* carried);
-  // Nodal forces (nodes y, nodes x, 3) [N] of forces on the cells.
+  // Nodal forces (nodes y, nodes x, 3) [N] that are equivalent to forces on the cells.
   void nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, Workspace& workspace,
                     double* nodal) const;
 
-  // Make the parts of a linear contact on a flat face, of which weights() and part_forces() tell; false where that fails.
+  // Make the parts of a linear contact on a flat face, for weights() and part_forces(). False if that fails.
   bool make_parts(const Face& face, const ContactLaw& law, Workspace& workspace);
-  // Weights of the parts under another wrench, (parts()); false where other cells press, or more than the strength.
+  // Weights (parts()) of the parts under another wrench. False if other cells would press, or a pressure would be above
+  // the strength.
   bool weights(const Face& face, const LawOptions& options, const double* wrench, std::vector<double>& weights,
                Workspace& workspace) const;
-  // Parts of a load on a flat face: pressures, one per resultant, and three of shear for each: a unit motion times that
-  // pressure.
+  // Number of parts of a load on a flat face: one pressure per resultant, and three shears for each pressure, which are
+  // the pressure times a unit motion along the surface.
   std::size_t parts() const { return 4 * motions(); }
-  // Forces on the cells of a sum of parts, (cells, 3) [N].
+  // Forces on the cells (cells, 3) [N] of the weighted sum of the parts.
   void part_forces(const Face& face, const std::vector<double>& weights, double* forces) const;
-  // The wrench that the parts carry in place of another.
+  // Wrench (6) that the parts carry when the given one is wanted [N, N m].
   void carried(const Face& face, const double* wrench, double* carried) const;
 
   const std::vector<std::uint8_t>& pressed() const { return found_.pressed; }
   double pressed_area() const { return pressed_area_; }  // [m^2]
   double pressed_with() const { return force_; }         // pressing force [N]
-  // Of the surface under a cell, by its law [m]; `between`: the workspace's matrix, as the cells were placed.
+  // Depth of the surface under a cell, by the contact law [m]; `between`: the workspace's matrix since place().
   double depth(const Face& face, const ContactLaw& law, const Matrix& between, std::size_t cell) const {
     return law.depth(face, found_, between, cell);
   }
-  double indentation() const { return indentation_; }    // of the surface where it is deepest [m]
-  double energy() const { return energy_; }              // of the surface, as deep as it lies [J]
-  // Tilt of the body under what was pressed with, along x and y; 0 where the contact leaves it open.
+  double indentation() const { return indentation_; }    // largest depth of the surface [m]
+  double energy() const { return energy_; }              // elastic energy of the surface [J]
+  // Slopes of the body's tilt along x and y after press() [-]; 0 if the contact leaves them open.
   const double* slopes() const { return found_.slopes; }
-  // Normal forces on the cells under what was pressed with [N].
+  // Normal forces on the cells after press() (cells) [N].
   const std::vector<double>& normal() const { return found_.normal; }
 
  private:

@@ -1,6 +1,6 @@
 // A contact law: how a body's pressure is distributed over contact cells.
 //
-// Each law is a class in a file of its own, and one object of it serves all contacts; see laws/by_name.hpp.
+// Each law is a class in a file of its own. One object of it serves all contacts; see laws/by_name.hpp.
 #pragma once
 
 #include <cstddef>
@@ -13,26 +13,26 @@
 
 namespace mjtactile {
 
-// Cells, the body's gaps and motions, and the resultants that are asked for.
+// The problem that a law solves: cells, the body's heights and motions, and the wanted resultants.
 struct LawProblem {
   const Face& face;
   const SurfaceCompliance& compliance;
-  RigidProblem body;          // its compliance is that between the cells
-  Matrix& between;            // the same: as the cells were placed, where the law couples them
-  const std::uint8_t* start;  // cells likely pressed, null for all
+  RigidProblem body;          // its compliance is `between`
+  Matrix& between;            // compliance between the placed cells [m/N], if the law couples them
+  const std::uint8_t* start;  // cells that are likely pressed (cells); null for all
 };
 
-// What presses on the cells, as a law found it.
+// The normal contact that a law found.
 struct LawContact {
   std::vector<std::uint8_t> pressed;
   std::vector<double> normal;     // force on each cell [N]
-  double slopes[2] = {};          // of the body's tilt, over the face's length [m]
+  double slopes[2] = {};          // of the body's tilt, times the face's length as a law finds them [m]
   RigidContact contact;
   SpringBed bed;                  // of laws "uniform" and "foundation"
-  std::vector<double> springs;    // of law "foundation" [N/m]
-  double stiffness = 0.0;         // the same per area [Pa/m]
+  std::vector<double> springs;    // stiffnesses of the cells' springs, of law "foundation" [N/m]
+  double stiffness = 0.0;         // stiffness per area of these springs [Pa/m]
 
-  // Take over what presses, and how the body has moved.
+  // Copy pressed cells, forces and tilt from a solver with `motions` motions.
   template <typename Solved>
   void take(const Solved& solved, std::size_t motions) {
     pressed = solved.pressed();
@@ -41,21 +41,22 @@ struct LawContact {
   }
 };
 
+// The interface of a contact law.
 class ContactLaw {
  public:
   virtual const char* name() const = 0;
-  // Whether pressure on one cell moves the surface under the others, those of other bodies included.
+  // Whether pressure on one cell moves the surface under the other cells, including those of other bodies.
   virtual bool couples() const { return false; }
-  // Whether it uses the pad's compliance; otherwise a body presses with its lowest part and tilts freely.
+  // Whether the law uses the pad's compliance. Otherwise a body presses with its lowest part and tilts freely.
   virtual bool shapes() const { return true; }
-  // Whether flat faces need no cells: UniformPress presses them.
+  // Whether flat faces need no cells, because UniformPress solves their contact.
   virtual bool presses_faces() const { return false; }
 
-  // Normal forces where no pressure is too high, and the body's tilt; false where none were found.
+  // Find the normal forces, without a bound on the pressure, and the body's tilt. False if no contact is found.
   virtual bool solve(const LawProblem& problem, LawContact& found) const = 0;
-  // Have the compliance between the cells at hand, as solve() found the contact; false where the law has none.
+  // Give the compliance between the cells to the contact that solve() found. False if the law has none.
   virtual bool set_compliance(const Face& face, LawContact& found, Matrix& between) const = 0;
-  // Of the surface under a cell [m].
+  // Depth of the surface under a cell below the undeformed surface [m].
   virtual double depth(const Face& face, const LawContact& found, const Matrix& between, std::size_t cell) const = 0;
 
  protected:

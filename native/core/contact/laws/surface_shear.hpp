@@ -1,7 +1,7 @@
-// Shear of a contact whose pressure without friction is known, distributed by a tangential choice.
+// Shear of a contact whose pressure without friction is known. A tangential choice says how the shear is distributed.
 //
-// Each choice is a class in a file of its own, and one object of it serves all contacts; see laws/by_name.hpp. If friction
-// cannot carry a wrench, the nearest possible wrench is carried.
+// Each choice is a class in a file of its own. One object of it serves all contacts; see laws/by_name.hpp. If friction
+// cannot carry a wrench, the nearest wrench that it can is carried.
 #pragma once
 
 #include <cstddef>
@@ -18,88 +18,92 @@
 
 namespace mjtactile {
 
-// Contact cells and the pressing on them without friction, pad frame.
+// Contact cells and the normal forces on them without friction, in the pad frame.
 struct PressedCells {
   std::size_t count;
-  const Point* points;     // centroids [m]
-  const double* pressing;  // force on each [N], positive where pressed
-  const double* heights;   // of the body above each at first touch [m], null where flat, infinite out of reach
-  Point middle;            // tilts are about it [m]
-  double length;           // by which tilts and torsion compare with forces [m]
+  const Point* points;     // centroids (count) [m]
+  const double* pressing;  // normal forces (count) [N], positive where pressed
+  const double* heights;   // of the body above the cells at first touch (count) [m]; null: flat; infinite: out of reach
+  Point middle;            // point about which tilts are measured [m]
+  double length;           // divides moments to compare them with forces [m]
   bool tilting;            // whether the body may tilt
-  const double* most = nullptr;  // force that each cell bears [N], no less than the pressing; null: no bound
+  const double* most = nullptr;  // largest normal forces (count) [N], no less than `pressing`; null: no bound
 };
 
-// What presses, and what is to be carried.
+// The cells, and the wrench that they must carry.
 struct ShearProblem {
   const PressedCells& cells;
-  const Matrix* compliance;  // see SurfaceCompliance::full; null where the choice asks for none
-  const double* wrench;      // about the pad's origin [N, N m]
+  const Matrix* compliance;  // see SurfaceCompliance::full; null if the choice needs none
+  const double* wrench;      // (6) about the pad's origin [N, N m]
   double friction;           // coefficient; negative: no bound
 };
 
-// What was found, all false where everything was as asked for.
+// Result of a solution; all false if the wrench is carried as the choice says.
 struct ShearOutcome {
-  bool refused = false;     // no contact, or numbers that are not finite: forces are zero
+  bool refused = false;     // no contact, or numbers that are not finite: all forces are zero
   bool slides = false;      // friction carries only the nearest wrench
-  bool simplified = false;  // the choice has no solution that was found: a simpler one carries the same wrench
+  bool simplified = false;  // no solution of the choice was found: a simpler distribution carries the same wrench
 };
 
-// The cells of one contact that carry shear, and room to solve for it, kept from contact to contact.
+// The cells of one contact that carry shear, and the memory to solve for it, which is kept from contact to contact.
 struct ShearWork {
   WorkLimit limit;
-  double patience = 1.0;   // times as long that shear may take as in a step of a simulation
+  double patience = 1.0;   // multiplies the limit of work, which is made for a step of a simulation
   ShearGrip grip;
   PartialSlip slip;
   BondedContact bonded;
   RigidContact contact;
-  Matrix tangential, pressed;               // compliance of the cells held, along the surface; of those reached, across
-  std::vector<std::size_t> reached, held;   // cells the body may press on; those that carry shear
-  std::vector<std::size_t> gathered, last_held;  // those whose compliance was gathered; those of the round before
+  Matrix tangential, pressed;               // tangential compliance of held cells; normal compliance of reached ones
+  std::vector<std::size_t> reached, held;   // cells on which the body may press; cells that carry shear
+  std::vector<std::size_t> gathered, last_held;  // cells whose compliance was gathered; held cells of the last round
   std::vector<std::uint8_t> start;
   std::vector<Point> levers;
   std::vector<double> heights, gaps, modes, lifted, lifts;  // of the cells reached
   SecantMixing mixing;
-  std::vector<double> normal, found, spread, last;   // of all cells: pressing, and shear in two blocks
-  std::vector<double> coupled;                       // forces of a bonded contact that no cell is bounded in
-  std::vector<double> shear, slipped;                // of the cells held
+  std::vector<double> normal, found, spread, last;   // of all cells: normal forces, and shear (2, count)
+  std::vector<double> coupled;                       // forces of a bonded contact without bounds on the cells
+  std::vector<double> shear, slipped;                // of the held cells
 
-  // Begin to count the work of a contact anew.
+  // Reset the limit of work for a new contact.
   void allow();
-  // Hold on to the cells under pressure.
+  // Take the cells under pressure as those that carry shear.
   void hold(const PressedCells& cells, const double* normal_forces);
-  // Displacement along the surface of the cells held that the pressing alone brings, and their compliance there.
+  // Gather the held cells' tangential compliance, and their tangential displacement by the normal forces alone.
   void displace(const PressedCells& cells, const Matrix& compliance, const double* normal_forces);
-  // Forces on all cells: the pressing, and the shear of those held.
+  // Write the forces on all cells (count, 3) [N]: the normal forces, and the shear of the held cells.
   void write(const PressedCells& cells, const double* normal_forces, double* forces) const;
 };
 
+// The interface of a tangential choice.
 class TangentialChoice {
  public:
   virtual const char* name() const = 0;
-  // Whether it asks for the compliance of the cells in all directions; otherwise none is handed over.
+  // Whether the choice needs the cells' compliance in all directions. Otherwise it is given none.
   virtual bool couples() const { return true; }
-  // Whether cells slip where friction bears no more, so that a coefficient must be known.
+  // Whether cells slip where friction bears no more, so that a coefficient must be given.
   virtual bool slips() const { return false; }
-  // Forces on the cells (count, 3) [N], see SurfaceShear.
+  // Forces on the cells (count, 3) [N]; see SurfaceShear::solve.
   virtual ShearOutcome solve(const ShearProblem& problem, ShearWork& work, double* forces) const = 0;
 
  protected:
   ~TangentialChoice() = default;
 };
 
+// Solves for shear, with memory that is kept from contact to contact.
 class SurfaceShear {
  public:
-  // Forces on the cells (count, 3) [N], pad frame, that carry a wrench's shear and torsion besides the pressing.
+  // Find forces on the cells (count, 3) [N], pad frame, that carry the wrench's shear and torsion as well as its
+  // pressing.
   ShearOutcome solve(const TangentialChoice& choice, const ShearProblem& problem, double* forces);
-  // Take so many times as long as a step of a simulation may.
+  // Let the solution take `times` as long as a simulation step allows.
   void set_patience(double times) { work_.patience = times; }
 
  private:
   ShearWork work_;
 };
 
-// Largest fraction of the change of a cell's force from that without friction to that coupled with shear; 1 for all.
+// The largest fraction of a change of a cell's normal force that the cell bears, up to 1. The change is from the force
+// without friction to `coupled`, the force that is coupled with shear [N].
 double share_borne(const PressedCells& cells, std::size_t cell, double coupled);
 
 }  // namespace mjtactile

@@ -1,8 +1,9 @@
-// Law "uniform": a linear pressure on a flat face that is zero where it would pull, and shear that friction bears.
+// Contact law "uniform": pressure on a flat face varies linearly and is zero where it would pull.
 //
-// The pressure max(0, c0 + c1 x + c2 y) with a given force and first moments is the minimum of a convex function, the
-// integral of p^2 / 2 minus the work of the given moments: a face on springs that cannot pull. Newton's method with
-// damping finds it; each step needs the moments of the part of the face where the pressure is positive.
+// The pressure p = max(0, c0 + c1 x + c2 y) with a given force and moments is that of a face on springs that cannot
+// pull. Its coefficients minimise a convex function: the integral of p^2 / 2, minus the work of the given force and
+// moments. Newton's method with damping finds them. Each step needs the moments of the part of the face where p is
+// positive.
 #pragma once
 
 #include <vector>
@@ -14,14 +15,14 @@ namespace mjtactile {
 
 class UniformPress {
  public:
-  // Nodal forces (nodes y, nodes x, 3) [N] under a wrench that presses, or the nearest to it that the face carries;
-  // `friction`: coefficient, negative: no bound. False where no pressure was found.
+  // Find the nodal forces (nodes y, nodes x, 3) [N] under a wrench (6) [N, N m] that presses, or under the nearest
+  // wrench that the face carries. `friction`: coefficient; negative: no bound. False if no pressure was found.
   bool solve(const Face& face, const Placement& placement, const SurfaceGrid& grid, const double* wrench,
              double friction, double* forces);
 
-  // What is under pressure.
+  // Traction on the part of the face under pressure.
   const LinearTraction& traction() const { return traction_; }
-  const double* carried() const { return carried_; }   // the wrench, (6)
+  const double* carried() const { return carried_; }   // wrench (6) that the face carries [N, N m]
   double peak() const { return peak_; }                 // largest pressure [Pa]
 
  private:

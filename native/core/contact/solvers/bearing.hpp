@@ -1,4 +1,4 @@
-// Which loads cells can bear that break under a pressure of their own.
+// Loads that cells can bear when the force on each cell is limited by the pad's strength.
 #pragma once
 
 #include <cstddef>
@@ -6,9 +6,10 @@
 
 namespace mjtactile {
 
-// Moves a load to the nearest that cells bear: (cells) `most` [N] each, with `modes` (cells, motions) and `resultants`
-// (motions) as in RigidContact. `nearer`: the load's resultants then. Loads within a hundredth of what can be borne, from
-// the one that presses cells evenly, are moved as well. Returns whether it was moved. `order` is room to sort cells in.
+// Move a load to the nearest one that the cells can bear. `most` (cells): largest force on each cell [N]; `modes`
+// (cells, motions) and `resultants` (motions) as in RigidContact; `nearer`: resultants of the moved load [N]. A load
+// within a hundredth of the limit is moved as well; distance is measured from the load that presses all cells evenly.
+// `order` is scratch memory. Returns whether the load was moved.
 bool bring_within_bearing(std::size_t cells, const double* most, const double* modes, std::size_t motions,
                           const double* resultants, std::vector<std::size_t>& order, double* nearer);
 

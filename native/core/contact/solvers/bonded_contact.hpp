@@ -1,4 +1,5 @@
-// A rigid body pressed into an elastic surface that sticks to it wherever they touch: pressure and shear at once.
+// A rigid body pressed into an elastic surface that sticks to it wherever they touch. Pressure and shear are solved
+// together.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +15,19 @@ namespace mjtactile {
 
 class BondedContact {
  public:
-  // Find the cells that press. `compliance`: (component, cell) by (component, cell) [m/N], whole, pad frame; `places`:
-  // the cells the body may press on, `levers`: their places about a point, over a length; `heights`: of the body above
-  // them [m], null where flat; `wanted`: pressing force, its two moments (force times lever) where `tilting`, shear x
-  // and y, torsion over the length [N]; `start`: cells likely pressed. All by place. False where no cells were found
-  // that press and stick.
+  // Find the cells that press, and the forces on them. False if no set of cells that press and stick was found.
+  //
+  // `compliance`: of all cells, (3 cells, 3 cells) by component and cell, both triangles, pad frame [m/N];
+  // `places`: numbers of the cells on which the body may press; the following arguments have one entry for each;
+  // `levers`: positions relative to a point, divided by a length [-];
+  // `heights`: of the body above the cells [m]; null for a flat face;
+  // `wanted`: pressing force; if `tilting`, its two moments (force times lever); shear x and y; torsion over the length
+  // [N];
+  // `start`: cells that are likely pressed.
   bool solve(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places, const Point* levers,
              const double* heights, const double* wanted, bool tilting, const std::uint8_t* start, WorkLimit& limit);
 
-  // Of each place: shear x, shear y, pressing [N], in three blocks.
+  // Forces on the places (3, places) [N]: shear x, shear y, pressing.
   const std::vector<double>& forces() const { return forces_; }
 
  private:

@@ -1,4 +1,4 @@
-// Cells in the order in which they are likely to be pressed: a factor goes on from those that stay.
+// Cells in the order in which they are likely to be pressed, so that a matrix factor of the first ones can be kept.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,8 @@
 
 namespace mjtactile {
 
-// By height, so that cells that change sides come last; as they are where heights are null.
+// Sort cells by height. Cells that change between pressed and free then come last, and the factor of those before them
+// stays valid. With null heights the cells keep their order.
 inline void order_by_height(const double* heights, std::size_t cells, std::vector<std::size_t>& order) {
   order.resize(cells);
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -1,9 +1,9 @@
-// Pressed cells that carry shear: how it spreads over them in sliding, and which wrench friction bears at most.
+// Shear on the pressed cells of a sliding contact, and the largest wrench that friction carries.
 //
-// Friction bounds each cell, |t| <= mu F. The forces and torsions that obey this form a convex set whose extent in any
-// direction is known in closed form, so the nearest wrench within it is a convex problem of three unknowns (Goyal,
-// Ruina, Papadopoulos, Wear 143, 1991: the limit surface). Newton's method solves it; a cell that the body turns about
-// makes the extent a cone, which is rounded off.
+// Friction bounds the shear force t on each cell, |t| <= mu F. The resultant forces and torsions under these bounds
+// form a convex set, whose extent in any direction is known in closed form (Goyal, Ruina, Papadopoulos, Wear 143, 1991:
+// the limit surface). So the nearest wrench in the set is a convex problem of three unknowns, which Newton's method
+// solves. If the body turns about a cell, the extent has a kink, which is rounded off.
 #pragma once
 
 #include <cstddef>
@@ -13,40 +13,42 @@
 
 namespace mjtactile {
 
-// Shear forces are in two blocks of cells, x and y [N]; resultants are force x, force y and torsion about the centre of
-// pressure over the length [N].
+// The pressed cells that carry shear. Shear forces are (2, cells), x and y [N]. Resultants are (3): force x, force y
+// and the torsion about the centre of pressure divided by the length [N].
 class ShearGrip {
  public:
-  // Hold on to `count` cells with their places among `points` [m] and `normal` forces [N], all positive.
+  // Take `count` cells: the entries `places` of `points` [m] and `normal`, their normal forces [N], all positive.
   void hold(const Point* points, const double* normal, const std::size_t* places, std::size_t count, double length);
 
   std::size_t count() const { return x_.size(); }
   double pressing() const { return pressing_; }                // sum of the normal forces [N]
   double normal(std::size_t i) const { return normal_[i]; }    // [N]
-  // Place of a cell about the centre of pressure, over the length.
+  // Position of a cell relative to the centre of pressure, divided by the length [-].
   double x(std::size_t i) const { return x_[i]; }
   double y(std::size_t i) const { return y_[i]; }
 
-  // Resultants of a force [N] and a torsion about the pad's origin [N m].
+  // Resultants of a force (x, y) [N] and a torsion about the pad's origin [N m].
   void about_centre(const double* force, double torsion, double* resultants) const;
+  // Resultants of shear forces.
   void resultants(const double* shear, double* resultants) const;
 
-  // Everywhere in proportion to the pressure, plus a turn about its centre.
+  // Shear with the wanted resultants that is proportional to the normal forces, plus a rotation about their centre.
   void proportional(const double* wanted, double* shear) const;
-  // Shear of all cells sliding at the nearest wrench that friction can carry; false, and no shear, where that is the
-  // wanted one itself.
+  // Shear of sliding cells under the wrench nearest to the wanted one that friction carries. False if friction carries
+  // the wanted wrench itself; `shear` then means nothing.
   bool nearest(const double* wanted, double friction, double* shear) const;
-  // Shear with these resultants, everywhere in the same proportion to what friction bears, which is returned; `wanted`
-  // is within the limit. `direction`: of the motion it belongs to, (x, y, turn times the length).
+  // Shear with the wanted resultants, which are within the limit. On every cell it is the same fraction of what
+  // friction bears; returns this fraction. `direction`: motion (x, y, rotation times the length) that belongs to the
+  // shear.
   double sliding_with(const double* wanted, double friction, double* shear, double* direction) const;
 
  private:
-  // Work of friction per unit of the limit when the body moves along a direction, the sliding resultants, which are its
-  // slope, and its curvature where asked for.
+  // Work of friction, for a coefficient of 1, when the body moves along a direction. Its gradient `slope` are the
+  // resultants of sliding; `curvature` may be null.
   double work(const double* direction, double rounding, double* slope, double* curvature) const;
   bool descend(double* place, const double (*axes)[3], std::size_t unknowns, const double* origin, double rounding,
                const double* pull) const;
-  // Of the motions that do unit work on the wanted wrench, the one that friction resists least.
+  // The motion that friction resists least, among those on which the wanted wrench does unit work.
   void least_resisted(const double* unit, double* direction) const;
   void slide(const double* direction, double rounding, double friction, double* shear) const;
 

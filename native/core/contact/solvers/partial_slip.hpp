@@ -1,9 +1,9 @@
-// Shear of a contact that sticks where it can and slips where it reaches what friction bears, under a known pressure.
+// Shear of a contact under a known pressure. Cells stick where friction can bear the shear, and slip elsewhere.
 //
-// It minimises 1/2 t.C t + slip.t under given resultants and |t| <= mu F on each cell: the law of a surface loaded
-// once, without history. A semismooth Newton method finds which cells slip (Hueber, Stadler, Wohlmuth, SIAM J. Sci.
-// Comput. 30, 2008); where it does not settle, an interior-point method does (Nocedal, Wright, Numerical Optimization,
-// 2006, chapter 19).
+// The shear forces t minimise 1/2 t.C t + slip.t under given resultants and |t| <= mu F on each cell, where C is the
+// compliance. This is the law of a surface that is loaded once, without history. A semismooth Newton method finds the
+// cells that slip (Hueber, Stadler, Wohlmuth, SIAM J. Sci. Comput. 30, 2008). If it does not converge, an
+// interior-point method is used (Nocedal, Wright, Numerical Optimization, 2006, chapter 19).
 #pragma once
 
 #include <cstddef>
@@ -15,22 +15,23 @@
 
 namespace mjtactile {
 
-// Multiplications that the factorisations of one contact may take together: what bounds its time.
+// A limit on the multiplications of all factorisations for one contact. It bounds the time of a step in the same way on
+// every machine.
 class WorkLimit {
  public:
   void allow(double multiplications) { left_ = multiplications; }
-  // Whether a symmetric matrix of this size may be factored.
+  // Subtract the work of factoring a symmetric matrix. Returns whether that was still allowed.
   bool factorisation(std::size_t size) {
     left_ -= work(size);
     return left_ >= 0.0;
   }
-  // Whether so many such factorisations are left.
+  // Whether `count` such factorisations are still allowed.
   bool leaves(std::size_t size, double count) const { return left_ >= count * work(size); }
 
  private:
   static double work(std::size_t size) {
     const auto n = static_cast<double>(size);
-    return n * n * n / 6.0 + 10.0 * n * n;  // with what is multiplied and gathered about it
+    return n * n * n / 6.0 + 10.0 * n * n;  // including the gathering and the products that go with a factorisation
   }
 
   double left_ = 0.0;
@@ -38,13 +39,13 @@ class WorkLimit {
 
 class PartialSlip {
  public:
-  // Shear (2, cells) [N] of the cells of a grip. `compliance`: (2 cells, 2 cells) [m/N], whole; `slip`: displacement
-  // that the pressure alone brings, (2, cells) [m]; `wanted`: resultants within the limit [N]. With `known`, `shear` is
-  // near the solution on entry, which is that of the last call on these cells. False where neither method converges within
-  // the limit of work.
+  // Find the shear (2, cells) [N] of the cells of a grip. `compliance`: (2 cells, 2 cells), both triangles [m/N];
+  // `slip` (2, cells): displacement by the pressure alone [m]; `wanted`: resultants, which friction can carry [N]. If
+  // `known`, `shear` holds the result of the last call on the same cells, near which the solution lies. False if
+  // neither method converges within the limit of work.
   bool solve(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted, double friction,
              bool known, WorkLimit& limit, double* shear);
-  // Shear where no cell slips at all; false where the compliance is not positive definite.
+  // Find the shear if no cell slips, whatever friction bears. False if the compliance is not positive definite.
   bool bonded(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted,
               WorkLimit& limit, double* shear);
 
@@ -62,7 +63,7 @@ class PartialSlip {
   void nearly_slide(const double* direction);
 
   std::size_t cells_ = 0;
-  double give_ = 1.0, unit_ = 1.0, turn_ = 1.0;  // units: compliance [m/N], force [N], lever arm over the length
+  double give_ = 1.0, unit_ = 1.0, turn_ = 1.0;  // units: compliance [m/N], force [N], lever arm over the length [-]
   double wanted_[3] = {}, motion_[3] = {};
   Matrix own_, factor_, right_;
   std::vector<double> modes_;  // displacement per motion, (3, 2 cells)
@@ -70,7 +71,7 @@ class PartialSlip {
   std::vector<double> multiplier_, slack_, change_, slide_, axis_;
   std::vector<std::uint8_t> slips_;
   bool all_stick_ = false;  // whether `factor_` holds the system of these cells when all of them stick
-  bool slid_ = false;       // whether the last shear was that of a whole that slides
+  bool slid_ = false;       // whether all cells slid in the last solution
   std::vector<std::uint32_t> cell_of_;
 };
 

@@ -1,9 +1,9 @@
 // A rigid body pressed into an elastic surface without friction, cell by cell.
 //
-// Cell forces F >= 0 minimise 1/2 F.A F + g.F under given resultants B^T F = q: A the compliance, g the heights of the
-// body above the cells, B the cells' displacements per rigid motion of the body. The multipliers of the resultants are
-// the body's motion d; the separation A F - (B d - g) is nowhere negative, and zero wherever the surface is pressed.
-// While the same cells are pressed all of this is linear in (q, 1).
+// Cell forces F >= 0 minimise 1/2 F.A F + g.F under given resultants B^T F = q. A is the compliance, g are the heights
+// of the body above the cells, and B are the cells' displacements per rigid motion of the body. The multipliers of the
+// resultants are the body's motion d. The separation A F - (B d - g) is nowhere negative, and it is zero on pressed
+// cells. While the same cells are pressed, the solution is linear in (q, 1).
 #pragma once
 
 #include <cstddef>
@@ -17,13 +17,13 @@ namespace mjtactile {
 
 constexpr std::size_t kMostMotions = 3;
 
-// What is pressed on what.
+// The problem to solve: A, B, g and q of the text above.
 struct RigidProblem {
-  const Matrix* compliance;    // symmetric (cells, cells) [m/N]
-  const double* modes;         // (cells, motions), of which the first moves every cell by 1
+  const Matrix* compliance;    // A, symmetric (cells, cells) [m/N]
+  const double* modes;         // B, (cells, motions) [-]; the first motion moves every cell by 1
   std::size_t motions;
-  const double* heights;       // (cells) [m]; null where they are all zero
-  const double* resultants;    // (motions) [N]
+  const double* heights;       // g, (cells) [m]; null if all are zero
+  const double* resultants;    // q, (motions) [N]
 
   std::size_t cells() const { return compliance->rows(); }
   double height(std::size_t cell) const { return heights == nullptr ? 0.0 : heights[cell]; }
@@ -31,38 +31,39 @@ struct RigidProblem {
 
 class RigidContact {
  public:
-  // The compliance or the modes of the next problem are others: what was factored is of no use.
+  // Drop the factors. Call this before a problem with another compliance or other modes.
   void forget() { factor_.forget(), order_.clear(), definite_ = true; }
-  // Begin to count the work anew: what takes too much of it is given up.
+  // Reset the count of work. A solution that needs too much work is given up.
   void allow() { work_ = 0.0; }
-  // Find the cells that press. `start`: cells likely pressed, (cells), null where nothing is known. False where no contact
-  // is found.
+  // Find the cells that press. `start` (cells): cells that are likely pressed; null if nothing is known. False if no
+  // contact is found.
   bool solve(const RigidProblem& problem, const std::uint8_t* start);
-  // The same, by exchanging cells that violate their conditions only; `start` null for all cells.
-  // `flexible`: go on where pressed cells leave a tilt open.
+  // The same, but only by exchanging cells that violate their conditions, without other methods. `start`: null for all
+  // cells. `flexible`: go on if the pressed cells do not determine the tilt.
   bool exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible = true);
-  // The same where no cell bears more than `most` (cells) [N]: those that would bear just that, and others help them.
-  // `start`: of the unbounded contact. Cells that cannot bear the load where it is bear it as near to there as they can.
-  // Where no such contact is found forces are those of a bed of springs that yield.
+  // The same, where no cell bears more than `most` (cells) [N]. Cells at this limit keep it, and others carry the rest.
+  // `start`: cells pressed in the contact without limits. A load that the cells cannot bear is moved to the nearest one
+  // that they can. If no such contact is found, the forces are those of a bed of yielding springs.
   bool solve_bounded(const RigidProblem& problem, const double* most, const std::vector<std::uint8_t>& start);
 
-  // Whether the compliance was positive definite wherever it was factored since `forget`.
+  // Whether the compliance was positive definite in every factorisation since `forget`.
   bool definite() const { return definite_; }
-  // Whether forces carry the resultants although solve_bounded() found no contact.
+  // Whether the forces carry the resultants even if solve_bounded() found no contact.
   bool carries() const { return carries_; }
   std::size_t cells() const { return pressed_.size(); }
   std::size_t motions() const { return motions_; }
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
   const std::vector<double>& forces() const { return forces_; }  // pressing on each cell [N]
-  const double* motion() const { return motion_; }               // of the body into the pad, by mode
+  const double* motion() const { return motion_; }               // of the body into the pad (motions) [m]
 
-  // Linear maps of the contact that was found last, without bounds: (q, 1) to forces pressing on each cell [N], to the
-  // body's motion, and to its separation from each cell [m]; (cells or motions, motions + 1).
+  // Compute the linear maps of the last contact, which must be without limits. They take (q, 1) to the pressing forces
+  // on the cells [N], to the body's motion [m] and to its separation from the cells [m]; (cells or motions, motions +
+  // 1).
   void make_maps(const RigidProblem& problem);
   const Matrix& map_forces() const { return map_forces_; }
   const Matrix& map_motion() const { return map_motion_; }
   const Matrix& map_separation() const { return map_separation_; }
-  // Forces (cells) [N] under other resultants, by the maps; false where other cells would be pressed.
+  // Forces (cells) [N] under other resultants, from the maps. False if other cells would be pressed.
   bool under(const double* resultants, double* forces) const;
 
  private:
@@ -89,7 +90,7 @@ class RigidContact {
   double flexibility_[kMostMotions][kMostMotions] = {};   // its inverse
   SpringBed springs_;
   std::vector<std::size_t> order_, places_, filled_;
-  // Of the pressed cells: the factor U of their compliance, and U^-T B and U^-T g by row.
+  // Of the pressed cells: the factor U of their compliance A = U^T U, and U^-T B and U^-T g by row.
   SubmatrixFactor factor_;
   Matrix modes_, heights_;
   Matrix map_forces_, map_motion_, map_separation_;

@@ -1,4 +1,4 @@
-// Heights in rising order, sorted no further than they are asked for.
+// Heights in rising order. Only as many are sorted as are taken.
 #pragma once
 
 #include <algorithm>
@@ -16,16 +16,16 @@ class RisingHeights {
  public:
   struct Height {
     double height;
-    std::uint32_t place;   // among those that were given
+    std::uint32_t place;   // index among the given heights
   };
 
-  // Begin anew with these; those that are not finite are none.
+  // Begin with other heights; those that are not finite are left out.
   void begin(const std::vector<double>& heights) {
     double least = std::numeric_limits<double>::infinity(), most = -least;
     for (const double one : heights) {
       if (std::isfinite(one)) least = std::min(least, one), most = std::max(most, one);
     }
-    // Shelf upon shelf of equal height: what stands on a higher one need not be looked at.
+    // Heights are distributed over shelves, equal intervals of height. A shelf is sorted when all below it are empty.
     const double per = most > least ? static_cast<double>(kShelves) / (most - least) : 0.0;
     const auto shelf = [&](double one) { return std::min(static_cast<std::size_t>((one - least) * per), kShelves - 1); };
     std::fill(ends_, ends_ + kShelves, 0u);
@@ -38,13 +38,13 @@ class RisingHeights {
       const double one = heights[place];
       if (std::isfinite(one)) order_[--ends_[shelf(one)]] = {one, static_cast<std::uint32_t>(place)};
     }
-    // Where each began is where the one before it ends.
+    // The loop has moved `ends_` down to the beginning of each shelf.
     shelf_ = end_ = 0;
     open();
   }
 
   bool empty() const { return end_ == 0; }
-  // The lowest that is left; of equal ones the first.
+  // The lowest height that is left; of equal heights the one given first.
   Height lowest() const { return {order_[first_].first, order_[first_].second}; }
   void take_lowest() {
     const auto first = order_.begin() + first_, end = order_.begin() + end_;
@@ -55,7 +55,7 @@ class RisingHeights {
  private:
   static constexpr std::size_t kShelves = 128;
 
-  // Go on to the next shelf that holds any; its lowest come first.
+  // Go to the next shelf that is not empty and make a heap of it, lowest first.
   void open() {
     while (shelf_ < kShelves) {
       first_ = ends_[shelf_];
@@ -68,9 +68,9 @@ class RisingHeights {
   }
 
   std::vector<std::pair<double, std::uint32_t>> order_;
-  std::ptrdiff_t ends_[kShelves] = {};   // of the shelves, then their beginnings
+  std::ptrdiff_t ends_[kShelves] = {};   // ends of the shelves in `order_` while it is filled, then their beginnings
   std::size_t shelf_ = 0;
-  std::ptrdiff_t first_ = 0, end_ = 0;   // of what is left on the shelf that is open
+  std::ptrdiff_t first_ = 0, end_ = 0;   // range in `order_` of the heights left on the open shelf
 };
 
 }  // namespace mjtactile

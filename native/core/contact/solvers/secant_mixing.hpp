@@ -1,4 +1,4 @@
-// Fixed points x = g(x) of maps that hardly bend, in fewer rounds than by putting g(x) in again.
+// Fixed points x = g(x) of nearly linear maps, in fewer rounds than by plain iteration.
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,13 @@
 
 namespace mjtactile {
 
-// Anderson's mixing (J. ACM 12, 1965; Walker, Ni, SIAM J. Numer. Anal. 49, 2011): the combination of the last points
-// whose residuals g(x) - x nearly cancel, were the map linear.
+// Anderson's mixing (J. ACM 12, 1965; Walker, Ni, SIAM J. Numer. Anal. 49, 2011). The next point is the combination of
+// the last ones whose residual g(x) - x would be least if the map were linear.
 class SecantMixing {
  public:
-  // The map is another.
+  // Forget all points. Call this before another map.
   void forget() { kept_ = 0, newest_ = kDepth - 1, known_ = false; }
-  // `point` is the last one tried, and becomes the next to try; `image` is what the map made of it.
+  // Replace `point`, the last one tried, by the next one to try; `image` is g(point).
   void next(const std::vector<double>& image, std::vector<double>& point);
 
  private:
@@ -20,7 +20,7 @@ class SecantMixing {
 
   std::size_t kept_ = 0, newest_ = kDepth - 1;
   bool known_ = false;
-  // Of the last round, and how both changed in those before.
+  // Residual and image of the last round, and their changes in the rounds before.
   std::vector<double> residual_, image_, residual_changes_[kDepth], image_changes_[kDepth];
 };
 

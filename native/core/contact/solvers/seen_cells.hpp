@@ -1,4 +1,4 @@
-// Which sets of cells a search has been at, so that it notices when it goes in circles.
+// The sets of cells that a search has tried, so that it notices a cycle.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace mjtactile {
 class SeenCells {
  public:
   void clear() { fingerprints_.clear(); }
-  // Whether these flags of cells came up since clear(); now they have.
+  // Add a set of cells, given by flags. Returns whether it was added before, since clear().
   bool again(std::initializer_list<const std::vector<std::uint8_t>*> flags) {
     std::uint64_t hash = 1469598103934665603u;  // FNV-1a
     for (const auto* one : flags) {

@@ -1,5 +1,5 @@
-// A rigid body in a bed of springs that do not pull: law "foundation", and a quick guess at which cells of an elastic
-// surface it presses.
+// A rigid body on a bed of independent springs that do not pull (Winkler's foundation). It is contact law "foundation",
+// and a quick first guess of the cells that are pressed on an elastic surface.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,18 @@ namespace mjtactile {
 
 class SpringBed {
  public:
-  // Press a body into springs of a stiffness each (cells) [N/m]; the rest as in RigidContact, the first mode moves every
-  // cell by 1. False where no motion was found that carries the resultants; what was found last is there all the same.
-  // `most`: forces above which springs yield (cells) [N]; null for none.
+  // Press a body into springs. `stiffness` (cells) [N/m]; `modes`, `motions`, `heights` and `resultants` as in
+  // RigidProblem; `most` (cells): forces at which the springs yield [N], null for none. False if no motion was found
+  // that carries the resultants; the functions below then give the last approximation.
   bool solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions, const double* heights,
              const double* resultants, const double* most = nullptr);
 
   const std::vector<std::uint8_t>& pressed() const { return pressed_; }
   const std::vector<double>& forces() const { return forces_; }  // (cells) [N]
-  const double* motion() const { return motion_; }               // of the body into the springs, by mode
+  const double* motion() const { return motion_; }               // of the body into the springs (motions) [m]
 
  private:
-  struct Turn {         // of the energy's slope along a step: how far, and what is added to how the slope grows
+  struct Turn {         // a kink of the energy's slope along a step: its place, and the change of the second derivative
     double at, bend;
   };
   double lowest(const double* motion, const double* step, double slope);
