@@ -7,74 +7,70 @@
 namespace mjtactile {
 namespace {
 
-// How much nearer a body may come along a cell's own normal than along the plane's, at most.
-constexpr double kLeastLean = 0.5;
 constexpr double kPi = 3.14159265358979323846;
-// Looks at a contact, each from the motion that the last one found.
-constexpr int kLooks = 4;
-// Cells reach up to where the body stands this many times as high as the level of the spots, at first and at most.
-constexpr double kGenerous = 2.5, kMostGenerous = 64.0, kLeastGenerous = 0.25;
-// Where pressure is bounded, the level is that of the area the force needs, and cells reach up to this many times as high.
-constexpr double kBeyond = 1.6;
-// At first on one spot about as long as wide that fills its rectangle: there the level is close to where contacts end,
-// which balls do at 1.2 times the level.
-constexpr double kCompact = 1.5, kAsLongAsWide = 2.0;
-// Where a contact turns out so many times as deep as that, cells reach up to this share of the depth, but no more than so
-// many times as high at once.
-constexpr double kDeep = 1.7, kShareOfDepth = 0.75, kMostWider = 8.0;
-// Regions looked at for cells, over the size of the spots, at least; and what is left at least of those that are open,
-// which are not this many times as long as wide.
-constexpr double kLeastWider = 1.5, kTrimmed = 0.6, kElongated = 3.0;
-// The level is the one under which flat cells would carry the load; contacts of cones and paraboloids end about so many
-// times as high as a rigid punch of that area would say.
-constexpr double kEnds = 1.25;
-// Area of the cells over what the force needs at the pad's strength.
-constexpr double kSpareArea = 3.0;
-// Wanted cells lie under the level; with what is above it and under rims, so many times as many may be used.
-constexpr double kMostCells = 2.0;
-constexpr std::size_t kMoreCells = 24;
-constexpr double kCheap = 2.0;
-// What a spot fills of its rectangle when it is an ellipse; rings and the like fill less, and take more cells.
-constexpr double kFilled = 0.7, kMostFor = 3.0;
-// A spot that fills less of its rectangle than this is narrow and bent; cells that a line askew to them meets, over those
-// along it.
-constexpr double kOpen = 0.5, kAskew = 1.27;
-// Where less than this share of the wanted ones comes out, they are made as much smaller, down to the other share.
-constexpr double kTooFew = 0.85, kLeastFiner = 0.25;
-// Cells are made larger where they come out too many, by this factor at least, for so many rounds; symmetric bodies may
-// have a few more.
-constexpr double kLeastCoarser = 1.25, kNearly = 1.1;
-constexpr int kRounds = 10;
-// Cells that are looked at for one that is wanted, at most: what is bent or hollow fills little of its rectangle.
-constexpr double kMostSounded = 32.0;
-// What lies outside of regions so many times as large as the spots' is another part of the body.
-constexpr double kApart = 2.0;
-// A tilt that lifts parts of the contact by less than this share of the level needs no other look; none is taken for more
-// than this many levels at once, nor beyond this slope.
-// Contacts no wider along a tilt than this many of the narrowest cells tell little of it.
-constexpr double kNarrow = 1.5;
-constexpr double kSmallTilt = 0.2, kMostTilt = 2.0, kMostSlope = 1.0, kNearlyFallen = 0.9;
-// Where less than this share of the cells is pressed, and they reach much higher than the body sinks in, they are laid
-// anew, up to a little over that.
-constexpr double kLeastPressed = 0.2, kMuchLower = 0.7, kSinks = 1.05;
-// Share of the cells where the body goes on that press where the contact does, too; it is worth another look where the
-// body sinks in so many times as high as the cells reach.
-constexpr double kGoesOn = 0.5, kHigher = 1.2;
-// Parts of a tilted body touch up to this share of the depth that it was found to sink in.
-constexpr double kTouches = 0.6;
-// Area of cells that do not end there over that of those that do, at least, where these tell of the contact's end.
-constexpr double kWithin = 0.5;
-// A look whose contact has more energy than another's by this share of its own is the worse one: cells differ by less.
-constexpr double kWorse = 0.04;
-// A contact whose pressure is centred farther than this from the load, over its size, misses it, unless that is less than
-// the width of the narrowest cells: taxels would not see the difference.
-constexpr double kMissed = 0.01;
-// What lies on the rim of a body is not inside of it [m].
-constexpr double kInside = 1e-12;
-// A load that passes the rim within this share of what lies behind it presses a strip three times as wide.
-constexpr double kNearRim = 0.15, kStrip = 3.0;
-// The sum of two sides' normals at a right corner over that of their sizes; a sum below the other share has no direction.
-constexpr double kCorner = 0.7, kOneSide = 0.1;
+
+// Looks. A look lays cells on the spots that may touch, as one plane sees the body, and presses them.
+constexpr int kLooks = 4;                // looks at one contact, at most
+constexpr double kWorse = 0.04;          // more energy than this share of a contact's own makes another look the worse one
+constexpr double kMissed = 0.01;         // distance of the centre of pressure from the load, over the contact's size,
+                                         // from which on the load is missed
+constexpr double kInside = 1e-12;        // distance from the rim of what the body covers that still lies inside [m]
+
+// Height up to which cells are laid, over the level: the height of a flat punch that would carry the load.
+constexpr double kGenerous = 2.5;        // in the first look
+constexpr double kCompact = 1.5;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
+constexpr double kAsLongAsWide = 2.0;    // length over width up to which a spot is compact
+constexpr double kLeastGenerous = 0.25, kMostGenerous = 64.0;   // in later looks
+constexpr double kBeyond = 1.6;          // at least, where the bound on pressure sets the level
+constexpr double kDeep = 1.7;            // a contact this many times as deep as its cells are high gets higher ones:
+constexpr double kShareOfDepth = 0.75;   // this share of the depth,
+constexpr double kMostWider = 8.0;       // and no more than so many times as high at once
+constexpr double kEnds = 1.25;           // where contacts of cones and paraboloids end, over what a flat punch says
+constexpr double kSinks = 1.05;          // margin on the height up to which the body was found to touch
+constexpr double kTouches = 0.6;         // share of the depth up to which parts of a tilted body touch
+
+// When cells are laid anew.
+constexpr double kLeastPressed = 0.2;    // fewer than this share of them press,
+constexpr double kMuchLower = 0.7;       // and the contact ends below this share of their height
+constexpr double kGoesOn = 0.5;          // more than this share of the cells cut off at that height press,
+constexpr double kWithin = 0.5;          // the others have more than this share of their area,
+constexpr double kHigher = 1.2;          // and the body sinks in this many times as deep
+
+// Regions about the spots in which cells are laid.
+constexpr double kLeastWider = 1.5;      // size over that of the spot, at least
+constexpr double kTrimmed = 0.6;         // share of an open spot's region that is kept, at least
+constexpr double kElongated = 3.0;       // length over width from which on no spot is open
+constexpr double kOpen = 0.5;            // share of its rectangle below which a spot is open: bent, or hollow
+constexpr double kApart = 2.0;           // size over the region's beyond which another part of the body begins
+
+// Number of cells.
+constexpr double kMostCells = 2.0;       // over the number asked for, at most,
+constexpr std::size_t kMoreCells = 24;   // and so many more
+constexpr double kCheap = 2.0;           // over that number, under laws that solve for little
+constexpr double kFilled = 0.7;          // share of its rectangle below which a spot takes more cells,
+constexpr double kMostFor = 3.0;         // and at most so many times as many
+constexpr double kAskew = 1.27;          // cells that a line askew to a lattice meets, over those of a line along it
+constexpr double kTooFew = 0.85;         // share of the cells wanted below which smaller ones are laid,
+constexpr double kLeastFiner = 0.25;     // down to this share of their size
+constexpr double kNearly = 1.1;          // over the most cells: symmetric bodies may have a few more;
+constexpr double kLeastCoarser = 1.25;   // beyond that cells grow at least by this factor,
+constexpr int kRounds = 10;              // so many times at most
+constexpr double kMostSounded = 32.0;    // places looked at for one cell, at most
+constexpr double kSpareArea = 3.0;       // area of the cells over what the force needs at the bound on pressure
+
+// Tilts.
+constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
+constexpr double kMostTilt = 2.0;        // lift that one look adds, over the level, at most
+constexpr double kNarrow = 1.5;          // width along the tilt, over the narrowest cells, that tells little of it
+constexpr double kMostSlope = 1.0;       // steepest slope that is looked at
+constexpr double kNearlyFallen = 0.9;    // share of it from which on a body that goes on tilting falls over
+constexpr double kLeastLean = 0.5;       // least approach along a cell's own normal over that along the plane's
+
+// Loads near the rim of what the body covers.
+constexpr double kNearRim = 0.15;        // distance from a side, over what lies behind it, that is near
+constexpr double kStrip = 3.0;           // width of the strip that is pressed then, over that distance
+constexpr double kCorner = 0.7;          // sum of the normals of two sides at a right corner, over that of their sizes
+constexpr double kOneSide = 0.1;         // the same where sides have no direction in common
 
 // How high a contact ends, over the level, of a body whose height grows with the radius to the power m. It sinks in c_m times
 // as deep as that, c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), under 2 m c_m / (m + 1) times what that height takes

@@ -9,11 +9,10 @@
 namespace mjtactile {
 namespace {
 
-constexpr int kSupports = 32;
-// Of the moments: what counts as nothing; of the distance to the set of loads: where the search ends.
-constexpr double kNothing = 1e-9, kClose = 1e-3;
-// How much farther than a load what can be borne has to reach.
-constexpr double kSafe = 1.01;
+constexpr int kSupports = 32;        // directions tried, at most
+constexpr double kNothing = 1e-9;    // moment that counts as none, over the force times the cells' length
+constexpr double kClose = 1e-3;      // distance to the loads that can be borne at which the search ends
+constexpr double kSafe = 1.01;       // how far beyond a load the loads that can be borne must reach, over the load
 
 // Moments of the cells full that lie farthest along a direction, until they bear the force.
 Point farthest(const double* most, const double* modes, double force, const Point& along,
