@@ -56,7 +56,7 @@ void copy(const double* from, Matrix& to) {
 
 }  // namespace
 
-int mjt_version(void) { return 11; }
+int mjt_version(void) { return 12; }
 
 int mjt_knows(const char* law, const char* tangential) {
   return law_named(law) != nullptr && tangential_named(tangential) != nullptr;
@@ -162,9 +162,10 @@ void mjt_traction_forces(size_t count_x, const double* ends_x, size_t count_y, c
 }
 
 void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
-                           const double* inverse_distance, double scale, double* compliance) {
+                           const double* inverse_distance, double* compliance) {
   Scratch& kept = scratch();
-  pad->pad->compliance().normal(centroids, 1, areas, cells, inverse_distance, scale, kept.compliance, kept.matrix);
+  const SurfaceCells placed = {cells, centroids, 1, areas, inverse_distance, nullptr};
+  pad->pad->compliance().normal(placed, kept.compliance, kept.matrix);
   for (size_t i = 0; i < cells; ++i) {
     std::copy(kept.matrix[i], kept.matrix[i] + cells, compliance + i * cells);
   }
@@ -356,8 +357,9 @@ void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroi
   face.areas.assign(areas, areas + cells);
   set_edges(edges, ends, sides, face);
   integrate_edges(face, kept.shear_integrals);
-  pad->pad->compliance().full(centroids, areas, cells, inverse_distance, kept.shear_integrals, std::cos(angle),
-                              std::sin(angle), kept.compliance, kept.matrix);
+  const SurfaceCells placed = {cells, centroids, 1, areas, inverse_distance, nullptr};
+  const Placement turned = {std::cos(angle), std::sin(angle), {0.0, 0.0}};
+  pad->pad->compliance().full(placed, kept.shear_integrals, turned, kept.compliance, kept.matrix);
   copy(kept.matrix, compliance);
 }
 

@@ -63,7 +63,7 @@ MJT_API void mjt_traction_forces(size_t count_x, const double* ends_x, size_t co
                                  size_t count, const double* edges, const double* tractions, double* forces);
 /* Normal compliance (cells, cells) [m/N], see SurfaceCompliance::normal; symmetric, whole. */
 MJT_API void mjt_normal_compliance(const mjt_pad* pad, size_t cells, const double* centroids, const double* areas,
-                                   const double* inverse_distance, double scale, double* compliance);
+                                   const double* inverse_distance, double* compliance);
 /* Frictionless contact, see RigidContact; compliance (cells, cells), heights and start may be null. */
 MJT_API int mjt_rigid_contact(size_t cells, size_t motions, const double* compliance, const double* modes,
                               const double* heights, const double* resultants, const uint8_t* start,

@@ -41,7 +41,6 @@ def normal_compliance(influence: InfluenceMatrices, centroids: Array, areas: Arr
         contact_pad(influence).handle,
         ctypes.c_size_t(len(areas)),
         *(pointer(one) for one in arrays),
-        ctypes.c_double(1.0),
         pointer(compliance),
     )
     return compliance

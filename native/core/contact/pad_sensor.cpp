@@ -291,17 +291,13 @@ void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
 // How far one body bends the surface under another's cells.
 template <typename Value>
 void PadSensor<Value>::sink(const BodyPress& other, BodyPress& press) {
-  const SurfaceCompliance& compliance = pad_->compliance();
-  const double *areas = other.cells().areas.data(), *normal = other.contact().normal().data();
-  const std::size_t cells = press.cells().cells(), from = other.cells().cells();
-  if (curved()) {
-    const Bend bent = press.laid().bend(), pressed = other.laid().bend();
-    compliance.add_sinking(press.laid().on_pad().data(), cells, other.laid().on_pad().data(), areas, normal, from, others_,
-                           press.sunk.data(), &bent, &pressed);
-  } else {
-    compliance.add_sinking(press.workspace.placed.data(), cells, other.workspace.placed.data(), areas, normal, from,
-                           others_, press.sunk.data());
-  }
+  const auto on_surface = [this](const BodyPress& one, const Bend& bend) {
+    const double* points = curved() ? one.laid().on_pad().data() : one.workspace.placed.data();
+    return SurfaceCells{one.cells().cells(), points, 1, one.cells().areas.data(), nullptr, curved() ? &bend : nullptr};
+  };
+  const Bend bent = curved() ? press.laid().bend() : Bend{}, pressed = curved() ? other.laid().bend() : Bend{};
+  pad_->compliance().add_sinking(on_surface(press, bent), on_surface(other, pressed), other.contact().normal().data(),
+                                 others_, press.sunk.data());
 }
 
 template <typename Value>
@@ -380,8 +376,9 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
     press.sheared = whole ? press.keeps : nullptr;
     const Bend bend = curved() ? press.laid().bend() : Bend{};
     const double* places = curved() ? press.laid().on_pad().data() : press.workspace.placed.data();
-    compliance.full(places, cells.areas.data(), cells.cells(), cells.inverse_distance.data(), press.integrals,
-                    placement.cosine, placement.sine, press.workspace.compliance, press.full, curved() ? &bend : nullptr);
+    const SurfaceCells placed = {cells.cells(), places, 1, cells.areas.data(), cells.inverse_distance.data(),
+                                 curved() ? &bend : nullptr};
+    compliance.full(placed, press.integrals, placement, press.workspace.compliance, press.full);
   }
   const PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
   const double friction = options_.friction < 0.0 && choice.slips() ? touch.friction : options_.friction;

@@ -70,15 +70,15 @@ void SurfaceCompliance::set_tangential(double poisson, Matrix remainder) {
   full_remainder_ = std::move(remainder);
 }
 
-void SurfaceCompliance::weigh(const double* points, std::size_t per_cell, std::size_t cells,
-                              Workspace& workspace) const {
+void SurfaceCompliance::weigh(const SurfaceCells& cells, Workspace& workspace) const {
+  const std::size_t per_cell = cells.per_cell;
   constexpr std::size_t kOver = QuadraticSplines::kOver;
   workspace.windows.clear();
   workspace.values.clear();
   workspace.places.resize(per_cell);
   const double share = 1.0 / static_cast<double>(per_cell);
-  for (std::size_t i = 0; i < cells; ++i) {
-    const double* own = points + 2 * per_cell * i;
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    const double* own = cells.points + 2 * per_cell * i;
     std::size_t low[2] = {x_.count(), y_.count()}, high[2] = {0, 0};
     for (Place& place : workspace.places) {
       const std::size_t found[2] = {x_.at(*own++, place.along), y_.at(*own++, place.across)};
@@ -155,47 +155,48 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
   }
 }
 
-void SurfaceCompliance::normal(const double* points, std::size_t per_cell, const double* areas, std::size_t cells,
-                               const double* inverse_distance, double scale, Workspace& workspace,
-                               Matrix& compliance, const Bend* bend) const {
-  weigh(points, per_cell, cells, workspace);
-  compliance.resize(cells, cells);
+void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, Matrix& compliance) const {
+  const std::size_t count = cells.count;
+  const Bend* bend = cells.bend;
+  weigh(cells, workspace);
+  compliance.resize(count, count);
   std::vector<double>& inverse_areas = workspace.smooth;
-  inverse_areas.resize(cells);
-  for (std::size_t i = 0; i < cells; ++i) inverse_areas[i] = 1.0 / areas[i];
-  const double cube = factor_ * scale * scale * scale;
-  for (std::size_t i = 0; i < cells; ++i) {
-    const double own = cube * inverse_areas[i];
-    const double* near = inverse_distance + i * cells;
+  inverse_areas.resize(count);
+  for (std::size_t i = 0; i < count; ++i) inverse_areas[i] = 1.0 / cells.areas[i];
+  for (std::size_t i = 0; i < count; ++i) {
+    const double own = factor_ * inverse_areas[i];
+    const double* near = cells.inverse_distance + i * count;
     double* row = compliance[i];
-    for (std::size_t j = i; j < cells; ++j) row[j] = own * near[j] * inverse_areas[j];
-    if (bend != nullptr) bend->bring_apart(i, i, cells, row);
+    for (std::size_t j = i; j < count; ++j) row[j] = own * near[j] * inverse_areas[j];
+    if (bend != nullptr) bend->bring_apart(i, i, count, row);
   }
   add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
-  for (std::size_t i = 0; bend != nullptr && i < cells; ++i) {
-    for (std::size_t j = i; j < cells; ++j) compliance[i][j] *= bend->stretches[i] * bend->stretches[j];
+  for (std::size_t i = 0; bend != nullptr && i < count; ++i) {
+    for (std::size_t j = i; j < count; ++j) compliance[i][j] *= bend->stretches[i] * bend->stretches[j];
   }
   mirror_upper(compliance);
 }
 
-void SurfaceCompliance::full(const double* centroids, const double* areas, std::size_t cells,
-                             const double* inverse_distance, const ShearIntegrals& integrals, double cosine,
-                             double sine, Workspace& workspace, Matrix& compliance, const Bend* bend) const {
-  weigh(centroids, 1, cells, workspace);
+void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& integrals, const Placement& placement,
+                             Workspace& workspace, Matrix& compliance) const {
+  const std::size_t cells = placed.count;
+  const Bend* bend = placed.bend;
+  weigh(placed, workspace);
   compliance.resize(3 * cells, 3 * cells);
   // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
   const double share = poisson_ / (1.0 - poisson_), slope = (1.0 - 2.0 * poisson_) / (2.0 * (1.0 - poisson_));
+  const double cosine = placement.cosine, sine = placement.sine;
   const double turn[5] = {cosine * cosine, cosine * sine, sine * sine, cosine, sine};
   std::vector<double>&inverse_areas = workspace.smooth, &per_area = workspace.coefficients;
   inverse_areas.resize(cells);
   per_area.resize(cells);
-  for (std::size_t i = 0; i < cells; ++i) inverse_areas[i] = 1.0 / areas[i];
+  for (std::size_t i = 0; i < cells; ++i) inverse_areas[i] = 1.0 / placed.areas[i];
   for (std::size_t i = 0; i < cells; ++i) {
     const double own = factor_ * inverse_areas[i];
     for (std::size_t j = 0; j < cells; ++j) per_area[j] = own * inverse_areas[j];
     if (bend != nullptr) bend->bring_apart(i, 0, cells, per_area.data());
     const std::size_t at = i * cells;
-    const double* from[6] = {inverse_distance + at,    integrals.xx.data() + at,    integrals.xy.data() + at,
+    const double* from[6] = {placed.inverse_distance + at,    integrals.xx.data() + at,    integrals.xy.data() + at,
                              integrals.yy.data() + at, integrals.along.data() + at, integrals.across.data() + at};
     double *x = compliance[i], *y = compliance[cells + i], *z = compliance[2 * cells + i];
     double* rows[6] = {x, x + cells, x + 2 * cells, y + cells, y + 2 * cells, z + 2 * cells};
@@ -218,9 +219,8 @@ void SurfaceCompliance::full(const double* centroids, const double* areas, std::
   mirror_upper(compliance);
 }
 
-void SurfaceCompliance::add_sinking(const double* points, std::size_t count, const double* centroids,
-                                    const double* areas, const double* forces, std::size_t cells, Workspace& workspace,
-                                    double* sunk, const Bend* bent, const Bend* pressed) const {
+void SurfaceCompliance::add_sinking(const SurfaceCells& cells, const SurfaceCells& pressed, const double* forces,
+                                    Workspace& workspace, double* sunk) const {
   // The mean of 1/r over a square of side s from its middle is 4 ln(1 + sqrt 2) / s.
   const double own = 4.0 * std::log(1.0 + std::sqrt(2.0));
   constexpr std::size_t kOver = QuadraticSplines::kOver;
@@ -234,23 +234,27 @@ void SurfaceCompliance::add_sinking(const double* points, std::size_t count, con
       for (std::size_t c = 0; c < kOver; ++c) visit((row + r) * columns + column + c, across[r] * along[c]);
     }
   };
-  for (std::size_t j = 0; j < cells; ++j) {
-    const double force = pressed == nullptr ? forces[j] : forces[j] * pressed->stretches[j];
-    over_splines(centroids + 2 * j, [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
+  const auto along_plane = [&](std::size_t j) {
+    return pressed.bend == nullptr ? forces[j] : forces[j] * pressed.bend->stretches[j];
+  };
+  for (std::size_t j = 0; j < pressed.count; ++j) {
+    const double force = along_plane(j);
+    over_splines(pressed.points + 2 * j, [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
   }
   for (std::size_t p = 0; p < splines(); ++p) {
     workspace.smooth[p] = dot(remainder_[p], workspace.coefficients.data(), splines());
   }
-  for (std::size_t i = 0; i < count; ++i) {
+  const Bend* bent = cells.bend;
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    const double* at = cells.points + 2 * i;
     double sum = 0.0;
-    for (std::size_t j = 0; j < cells; ++j) {
-      const double x = points[2 * i] - centroids[2 * j], y = points[2 * i + 1] - centroids[2 * j + 1];
-      const double z = bent == nullptr ? 0.0 : bent->positions[3 * i + 2] - pressed->positions[3 * j + 2];
-      const double force = pressed == nullptr ? forces[j] : forces[j] * pressed->stretches[j];
-      sum += force / std::sqrt(x * x + y * y + z * z + areas[j] / (own * own));
+    for (std::size_t j = 0; j < pressed.count; ++j) {
+      const double x = at[0] - pressed.points[2 * j], y = at[1] - pressed.points[2 * j + 1];
+      const double z = bent == nullptr ? 0.0 : bent->positions[3 * i + 2] - pressed.bend->positions[3 * j + 2];
+      sum += along_plane(j) / std::sqrt(x * x + y * y + z * z + pressed.areas[j] / (own * own));
     }
     double sinks = factor_ * sum;
-    over_splines(points + 2 * i, [&](std::size_t p, double value) { sinks += value * workspace.smooth[p]; });
+    over_splines(at, [&](std::size_t p, double value) { sinks += value * workspace.smooth[p]; });
     sunk[i] += bent == nullptr ? sinks : sinks * bent->stretches[i];
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/cells/tangential.hpp"
+#include "geometry/pose.hpp"
 #include "linalg/dense.hpp"
 
 namespace mjtactile {
@@ -41,6 +42,17 @@ struct Bend {
   // Multiply entries [first, last) of a cell's row over cells by the distance of the two cells in the plane over their
   // distance on the surface.
   void bring_apart(std::size_t cell, std::size_t first, std::size_t last, double* row) const;
+};
+
+// Contact cells as the compliance of the surface sees them. A Bend says how they lie on a curved surface; null where it
+// is flat.
+struct SurfaceCells {
+  std::size_t count;
+  const double* points;             // (cells, per_cell, 2) [m]: what a point does is averaged over a cell's points
+  std::size_t per_cell;
+  const double* areas;              // [m^2]
+  const double* inverse_distance;   // integrals of 1/r over pairs of cells [m^3], (cells, cells); null where unknown
+  const Bend* bend;
 };
 
 // Normal compliance of one pad's surface between any contact cells.
@@ -81,29 +93,21 @@ class SurfaceCompliance {
   };
 
   // Mean normal displacement of each cell per normal force on each cell [m/N].
-  // `points` (cells, per_cell, 2) [m]: whose mean stands for each cell; `areas` (cells) [m^2]; `inverse_distance`:
-  // integrals of 1/r over pairs of cells of the same shape elsewhere [m^3], (cells, cells), to be multiplied by
-  // `scale`^3. `bend`: positions and slopes of cells on a curved surface.
-  void normal(const double* points, std::size_t per_cell, const double* areas, std::size_t cells,
-              const double* inverse_distance, double scale, Workspace& workspace, Matrix& compliance,
-              const Bend* bend = nullptr) const;
+  void normal(const SurfaceCells& cells, Workspace& workspace, Matrix& compliance) const;
 
-  // Add the displacement [m] of points (count, 2) [m] under normal forces [N] on cells to `sunk`. Cells are taken as point
-  // forces, except at a cell's own centre, where the mean over a square is used. `bent` and `pressed`: positions and
-  // slopes of the points and of the cells on a curved surface.
-  void add_sinking(const double* points, std::size_t count, const double* centroids, const double* areas,
-                   const double* forces, std::size_t cells, Workspace& workspace, double* sunk,
-                   const Bend* bent = nullptr, const Bend* pressed = nullptr) const;
+  // Add the displacement [m] of cells, one point each, under normal forces [N] on other cells to `sunk`. Forces act at
+  // points, except at a cell's own point, where the mean over a square is used.
+  void add_sinking(const SurfaceCells& cells, const SurfaceCells& pressed, const double* forces, Workspace& workspace,
+                   double* sunk) const;
 
-  // Mean displacement of each cell per force on each cell, (component, cell) by (component, cell) [m/N], whole; pad
-  // frame, z out of the pad. `integrals`: of the same cells, turned by an angle of this cosine and sine.
-  void full(const double* centroids, const double* areas, std::size_t cells, const double* inverse_distance,
-            const ShearIntegrals& integrals, double cosine, double sine, Workspace& workspace, Matrix& compliance,
-            const Bend* bend = nullptr) const;
+  // Mean displacement of each cell, one point each, per force on each cell, (component, cell) by (component, cell)
+  // [m/N], whole; pad frame, z out of the pad. `integrals`: of the same cells before they were placed there.
+  void full(const SurfaceCells& cells, const ShearIntegrals& integrals, const Placement& placement, Workspace& workspace,
+            Matrix& compliance) const;
 
  private:
   // Mean splines over each cell.
-  void weigh(const double* points, std::size_t per_cell, std::size_t cells, Workspace& workspace) const;
+  void weigh(const SurfaceCells& cells, Workspace& workspace) const;
   // Add a remainder between the cells whose splines were computed to `block`, all of it or from the diagonal on.
   // `remainder`: its first entry and its stride.
   void add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace, double* block,

@@ -62,15 +62,14 @@ void CellContact::place(const Face& face, const Placement& placement, const Surf
       }
     }
     found_.contact.forget();
+    const Bend bend = bent != nullptr ? bent->bend() : Bend{};
+    SurfaceCells placed = {cells, workspace.placed.data(), 1, face.areas.data(), face.inverse_distance.data(), nullptr};
     if (bent != nullptr) {
-      const Bend bend = bent->bend();
-      compliance.normal(bent->on_pad().data(), 1, face.areas.data(), cells, face.inverse_distance.data(), 1.0,
-                        workspace.compliance, workspace.matrix, &bend);
-      return;
+      placed.points = bent->on_pad().data(), placed.bend = &bend;
+    } else if (spread) {
+      placed.points = workspace.quadrature.data(), placed.per_cell = face.quadrature.size() / cells;
     }
-    compliance.normal(spread ? workspace.quadrature.data() : workspace.placed.data(),
-                      spread ? face.quadrature.size() / cells : 1, face.areas.data(), cells,
-                      face.inverse_distance.data(), 1.0, workspace.compliance, workspace.matrix);
+    compliance.normal(placed, workspace.compliance, workspace.matrix);
   }
 }
 
