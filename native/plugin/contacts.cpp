@@ -29,6 +29,53 @@ void turned_back(const double* rotation, const double* vector, double* out) {
   }
 }
 
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Where a point of the world is in a frame [m].
+void seen_from(const Frame& frame, const double* world, double* here) {
+  const double offset[3] = {world[0] - frame.origin[0], world[1] - frame.origin[1], world[2] - frame.origin[2]};
+  turned_back(frame.rotation, offset, here);
+}
+
+// One of MuJoCo's contacts in a pad's frame.
+struct SeenContact {
+  double point[3];         // [m]
+  double out_of_pad[3];    // its normal, from the pad to what touches it
+  double wrench[6];        // on the pad, about the frame's origin [N, N m]
+
+  // `local`: force and torque as MuJoCo gives them, the first geom's action on the second in axes that are the rows of the
+  // contact's frame; `sign`: 1 where the pad is the second geom, -1 where it is the first.
+  SeenContact(const Layout& layout, const char* contact, const double* local, double sign, const Frame& frame) {
+    const double* axes = &field<double>(contact, layout.contact_frame);
+    seen_from(frame, &field<double>(contact, layout.contact_pos), point);
+    for (int part = 0; part < 6; part += 3) {
+      double world[3];
+      turned_back(axes, local + part, world);
+      for (double& one : world) one *= sign;
+      turned_back(frame.rotation, world, wrench + part);
+    }
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3, last = (k + 2) % 3;
+      wrench[3 + k] += point[next] * wrench[last] - point[last] * wrench[next];
+    }
+    turned_back(frame.rotation, axes, out_of_pad);
+    for (double& one : out_of_pad) one *= -sign;
+  }
+};
+
+Pose body_pose(const Layout& layout, const Data* data, int body, const Frame& frame) {
+  const double* rotation = field<const double*>(data, layout.data_xmat) + 9 * body;
+  Pose pose;
+  seen_from(frame, field<const double*>(data, layout.data_xpos) + 3 * body, pose.position);
+  for (int j = 0; j < 3; ++j) {
+    const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
+    double there[3];
+    turned_back(frame.rotation, column, there);
+    for (int i = 0; i < 3; ++i) pose.rotation[3 * i + j] = there[i];
+  }
+  return pose;
+}
+
 }  // namespace
 
 Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom) {
@@ -93,7 +140,6 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
   count = 0;
   std::fill(wrench, wrench + 6, 0.0);
   const int contacts = field<int>(data, layout.data_ncon);
-  if (contacts == 0) return;
   const char* contact = field<const char*>(data, layout.data_contact);
   Frame frame = {};
   bool placed = false;
@@ -104,60 +150,27 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     if (!second && !is_pad(pair[0])) continue;
     if (!placed) frame = pad_frame(layout, model, data, pieces.front());
     placed = true;
-    const int other = second ? pair[0] : pair[1];
-    const int body = other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other];
     double local[6];
     functions.contact_force(model, data, i, local);
-    // MuJoCo gives the first geom's action on the second, in axes that are the rows of the contact's frame.
-    const double* axes = &field<double>(contact, layout.contact_frame);
-    const double* position = &field<double>(contact, layout.contact_pos);
-    double world[3], force[3], moment[3], arm[3], normal[3];
-    const double sign = second ? 1.0 : -1.0;
-    for (int part = 0; part < 2; ++part) {
-      turned_back(axes, local + 3 * part, world);
-      for (double& one : world) one *= sign;
-      turned_back(frame.rotation, world, part == 0 ? force : moment);
-    }
-    turned_back(frame.rotation, axes, normal);
-    const double offset[3] = {position[0] - frame.origin[0], position[1] - frame.origin[1],
-                              position[2] - frame.origin[2]};
-    turned_back(frame.rotation, offset, arm);
-    moment[0] += arm[1] * force[2] - arm[2] * force[1];
-    moment[1] += arm[2] * force[0] - arm[0] * force[2];
-    moment[2] += arm[0] * force[1] - arm[1] * force[0];
-    if (std::all_of(force, force + 3, [](double one) { return one == 0.0; }) &&
-        std::all_of(moment, moment + 3, [](double one) { return one == 0.0; })) {
-      continue;  // a contact without force presses nothing
-    }
-    for (int k = 0; k < 3; ++k) wrench[k] += force[k], wrench[3 + k] += moment[k];
+    const SeenContact seen(layout, contact, local, second ? 1.0 : -1.0, frame);
+    if (std::all_of(seen.wrench, seen.wrench + 6, [](double one) { return one == 0.0; })) continue;  // it presses nothing
+    for (int k = 0; k < 6; ++k) wrench[k] += seen.wrench[k];
     double out[3];
-    normal_at(surface, arm, out);
-    const auto along = [&](const double* one) { return out[0] * one[0] + out[1] * one[1] + out[2] * one[2]; };
-    const double upright = -sign * along(normal), pressing = -along(force);
+    normal_at(surface, seen.point, out);
+    const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
     if (upright < kPresses) continue;
-    Touch& touch = touch_of(body);
-    for (int k = 0; k < 3; ++k) touch.wrench[k] += force[k], touch.wrench[3 + k] += moment[k];
+    const int other = second ? pair[0] : pair[1];
+    Touch& touch = touch_of(other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other]);
+    for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];
     touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);
     const double* friction = &field<double>(contact, layout.contact_friction);
     touch.friction = std::max({touch.friction, friction[0], friction[1]});
-    if (pressing > 0.0) touch.points.push_back({arm[0], arm[1], pressing});
+    if (pressing > 0.0) touch.points.push_back({seen.point[0], seen.point[1], pressing});
   }
   std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Touch& a, const Touch& b) { return a.body < b.body; });
   for (std::size_t i = 0; i < count; ++i) {
-    Touch& touch = touches[i];
-    if (touch.body < 0) continue;
-    const double* position = field<const double*>(data, layout.data_xpos) + 3 * touch.body;
-    const double* rotation = field<const double*>(data, layout.data_xmat) + 9 * touch.body;
-    const double offset[3] = {position[0] - frame.origin[0], position[1] - frame.origin[1],
-                              position[2] - frame.origin[2]};
-    turned_back(frame.rotation, offset, touch.pose.position);
-    for (int j = 0; j < 3; ++j) {
-      const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
-      double there[3];
-      turned_back(frame.rotation, column, there);
-      for (int i2 = 0; i2 < 3; ++i2) touch.pose.rotation[3 * i2 + j] = there[i2];
-    }
+    if (touches[i].body >= 0) touches[i].pose = body_pose(layout, data, touches[i].body, frame);
   }
 }
 

@@ -227,88 +227,108 @@ bool PartialSlip::newton(bool known, WorkLimit& limit) {
 // The sure way: inside all circles, along the path on which multiplier times slack is the same everywhere.
 bool PartialSlip::interior(WorkLimit& limit) {
   all_stick_ = false;  // the factor is overwritten
-  const std::size_t cells = cells_, size = 2 * cells;
+  const std::size_t cells = cells_;
   double most = 1.0;
   for (const double one : load_) most = std::max(most, std::abs(one));
   std::fill(motion_, motion_ + 3, 0.0);
   multiplier_.resize(cells);
   slack_.resize(cells);
   slide_.resize(cells);
-  const auto measure = [&] {
-    for (std::size_t i = 0; i < cells; ++i) {
-      const double x = shear_[i], y = shear_[cells + i];
-      slack_[i] = 0.5 * (radius_[i] * radius_[i] - x * x - y * y);
-    }
-  };
-  measure();
+  measure_slack();
   for (std::size_t i = 0; i < cells; ++i) multiplier_[i] = most * 0.5 * radius_[i] / slack_[i];
-  double gap = INFINITY, error = INFINITY;
+  OnPath here;
   for (int step = 0; step < kInteriorSteps; ++step) {
-    measure();
-    displace();
-    gap = 0.0;
-    error = 0.0;
-    double left[3], tightest = INFINITY;
-    for (std::size_t i = 0; i < cells; ++i) {
-      gap += multiplier_[i] * slack_[i] / static_cast<double>(cells);
-      tightest = std::min(tightest, slack_[i]);
-      moved_[i] += multiplier_[i] * shear_[i];
-      moved_[cells + i] += multiplier_[i] * shear_[cells + i];
-      error = std::max({error, std::abs(moved_[i]), std::abs(moved_[cells + i])});
-    }
-    missing(left);
-    for (const double one : left) error = std::max(error, std::abs(one));
-    if (!std::isfinite(gap) || !std::isfinite(error)) return false;
-    if (gap < kGap && error < 1e-10 * most) return true;
-    if (!(tightest > 0.0) || !limit.factorisation(size)) break;
-    const double target = (gap > 1e-6 ? 0.1 : 0.01) * gap;
-    factor_.resize(size, size);
-    right_.resize(4, size);
-    for (std::size_t k = 0; k < size; ++k) std::copy(own_[k] + k, own_[k] + size, factor_[k] + k);
-    for (std::size_t i = 0; i < cells; ++i) {
-      const double x = shear_[i], y = shear_[cells + i], ratio = multiplier_[i] / slack_[i];
-      const double push = (target - multiplier_[i] * slack_[i]) / slack_[i];
-      factor_[i][i] += multiplier_[i] + ratio * x * x;
-      factor_[cells + i][cells + i] += multiplier_[i] + ratio * y * y;
-      factor_[i][cells + i] += ratio * x * y;
-      slide_[i] = push;
-      right_[0][i] = -moved_[i] - x * push;
-      right_[0][cells + i] = -moved_[cells + i] - y * push;
-    }
-    for (std::size_t m = 0; m < 3; ++m) {
-      std::copy(modes_.data() + m * size, modes_.data() + (m + 1) * size, right_[m + 1]);
-    }
-    if (!factor(factor_)) break;
-    solve_forward(factor_, right_);
-    double stiffness[9], flexibility[9], motion[3] = {};
-    for (std::size_t m = 0; m < 3; ++m) {
-      left[m] -= dot(right_[m + 1], right_[0], size);
-      for (std::size_t n = 0; n < 3; ++n) stiffness[3 * m + n] = dot(right_[m + 1], right_[n + 1], size);
-    }
-    pseudo_inverse(3, stiffness, kOpen, flexibility);
-    for (std::size_t m = 0; m < 3; ++m) {
-      for (std::size_t n = 0; n < 3; ++n) motion[m] += flexibility[3 * m + n] * left[n];
-    }
-    change_.resize(size);
-    for (std::size_t k = 0; k < size; ++k) {
-      change_[k] = right_[0][k];
-      for (std::size_t m = 0; m < 3; ++m) change_[k] += right_[m + 1][k] * motion[m];
-    }
-    solve_backward(factor_, change_.data());
-    // The largest share of the step, up to 1, that leaves every cell well inside its circle.
-    double share = 1.0;
-    for (std::size_t i = 0; i < cells; ++i) {
-      const double x = shear_[i], y = shear_[cells + i], dx = change_[i], dy = change_[cells + i];
-      const double a = dx * dx + dy * dy, b = x * dx + y * dy, c = -2.0 * slack_[i];
-      if (a > 0.0) share = std::min(share, kStepShare * (-b + std::sqrt(std::max(b * b - a * c, 0.0))) / a);
-      slide_[i] += multiplier_[i] / slack_[i] * b;
-      if (slide_[i] < 0.0) share = std::min(share, kStepShare * multiplier_[i] / -slide_[i]);
-    }
-    for (std::size_t k = 0; k < size; ++k) shear_[k] += share * change_[k];
-    for (std::size_t i = 0; i < cells; ++i) multiplier_[i] += share * slide_[i];
-    for (std::size_t m = 0; m < 3; ++m) motion_[m] += share * motion[m];
+    here = interior_residual();
+    if (!std::isfinite(here.gap) || !std::isfinite(here.error)) return false;
+    if (here.gap < kGap && here.error < 1e-10 * most) return true;
+    if (!(here.tightest > 0.0) || !limit.factorisation(2 * cells)) break;
+    if (!interior_step(here)) break;
   }
-  return gap < kSufficient && error < kSufficient * most;
+  return here.gap < kSufficient && here.error < kSufficient * most;
+}
+
+void PartialSlip::measure_slack() {
+  for (std::size_t i = 0; i < cells_; ++i) {
+    const double x = shear_[i], y = shear_[cells_ + i];
+    slack_[i] = 0.5 * (radius_[i] * radius_[i] - x * x - y * y);
+  }
+}
+
+PartialSlip::OnPath PartialSlip::interior_residual() {
+  const std::size_t cells = cells_;
+  measure_slack();
+  displace();
+  OnPath here;
+  here.gap = here.error = 0.0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    here.gap += multiplier_[i] * slack_[i] / static_cast<double>(cells);
+    here.tightest = std::min(here.tightest, slack_[i]);
+    moved_[i] += multiplier_[i] * shear_[i];
+    moved_[cells + i] += multiplier_[i] * shear_[cells + i];
+    here.error = std::max({here.error, std::abs(moved_[i]), std::abs(moved_[cells + i])});
+  }
+  missing(here.missing);
+  for (const double one : here.missing) here.error = std::max(here.error, std::abs(one));
+  return here;
+}
+
+// Newton's step towards a point of the path with a smaller gap, as far as every cell stays inside; false where its
+// system cannot be solved.
+bool PartialSlip::interior_step(const OnPath& here) {
+  const std::size_t cells = cells_, size = 2 * cells;
+  const double target = (here.gap > 1e-6 ? 0.1 : 0.01) * here.gap;
+  factor_.resize(size, size);
+  right_.resize(4, size);
+  for (std::size_t k = 0; k < size; ++k) std::copy(own_[k] + k, own_[k] + size, factor_[k] + k);
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double x = shear_[i], y = shear_[cells + i], ratio = multiplier_[i] / slack_[i];
+    const double push = (target - multiplier_[i] * slack_[i]) / slack_[i];
+    factor_[i][i] += multiplier_[i] + ratio * x * x;
+    factor_[cells + i][cells + i] += multiplier_[i] + ratio * y * y;
+    factor_[i][cells + i] += ratio * x * y;
+    slide_[i] = push;
+    right_[0][i] = -moved_[i] - x * push;
+    right_[0][cells + i] = -moved_[cells + i] - y * push;
+  }
+  for (std::size_t m = 0; m < 3; ++m) {
+    std::copy(modes_.data() + m * size, modes_.data() + (m + 1) * size, right_[m + 1]);
+  }
+  if (!factor(factor_)) return false;
+  solve_forward(factor_, right_);
+  double stiffness[9], flexibility[9], left[3], motion[3] = {};
+  for (std::size_t m = 0; m < 3; ++m) {
+    left[m] = here.missing[m] - dot(right_[m + 1], right_[0], size);
+    for (std::size_t n = 0; n < 3; ++n) stiffness[3 * m + n] = dot(right_[m + 1], right_[n + 1], size);
+  }
+  pseudo_inverse(3, stiffness, kOpen, flexibility);
+  for (std::size_t m = 0; m < 3; ++m) {
+    for (std::size_t n = 0; n < 3; ++n) motion[m] += flexibility[3 * m + n] * left[n];
+  }
+  change_.resize(size);
+  for (std::size_t k = 0; k < size; ++k) {
+    change_[k] = right_[0][k];
+    for (std::size_t m = 0; m < 3; ++m) change_[k] += right_[m + 1][k] * motion[m];
+  }
+  solve_backward(factor_, change_.data());
+  const double share = share_inside();
+  for (std::size_t k = 0; k < size; ++k) shear_[k] += share * change_[k];
+  for (std::size_t i = 0; i < cells; ++i) multiplier_[i] += share * slide_[i];
+  for (std::size_t m = 0; m < 3; ++m) motion_[m] += share * motion[m];
+  return true;
+}
+
+// The largest share of a step, up to 1, that leaves every cell well inside its circle; completes the step of the
+// multipliers.
+double PartialSlip::share_inside() {
+  double share = 1.0;
+  for (std::size_t i = 0; i < cells_; ++i) {
+    const double x = shear_[i], y = shear_[cells_ + i], dx = change_[i], dy = change_[cells_ + i];
+    const double a = dx * dx + dy * dy, b = x * dx + y * dy, c = -2.0 * slack_[i];
+    if (a > 0.0) share = std::min(share, kStepShare * (-b + std::sqrt(std::max(b * b - a * c, 0.0))) / a);
+    slide_[i] += multiplier_[i] / slack_[i] * b;
+    if (slide_[i] < 0.0) share = std::min(share, kStepShare * multiplier_[i] / -slide_[i]);
+  }
+  return share;
 }
 
 // Let cells that have room take up what the resultants miss; false where that leaves some beyond their circles.

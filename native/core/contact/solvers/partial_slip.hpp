@@ -6,6 +6,7 @@
 // interior-point method is used (Nocedal, Wright, Numerical Optimization, 2006, chapter 19).
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -55,7 +56,16 @@ class PartialSlip {
   bool newton(bool known, WorkLimit& limit);
   bool newton_step(bool sticks, bool again, WorkLimit& limit);
   bool linearise(bool sticks, std::size_t stuck, WorkLimit& limit);
+  // Where the interior-point method stands: the mean of multiplier times slack, the largest error of the equations, the
+  // least slack, and what the resultants miss.
+  struct OnPath {
+    double gap = INFINITY, error = INFINITY, tightest = INFINITY, missing[3] = {};
+  };
   bool interior(WorkLimit& limit);
+  void measure_slack();
+  OnPath interior_residual();
+  bool interior_step(const OnPath& here);
+  double share_inside();
   void displace();
   double residual();
   void missing(double* missing) const;
