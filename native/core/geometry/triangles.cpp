@@ -460,14 +460,31 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
 void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
   points.clear();
   if (triangles_.empty()) return;
+  pass_over_higher_vertices();
+  const Spot none = {0.0, 0.0, kInfinite};
+  inner_.assign(kCandidates * kCandidates, none);
+  rim_.assign(kCandidates * kCandidates, none);
+  for (const Triangle& triangle : triangles_) offer_lowest(triangle);
+  const auto visible = [this](const Spot& spot) {
+    return std::isfinite(spot[2]) && !(height(spot[0], spot[1], floor_) < spot[2] - kHidden);
+  };
+  for (std::size_t at = 0; at < kCandidates * kCandidates; ++at) {
+    if (visible(inner_[at])) points.push_back(inner_[at]);
+    if (visible(rim_[at]) && is_lowest_on_rim(at)) points.push_back(rim_[at]);
+  }
+}
+
+std::size_t TriangleShadow::vertex(const Triangle& triangle, std::size_t corner) const {
+  return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle.number} + corner]);
+}
+
+// A vertex that has a lower neighbour is none of the lowest points.
+void TriangleShadow::pass_over_higher_vertices() {
   done_.resize(std::max(done_.size(), mesh_->vertices.size() / 3), 0);
   if (++calls_ == 0) {
     std::fill(done_.begin(), done_.end(), 0);
     calls_ = 1;
   }
-  const auto vertex = [this](const Triangle& triangle, std::size_t k) {
-    return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle.number} + k]);
-  };
   for (const Triangle& triangle : triangles_) {
     const double heights[3] = {0.0, triangle.second_rise, triangle.third_rise};
     const double least = std::min({heights[0], heights[1], heights[2]});
@@ -475,62 +492,54 @@ void TriangleShadow::bottoms(std::vector<std::array<double, 3>>& points) {
       if (heights[k] > least + kLevel) done_[vertex(triangle, k)] = calls_;
     }
   }
-  const Spot none = {0.0, 0.0, kInfinite};
-  inner_.assign(kCandidates * kCandidates, none);
-  rim_.assign(kCandidates * kCandidates, none);
-  const auto offer = [&](std::vector<Spot>& candidates, const Spot& spot) {
-    if (!(spot[2] >= floor_ && spot[2] <= ceiling_)) return;
-    constexpr std::size_t finer = kFinest / kCandidates;
-    const std::size_t column = finest_bucket(spot[0], 0) / finer, row = finest_bucket(spot[1], 1) / finer;
-    Spot& kept = candidates[row * kCandidates + column];
-    // Among level ones that nearest to the bucket's middle: which triangle came first says nothing.
-    const auto away = [&](const Spot& at) {
-      return std::hypot(at[0] - grid_.west - (static_cast<double>(column) + 0.5) * finer / per_[0],
-                        at[1] - grid_.south - (static_cast<double>(row) + 0.5) * finer / per_[1]);
-    };
-    if (spot[2] < kept[2] - kLevel || (spot[2] <= kept[2] + kLevel && away(spot) < away(kept))) kept = spot;
-  };
-  for (const Triangle& triangle : triangles_) {
-    double corner[3][3];
-    const bool may_be_cut = triangle.first[0] == 0 || triangle.first[1] == 0 || triangle.last[0] == kFinest - 1 ||
-                            triangle.last[1] == kFinest - 1;
-    bool placed = may_be_cut;
-    if (placed) corners_of(triangle.number, corner);
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& looked_at = done_[vertex(triangle, k)];
-      if (looked_at == calls_) continue;
-      looked_at = calls_;
-      if (!placed) corners_of(triangle.number, corner), placed = true;
-      if (part_.holds(corner[k][0], corner[k][1])) offer(inner_, {corner[k][0], corner[k][1], corner[k][2]});
-    }
-    if (!may_be_cut || within(corner, part_)) continue;
-    const Polygon cut(corner, part_);
-    if (cut.count == 0) continue;
-    const auto lowest = std::min_element(cut.corners, cut.corners + cut.count,
+}
+
+// The vertices of a triangle that are left, and the lowest point of what the part's rim cuts off it.
+void TriangleShadow::offer_lowest(const Triangle& triangle) {
+  double corner[3][3];
+  const bool may_be_cut = triangle.first[0] == 0 || triangle.first[1] == 0 || triangle.last[0] == kFinest - 1 ||
+                          triangle.last[1] == kFinest - 1;
+  bool placed = may_be_cut;
+  if (placed) corners_of(triangle.number, corner);
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::uint32_t& looked_at = done_[vertex(triangle, k)];
+    if (looked_at == calls_) continue;
+    looked_at = calls_;
+    if (!placed) corners_of(triangle.number, corner), placed = true;
+    if (part_.holds(corner[k][0], corner[k][1])) offer(inner_, {corner[k][0], corner[k][1], corner[k][2]});
+  }
+  if (!may_be_cut || within(corner, part_)) return;
+  const Polygon cut(corner, part_);
+  if (cut.count == 0) return;
+  const Spot& lowest = *std::min_element(cut.corners, cut.corners + cut.count,
                                          [](const Spot& a, const Spot& b) { return a[2] < b[2]; });
-    const auto on_rim = [this](const Spot& at) {
-      return at[0] == part_.west || at[0] == part_.east || at[1] == part_.south || at[1] == part_.north;
-    };
-    if (on_rim(*lowest)) offer(rim_, *lowest);
-  }
-  for (std::size_t row = 0; row < kCandidates; ++row) {
-    for (std::size_t column = 0; column < kCandidates; ++column) {
-      const std::size_t at = row * kCandidates + column;
-      const auto visible = [this](const Spot& spot) {
-        return std::isfinite(spot[2]) && !(height(spot[0], spot[1], floor_) < spot[2] - kHidden);
-      };
-      if (visible(inner_[at])) points.push_back(inner_[at]);
-      if (!visible(rim_[at])) continue;
-      // At the rim the surface goes on into the next bucket: only the lowest of neighbours is a candidate.
-      bool least = true;
-      for (std::size_t r = row > 0 ? row - 1 : 0; r <= std::min(row + 1, kCandidates - 1); ++r) {
-        for (std::size_t c = column > 0 ? column - 1 : 0; c <= std::min(column + 1, kCandidates - 1); ++c) {
-          least = least && !(rim_[r * kCandidates + c][2] < rim_[at][2] - kLevel);
-        }
-      }
-      if (least) points.push_back(rim_[at]);
+  const bool on_rim = lowest[0] == part_.west || lowest[0] == part_.east || lowest[1] == part_.south || lowest[1] == part_.north;
+  if (on_rim) offer(rim_, lowest);
+}
+
+// Keep a point in place of its bucket's candidate where it is lower.
+void TriangleShadow::offer(std::vector<Spot>& candidates, const Spot& spot) {
+  if (!(spot[2] >= floor_ && spot[2] <= ceiling_)) return;
+  constexpr std::size_t finer = kFinest / kCandidates;
+  const std::size_t column = finest_bucket(spot[0], 0) / finer, row = finest_bucket(spot[1], 1) / finer;
+  Spot& kept = candidates[row * kCandidates + column];
+  // Among level ones that nearest to the bucket's middle: which triangle came first says nothing.
+  const auto away = [&](const Spot& at) {
+    return std::hypot(at[0] - grid_.west - (static_cast<double>(column) + 0.5) * finer / per_[0],
+                      at[1] - grid_.south - (static_cast<double>(row) + 0.5) * finer / per_[1]);
+  };
+  if (spot[2] < kept[2] - kLevel || (spot[2] <= kept[2] + kLevel && away(spot) < away(kept))) kept = spot;
+}
+
+// At the rim the surface goes on into the next bucket: only the lowest of neighbours is a candidate.
+bool TriangleShadow::is_lowest_on_rim(std::size_t at) const {
+  const std::size_t row = at / kCandidates, column = at % kCandidates;
+  for (std::size_t r = row > 0 ? row - 1 : 0; r <= std::min(row + 1, kCandidates - 1); ++r) {
+    for (std::size_t c = column > 0 ? column - 1 : 0; c <= std::min(column + 1, kCandidates - 1); ++c) {
+      if (rim_[r * kCandidates + c][2] < rim_[at][2] - kLevel) return false;
     }
   }
+  return true;
 }
 
 }  // namespace mjtactile

@@ -68,6 +68,11 @@ class TriangleShadow {
   void take(std::uint32_t triangle);
   void place_buckets();
   void fill_buckets();
+  std::size_t vertex(const Triangle& triangle, std::size_t corner) const;
+  void pass_over_higher_vertices();
+  void offer_lowest(const Triangle& triangle);
+  void offer(std::vector<std::array<double, 3>>& candidates, const std::array<double, 3>& spot);
+  bool is_lowest_on_rim(std::size_t at) const;
   std::uint8_t finest_bucket(double at, std::size_t axis) const;
   // The buckets that hold all triangles over a rectangle. False if there are none.
   bool buckets_over(const Rectangle& box, BucketRange& range) const;
