@@ -34,18 +34,17 @@ bool is_small(const CellContact& contact) {
   return count < few(pressed.size());
 }
 
-bool FlatPress::solve(const Face& face, const Placement& placement, const Rectangle& sheet,
-                      const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
+bool FlatPress::solve(const Face& face, const Placement& placement, const ContactSurface& surface, const double* wrench,
                       CellContact::Workspace& workspace) {
   face_ = &face;
   placement_ = placement;
   small_ = false;
   if (!(wrench[2] < 0.0)) return false;
   const auto press_whole = [&]() {
-    whole_.place(face, placement, compliance, options, workspace);
-    whole_.press(face, compliance, options, wrench, workspace);
+    whole_.place(face, placement, surface, workspace);
+    whole_.press(face, surface, {wrench}, workspace);
   };
-  const bool tried = !options.tilting || !options.law->shapes() ||
+  const bool tried = !surface.options.tilting || !surface.options.law->shapes() ||
                      !surely_few(face, placement.back(-wrench[4] / wrench[2], wrench[3] / wrench[2]));
   if (tried) {
     press_whole();
@@ -59,11 +58,11 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Rectan
     starts_.push_back(edge.left >= 0 ? start : end);
     ends_.push_back(edge.left >= 0 ? end : start);
   }
-  map_.place(starts_, ends_, sheet);
-  small_ = part_.solve(map_, sheet, compliance, options, wrench, workspace);
+  map_.place(starts_, ends_, surface.sheet);
+  small_ = part_.solve(map_, surface, wrench, workspace);
   if (small_) return true;
   if (tried) {
-    whole_.place(face, placement, compliance, options, workspace);  // the workspace was the other's
+    whole_.place(face, placement, surface, workspace);  // the workspace was the other's
   } else {
     press_whole();
   }
@@ -75,12 +74,12 @@ bool FlatPress::tips_over() const {
   return tilt > face_->tips_at;
 }
 
-void FlatPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
-                            const std::vector<double>& sunk, CellContact::Workspace& workspace) {
+void FlatPress::press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
+                            CellContact::Workspace& workspace) {
   if (small_) {
-    part_.press_again(compliance, options, wrench, sunk, workspace);
+    part_.press_again(surface, wrench, sunk, workspace);
   } else {
-    whole_.press(*face_, compliance, options, wrench, workspace, sunk.data(), nullptr);
+    whole_.press(*face_, surface, {wrench, sunk.data()}, workspace);
   }
 }
 

@@ -14,11 +14,11 @@ namespace mjtactile {
 class FlatPress {
  public:
   // contact() has the answer, on face(). False where the force does not press.
-  bool solve(const Face& face, const Placement& placement, const Rectangle& sheet, const SurfaceCompliance& compliance,
-             const LawOptions& options, const double* wrench, CellContact::Workspace& workspace);
+  bool solve(const Face& face, const Placement& placement, const ContactSurface& surface, const double* wrench,
+             CellContact::Workspace& workspace);
   // See PatchPress.
-  void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
-                   const std::vector<double>& sunk, CellContact::Workspace& workspace);
+  void press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
+                   CellContact::Workspace& workspace);
 
   const CellContact& contact() const { return small_ ? part_.contact() : whole_; }
   // Integrals of shear over pairs of cells, in the frame of face().

@@ -152,11 +152,10 @@ Steadiness PadSensor<Value>::after(const Steadiness& before) const {
 template <typename Value>
 bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
                              const Placement& placement) {
-  const SurfaceCompliance& compliance = pad_->compliance();
   press.keeps = face;
   press.flat = face != nullptr;
   const bool whole = touch.map == nullptr && touch.geometry != nullptr && !touch.geometry->shapes().empty();
-  if (press.flat && press.face.solve(*face, placement, sheet(), compliance, options_, touch.wrench, press.workspace)) {
+  if (press.flat && press.face.solve(*face, placement, surface(sheet()), touch.wrench, press.workspace)) {
     // Where it tips over, or sinks in so far that its face bears no more, other parts of the body touch as well.
     const bool bears = borne_by(press.face.contact()) > kBears * pressing(touch);
     if (!whole || (bears && !press.face.tips_over())) return true;
@@ -176,7 +175,7 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
     if (above > 0.0) {
       std::swap(press.patch, press.other_patch);
       std::swap(press.gap, press.other_gap);
-      press.patch.place(compliance, options_, press.workspace);
+      press.patch.place(surface(sheet()), press.workspace);
       return true;
     }
   }
@@ -197,7 +196,7 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
     press.over.place(press.gap, *plane, floor, pad_->depth());
     map = &press.over;
   }
-  if (!press.patch.solve(*map, part, pad_->compliance(), options_, touch.wrench, press.workspace, plane)) return 0.0;
+  if (!press.patch.solve(*map, surface(part, plane), touch.wrench, press.workspace)) return 0.0;
   return borne_by(press.patch.contact());
 }
 
@@ -219,7 +218,7 @@ bool PadSensor<Value>::press_points(const Touch& touch, BodyPress& press) {
   }
   if (starts_.empty()) return false;
   press.spots.place(starts_, ends_, over);
-  return press.patch.solve(press.spots, over, pad_->compliance(), options_, touch.wrench, press.workspace, plane_of(press));
+  return press.patch.solve(press.spots, surface(over, plane_of(press)), touch.wrench, press.workspace);
 }
 
 // A body that is known by its heights over the pad.
@@ -227,11 +226,11 @@ template <typename Value>
 bool PadSensor<Value>::press_map(const Touch& touch, BodyPress& press) {
   const TangentPlane* plane = plane_of(press);
   if (plane == nullptr) {
-    return press.patch.solve(*touch.map, sheet(), pad_->compliance(), options_, touch.wrench, press.workspace);
+    return press.patch.solve(*touch.map, surface(sheet()), touch.wrench, press.workspace);
   }
   press.turned.place(*touch.map, *plane);
   press.over.place(press.turned, *plane, -kNowhere, kNowhere);
-  return press.patch.solve(press.over, plane->whole().bounds, pad_->compliance(), options_, touch.wrench, press.workspace, plane);
+  return press.patch.solve(press.over, surface(plane->whole().bounds, plane), touch.wrench, press.workspace);
 }
 
 // What touches a curved pad, as it is seen from the tangent plane where its force goes in.
@@ -276,9 +275,9 @@ void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
       const Touch& touch = curved() ? own.here : touches[i];
       own.forces.assign(own.contact().normal().begin(), own.contact().normal().end());
       if (own.flat) {
-        own.face.press_again(pad_->compliance(), options_, touch.wrench, own.sunk, own.workspace);
+        own.face.press_again(surface(sheet()), touch.wrench, own.sunk, own.workspace);
       } else {
-        own.patch.press_again(pad_->compliance(), options_, touch.wrench, own.sunk, own.workspace);
+        own.patch.press_again(surface(sheet()), touch.wrench, own.sunk, own.workspace);
       }
       for (std::size_t k = 0; k < cells; ++k) {
         change = std::max(change, std::abs(own.contact().normal()[k] - own.forces[k]) / pressing(touch));
@@ -411,8 +410,8 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     Placement placement = kHere;
     if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return false;
     CellContact contact;
-    contact.place(*face, placement, pad_->compliance(), options_, workspace_);
-    contact.press(*face, pad_->compliance(), options_, touch.wrench, workspace_);
+    contact.place(*face, placement, surface(sheet()), workspace_);
+    contact.press(*face, surface(sheet()), {touch.wrench}, workspace_);
     if (!contact.linear() || is_small(contact)) return false;  // its cells belong to this very load
     if (!contact.make_parts(*face, *options_.law, workspace_)) return false;
     if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;

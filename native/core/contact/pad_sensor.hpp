@@ -177,6 +177,10 @@ class PadSensor {
   std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
   bool over_sheet(const Face& face, const Placement& placement) const;
   Rectangle sheet() const;
+  // What contacts over a part of the surface are solved on.
+  ContactSurface surface(const Rectangle& part, const TangentPlane* plane = nullptr) const {
+    return {part, pad_->compliance(), options_, plane};
+  }
 
   std::shared_ptr<const Pad> pad_;
   LawOptions options_;

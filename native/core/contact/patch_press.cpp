@@ -132,14 +132,12 @@ double secant_share(const double* slopes, const double* before) {
 
 }  // namespace
 
-bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
-                       const LawOptions& options, const double* wrench, CellContact::Workspace& workspace,
-                       const TangentPlane* plane) {
-  bends_ = plane != nullptr;
+bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, const double* wrench,
+                       CellContact::Workspace& workspace) {
+  bends_ = surface.plane != nullptr;
   if (!(wrench[2] < 0.0) || !search_.look(map)) return false;
-  Problem problem = {map, sheet, compliance, options, wrench, workspace, plane, {}, {}};
-  problem.load = load_of(wrench, compliance, options);
-  if (options.tilting) problem.hull = search_.covered();
+  Problem problem = {map, surface, surface.options, wrench, workspace, load_of(wrench, surface), {}};
+  if (problem.options.tilting) problem.hull = search_.covered();
   Looks looks;
   looks.view = first_view(problem);
   looks.best = looks.onward = looks.view;
@@ -151,16 +149,16 @@ bool PatchPress::solve(const HeightMap& map, const Rectangle& sheet, const Surfa
   }
   if (looks.last_is_best) return true;
   std::swap(laid_, best_);
-  place(compliance, options, workspace);
+  place(surface, workspace);
   return true;
 }
 
-SearchLoad PatchPress::load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options) {
+SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surface) {
   SearchLoad load;
   load.force = -wrench[2];
   load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
-  load.modulus = 1.0 / (kPi * compliance.factor());
-  load.least_area = options.strength > 0.0 ? kSpareArea * load.force / options.strength : 0.0;
+  load.modulus = 1.0 / (kPi * surface.compliance.factor());
+  load.least_area = surface.options.strength > 0.0 ? kSpareArea * load.force / surface.options.strength : 0.0;
   return load;
 }
 
@@ -234,17 +232,16 @@ void PatchPress::find_spots(const Problem& problem, const View& view) {
 
 // Lay cells on the spots and press them; false where there are none.
 bool PatchPress::press(const Problem& problem, const View& view) {
-  const LawOptions& options = problem.options;
-  if (!add_cells(problem.map, problem.sheet, options, view)) return false;
-  if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.plane);
-  place(problem.compliance, options, problem.workspace);
+  if (!add_cells(problem.map, problem.surface, view)) return false;
+  if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
+  place(problem.surface, problem.workspace);
   set_heights();
   start_.clear();
   const double likely = likely_height();
   for (const double height : laid_.heights) start_.push_back(height <= likely ? 1 : 0);
   const bool known = std::count(start_.begin(), start_.end(), 1) >= 3;
-  laid_.contact.press(laid_.cells.face(), problem.compliance, options, problem.wrench, problem.workspace, laid_.heights.data(),
-                 known ? start_.data() : nullptr);
+  laid_.contact.press(laid_.cells.face(), problem.surface,
+                      {problem.wrench, laid_.heights.data(), known ? start_.data() : nullptr}, problem.workspace);
   return true;
 }
 
@@ -267,9 +264,8 @@ bool PatchPress::presses_all() const {
          std::find(goes_on.begin(), goes_on.end(), 1) == goes_on.end();
 }
 
-void PatchPress::place(const SurfaceCompliance& compliance, const LawOptions& options,
-                             CellContact::Workspace& workspace) {
-  laid_.contact.place(laid_.cells.face(), kHere, compliance, options, workspace, bends_ ? &laid_.bent : nullptr);
+void PatchPress::place(const ContactSurface& surface, CellContact::Workspace& workspace) {
+  laid_.contact.place(laid_.cells.face(), kHere, surface, workspace, bends_ ? &laid_.bent : nullptr);
 }
 
 // Above each cell, on a curved pad where the cell's own normal meets the body.
@@ -371,15 +367,16 @@ double PatchPress::tilt() const {
   return std::hypot(laid_.seen.slopes[0] + laid_.contact.slopes()[0], laid_.seen.slopes[1] + laid_.contact.slopes()[1]);
 }
 
-void PatchPress::press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
-                             const std::vector<double>& sunk, CellContact::Workspace& workspace) {
+void PatchPress::press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
+                             CellContact::Workspace& workspace) {
   set_heights();
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) laid_.heights[i] += sunk[i];
   const std::vector<std::uint8_t> start = laid_.contact.pressed();
-  laid_.contact.press(laid_.cells.face(), compliance, options, wrench, workspace, laid_.heights.data(), start.data());
+  laid_.contact.press(laid_.cells.face(), surface, {wrench, laid_.heights.data(), start.data()}, workspace);
 }
 
-bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view) {
+bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const View& view) {
+  const LawOptions& options = surface.options;
   double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
                                           : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
   if (options.law->shapes()) highest = std::max(highest, search_.reached());
@@ -413,7 +410,7 @@ bool PatchPress::add_cells(const HeightMap& map, const Rectangle& sheet, const L
   }
   laid_.cells.lay(laid_.seen);
   if (laid_.cells.heights().empty()) return false;
-  laid_.cells.finish(sheet);
+  laid_.cells.finish(surface.sheet);
   return true;
 }
 

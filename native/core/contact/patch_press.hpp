@@ -21,16 +21,15 @@ class PatchPress {
  public:
   // Press a body with a wrench (6), about the origin [N, N m]; contact() is the solution on the cells of face(). A
   // bounded number of looks is taken. False if no part of the body faces the pad, or the force does not press. On a
-  // curved pad, `plane` is the tangent plane whose frame all arguments are in, and heights are those above the surface.
-  bool solve(const HeightMap& map, const Rectangle& sheet, const SurfaceCompliance& compliance,
-             const LawOptions& options, const double* wrench, CellContact::Workspace& workspace,
-             const TangentPlane* plane = nullptr);
+  // curved pad all arguments are in the frame of the surface's plane, and heights are those above the surface.
+  bool solve(const HeightMap& map, const ContactSurface& surface, const double* wrench,
+             CellContact::Workspace& workspace);
   // Solve again on the same cells, where other bodies have lowered the surface under them by `sunk` (cells) [m].
-  void press_again(const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
-                   const std::vector<double>& sunk, CellContact::Workspace& workspace);
+  void press_again(const ContactSurface& surface, const double* wrench, const std::vector<double>& sunk,
+                   CellContact::Workspace& workspace);
 
   // Place the cells in a workspace again, after others were placed there.
-  void place(const SurfaceCompliance& compliance, const LawOptions& options, CellContact::Workspace& workspace);
+  void place(const ContactSurface& surface, CellContact::Workspace& workspace);
 
   const CellContact& contact() const { return laid_.contact; }
   // How the cells lie on a curved pad.
@@ -63,12 +62,10 @@ class PatchPress {
   // The arguments of solve(), and what follows from them.
   struct Problem {
     const HeightMap& map;
-    const Rectangle& sheet;
-    const SurfaceCompliance& compliance;
-    const LawOptions& options;
+    const ContactSurface& surface;
+    const LawOptions& options;    // the surface's
     const double* wrench;
     CellContact::Workspace& workspace;
-    const TangentPlane* plane;    // null on a flat pad
     SearchLoad load;
     std::vector<Point> hull;      // convex hull of the area that the body covers; empty if it may not tilt
   };
@@ -89,7 +86,7 @@ class PatchPress {
     double share;    // of the tilt after which it touches [-]
     double height;   // of the part above the lowest point then [m]
   };
-  static SearchLoad load_of(const double* wrench, const SurfaceCompliance& compliance, const LawOptions& options);
+  static SearchLoad load_of(const double* wrench, const ContactSurface& surface);
   View first_view(const Problem& problem) const;
   bool look_first(const Problem& problem, Looks& looks);
   bool turn(const Problem& problem, Looks& looks);
@@ -104,7 +101,7 @@ class PatchPress {
   double likely_height() const;
   Plane first_plane(const SearchLoad& load, const std::vector<Point>& hull) const;
   void set_heights();
-  bool add_cells(const HeightMap& map, const Rectangle& sheet, const LawOptions& options, const View& view);
+  bool add_cells(const HeightMap& map, const ContactSurface& surface, const View& view);
   void reach_out();
   Lattice lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
                        double coarser) const;

@@ -29,8 +29,9 @@ void shear_modes(const Point& at, double modes[2][3]) {
 
 }  // namespace
 
-void CellContact::place(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
-                        const LawOptions& options, Workspace& workspace, const BentCells* bent) {
+void CellContact::place(const Face& face, const Placement& placement, const ContactSurface& surface, Workspace& workspace,
+                        const BentCells* bent) {
+  const LawOptions& options = surface.options;
   const std::size_t cells = face.cells();
   placement_ = placement;
   tilting_ = (options.tilting || !options.law->shapes()) && cells >= 3;
@@ -69,14 +70,15 @@ void CellContact::place(const Face& face, const Placement& placement, const Surf
     } else if (spread) {
       placed.points = workspace.quadrature.data(), placed.per_cell = face.quadrature.size() / cells;
     }
-    compliance.normal(placed, workspace.compliance, workspace.matrix);
+    surface.compliance.normal(placed, workspace.compliance, workspace.matrix);
   }
 }
 
-void CellContact::press(const Face& face, const SurfaceCompliance& compliance, const LawOptions& options,
-                        const double* wrench, Workspace& workspace, const double* heights, const std::uint8_t* start) {
+void CellContact::press(const Face& face, const ContactSurface& surface, const PressedBody& body, Workspace& workspace) {
   const std::size_t cells = face.cells();
-  curved_ = heights != nullptr;
+  const LawOptions& options = surface.options;
+  const double* wrench = body.wrench;
+  curved_ = body.heights != nullptr;
   force_ = -wrench[2];
   double wanted[kMostPressures];
   resultants(face, wrench, wanted);
@@ -84,8 +86,8 @@ void CellContact::press(const Face& face, const SurfaceCompliance& compliance, c
   length_ = face.length;
   found_.normal.assign(cells, 0.0);
   const ContactLaw& law = *options.law;
-  const RigidProblem body = {&workspace.matrix, workspace.modes.data(), motions(), heights, wanted};
-  const LawProblem problem = {face, compliance, body, workspace.matrix, start};
+  const RigidProblem rigid = {&workspace.matrix, workspace.modes.data(), motions(), body.heights, wanted};
+  const LawProblem problem = {face, surface.compliance, rigid, workspace.matrix, body.start};
   found_.contact.allow();
   exact_ = law.solve(problem, found_);
   linear_ = exact_ && law.shapes();

@@ -29,6 +29,21 @@ struct LawOptions {
   }
 };
 
+// A pad's surface, and how bodies are pressed on it.
+struct ContactSurface {
+  Rectangle sheet;                       // that contacts may cover [m]; of a curved pad in the tangent plane
+  const SurfaceCompliance& compliance;
+  const LawOptions& options;
+  const TangentPlane* plane = nullptr;   // from which everything is seen on a curved pad; null on a flat one
+};
+
+// What is pressed on cells.
+struct PressedBody {
+  const double* wrench;                  // force [N], which presses, and moment about the pad's origin [N m]
+  const double* heights = nullptr;       // of the body above each cell at first touch [m]; null for a flat face
+  const std::uint8_t* start = nullptr;   // cells that are likely pressed; null for all
+};
+
 // A body pressed at one place. Shear is proportional to the pressure, plus a rotation that carries the torsion.
 class CellContact {
  public:
@@ -44,14 +59,11 @@ class CellContact {
 
   // Place cells on the pad. press() may follow any number of times. `bent`: how the cells lie on a curved pad; null on
   // a flat pad.
-  void place(const Face& face, const Placement& placement, const SurfaceCompliance& compliance,
-             const LawOptions& options, Workspace& workspace, const BentCells* bent = nullptr);
-  // Find the pressed cells under a wrench (force [N], moment about the pad's origin [N m]) whose force presses.
-  // `heights` (cells): of the body above the cells at first touch [m], null for a flat face; `start` (cells): cells
-  // that are likely pressed, null for all. If no contact is found, or none that keeps to the pad's strength, the cells
-  // nearest to the force's line of action carry it, and exact() is false.
-  void press(const Face& face, const SurfaceCompliance& compliance, const LawOptions& options, const double* wrench,
-             Workspace& workspace, const double* heights = nullptr, const std::uint8_t* start = nullptr);
+  void place(const Face& face, const Placement& placement, const ContactSurface& surface, Workspace& workspace,
+             const BentCells* bent = nullptr);
+  // Find the pressed cells. If no contact is found, or none that keeps to the pad's strength, the cells nearest to the
+  // force's line of action carry it, and exact() is false.
+  void press(const Face& face, const ContactSurface& surface, const PressedBody& body, Workspace& workspace);
 
   // Whether the forces are linear in the resultants while the same cells are pressed.
   bool linear() const { return linear_; }

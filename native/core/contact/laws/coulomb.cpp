@@ -33,8 +33,8 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& sl
     return true;
   }
   work.displace(problem.cells, *problem.compliance, work.normal.data());
-  if (work.slip.solve(work.tangential, work.grip, work.slipped.data(), wanted, friction, known, work.limit,
-                      work.shear.data())) {
+  const SlipProblem slip = {work.tangential, work.grip, work.slipped.data(), wanted};
+  if (work.slip.solve(slip, friction, known, work.limit, work.shear.data())) {
     return true;
   }
   double direction[3];

@@ -28,8 +28,9 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   wanted[4] = wrench[1];
   wanted[5] = (wrench[5] - (cells.middle.x * wrench[1] - cells.middle.y * wrench[0])) / cells.length;
   const double* heights = cells.heights == nullptr ? nullptr : work.heights.data();
-  if (!work.bonded.solve(*problem.compliance, cells.count, work.reached, work.levers.data(), heights, wanted,
-                         cells.tilting, work.start.data(), work.limit)) {
+  const BondedProblem body = {*problem.compliance, cells.count, work.reached, work.levers.data(), heights, wanted,
+                              cells.tilting};
+  if (!work.bonded.solve(body, work.start.data(), work.limit)) {
     return false;
   }
   std::fill(forces, forces + 3 * cells.count, 0.0);
@@ -49,7 +50,7 @@ bool bonded_as_pressed(const ShearProblem& problem, ShearWork& work, double* for
   double wanted[3];
   work.grip.about_centre(problem.wrench, problem.wrench[5], wanted);
   work.allow();  // once more: it takes one factorisation
-  if (!work.slip.bonded(work.tangential, work.grip, work.slipped.data(), wanted, work.limit, work.shear.data())) {
+  if (!work.slip.bonded({work.tangential, work.grip, work.slipped.data(), wanted}, work.limit, work.shear.data())) {
     return false;
   }
   work.write(cells, cells.pressing, forces);

@@ -22,15 +22,14 @@ constexpr int kRounds = 20, kPatience = 4;
 
 }  // namespace
 
-bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places,
-                          const Point* levers, const double* heights, const double* wanted, bool tilting,
-                          const std::uint8_t* start, WorkLimit& limit) {
-  count_ = places.size();
-  levers_ = levers;
-  tilting_ = tilting;
+bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* start, WorkLimit& limit) {
+  const double *heights = problem.heights, *wanted = problem.wanted;
+  count_ = problem.places.size();
+  levers_ = problem.levers;
+  tilting_ = problem.tilting;
   unit_ = wanted[0];
   for (std::size_t m = 0; m < kMotions; ++m) wanted_[m] = wanted[m] / unit_;
-  if (!tilting) wanted_[1] = wanted_[2] = 0.0;
+  if (!tilting_) wanted_[1] = wanted_[2] = 0.0;
   heights_.assign(count_, 0.0);
   if (heights != nullptr) {
     const double lowest = *std::min_element(heights, heights + count_);
@@ -43,8 +42,8 @@ bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std
   std::size_t fewest = count_ + 1;
   int patience = kPatience;
   for (int round = 0; round < kRounds; ++round) {
-    if (!on(compliance, cells, places, limit)) return false;
-    const std::size_t violated = violations(compliance, cells, places);
+    if (!solve_on_pressed(problem, limit)) return false;
+    const std::size_t violated = violations(problem);
     if (violated == 0) return balances();
     const bool again = seen_.again({&pressed_});
     if (again && worst_ <= kVerge) return balances();
@@ -67,17 +66,17 @@ bool BondedContact::solve(const Matrix& compliance, std::size_t cells, const std
 }
 
 // The solution if exactly the pressed cells touched; false where they cannot carry the resultants.
-bool BondedContact::on(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places,
-                       WorkLimit& limit) {
+bool BondedContact::solve_on_pressed(const BondedProblem& problem, WorkLimit& limit) {
+  const std::size_t cells = problem.cells;
   held_.clear();
   unknowns_.clear();
   for (const std::size_t i : order_) {
     if (!pressed_[i]) continue;
     held_.push_back(i);
-    for (std::size_t a = 0; a < kComponents; ++a) unknowns_.push_back(a * cells + places[i]);
+    for (std::size_t a = 0; a < kComponents; ++a) unknowns_.push_back(a * cells + problem.places[i]);
   }
   const std::size_t held = held_.size(), size = kComponents * held;
-  if (held == 0 || !limit.factorisation(size) || !factor_.factor(compliance, unknowns_)) return false;
+  if (held == 0 || !limit.factorisation(size) || !factor_.factor(problem.compliance, unknowns_)) return false;
   right_.resize(kSides, size);
   set_modes();
   for (std::size_t m = 0; m < kMotions; ++m) std::copy(modes_[m], modes_[m] + size, right_[m]);
@@ -151,8 +150,7 @@ void BondedContact::set_modes() {
 }
 
 // How many cells pull although pressed, or overlap although not.
-std::size_t BondedContact::violations(const Matrix& compliance, std::size_t cells,
-                                      const std::vector<std::size_t>& places) {
+std::size_t BondedContact::violations(const BondedProblem& problem) {
   const std::size_t held = held_.size();
   violated_.assign(count_, 0);
   double largest = 0.0, scale = std::abs(motion_[0]);
@@ -168,7 +166,7 @@ std::size_t BondedContact::violations(const Matrix& compliance, std::size_t cell
   separation_.assign(count_, 0.0);
   for (std::size_t i = 0; i < count_; ++i) {
     if (pressed_[i]) continue;
-    double sum = heights_[i] - dot(compliance[2 * cells + places[i]], spread_.data(), spread_.size()) - motion_[0];
+    double sum = heights_[i] - dot(problem.compliance[2 * problem.cells + problem.places[i]], spread_.data(), spread_.size()) - motion_[0];
     if (tilting_) sum -= levers_[i].x * motion_[1] + levers_[i].y * motion_[2];
     separation_[i] = sum;
     scale = std::max(scale, std::abs(sum));

@@ -13,26 +13,29 @@
 
 namespace mjtactile {
 
+struct BondedProblem {
+  const Matrix& compliance;   // of all cells, (3 cells, 3 cells) by component and cell, both triangles, pad frame [m/N]
+  std::size_t cells;
+  const std::vector<std::size_t>& places;   // numbers of the cells on which the body may press
+  const Point* levers;        // positions of the places relative to a point, divided by a length [-]
+  const double* heights;      // of the body above the places [m]; null for a flat face
+  const double* wanted;       // pressing force; if `tilting`, its two moments (force times lever); shear x and y; torsion
+                              // over the length [N]
+  bool tilting;               // whether the body may tilt
+};
+
 class BondedContact {
  public:
-  // Find the cells that press, and the forces on them. False if no set of cells that press and stick was found.
-  //
-  // `compliance`: of all cells, (3 cells, 3 cells) by component and cell, both triangles, pad frame [m/N];
-  // `places`: numbers of the cells on which the body may press; the following arguments have one entry for each;
-  // `levers`: positions relative to a point, divided by a length [-];
-  // `heights`: of the body above the cells [m]; null for a flat face;
-  // `wanted`: pressing force; if `tilting`, its two moments (force times lever); shear x and y; torsion over the length
-  // [N];
-  // `start`: cells that are likely pressed.
-  bool solve(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places, const Point* levers,
-             const double* heights, const double* wanted, bool tilting, const std::uint8_t* start, WorkLimit& limit);
+  // Find the cells that press, and the forces on them. `start` (places): those that are likely pressed. False if no set
+  // of cells that press and stick was found.
+  bool solve(const BondedProblem& problem, const std::uint8_t* start, WorkLimit& limit);
 
   // Forces on the places (3, places) [N]: shear x, shear y, pressing.
   const std::vector<double>& forces() const { return forces_; }
 
  private:
-  bool on(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places, WorkLimit& limit);
-  std::size_t violations(const Matrix& compliance, std::size_t cells, const std::vector<std::size_t>& places);
+  bool solve_on_pressed(const BondedProblem& problem, WorkLimit& limit);
+  std::size_t violations(const BondedProblem& problem);
   void set_modes();
   bool balances() const;
 

@@ -27,8 +27,9 @@ constexpr double kOpen = 1e-14, kNoLever = 1e-9;
 
 }  // namespace
 
-void PartialSlip::scale(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted,
-                        double unit, bool same) {
+void PartialSlip::scale(const SlipProblem& problem, double unit, bool same) {
+  const Matrix& compliance = problem.compliance;
+  const ShearGrip& grip = problem.grip;
   const std::size_t cells = grip.count(), size = 2 * cells;
   cells_ = cells;
   unit_ = unit;
@@ -43,7 +44,7 @@ void PartialSlip::scale(const Matrix& compliance, const ShearGrip& grip, const d
     }
   }
   load_.resize(size);
-  for (std::size_t k = 0; k < size; ++k) load_[k] = slip[k] / (give_ * unit);
+  for (std::size_t k = 0; k < size; ++k) load_[k] = problem.slip[k] / (give_ * unit);
   double levers = 0.0;
   for (std::size_t i = 0; i < cells; ++i) levers += grip.x(i) * grip.x(i) + grip.y(i) * grip.y(i);
   turn_ = std::sqrt(levers / static_cast<double>(cells));
@@ -55,9 +56,9 @@ void PartialSlip::scale(const Matrix& compliance, const ShearGrip& grip, const d
     modes_[2 * size + i] = -grip.y(i) * inverse;
     modes_[2 * size + cells + i] = grip.x(i) * inverse;
   }
-  wanted_[0] = wanted[0] / unit;
-  wanted_[1] = wanted[1] / unit;
-  wanted_[2] = wanted[2] / unit * inverse;
+  wanted_[0] = problem.wanted[0] / unit;
+  wanted_[1] = problem.wanted[1] / unit;
+  wanted_[2] = problem.wanted[2] / unit * inverse;
 }
 
 // How far each cell moves against the body, and what its resultants miss.
@@ -409,11 +410,12 @@ void PartialSlip::nearly_slide(const double* direction) {
   }
 }
 
-bool PartialSlip::solve(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted,
-                        double friction, bool known, WorkLimit& limit, double* shear) {
+bool PartialSlip::solve(const SlipProblem& problem, double friction, bool known, WorkLimit& limit, double* shear) {
+  const ShearGrip& grip = problem.grip;
+  const double* wanted = problem.wanted;
   const std::size_t cells = grip.count(), size = 2 * cells;
   const double before = give_ * unit_;
-  scale(compliance, grip, slip, wanted, friction * grip.pressing() / static_cast<double>(cells), known);
+  scale(problem, friction * grip.pressing() / static_cast<double>(cells), known);
   radius_.resize(cells);
   for (std::size_t i = 0; i < cells; ++i) radius_[i] = friction * grip.normal(i) / unit_;
   shear_.resize(size);
@@ -459,10 +461,10 @@ bool PartialSlip::solve(const Matrix& compliance, const ShearGrip& grip, const d
   return share >= kNearlySlides;
 }
 
-bool PartialSlip::bonded(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted,
-                         WorkLimit& limit, double* shear) {
+bool PartialSlip::bonded(const SlipProblem& problem, WorkLimit& limit, double* shear) {
+  const ShearGrip& grip = problem.grip;
   const std::size_t size = 2 * grip.count();
-  scale(compliance, grip, slip, wanted, grip.pressing() / static_cast<double>(grip.count()), false);
+  scale(problem, grip.pressing() / static_cast<double>(grip.count()), false);
   shear_.assign(size, 0.0);
   std::fill(motion_, motion_ + 3, 0.0);
   displace();

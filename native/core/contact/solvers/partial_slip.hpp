@@ -38,21 +38,24 @@ class WorkLimit {
   double left_ = 0.0;
 };
 
+// Cells of a grip that carry shear.
+struct SlipProblem {
+  const Matrix& compliance;   // (2 cells, 2 cells), both triangles [m/N]
+  const ShearGrip& grip;
+  const double* slip;         // (2, cells): displacement by the pressure alone [m]
+  const double* wanted;       // resultants, which friction can carry [N]
+};
+
 class PartialSlip {
  public:
-  // Find the shear (2, cells) [N] of the cells of a grip. `compliance`: (2 cells, 2 cells), both triangles [m/N];
-  // `slip` (2, cells): displacement by the pressure alone [m]; `wanted`: resultants, which friction can carry [N]. If
-  // `known`, `shear` holds the result of the last call on the same cells, near which the solution lies. False if
-  // neither method converges within the limit of work.
-  bool solve(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted, double friction,
-             bool known, WorkLimit& limit, double* shear);
+  // Find the shear (2, cells) [N]. If `known`, `shear` holds the result of the last call on the same cells, near which
+  // the solution lies. False if neither method converges within the limit of work.
+  bool solve(const SlipProblem& problem, double friction, bool known, WorkLimit& limit, double* shear);
   // Find the shear if no cell slips, whatever friction bears. False if the compliance is not positive definite.
-  bool bonded(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted,
-              WorkLimit& limit, double* shear);
+  bool bonded(const SlipProblem& problem, WorkLimit& limit, double* shear);
 
  private:
-  void scale(const Matrix& compliance, const ShearGrip& grip, const double* slip, const double* wanted, double unit,
-             bool same);
+  void scale(const SlipProblem& problem, double unit, bool same);
   bool newton(bool known, WorkLimit& limit);
   bool newton_step(bool sticks, bool again, WorkLimit& limit);
   bool linearise(bool sticks, std::size_t stuck, WorkLimit& limit);
