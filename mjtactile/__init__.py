@@ -184,7 +184,7 @@ __all__ = [
 
 
 #: Packages inside this one that are reached as attributes as well.
-_PACKAGES = ("envs", "recognition", "torch")
+_PACKAGES = ("dataset", "envs", "hands", "lerobot", "recognition", "torch", "transducer", "view")
 
 _import_hook.install()
 

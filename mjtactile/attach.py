@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+from typing import Any
+
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.errors import PresetError, SceneError
-from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
+from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
 from mjtactile.plugin.registration import ensure_registered
-from mjtactile.sim.pad_geom import add_pad_geom
+from mjtactile.sim.pad_geom import add_pad_geom, piece_names
+from mjtactile.sim.pad_solid import pad_solid
 
 
 def attach_pad(
@@ -23,7 +28,7 @@ def attach_pad(
     name: str,
     pos: npt.ArrayLike = (0.0, 0.0, 0.0),
     quat: npt.ArrayLike = (1.0, 0.0, 0.0, 0.0),
-    pad: Pad | str | None = None,
+    pad: Pad | str | Path | None = None,
     fidelity: str | Fidelity = DEFAULT,
     output: str | None = "von_mises",
     visual: bool = False,
@@ -45,8 +50,9 @@ def attach_pad(
         name: name of the sensor.
         pos: origin of the pad frame, the middle of the sensing surface, in the body's frame [m], (3,).
         quat: orientation of the pad frame in the body's frame, (w, x, y, z); the pad's z axis points out of the pad.
-        pad: a Pad, the name of a registered one, or a file of saved influence matrices; by default the paper's pad. The
-            model stores all numbers of a Pad, so that it can be saved and opened anywhere, but only the name of a file.
+        pad: a Pad, the name of a registered one, a TOML file of one, or a file of saved influence matrices; by default
+            the paper's pad. The model stores all numbers of a Pad, so that it can be saved and opened anywhere. Of a
+            file of influence matrices it stores only the name.
         fidelity: a preset by name, or a Fidelity, of which the model stores every choice.
         output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces. None adds no
             sensor, so that steps cost nothing: `TactileSensor(model, pad, geom="<name>_pad", fidelity=...)` reads the
@@ -63,14 +69,16 @@ def attach_pad(
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: no such body, pad, fidelity, output or contact; the name is taken; or `visual` without a sensor.
+        SceneError: no such body, pad, fidelity, output, law or contact; the name is taken; a number is not finite;
+            `visual` without a sensor; or `spec` is no specification. The specification is then as it was.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
+    check_spec(spec)
     parent = _body(spec, body)
-    _check_free(spec, name)
     place = _place(pos, quat)
     table, made = pad_table(pad)
+    check_free(spec, name, made)
     if output is None:
         if visual:
             raise SceneError(
@@ -84,22 +92,63 @@ def attach_pad(
     return geom
 
 
+def check_spec(spec: Any) -> None:
+    """Refuse what no pad can be attached to.
+
+    Raises:
+        SceneError: it is no MjSpec.
+    """
+    if isinstance(spec, mujoco.MjSpec):
+        return
+    cure = "mujoco.MjSpec.from_file(...) or mujoco.MjSpec.from_string(...) makes one of MJCF"
+    if isinstance(spec, mujoco.MjModel):
+        cure = "a compiled model takes no more geoms: attach the pad to its MjSpec, and compile that"
+    raise SceneError(f"spec is of type {type(spec).__name__}; expected a mujoco.MjSpec. {cure[0].upper()}{cure[1:]}.")
+
+
 def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
-    found = spec.worldbody if name == "world" else spec.body(name)
+    found = spec.worldbody if name == "world" else spec.body(name) if isinstance(name, str) else None
     if found is None:
         names = [one.name for one in spec.bodies if one.name]
-        raise SceneError(f"body '{name}' does not exist in the model. Available: {names}.")
+        raise SceneError(f"body {name!r} does not exist in the model. Available: {names}.")
     return found
 
 
-def _check_free(spec: mujoco.MjSpec, name: str) -> None:
-    if any(sensor.name == name for sensor in spec.sensors) or spec.geom(f"{name}_pad") is not None:
-        raise SceneError(f"the model has a sensor '{name}' or a geom '{name}_pad' already. Give the pad another name.")
+def check_free(spec: mujoco.MjSpec, name: str, pad: Pad) -> None:
+    """Refuse a name if one of what a pad of that name adds to a model is there already.
+
+    Args:
+        spec: model specification.
+        name: name of the pad's sensor.
+        pad: the pad.
+
+    Raises:
+        SceneError: the model has a sensor, geom, mesh, site or plugin of such a name, or the name is empty.
+    """
+    if not isinstance(name, str) or not name:
+        raise SceneError(f"name = {name!r}; expected a text that is not empty, such as 'ff'.")
+    geoms = [f"{name}_pad"] if pad.surface.is_flat else piece_names(f"{name}_pad", pad_solid(pad))
+    meshes = [] if pad.surface.is_flat else geoms
+    taken = [f"sensor '{name}'"] if any(sensor.name == name for sensor in spec.sensors) else []
+    taken += [f"geom '{one}'" for one in geoms if spec.geom(one) is not None]
+    taken += [f"mesh '{one}'" for one in meshes if spec.mesh(one) is not None]
+    taken += [f"site '{name}_surface'"] if spec.site(f"{name}_surface") is not None else []
+    taken += [f"plugin '{name}_plugin'"] if any(one.name == f"{name}_plugin" for one in spec.plugins) else []
+    if taken:
+        raise SceneError(f"the model has a {taken[0]} already. Give the pad another name than '{name}'.")
 
 
 def _law_attributes(law: str | None, friction: float | None) -> dict[str, str]:
+    if law is not None and law not in CONTACT_LAWS:
+        raise SceneError(f"law {law!r} does not exist. Available: {', '.join(CONTACT_LAWS)}.")
+    if friction is not None and not (_is_real(friction) and math.isfinite(friction) and friction >= 0.0):
+        raise SceneError(f"friction = {friction!r}; expected a coefficient of at least 0, for example 0.8, or None.")
     chosen = {"law": law, "friction": None if friction is None else f"{friction:.17g}"}
     return {name: value for name, value in chosen.items() if value is not None}
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 def _fidelity_attribute(fidelity: str | Fidelity) -> str:
@@ -110,31 +159,51 @@ def _fidelity_attribute(fidelity: str | Fidelity) -> str:
 
 
 def _checked_outputs(output: str) -> str:
-    if unknown := [one for one in output.split() if one not in OUTPUTS]:
-        raise SceneError(f"output {unknown[0]!r} does not exist. Available: {', '.join(OUTPUTS)}.")
+    names: list[Any] = [*output.split()] if isinstance(output, str) else [output]
+    for name in names:
+        if name not in OUTPUTS or names.count(name) > 1:
+            raise SceneError(
+                f"output {name!r} does not exist or is there twice. Available: {', '.join(OUTPUTS)}; several are one "
+                "text, separated by spaces."
+            )
     return output
 
 
 def _place(pos: npt.ArrayLike, quat: npt.ArrayLike) -> tuple[Array, Array]:
     """Position [m] and unit quaternion."""
-    position, orientation = np.asarray(pos, dtype=float), np.asarray(quat, dtype=float)
-    if position.shape != (3,) or orientation.shape != (4,) or not np.linalg.norm(orientation) > 0.0:
-        raise SceneError(f"pos = {pos}, quat = {quat}; expected three lengths [m] and a quaternion (w, x, y, z).")
+    wrong = SceneError(
+        f"pos = {pos!r}, quat = {quat!r}; expected three lengths [m] and a quaternion (w, x, y, z) that is not zero, "
+        "all finite."
+    )
+    try:
+        position, orientation = np.asarray(pos, dtype=float), np.asarray(quat, dtype=float)
+    except (TypeError, ValueError):
+        raise wrong from None
+    if position.shape != (3,) or orientation.shape != (4,) or not orientation.any():
+        raise wrong
+    if not np.isfinite([*position, *orientation]).all():
+        raise wrong
     return position, orientation / np.linalg.norm(orientation)
 
 
-def pad_table(pad: Pad | str | None) -> tuple[str, Pad]:
+def pad_table(pad: Pad | str | Path | None) -> tuple[str, Pad]:
     """The plugin attribute `pad` of a model, and the pad it stands for.
 
     Args:
-        pad: a Pad, the name of a registered one, or a file of saved influence matrices; None for the paper's pad.
+        pad: a Pad, the name of a registered one, a TOML file of one, or a file of saved influence matrices; None for
+            the paper's pad.
 
     Returns:
         The attribute ("default", a file's name, or the pad's own numbers as text), and the Pad.
 
     Raises:
-        SceneError: there is no pad or file of that name.
+        SceneError: there is no pad or file of that name, or it is no pad.
     """
+    pad = str(pad) if isinstance(pad, Path) else pad
+    if not isinstance(pad, Pad | str | None):
+        raise SceneError(
+            f"pad is of type {type(pad).__name__}; expected a mjtactile.Pad, the name of a registered one, or a file."
+        )
     found = named_pad(pad) if isinstance(pad, str) else pad or Pad()
     if found is None:
         assert isinstance(pad, str)

@@ -53,7 +53,8 @@ class TactileSensor:
         facing_gap: parts of a body up to this height above its first contact point belong to the contact face [m].
 
     Raises:
-        SceneError: the model has no such geom, or the geom does not have the pad's shape.
+        SceneError: the model is no MjModel or has no such geom, the geom does not have the pad's shape, or `facing_gap`
+            is no length. So do the methods when they are given data of another model.
         ContactError: law, tangential or tilt is unknown, or they cannot be combined.
     """
 
@@ -71,6 +72,11 @@ class TactileSensor:
         tilt: str | None = None,
         facing_gap: float = FACING_GAP,
     ) -> None:
+        if not isinstance(model, mujoco.MjModel):
+            raise SceneError(
+                f"model is of type {type(model).__name__}; expected a mujoco.MjModel: MjSpec.compile() or "
+                "MjModel.from_xml_path(...) makes one."
+            )
         self.model = model
         #: Where `sensordata` holds the readings, for a sensor of the plugin.
         self._sensordata: slice | None = None
@@ -91,7 +97,7 @@ class TactileSensor:
         self.law = self.influence.fidelity.law if law is None else law
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
         options = contact_options(self.influence, law=law, tangential=tangential, friction=friction, tilt=self.tilt)
-        self.facing_gap = facing_gap
+        self.facing_gap = _checked_gap(facing_gap)
         how = Reading(influence=self.influence, options=options, friction=friction, facing_gap=facing_gap)
         bodies = tuple(model.body(number).name for number in range(model.nbody))
         self._reader = NativeReader(how, self.geom, geom, bodies)
@@ -103,6 +109,7 @@ class TactileSensor:
             ContactWarning: once for every body and kind, when a contact wrench cannot be carried by the surface or only
                 in part, or strains are not small.
         """
+        self._check(data)
         if self._sensordata is not None:
             return np.array(data.sensordata[self._sensordata]).reshape(self.pad.reading_shape)
         return self._reader.read(self.model, data).readings
@@ -112,6 +119,7 @@ class TactileSensor:
 
         The load's residual is the part of the contact wrench that the tractions do not carry.
         """
+        self._check(data)
         found = self._reader.read(self.model, data, forces=True)
         if not found.wrench.any():
             return None
@@ -121,6 +129,7 @@ class TactileSensor:
 
     def carried(self, data: mujoco.MjData) -> Array:
         """The part of the contact wrench that the readings carry, force [N] and moment [N m], pad frame, (6,)."""
+        self._check(data)
         return self._reader.read(self.model, data).carried
 
     def health(self) -> Health:
@@ -132,6 +141,7 @@ class TactileSensor:
 
     def wrench(self, data: mujoco.MjData) -> Array:
         """Total contact force [N] and moment about the pad's origin [N m] on the pad, pad frame, shape (6,)."""
+        self._check(data)
         return contact_wrenches(self.model, data, self.geom).total
 
     def outline(self, data: mujoco.MjData) -> Polygon | MultiPolygon:
@@ -143,6 +153,7 @@ class TactileSensor:
         Warns:
             ContactWarning: no part of a body faces the sensing surface.
         """
+        self._check(data)
         frame = geom_frame(self.model, data, self.geom)
         contacts = contact_wrenches(self.model, data, self.geom, frame)
         outlines = []
@@ -158,6 +169,16 @@ class TactileSensor:
                 warnings.warn(f"body '{name}' has no outline over the pad: {error}", ContactWarning, stacklevel=2)
         return areal(shapely.union_all(outlines))
 
+    def _check(self, data: mujoco.MjData) -> None:
+        """Refuse data of another model, in which the pad's geom and readings are elsewhere."""
+        # MuJoCo's signature of a model's tree, which its data has, too. Numbers such as sizes and masses do not enter:
+        # data of a varied model serves.
+        numbers, model = getattr(data, "sensordata", None), self.model
+        if numbers is not None and len(numbers) == model.nsensordata and data.signature == model.signature:
+            return
+        said = "belongs to another model" if isinstance(data, mujoco.MjData) else f"is of type {type(data).__name__}"
+        raise SceneError(f"data {said}; expected the mujoco.MjData of the model that the TactileSensor was made with.")
+
     def _outline_of(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
         """Outline of the part of a body that faces the pad [m]; `touching` are its geoms in contact."""
         model, gap = self.model, self.facing_gap
@@ -171,3 +192,9 @@ class TactileSensor:
         else:
             imprints = SectionImprints(model, self.geom, self.influence.surface, facing_gap=gap)
         return imprints.footprint(data, frame, body, touching).outline
+
+
+def _checked_gap(gap: float) -> float:
+    if isinstance(gap, bool) or not isinstance(gap, int | float | np.number) or not 0.0 <= gap < np.inf:
+        raise SceneError(f"facing_gap = {gap!r}; expected a length in metres, such as {FACING_GAP:g}.")
+    return float(gap)

@@ -15,6 +15,14 @@ def test_every_public_name_resolves(name):
     assert name in dir(mjtactile)
 
 
+@pytest.mark.parametrize(
+    "name", ["dataset.read_dataset", "hands.attach_hand", "recognition.load", "transducer.calibrate", "view.Viewer"]
+)
+def test_what_the_pages_call_by_its_full_name_is_there_after_one_import(name):
+    code = f"import mjtactile; assert callable(mjtactile.{name})"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_unknown_names_fail_as_python_expects():
     with pytest.raises(AttributeError, match="no_such_name"):
         mjtactile.no_such_name  # noqa: B018

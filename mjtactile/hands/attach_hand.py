@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 import mujoco
 
-from mjtactile.attach import attach_pad
+from mjtactile.attach import attach_pad, check_free, check_spec
 from mjtactile.errors import SceneError
 from mjtactile.fidelity import Fidelity
 from mjtactile.hands.catalogue import Hand, HandPad, hand
@@ -39,9 +39,10 @@ def attach_hand(
         The pads' geoms by the names of their sensors, including the prefix.
 
     Raises:
-        SceneError: there is no such hand or pad, or the model lacks a body or a geom that the hand's table needs. No
-            pad is attached then.
+        SceneError: there is no such hand or pad, the model lacks a body or a geom that the hand's table needs, or it
+            has one of these pads already. No pad is attached then.
     """
+    check_spec(spec)
     chosen = hand(name) if isinstance(name, str) else name
     pads = _wanted(chosen, only)
     bodies = {body.name for body in spec.bodies}
@@ -54,6 +55,8 @@ def attach_hand(
     for expected in chosen.expects:
         if expected.body in {one.body for one in pads}:
             check_geom(spec, chosen, expected, prefix)
+    for one in pads:
+        check_free(spec, prefix + one.name, one.pad)
     return {
         f"{prefix}{one.name}": attach_pad(
             spec,
@@ -73,6 +76,8 @@ def attach_hand(
 
 def _wanted(chosen: Hand, only: Collection[str] | None) -> list[HandPad]:
     names = [one.name for one in chosen.pads]
+    if isinstance(only, str):
+        raise SceneError(f"only = {only!r}; expected a collection of names of pads, such as [{only!r}].")
     if unknown := sorted(set(only or ()) - set(names)):
         raise SceneError(f"hand '{chosen.name}' has no pad '{unknown[0]}'. Available: {', '.join(names)}.")
     return [one for one in chosen.pads if only is None or one.name in only]

@@ -197,8 +197,6 @@ def _add_meshes(spec: mujoco.MjSpec, name: str, solid: PadSolid) -> list[str]:
     """Add a pad's meshes, unaffected by the model's defaults, and return their names."""
     names = piece_names(name, solid)
     for mesh, piece in zip(names, solid.pieces, strict=True):
-        if spec.mesh(mesh) is not None:
-            raise SceneError(f"the model has a mesh '{mesh}' already. Give the pad another name.")
         spec.add_mesh(
             mujoco.MjSpec().default,
             name=mesh,

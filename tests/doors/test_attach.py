@@ -1,5 +1,6 @@
 """Pads attached to models of other people."""
 
+import re
 import subprocess
 import sys
 
@@ -170,12 +171,72 @@ def test_attached_pads_go_along_when_specs_are_attached():
         ({"pad": "none"}, "default"),
         ({"pos": (0, 0)}, "three lengths"),
         ({"contact": "hard"}, "stiff, soft"),
+        ({"body": None}, "None does not exist"),
+        ({"name": ""}, "not empty"),
+        ({"name": 3}, "not empty"),
+        ({"pos": "0 0 0"}, "three lengths"),
+        ({"pos": (0, 0, np.nan)}, "three lengths"),
+        ({"pos": (0, 0, np.inf)}, "three lengths"),
+        ({"quat": (np.inf, 0, 0, 0)}, "quaternion"),
+        ({"quat": (0, 0, 0, 0)}, "quaternion"),
+        ({"pad": 3}, "type int; expected a mjtactile.Pad"),
+        ({"pad": {"size": (1, 1)}}, "type dict; expected a mjtactile.Pad"),
+        ({"output": "wrench wrench"}, "'wrench' .* twice"),
+        ({"output": None}, "None does not exist"),
+        ({"law": "hertz"}, "uniform, foundation, elastic"),
+        ({"friction": -1.0}, "at least 0"),
+        ({"friction": np.nan}, "at least 0"),
+        ({"friction": "0.5"}, "at least 0"),
     ],
 )
 def test_wrong_arguments_say_the_right_ones(options, says):
     spec = mujoco.MjSpec.from_string(HAND)
     with pytest.raises(mjtactile.SceneError, match=says):
         mjtactile.attach_pad(spec, **{"body": "finger", "name": "ff", **options})
+
+
+@pytest.mark.parametrize(
+    ("spec", "says"),
+    [
+        (HAND, "type str; expected a mujoco.MjSpec. .*from_string"),
+        (None, "type NoneType; expected a mujoco.MjSpec"),
+        (mujoco.MjModel.from_xml_string(HAND), "a compiled model takes no more geoms: attach the pad to its MjSpec"),
+    ],
+    ids=["text", "nothing", "compiled"],
+)
+def test_what_is_no_specification_is_refused_with_what_makes_one(spec, says):
+    with pytest.raises(mjtactile.SceneError, match=re.compile(says, re.IGNORECASE)):
+        mjtactile.attach_pad(spec, body="finger", name="ff")
+    with pytest.raises(mjtactile.SceneError, match=re.compile(says, re.IGNORECASE)):
+        mjtactile.hands.attach_hand(spec, "shadow")
+
+
+DOME = mjtactile.Pad(surface=mjtactile.SphereCap(20e-3))
+
+
+@pytest.mark.parametrize(
+    ("take", "pad"),
+    [
+        (lambda spec: spec.worldbody.add_site(name="ff_surface"), None),
+        (lambda spec: spec.worldbody.add_geom(name="ff_pad", size=[1e-3, 0, 0]), None),
+        (lambda spec: spec.add_mesh(name="ff_pad", uservert=[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]), DOME),
+        (lambda spec: spec.add_sensor(name="ff", type=mujoco.mjtSensor.mjSENS_CLOCK), None),
+    ],
+    ids=["site", "geom", "mesh", "sensor"],
+)
+def test_a_taken_name_leaves_the_specification_as_it_was(take, pad):
+    spec = mujoco.MjSpec.from_string(HAND)
+    take(spec)
+    before = len(spec.geoms), len(spec.sites), len(spec.sensors), len(spec.meshes)
+    with pytest.raises(mjtactile.SceneError, match=r"already\. Give the pad another name than 'ff'"):
+        mjtactile.attach_pad(spec, body="finger", name="ff", pad=pad)
+    assert (len(spec.geoms), len(spec.sites), len(spec.sensors), len(spec.meshes)) == before
+
+
+def test_a_pads_file_may_be_a_path(tmp_path):
+    (tmp_path / "pad.toml").write_text("sampling_radius = 0.6e-3\n")
+    spec, _ = hand(pad=tmp_path / "pad.toml")
+    assert mjtactile.TactileSensor(spec.compile(), "ff").pad == mjtactile.Pad(sampling_radius=0.6e-3)
 
 
 def test_a_name_is_used_once():

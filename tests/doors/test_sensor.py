@@ -289,6 +289,53 @@ def test_geom_that_is_no_box_is_refused(draft):
         TactileSensor(model, influence=draft)
 
 
+BOX = '<body name="{}" pos="0 0 0.004"><freejoint/><geom type="box" size="0.004 0.004 0.004" mass="0.05"/></body>'
+METHODS = ("read", "load", "carried", "wrench", "outline")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_data_of_another_model_are_refused(method, draft):
+    model, _ = settled(scene(BOX.format("one")), 1)
+    _, of_another = settled(scene(BOX.format("one") + BOX.format("two").replace("0 0 0.004", "1 0 0")), 1)
+    sensor = TactileSensor(model, influence=draft)
+    for data, says in ((of_another, "belongs to another model"), (None, "type NoneType"), (model, "type MjModel")):
+        with pytest.raises(SceneError, match=f"{says}; expected the mujoco.MjData of the model"):
+            getattr(sensor, method)(data)
+
+
+def test_data_of_a_varied_model_are_read(draft):
+    """Domain randomisation: the same tree, another mass."""
+    model, data = settled(scene(BOX.format("one")))
+    varied, of_varied = settled(scene(BOX.format("one").replace("0.05", "0.1")))
+    sensor = TactileSensor(model, influence=draft)
+    # The tolerance is what is left of settling.
+    assert sensor.wrench(of_varied)[2] == pytest.approx(2 * sensor.wrench(data)[2], rel=1e-3)
+    assert varied.signature == model.signature
+
+
+def test_a_sensor_of_the_plugin_is_not_read_where_its_numbers_are_not():
+    """Two models of one tree, whose sensors put out other things."""
+    text = """<mujoco><extension><plugin plugin="mjtactile.pad"/></extension><worldbody>
+      <geom name="pad" type="box" size="0.0075 0.0075 0.0025"/></worldbody>
+      <sensor><plugin name="ff" plugin="mjtactile.pad" objtype="geom" objname="pad">
+      <config key="fidelity" value="fast"/><config key="output" value="{}"/></plugin></sensor></mujoco>"""
+    model, of_another = settled(text.format("von_mises"), 1)[0], settled(text.format("wrench von_mises"), 1)[1]
+    with pytest.raises(SceneError, match="belongs to another model"):
+        TactileSensor(model, "ff").read(of_another)
+
+
+@pytest.mark.parametrize("model", ["hand.xml", None, mujoco.MjSpec()], ids=["name", "nothing", "spec"])
+def test_what_is_no_model_is_refused_with_what_makes_one(model):
+    with pytest.raises(SceneError, match=r"expected a mujoco.MjModel: MjSpec.compile\(\)"):
+        TactileSensor(model)
+
+
+@pytest.mark.parametrize("gap", [-1e-3, math.nan, math.inf, "1e-3", True])
+def test_a_facing_gap_is_a_length(gap, draft):
+    with pytest.raises(SceneError, match=r"facing_gap = .*; expected a length in metres"):
+        TactileSensor(settled(scene(BOX.format("one")), 1)[0], influence=draft, facing_gap=gap)
+
+
 def test_matrices_of_another_pad_are_refused_naming_both(draft):
     other = Pad(taxels=TaxelGrid(rows=3, columns=3))
     with pytest.raises(SceneError, match=r"13 x 13 taxels.*3 x 3 taxels.*influence_matrices\(pad\)"):
