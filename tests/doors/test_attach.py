@@ -182,7 +182,6 @@ def test_attached_pads_go_along_when_specs_are_attached():
         ({"pad": 3}, "type int; expected a mjtactile.Pad"),
         ({"pad": {"size": (1, 1)}}, "type dict; expected a mjtactile.Pad"),
         ({"output": "wrench wrench"}, "'wrench' .* twice"),
-        ({"output": None}, "None does not exist"),
         ({"law": "hertz"}, "uniform, foundation, elastic"),
         ({"friction": -1.0}, "at least 0"),
         ({"friction": np.nan}, "at least 0"),
