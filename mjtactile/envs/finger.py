@@ -1,6 +1,7 @@
 """A finger with one pad facing down, on slides and a hinge: position control sideways, force control downwards.
 
-The middle of the pad's surface is the finger's origin. At rest a weak spring holds it above the ground.
+The finger's origin is the middle of the pad's surface or, on a pad with hollows, at the height of its highest point. At
+rest a weak spring holds it above the ground.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from mjtactile._types import Array
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.pad import Pad
-from mjtactile.sim.pad_geom import add_pad_geom
+from mjtactile.sim.pad_geom import add_pad_geom, pad_geoms
+from mjtactile.sim.pad_solid import rise
 
 #: Height of the finger at rest [m], and the stiffness of its spring [N/m].
 HOVER, LIFT = 2e-3, 20.0
@@ -66,9 +68,11 @@ def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> m
         friction: sliding friction of the pad [-].
     """
     spec = mujoco.MjSpec.from_string(_WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT))
-    down = np.zeros(3), np.array([0.0, 1.0, 0.0, 0.0])
-    geom = add_pad_geom(spec, spec.body("finger"), PAD, options.pad or Pad(), down, "stiff")
-    geom.friction[0] = friction
+    pad = options.pad or Pad()
+    down = np.array([0.0, 0.0, rise(pad)]), np.array([0.0, 1.0, 0.0, 0.0])
+    add_pad_geom(spec, spec.body("finger"), PAD, pad, down, "stiff")
+    for geom in pad_geoms(spec, PAD):
+        geom.friction[0] = friction
     observe_pad(spec, PAD, options)
-    feel_force(spec, PAD_FORCE, f"{PAD}_pad")
+    feel_force(spec, PAD_FORCE, "finger")
     return spec

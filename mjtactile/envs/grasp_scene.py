@@ -14,7 +14,7 @@ from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.experiments.grasp.scene import GraspObject, grasp_spec
 from mjtactile.experiments.hands.fingertip import FingertipPads
 from mjtactile.experiments.hands.gripper import GRIPPER_PADS
-from mjtactile.sim.pad_geom import contact_constants
+from mjtactile.sim.pad_geom import contact_constants, pad_geoms
 
 #: Names of the sensors of the total contact force on each pad, world frame, for rewards only.
 PAD_FORCES = tuple(f"{name}_force" for name in GRIPPER_PADS)
@@ -47,11 +47,11 @@ def gripper_spec(
     # Sliding contacts separate by friction times speed times their time constant. With softer contacts the gripper's
     # encoders would show that, unlike real ones.
     stiff = contact_constants("stiff")
-    for geom in (spec.geom("object"), *(spec.geom(f"{name}_pad") for name in GRIPPER_PADS)):
+    for geom in (spec.geom("object"), *(geom for name in GRIPPER_PADS for geom in pad_geoms(spec, name))):
         geom.solref, geom.solimp = stiff["solref"], stiff["solimp"]
     for name, force in zip(GRIPPER_PADS, PAD_FORCES, strict=True):
         observe_pad(spec, name, options)
-        feel_force(spec, force, f"{name}_pad")
+        feel_force(spec, force, f"{name}_tip")
     for axis in wrist:
         _drive_by_speed(spec.actuator(f"wrist_{axis}"), spec.joint(f"wrist_{axis}").range)
     camera = spec.camera("front")

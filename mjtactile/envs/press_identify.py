@@ -70,21 +70,11 @@ class PressIdentify(Task):
 
     @classmethod
     def model(cls, options: TouchOptions) -> mujoco.MjModel:
-        """The finger, and seven punches in a row, their faces up.
-
-        Raises:
-            EnvError: the pad is curved; it would touch the ground between the feet of the punches.
-        """
-        if options.pad is not None and not options.pad.surface.is_flat:
-            raise EnvError(
-                f"PressIdentify takes flat pads only, and this one is a {options.pad.summary}: its punches stand on "
-                "feet at their corners, between which a curved pad would sink. Use EdgeFollow, GraspLift or PegInsert, "
-                "or give a pad with surface=Flat()."
-            )
+        """The finger, and seven punches in a row, their faces up."""
         spec = finger_spec(options, timestep=cls.TIMESTEP, friction=1.0)
         for k, name in enumerate(INDENTER_NAMES):
             station = spec.worldbody.add_frame(pos=[k * _SPACING, 0.0, 0.0], quat=[0.0, 1.0, 0.0, 0.0])
-            face_up = mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE)))
+            face_up = mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE), pad=options.pad))
             spec.attach(face_up, prefix="on_table_", frame=station)
         return spec.compile()
 

@@ -13,11 +13,10 @@ import numpy.typing as npt
 
 from mjtactile._types import Array
 from mjtactile.attach import add_pad_sensor, pad_table
-from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.fidelity import fidelity_text
 from mjtactile.pad import Pad
-from mjtactile.sim.pad_geom import PIECE
 from mjtactile.transducer.array import Transducer
 from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import TYPICAL
@@ -55,15 +54,7 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
         spec: model specification.
         name: of the pad and its sensor.
         options: observation of the pad.
-
-    Raises:
-        EnvError: the pad has hollows, so that it consists of several geoms; rewards use the forces on one.
     """
-    if spec.geom(f"{name}_pad{PIECE}1") is not None:
-        raise EnvError(
-            "the pad's surface has hollows, and MuJoCo collides it in pieces, of which environments know but one. "
-            "Expected a flat pad, or one that bulges everywhere."
-        )
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
         plugin, count = sensor.plugin, len(spec.plugins)
         spec.delete(sensor)
@@ -79,13 +70,19 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
         )
 
 
-def feel_force(spec: mujoco.MjSpec, name: str, geom: str) -> None:
-    """Add a MuJoCo sensor of the total contact force on a geom, world frame [N], for rewards only."""
+def feel_force(spec: mujoco.MjSpec, name: str, body: str) -> None:
+    """Add a MuJoCo sensor of the total contact force on a pad, world frame [N], for rewards only.
+
+    Args:
+        spec: model specification.
+        name: of the sensor.
+        body: that nothing but the pad collides of; a pad with hollows has several geoms.
+    """
     spec.add_sensor(
         name=name,
         type=mujoco.mjtSensor.mjSENS_CONTACT,
-        objtype=mujoco.mjtObj.mjOBJ_GEOM,
-        objname=geom,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        objname=body,
         # Which data (bits), which reduction, how many contacts: one net force.
         intprm=[1 << mujoco.mjtConDataField.mjCONDATA_FORCE.value, _NET_FORCE, 1],
         needstage=mujoco.mjtStage.mjSTAGE_ACC,

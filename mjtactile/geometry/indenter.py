@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeVar
 
@@ -17,12 +18,14 @@ from shapely import MultiPolygon, Polygon, affinity
 
 from mjtactile.errors import IndenterError
 from mjtactile.geometry.outlines import INDENTER_NAMES, SIDES, ellipse, punch_outline
-from mjtactile.geometry.planar import convex_parts
-from mjtactile.geometry.solid import checked, extrude, face_outline, silhouette
+from mjtactile.geometry.planar import convex_parts, even_parts
+from mjtactile.geometry.solid import checked, extrude, face_outline, is_prism, silhouette
 
 #: A mesh is treated as a flat punch if its lowest face covers at least this fraction of its silhouette.
 FLAT_FACE_SHARE = 0.1
 
+#: A face is convex if it covers at least this fraction of its convex hull.
+_CONVEX = 1.0 - 1e-6
 #: Largest number of triangles of a mesh: with more, MuJoCo's compiler and the sections of the mesh take minutes.
 MOST_TRIANGLES = 200_000
 #: Largest size of a mesh file [bytes]: enough for that many triangles in any format.
@@ -83,6 +86,19 @@ class Indenter:
                 f"indenter '{self.name}': its lowest point is at z = {bottom:.6g} m; expected 0. "
                 "Use mesh_indenter, which moves it there."
             )
+
+    @cached_property
+    def convex_solids(self) -> list[trimesh.Trimesh]:
+        """The solid in convex parts, if it is the prism over a flat face with notches or holes; none otherwise.
+
+        MuJoCo collides convex hulls, which would fill notches and holes. The parts are of about one size: MuJoCo places
+        up to four contact points on each, so that many small parts on one side would draw the force there.
+        """
+        if self.outline is None or self.outline.area > _CONVEX * self.outline.convex_hull.area:
+            return []
+        if not is_prism(self.solid):
+            return []
+        return [extrude(part, float(self.solid.bounds[1, 2])) for part in even_parts(self.outline)]
 
     def outline_at(self, *, shift: tuple[float, float] = (0.0, 0.0), rotate_deg: float = 0.0) -> Polygon | MultiPolygon:
         """Outline that faces the pad [m]: that of the flat face, or the convex hull of a curved indenter's silhouette.

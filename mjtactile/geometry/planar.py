@@ -5,6 +5,9 @@ Lengths are metres. Outlines are shapely polygons; holes are kept.
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
+
 import mapbox_earcut
 import numpy as np
 import shapely
@@ -19,6 +22,9 @@ from mjtactile.errors import FootprintError, IndenterError
 MAXIMUM_SUPPORT_POINTS = 8
 #: Corners whose angle differs from straight by less than this (its sine) are ignored [-].
 STRAIGHT = 1e-9
+#: Even parts: squares along an area's longer side; how far their rims may leave the area's, over a square's side [-];
+#: and the least area of a part over a square's [-].
+_SQUARES, _OFF_RIM, _LEAST_PART = 8, 0.02, 0.01
 
 
 def areal(geometry: BaseGeometry) -> Polygon | MultiPolygon:
@@ -112,6 +118,27 @@ def convex_parts(polygon: Polygon) -> list[Polygon]:
     return [Polygon(corners[part]) for part in parts.values()]
 
 
+def even_parts(area: Polygon | MultiPolygon) -> list[Polygon]:
+    """Convex parts of about one size that cover an area, notches and holes left open.
+
+    Squares about the middle of the area's bounds cut it, and `convex_parts` cuts what is not convex in them. Slivers
+    under a hundredth of a square are left out. Chords replace arcs that they leave by up to a fiftieth of its side.
+
+    Args:
+        area: with its longer side along x or y if possible [m].
+    """
+    west, south, east, north = area.bounds
+    side = max(east - west, north - south) / _SQUARES
+    x, y = (_even_lines(low, high, side) for low, high in ((west, east), (south, north)))
+    squares = [shapely.box(x0, y0, x1, y1) for y0, y1 in pairwise(y) for x0, x1 in pairwise(x)]
+    found = []
+    for piece in shapely.intersection(area, squares).tolist():
+        for polygon in polygons_of(areal(piece)):
+            if polygon.area > _LEAST_PART * side**2:
+                found += [p for q in polygons_of(areal(polygon.simplify(_OFF_RIM * side))) for p in convex_parts(q)]
+    return [part for part in found if part.area > _LEAST_PART * side**2]
+
+
 def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon | None = None) -> Array:
     """A few points at an area's rim whose mean is the area's centroid.
 
@@ -141,6 +168,12 @@ def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon 
         f"no {MAXIMUM_SUPPORT_POINTS} points of the area balance about its centroid "
         f"({centre[0]:.6g}, {centre[1]:.6g}) m: it is too thin or too lopsided. Use a more compact face."
     )
+
+
+def _even_lines(low: float, high: float, distance: float) -> list[float]:
+    """Coordinates at a distance from each other, about the middle of two limits and not short of them [m]."""
+    count = max(1, math.ceil((high - low) / distance - STRAIGHT))
+    return ((low + high) / 2 + distance * (np.arange(count + 1) - count / 2)).tolist()
 
 
 def _corners(hull: Polygon) -> Array:

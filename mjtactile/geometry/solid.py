@@ -18,6 +18,8 @@ from mjtactile.geometry.planar import areal, polygons_of, triangulate
 
 #: Vertices closer than this to the cutting plane count as lying in it [m], because rotations are rounded.
 PLANE_TOLERANCE = 1e-9
+#: Walls whose normals have a vertical part of no more than this are vertical [-]; files have single precision.
+_UPRIGHT = 1e-5
 #: Largest extent of a solid [m]; a larger one was almost certainly drawn in millimetres.
 LARGEST_EXTENT = 1.0
 
@@ -79,6 +81,14 @@ def _prism(polygon: Polygon, height: float) -> trimesh.Trimesh:
     )
     vertices = np.vstack([np.insert(corners, 2, z, axis=1) for z in (0.0, height)])
     return trimesh.Trimesh(vertices, sides, process=False)
+
+
+def is_prism(solid: trimesh.Trimesh) -> bool:
+    """Whether all walls of a solid are vertical and all other triangles lie in its lowest or highest plane."""
+    low, high = solid.bounds[:, 2]
+    heights = solid.triangles[:, :, 2]
+    level = [(np.abs(heights - height) <= PLANE_TOLERANCE).all(axis=1) for height in (low, high)]
+    return bool((level[0] | level[1] | (np.abs(solid.face_normals[:, 2]) <= _UPRIGHT)).all())
 
 
 def silhouette(solid: trimesh.Trimesh) -> Polygon:

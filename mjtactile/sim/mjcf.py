@@ -9,12 +9,16 @@ Lengths are metres, forces newtons. What every model here shares:
   between two convex geoms, and meshes collide as their convex hull, so without feet the pressure of a star or even
   of an octagon that cannot tilt would be centred up to a millimetre off. Feet give one contact each, and their mean
   is the face's centroid. A curved indenter's solid collides by itself.
+- On a curved pad flat punches collide with their solid, too. If the face has notches or holes, that is in convex parts,
+  `<name>_part_<i>` in group 3, because the pad reaches into them.
 """
 
 from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+
+import trimesh
 
 from mjtactile._types import Array, Indices
 from mjtactile.geometry.indenter import Indenter
@@ -56,11 +60,16 @@ def pad_mjcf(pad: Pad | None = None) -> str:
     return text_of(root)
 
 
-def indenter_mjcf(indenter: Indenter) -> str:
-    """MJCF of the indenter alone: one body with its name, its lowest point at the body's origin."""
-    root = document(indenter.name)
-    _add_mesh(root, indenter)
-    ET.SubElement(root, "worldbody").append(_indenter_body(indenter, None))
+def indenter_mjcf(indenter: Indenter, *, pad: Pad | None = None) -> str:
+    """MJCF of the indenter alone: one body with its name, its lowest point at the body's origin.
+
+    Args:
+        indenter: the body that presses.
+        pad: that it presses on; the default pad if None. A flat punch has feet for a flat pad only.
+    """
+    root, on_feet = document(indenter.name), pad is None or pad.surface.is_flat
+    _add_meshes(root, indenter, on_feet=on_feet)
+    ET.SubElement(root, "worldbody").append(_indenter_body(indenter, None, on_feet=on_feet))
     return text_of(root)
 
 
@@ -85,15 +94,16 @@ def press_mjcf(
             height than 0.
         rotate_deg: counter-clockwise rotation before the shift [deg].
         feet: positions of a flat indenter's feet in its own frame [m], shape (n, 2); distributed over its face if None.
-            On a curved pad it has no feet, and its solid collides.
+            On a curved pad it has no feet, and its solid collides, in convex parts if the face is not convex.
         tilt_free: whether a ball joint at the indenter's origin lets it rotate.
     """
     root, pad = document("press_free" if tilt_free else "press"), pad or Pad()
+    on_feet = pad.surface.is_flat
     ET.SubElement(root, "option", OPTION)
     ET.SubElement(root, "statistic", center="0 0 0", extent="0.02")
     visual = ET.SubElement(root, "visual")
     ET.SubElement(visual, "headlight", ambient="0.3 0.3 0.3", diffuse="0.6 0.6 0.6")
-    _add_mesh(root, indenter)
+    _add_meshes(root, indenter, on_feet=on_feet)
     add_pad_meshes(root, pad, "pad")
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0 -0.05 0.1", dir="0 0.45 -0.9", diffuse="0.5 0.5 0.5")
@@ -104,7 +114,7 @@ def press_mjcf(
         ET.SubElement(carrier, "joint", name=f"press_{axis}", type="slide", axis=direction)
     if tilt_free:
         ET.SubElement(carrier, "joint", _GIMBAL, name="press_tilt", type="ball")
-    body = _indenter_body(indenter, feet, on_feet=pad.surface.is_flat)
+    body = _indenter_body(indenter, feet, on_feet=on_feet)
     half = math.radians(rotate_deg) / 2
     body.set("quat", numbers((math.cos(half), 0.0, 0.0, math.sin(half))))
     carrier.append(body)
@@ -141,9 +151,17 @@ def _pad_body(pad: Pad) -> ET.Element:
     return body
 
 
-def _add_mesh(root: ET.Element, indenter: Indenter) -> None:
+def _add_meshes(root: ET.Element, indenter: Indenter, *, on_feet: bool) -> None:
     if indenter.primitive is None:
         _add_asset(root, f"{indenter.name}_solid", indenter.solid.vertices, indenter.solid.faces)
+    if not on_feet:
+        for name, part in _parts(indenter):
+            _add_asset(root, name, part.vertices, part.faces)
+
+
+def _parts(indenter: Indenter) -> list[tuple[str, trimesh.Trimesh]]:
+    """Convex parts of a punch whose face has notches or holes, with the names of their meshes and geoms."""
+    return [(f"{indenter.name}_part_{i}", part) for i, part in enumerate(indenter.convex_solids)]
 
 
 def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
@@ -185,18 +203,23 @@ def _add_asset(root: ET.Element, name: str, vertices: Array, faces: Indices) -> 
 def _indenter_body(indenter: Indenter, feet: Array | None, *, on_feet: bool = True) -> ET.Element:
     """The indenter's body; its weight is compensated, so that it does not add to the force commanded."""
     body = ET.Element("body", name=indenter.name, gravcomp="1")
-    body.append(_solid_geom(indenter, collides=indenter.outline is None or not on_feet))
+    parts = [] if on_feet else _parts(indenter)
+    body.append(_solid_geom(indenter, collides=indenter.outline is None or not (on_feet or parts)))
+    stands_in = {"group": "3", "mass": "0"}
+    for name, _ in parts:
+        ET.SubElement(body, "geom", {"name": name, "type": "mesh", "mesh": name, **stands_in})
     if indenter.outline is not None and on_feet:
         for i, (x, y) in enumerate(support_points(indenter.outline) if feet is None else feet):
             ET.SubElement(
                 body,
                 "geom",
-                name=f"{indenter.name}_foot_{i}",
-                type="sphere",
-                size=numbers((FOOT_RADIUS,)),
-                pos=numbers((x, y, FOOT_RADIUS)),
-                group="3",
-                mass="0",
+                {
+                    "name": f"{indenter.name}_foot_{i}",
+                    "type": "sphere",
+                    "size": numbers((FOOT_RADIUS,)),
+                    "pos": numbers((x, y, FOOT_RADIUS)),
+                    **stands_in,
+                },
             )
     return body
 

@@ -169,6 +169,17 @@ def add_pad_geom(
     return geom
 
 
+def pad_geoms(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsGeom]:
+    """All geoms of a sensor's pad in a specification: `<name>_pad` and, for hollows, `<name>_pad_piece_1` and so on.
+
+    Args:
+        spec: model specification.
+        name: of the pad's sensor.
+    """
+    first = f"{name}_pad"
+    return [geom for geom in spec.geoms if geom.name == first or geom.name.startswith(f"{first}{PIECE}")]
+
+
 def pad_pieces(model: Any, geom: int) -> list[int]:
     """Ids of all geoms of a pad: its own and, for a pad with hollows, `<name>_piece_1` and so on.
 

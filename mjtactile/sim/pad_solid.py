@@ -68,6 +68,11 @@ def pad_solid(pad: Pad) -> PadSolid:
         proud *= 2.0
 
 
+def rise(pad: Pad) -> float:
+    """Height of a pad's highest point over the origin of its frame [m], on its facets; 0 if it bulges everywhere."""
+    return max(0.0, *(float(piece.vertices[:, 2].max()) for piece in pad_solid(pad).pieces))
+
+
 def _parts(pad: Pad, part: _Part, proud: float) -> list[tuple[_Part, float]]:
     """Parts whose hulls are at most `proud` above the surface, with that height for each part [m]."""
     over = _hull_over_surface(pad, part)

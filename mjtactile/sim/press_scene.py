@@ -82,12 +82,13 @@ def press_scene(
         shift: position of the indenter's origin in the pad frame [m].
         rotate_deg: counter-clockwise rotation about the indenter's origin, before the shift [deg].
         pad: the pad, of which only the shape is used; the default pad if None. Flat punches have feet on a flat pad,
-            and collide with their solid on a curved pad.
+            and collide with their solid on a curved pad, in convex parts if the face has notches or holes.
         tilt_free: whether the indenter may rotate about its origin, through which the force then passes.
 
     Raises:
         IndenterError: unknown shape, or a mesh that is not a valid solid.
-        SceneError: the indenter is off the pad, or its face has a hole and the pad is curved.
+        SceneError: the indenter is off the pad; or the pad is curved, and the indenter's face has a hole though it is
+            not the prism over that face.
     """
     return press_spec(shape, shift=shift, rotate_deg=rotate_deg, pad=pad, tilt_free=tilt_free).compile()
 
@@ -151,11 +152,11 @@ def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: 
     if indenter.outline is None:
         return None
     if not pad.surface.is_flat:
-        if any(polygon.interiors for polygon in polygons_of(loaded)):
+        if any(polygon.interiors for polygon in polygons_of(loaded)) and not indenter.convex_solids:
             raise SceneError(
                 f"indenter '{indenter.name}' has a hole in its face, which MuJoCo would fill where it collides with a "
-                "curved pad. Press with one that has none, or build the scene of convex pieces and read it with "
-                "TactileSensor."
+                "curved pad: only prisms over their face are cut into convex parts. Press with such a prism, or build "
+                "the scene of convex pieces and read it with TactileSensor."
             )
         return None
     inside = _rectangle(pad, EDGE_MARGIN)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from torch import Tensor, nn
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.uniform import UniformBasis
 from mjtactile.errors import InfluenceError, StaleInfluenceError
+from mjtactile.fem.curved.tractions import cell_integrals
 from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.forces import nodal_batch
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -23,8 +25,11 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.torch.arguments import existing_layers, floating, matrices_of
 from mjtactile.torch.symmetry import Folded, LayerStress, as_buffer, element_integrals
 
-#: How to make loads on a curved pad, for error messages.
-_MADE_OF = "Make the load with SurfaceLoad.from_tractions or contact_load, and its tensor with nodal_forces(load)."
+#: Why there is no wrench basis on a curved pad, and what there is, for error messages.
+_NOT_LINEAR = (
+    "On a curved pad a load is not linear in its wrench: make each with contact_load, and its tensor with "
+    "nodal_forces(load)."
+)
 
 
 class PadOutput(NamedTuple):
@@ -85,6 +90,8 @@ class PadModel(nn.Module):
             as_buffer(self, f"average_{place}", influence.averages[k].toarray())
         for name, line in (("cells_y", self.surface.y), ("cells_x", self.surface.x)):
             as_buffer(self, name, element_integrals(line.sizes))
+        if not self.pad.surface.is_flat:
+            as_buffer(self, "cells", cell_integrals(self.surface))
         self.to(device=device, dtype=floating(dtype))
 
     @property
@@ -201,18 +208,25 @@ class PadModel(nn.Module):
 
         Args:
             tractions: in the pad frame [Pa], (..., cells y, cells x, 3); cells lie between `surface.y.vertices` and
-                `surface.x.vertices`; pressing is -z.
+                `surface.x.vertices`; pressing is -z. On a curved pad, forces per area of the surface, seen from above
+                on these cells; a pressure p is -p times `surface.outer.normals`.
 
         Raises:
             InfluenceError: the tensor has another shape, type or device.
-            PadError: the pad is curved.
         """
-        require_flat(self.pad, "PadModel.traction_forces", _MADE_OF)
         along_y, along_x = self.get_buffer("cells_y"), self.get_buffer("cells_x")
-        self._check(tractions, (along_y.shape[1], along_x.shape[1], 3), "tractions", "cells y, cells x, 3")
+        rows, columns = along_y.shape[1], along_x.shape[1]
+        self._check(tractions, (rows, columns, 3), "tractions", "cells y, cells x, 3")
         with _full_precision(tractions):
-            forces = along_y @ tractions.flatten(-2)
-            return along_x @ forces.unflatten(-1, (-1, 3))
+            if self.pad.surface.is_flat:
+                forces = along_y @ tractions.flatten(-2)
+                return along_x @ forces.unflatten(-1, (-1, 3))
+            cells = self.get_buffer("cells")
+            forces = tractions.new_zeros(*tractions.shape[:-3], *self.force_shape)
+            for j, i in itertools.product(range(3), repeat=2):
+                shares = cells[..., j, i, None] * tractions
+                forces[..., j : j + 2 * rows - 1 : 2, i : i + 2 * columns - 1 : 2, :] += shares
+            return forces
 
     def wrench_basis(self, footprint: Footprint) -> Tensor:
         """Nodal forces per unit of a wrench on a footprint, by law "uniform" while its pressure is positive everywhere.
@@ -229,7 +243,7 @@ class PadModel(nn.Module):
             InfluenceError: the footprint was made for another surface.
             PadError: the pad is curved: there the load is not linear in the wrench.
         """
-        require_flat(self.pad, "PadModel.wrench_basis", _MADE_OF)
+        require_flat(self.pad, "PadModel.wrench_basis", _NOT_LINEAR)
         if footprint.surface.node_shape != self.surface.node_shape:
             raise InfluenceError(
                 f"the footprint lies on a surface of {footprint.surface.node_shape} nodes, but this model's has "

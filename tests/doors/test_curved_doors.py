@@ -23,20 +23,24 @@ from mjtactile.dataset.on_surface import footprint_on
 from mjtactile.dataset.sampling import outline_presses
 from mjtactile.dataset.shapes import SPHERE_RADIUS, sized_face
 from mjtactile.dataset.spec import ContactSpec, DatasetSpec, load_spec, pad_from, spec_from
-from mjtactile.envs.options import EnvError
+from mjtactile.envs.press_identify import PressIdentify
 from mjtactile.envs.simulation import SingleSimulation
 from mjtactile.envs.single import TactileEnv
 from mjtactile.errors import DatasetError, MjTactileError
 from mjtactile.fidelity import Fidelity
+from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.lerobot.features import tactile_features, tactile_key
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_text
 from mjtactile.pad_shape.taxels import FreeTaxels
+from mjtactile.sim.wrench import geom_frame
 from mjtactile.transducer.capacitive import TransducerError
 from mjtactile.view.viewer import Viewer
 
 _FIDELITY = "fast"
+#: Hollows are collided in pieces, which are one pad.
+FELT = WALKED | HOLLOWS
 walked = pytest.mark.parametrize("pad", WALKED.values(), ids=WALKED.keys())
 curved = pytest.mark.parametrize("pad", [WALKED[name] for name in ("dome", "tip", "patch", "free dome")])
 
@@ -138,8 +142,9 @@ def test_a_press_of_a_dataset_is_that_contact_turned_with_the_surface(pad, tmp_p
         np.testing.assert_allclose(readings, influence.readings(load), rtol=2e-3, atol=2e-3 * readings.max())
 
 
-def test_a_dataset_of_either_backend_reads_the_same_at_the_apex(tmp_path):
-    contact = ContactSpec(shapes=("sphere",), force=(0.1, 0.1), tilt=(0.0, 0.0))
+@pytest.mark.parametrize(("shape", "off"), [("sphere", 0.01), ("doughnut", 0.03)])
+def test_a_dataset_of_either_backend_reads_the_same_at_the_apex(shape, off, tmp_path):
+    contact = ContactSpec(shapes=(shape,), size=(0.4, 0.4), force=(0.1, 0.1), tilt=(0.0, 0.0), rotation=(0.0, 0.0))
     found = []
     for backend in ("physics", "mujoco"):
         spec = DatasetSpec(
@@ -147,8 +152,9 @@ def test_a_dataset_of_either_backend_reads_the_same_at_the_apex(tmp_path):
         )
         make_dataset(spec, tmp_path / backend, progress=False)
         found.append(read_dataset(tmp_path / backend).readings[0])
-    # In MuJoCo the dome has facets of .44 mm, and the force is settled to 1e-4.
-    np.testing.assert_allclose(found[1], found[0], atol=0.01 * found[0].max())
+    # In MuJoCo the dome has facets of .44 mm, and the force is settled to 1e-4. Under the doughnut, a mesh
+    # there, the 20 cells of "fast" lie elsewhere.
+    np.testing.assert_allclose(found[1], found[0], atol=off * found[0].max())
 
 
 def test_a_face_lies_in_the_tangent_plane_turned_with_it():
@@ -189,13 +195,14 @@ def test_lerobot_is_told_where_the_taxels_are(pad):
         assert said.info["taxel_depth"] == list(pad.depths)
 
 
-@walked
-@pytest.mark.parametrize("task", ["EdgeFollow", "GraspLift", "PegInsert"])
+@pytest.mark.parametrize("pad", FELT.values(), ids=FELT.keys())
+@pytest.mark.parametrize("task", ["EdgeFollow", "GraspLift", "PegInsert", "PressIdentify"])
 def test_an_environment_s_agent_feels_what_the_pad_reads(pad, task):
     env = TactileEnv(f"mjtactile/{task}-v0", pad=pad, observation="pascals", noise=0.0, fidelity=_FIDELITY)
     env.reset(seed=3)
     action = np.zeros(env.action_space.shape or (), dtype=np.float32)
-    action[3 if task == "EdgeFollow" else -1] = 1.0 if task == "EdgeFollow" else -1.0
+    pressed = task in ("EdgeFollow", "PressIdentify")
+    action[3 if pressed else -1] = 1.0 if pressed else -1.0
     seen: dict = {}
     for _ in range(15):
         seen, *_ = env.step(action)
@@ -208,6 +215,40 @@ def test_an_environment_s_agent_feels_what_the_pad_reads(pad, task):
     assert expected.max() > 10.0
     # On a flat pad a face that moved by less than 1e-6 m is read by the responses kept of it.
     np.testing.assert_allclose(seen["tactile"][0], expected, atol=(1e-3 if flat else 1e-6) * expected.max())
+    # What rewards know is the force on all pieces of the pad, on what touches it and in the world frame.
+    frame = geom_frame(simulation.model, simulation.data, sensor.geom)
+    felt = frame.rotation @ sensor.wrench(simulation.data)[:3]
+    np.testing.assert_allclose(simulation.data.sensor(f"{name}_force").data, -felt, atol=1e-9)
+
+
+@pytest.mark.parametrize("pad", HOLLOWS.values(), ids=HOLLOWS.keys())
+def test_pads_with_hollows_touch_nothing_before_they_are_moved(pad):
+    for task in ("EdgeFollow", "GraspLift", "PressIdentify"):
+        env = TactileEnv(f"mjtactile/{task}-v0", pad=pad, fidelity=_FIDELITY)
+        env.reset(seed=3)
+        simulation = env.task.simulation
+        assert isinstance(simulation, SingleSimulation)
+        assert (simulation.data.sensor(f"{env.task.PADS[0]}_force").data == 0.0).all()
+
+
+def test_a_dome_sinks_into_the_doughnut_s_hole():
+    """As deep as the cap that the hole cuts off, while a whole face stops at the apex."""
+    height = {}
+    for shape in ("circle", "doughnut"):
+        env = TactileEnv("mjtactile/PressIdentify-v0", pad=WALKED["dome"], noise=0.0, fidelity=_FIDELITY)
+        env.reset(seed=0, options={"shape": shape})
+        task, simulation = env.task, env.task.simulation
+        assert isinstance(task, PressIdentify)
+        assert isinstance(simulation, SingleSimulation)
+        simulation.data.qpos[:2] = task._start[0, :2] = (INDENTER_NAMES.index(shape) * 0.05, 0.0)
+        action = np.zeros(env.action_space.shape or (), dtype=np.float32)
+        action[3], action[4] = 1.0, -1.0
+        for _ in range(30):
+            env.step(action)
+        height[shape] = float(simulation.data.qpos[3])
+    hole = 0.75 * 2.5e-3
+    assert height["circle"] == pytest.approx(0.0, abs=1.5e-5)
+    assert height["doughnut"] == pytest.approx(np.sqrt(12e-3**2 - hole**2) - 12e-3, abs=1.5e-5)
 
 
 @pytest.mark.parametrize("kind", ["capacitive", "piezoresistive"])
@@ -261,19 +302,6 @@ def test_the_live_view_shows_the_pad(pad):
         assert "0.00 N" in shown[0]
         assert "0.10 N" in shown[1]
         assert shown[0].split("base64,")[1] != shown[1].split("base64,")[1]
-
-
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: TactileEnv("mjtactile/PressIdentify-v0", pad=WALKED["dome"]), "flat pads only.*EdgeFollow"),
-        (lambda: TactileEnv("mjtactile/EdgeFollow-v0", pad=HOLLOWS["bowl"]), "has hollows"),
-        (lambda: TactileEnv("mjtactile/GraspLift-v0", pad=HOLLOWS["saddle"]), "has hollows"),
-    ],
-)
-def test_an_environment_that_cannot_have_the_pad_says_so(make, said):
-    with pytest.raises(EnvError, match=said):
-        make()
 
 
 def test_what_a_dataset_cannot_do_is_said(tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -24,8 +25,8 @@ from mjtactile.geometry.indenter import (
     punch,
     sphere,
 )
-from mjtactile.geometry.planar import convex_parts, support_points
-from mjtactile.geometry.solid import face_outline
+from mjtactile.geometry.planar import convex_parts, even_parts, support_points
+from mjtactile.geometry.solid import face_outline, is_prism
 
 REFERENCE = json.loads((Path(__file__).parent / "outlines.json").read_text())["outlines"]
 AREAS = {  # [m2], by the formulas of school geometry
@@ -141,6 +142,31 @@ def assert_partition(pieces: list[Polygon], outline: Polygon) -> None:
         assert piece.difference(outline).area < 1e-12 * outline.area
         rest = rest.difference(piece.buffer(1e-12))
     assert rest.area < 1e-6 * outline.area
+
+
+@pytest.mark.parametrize("name", ["doughnut", "star"])
+def test_even_parts_cover_the_outline_and_leave_notches_open(name):
+    outline = indenter_outline(name)
+    parts = even_parts(outline)
+    assert all(part.convex_hull.area == pytest.approx(part.area, rel=1e-9) for part in parts)
+    whole = shapely.union_all(parts)
+    assert whole.area == pytest.approx(sum(part.area for part in parts), rel=1e-6)
+    assert whole.symmetric_difference(outline).area < 0.01 * outline.area
+    # Of a hole nothing is filled but what chords leave of its arcs, a fiftieth of the squares' side.
+    assert whole.difference(outline.buffer(2.6e-5)).area < 1e-12
+    sizes = [max(part.bounds[2] - part.bounds[0], part.bounds[3] - part.bounds[1]) for part in parts]
+    assert max(sizes) <= 10e-3 / 8 * 1.001
+
+
+def test_a_prism_is_told_from_other_solids():
+    assert is_prism(indenter_solid("star"))
+    assert is_prism(cylinder(3e-3, 8e-3, "z").solid)
+    assert not is_prism(sphere(6e-3).solid)
+    for top in (1.1, 0.9):
+        cone = indenter_solid("doughnut")
+        cone.vertices[cone.vertices[:, 2] > 0.0, :2] *= top
+        assert not is_prism(cone)
+    assert not is_prism(indenter_solid("circle") + indenter_solid("square", height=2e-3))
 
 
 @pytest.mark.parametrize("name", INDENTER_NAMES)

@@ -7,10 +7,12 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+import shapely
 import trimesh
 from curved_pads import BULGES, CURVED, HOLLOWS, pad_with, stack
 
 from mjtactile.errors import SceneError
+from mjtactile.geometry.indenter import indenter_outline, indenter_solid, mesh_indenter, punch, sphere
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.surfaces import SphereCap
 from mjtactile.sim.geoms import check_pad_geom
@@ -191,8 +193,6 @@ def test_a_ball_settles_on_a_dome_where_it_was_put():
     dome = BULGES["dome"]
     model = press_scene("circle", pad=dome)
     assert not any("_foot_" in model.geom(k).name for k in range(model.ngeom))
-    from mjtactile.geometry.indenter import sphere
-
     model = press_scene(sphere(6e-3), pad=dome, shift=(3e-3, -2e-3))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -206,9 +206,62 @@ def test_a_ball_settles_on_a_dome_where_it_was_put():
     np.testing.assert_allclose(settled.wrench[3:5], [2e-3 * 12 / 18, 3e-3 * 12 / 18], atol=1e-4)
 
 
-def test_a_face_with_a_hole_is_refused_on_a_curved_pad():
-    with pytest.raises(SceneError, match="has a hole in its face, which MuJoCo would fill"):
-        press_scene("doughnut", pad=BULGES["dome"])
+def test_a_face_with_a_hole_stands_on_its_rim_about_the_apex():
+    """It comes to rest lower than a plate by the height of the cap in the hole."""
+    dome, hole = BULGES["dome"], 1.25e-3
+    model = press_scene(punch("doughnut", scale=0.5), pad=dome)
+    parts = [model.geom(k).name for k in range(model.ngeom) if "_part_" in model.geom(k).name]
+    assert len(parts) > 20
+    assert model.geom("doughnut_tactile").contype[0] == 0
+    data = mujoco.MjData(model)
+    settled = press(model, data, (0.0, 0.0, -0.5))
+    cap = 12e-3 - np.sqrt(12e-3**2 - hole**2)
+    # It sinks in by some micrometres, and facets of pad and rim are chords.
+    assert data.xpos[model.body("doughnut").id][2] == pytest.approx(-cap, abs=1e-5)
+    touching = np.hypot(*data.contact.pos[:, :2].T)
+    np.testing.assert_allclose(touching, hole, atol=1.5e-4)
+    np.testing.assert_allclose(settled.wrench[3:5], 0.0, atol=5e-5 * 0.5)  # 50 um off the middle
+    np.testing.assert_allclose(settled.wrench[:3], [0.0, 0.0, -0.5], atol=1e-4)
+
+
+def test_a_ring_on_a_ridge_presses_about_the_middle_of_what_touches():
+    for shift in ((0.0, 0.0), (1.5e-3, 1e-3)):
+        model = press_scene(punch("doughnut", scale=0.5), pad=BULGES["tip"], shift=shift)
+        data = mujoco.MjData(model)
+        wrench = press(model, data, (0.0, 0.0, -0.5)).wrench
+        # Parts of one size have contacts about evenly along the ridge; those of a coarse partition were 1 mm off.
+        assert wrench[3] / wrench[2] == pytest.approx(shift[1], abs=1.5e-4)
+        assert -wrench[4] / wrench[2] == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("shape", ["star", "doughnut"])
+def test_notches_and_holes_stay_open_where_a_dome_reaches_into_them(shape):
+    """Contacts lie under the face, not under its hull."""
+    for shift in ((1.5e-3, 1e-3), (-1e-3, 1.2e-3), (0.5e-3, -1.5e-3)):
+        model = press_scene(punch(shape, scale=0.5), pad=BULGES["dome"], shift=shift)
+        data = mujoco.MjData(model)
+        press(model, data, (0.0, 0.0, -0.3))
+        face = indenter_outline(shape, scale=0.5, shift=shift).buffer(1e-4)
+        assert data.ncon > 0
+        assert shapely.contains_xy(face, *data.contact.pos[:, :2].T).all()
+
+
+def test_convex_faces_collide_as_one_solid_and_pads_that_are_flat_keep_feet():
+    for shape in ("circle", "ellipse", "octagon", "square", "triangle"):
+        assert punch(shape).convex_solids == []
+        assert press_scene(shape, pad=BULGES["dome"]).ngeom == 2
+    model = press_scene("doughnut", pad=stack(BULGES["dome"]))
+    names = [model.geom(k).name for k in range(model.ngeom)]
+    assert any("_foot_" in name for name in names)
+    assert not any("_part_" in name for name in names)
+
+
+def test_a_hole_in_a_body_that_is_no_prism_is_refused_on_a_curved_pad():
+    ring = indenter_solid("doughnut", scale=0.5)
+    ring.vertices[ring.vertices[:, 2] > 0.0, :2] *= 1.1
+    with pytest.raises(SceneError, match=r"has a hole in its face.*only prisms over their face.*TactileSensor"):
+        press_scene(mesh_indenter(ring, name="cup"), pad=BULGES["dome"])
+    assert press_scene(mesh_indenter(ring, name="cup"), pad=stack(BULGES["dome"])).ngeom > 2
 
 
 def test_a_pads_own_model_has_its_shape():

@@ -141,14 +141,33 @@ def test_curved_pads_and_free_taxels_read_as_in_numpy_with_gradients(name):
     assert float(gradient[4, 6, 2]) == pytest.approx(float(change), rel=1e-6)
 
 
-def test_what_is_linear_on_flat_pads_alone_is_refused_on_curved_ones():
+def test_a_wrench_basis_is_refused_on_curved_pads():
     model = PadModel(in_double_precision(WALKED["dome"], replace(COARSE, most_elements=64)), dtype=torch.float64)
-    cells = torch.zeros(len(model.surface.y.sizes), len(model.surface.x.sizes), 3, dtype=torch.float64)
-    with pytest.raises(PadError, match=r"traction_forces takes flat pads only.*SurfaceLoad.from_tractions"):
-        model.traction_forces(cells)
     face = Footprint.from_outline(box(-1e-3, -1e-3, 1e-3, 1e-3), model.surface)
-    with pytest.raises(PadError, match=r"wrench_basis takes flat pads only.*contact_load.*nodal_forces"):
+    with pytest.raises(PadError, match=r"wrench_basis takes flat pads only.*not linear in its wrench.*nodal_forces"):
         model.wrench_basis(face)
+
+
+@pytest.mark.parametrize("name", ["dome", "tip", "patch"])
+def test_tractions_of_cells_of_a_curved_pad_are_per_area_of_its_surface(name):
+    influence = in_double_precision(WALKED[name], replace(COARSE, most_elements=64))
+    surface, model = influence.surface, PadModel(influence, dtype=torch.float64)
+    x, y = surface.x.vertices, surface.y.vertices
+    tractions = torch.zeros(len(y) - 1, len(x) - 1, 3, dtype=torch.float64)
+    expected = np.zeros(model.force_shape)
+    for row, column, traction in ((1, 2, (2e3, -1e3, -5e4)), (3, 0, (0.0, 3e3, -1e4))):
+        tractions[row, column] = torch.tensor(traction, dtype=torch.float64)
+        cell = box(x[column], y[row], x[column + 1], y[row + 1])
+        load = SurfaceLoad.from_tractions(influence, cell, lambda points, _, t=traction: np.tile(t, (len(points), 1)))
+        expected += load.forces
+    tractions.requires_grad_()
+    found = model.traction_forces(tractions)
+    np.testing.assert_allclose(found.detach().numpy(), expected, atol=1e-12 * np.abs(expected).max())
+    batch = model.traction_forces(torch.stack([tractions, 2 * tractions])[None])
+    torch.testing.assert_close(batch[0, 1], 2 * found)
+    (gradient,) = torch.autograd.grad(found[..., 2].sum(), tractions)
+    area = float(surface.outer.stretch(*np.meshgrid((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2))[1, 2])
+    assert float(gradient[1, 2, 2]) == pytest.approx(area * (x[3] - x[2]) * (y[2] - y[1]), rel=0.05)
 
 
 def test_a_layer_left_out_is_not_kept(layered):

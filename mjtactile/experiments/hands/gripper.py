@@ -14,6 +14,7 @@ import numpy as np
 from mjtactile.experiments.hands.fingertip import GREY, FingertipPads, HandModel, add_pad, pad_sensor
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import numbers
+from mjtactile.sim.pad_solid import rise
 
 #: Sensors of the gripper; geoms are `<name>_pad`, pad frames are sites `<name>_surface`.
 GRIPPER_PADS = ("left", "right")
@@ -99,7 +100,12 @@ def _add_drive(root: ET.Element) -> None:
 
 
 def _finger(name: str, side: float, pad: Pad) -> ET.Element:
-    """The left (-1) or right (+1) finger. The origin of its frame is the middle of its pad's surface."""
+    """The left (-1) or right (+1) finger.
+
+    The origin of its frame is the middle of its pad's surface; a pad with hollows stands back by its highest point's
+    height, so that closed fingers have the same gap.
+    """
+    back = side * rise(pad)
     body = ET.Element("body", name=f"{name}_finger", pos=numbers((side * CLOSED_GAP / 2, 0.0, -_REACH)), gravcomp="1")
     ET.SubElement(
         body,
@@ -117,7 +123,7 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
     tip = ET.SubElement(body, "body", name=f"{name}_tip", gravcomp="1")
     for axis, direction in (("turn", "0 0 1"), ("nod", "0 1 0")):
         ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_{axis}", axis=direction)
-    add_pad(tip, name, pad, (0.0, 0.0, 0.0), rotation)
+    add_pad(tip, name, pad, (back, 0.0, 0.0), rotation)
     # The finger's own bar stands behind the pad: what the pad does not touch, nothing touches.
     low, high = -pad.size[1] / 2, _REACH - 0.06
     ET.SubElement(
@@ -126,7 +132,7 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
         name=f"{name}_bar",
         type="box",
         size=numbers((0.004, pad.size[0] / 2, (high - low) / 2)),
-        pos=numbers((side * (pad.thickness + 0.004), 0.0, (high + low) / 2)),
+        pos=numbers((back + side * (pad.thickness + 0.004), 0.0, (high + low) / 2)),
         mass=numbers((_FINGER_MASS,)),
         rgba=GREY,
     )

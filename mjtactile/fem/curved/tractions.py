@@ -18,7 +18,7 @@ from shapely import MultiPolygon, Polygon
 
 from mjtactile._types import Array, Indices
 from mjtactile.errors import ContactError
-from mjtactile.fem.line import quadratic_shapes
+from mjtactile.fem.line import Line, quadratic_shapes
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.planar import areal, polygons_of, triangulate
 
@@ -78,6 +78,24 @@ def integrated_traction(grid: SurfaceGrid, outline: Polygon | MultiPolygon, trac
     return IntegratedTraction(
         np.asarray(forces).reshape(rows, columns, 3), float(weights.sum()), max(0.0, float(pressure.max(initial=0.0)))
     )
+
+
+def cell_integrals(grid: SurfaceGrid) -> Array:
+    """Integrals of every cell's shape functions over its surface [m^2], (cells y, cells x, 3 along y, 3 along x).
+
+    Args:
+        grid: of the surface, flat or curved.
+    """
+    (y, along_y), (x, along_x) = _gauss_on(grid.y), _gauss_on(grid.x)
+    stretch = grid.outer.stretch(*np.meshgrid(x.ravel(), y.ravel())).reshape(*y.shape, *x.shape)
+    return np.einsum("jqa,ipb,jqip->jiab", along_y, along_x, stretch)
+
+
+def _gauss_on(line: Line) -> tuple[Array, Array]:
+    """Gauss points of every element (elements, points) [m], and weights times shapes (elements, points, 3) [m]."""
+    middles = (line.vertices[:-1] + line.vertices[1:]) / 2
+    points = middles[:, None] + line.sizes[:, None] / 2 * _GAUSS
+    return points, line.sizes[:, None, None] / 2 * (_WEIGHTS[:, None] * quadratic_shapes(_GAUSS)[0])
 
 
 def _checked(traction: Traction, places: Array, normals: Array) -> Array:
