@@ -11,7 +11,6 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
-from mjtactile.pad import Pad
 from mjtactile.sim.pad_geom import add_pad_geom
 
 #: Height of the finger at rest [m], and the stiffness of its spring [N/m].
@@ -67,7 +66,7 @@ def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> m
     """
     spec = mujoco.MjSpec.from_string(_WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT))
     down = np.zeros(3), np.array([0.0, 1.0, 0.0, 0.0])
-    geom = add_pad_geom(spec, spec.body("finger"), PAD, options.pad or Pad(), down, "stiff")
+    geom = add_pad_geom(spec, spec.body("finger"), PAD, options.finger_pad, down, "stiff")
     geom.friction[0] = friction
     observe_pad(spec, PAD, options)
     feel_force(spec, PAD_FORCE, f"{PAD}_pad")

@@ -75,11 +75,12 @@ class PressIdentify(Task):
         Raises:
             EnvError: the pad is curved; it would touch the ground between the feet of the punches.
         """
-        if options.pad is not None and not options.pad.surface.is_flat:
+        pad = options.finger_pad
+        if not pad.surface.is_flat:
             raise EnvError(
-                f"PressIdentify takes flat pads only, and this one is a {options.pad.summary}: its punches stand on "
-                "feet at their corners, between which a curved pad would sink. Use EdgeFollow, GraspLift or PegInsert, "
-                "or give a pad with surface=Flat()."
+                f"PressIdentify takes flat pads only, and this one is a {pad.summary}: its punches stand "
+                "on feet at their corners, between which a curved pad would sink. Use EdgeFollow, GraspLift or "
+                "PegInsert, or give a pad with surface=Flat()."
             )
         spec = finger_spec(options, timestep=cls.TIMESTEP, friction=1.0)
         for k, name in enumerate(INDENTER_NAMES):
