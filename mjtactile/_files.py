@@ -37,7 +37,7 @@ _KINDS = (
 
 
 def read_text(path: Path) -> str:
-    """The text of a regular file in UTF-8.
+    """The text of a regular file in UTF-8, without the mark that some programs put at its beginning.
 
     Raises:
         OSError: there is no such file, it cannot be read, or it is not a regular file.
@@ -46,7 +46,7 @@ def read_text(path: Path) -> str:
     found = unusable(path)
     if found is not None:
         raise OSError(f"it is {found}, not a file")
-    return path.read_text(encoding="utf-8")
+    return path.read_text(encoding="utf-8-sig")
 
 
 def why_unread(error: Exception) -> str:

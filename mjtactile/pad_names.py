@@ -187,7 +187,7 @@ def _number(name: str, value: Any) -> Any:
 
 
 def _short(value: Any) -> str:
-    text = str(value) if isinstance(value, str) else json.dumps(value)
+    text = str(value) if isinstance(value, str) else json.dumps(value, default=str)  # TOML has dates
     return text if len(text) <= 60 else f"{text[:60]}..."
 
 

@@ -33,6 +33,8 @@ def view(
 
     if (model is None) == (scene is None):
         raise typer.BadParameter("name either a model's file or --scene.")
+    if seconds is not None and seconds <= 0.0:
+        raise typer.BadParameter(f"--seconds {seconds:g} is no time; expected a positive number.")
     if record is not None:
         check_npz(record)
     shown = None if replay is None else Recording.load(replay)
@@ -54,8 +56,10 @@ def view(
         except KeyboardInterrupt:
             typer.echo("ended")
         if record is not None:
-            viewer.stop_recording().save(record)
-            typer.echo(f"wrote {record}")
+            made = viewer.stop_recording()
+            made.save(record)
+            full = f", the first {made.duration:.1f} s: no more frames are kept" if made.full else ""
+            typer.echo(f"wrote {record}{full}")
 
 
 def preview(
@@ -87,13 +91,14 @@ def _compiled(path: Path) -> mujoco.MjModel:
 
     ensure_registered()
     if not path.is_file():
-        raise SceneError(
-            f"cannot open {path}: there is no such file. Give the path of a model with pads, such as hand.xml."
-        )
+        found = "it is no file" if path.exists() else "there is no such file"
+        raise SceneError(f"cannot open {path}: {found}. Give the path of a model with pads in MJCF, such as hand.xml.")
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
-        raise SceneError(f"cannot open {path}: {error}") from error
+        raise SceneError(
+            f"cannot open {path}: {str(error).strip()}. Expected a model in MJCF, such as hand.xml."
+        ) from error
 
 
 def hands(page: PageOption = None) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.touch import feel_force, observe_pad
-from mjtactile.pad import Pad
 from mjtactile.sim.pad_geom import add_pad_geom, pad_geoms
 from mjtactile.sim.pad_solid import rise
 
@@ -68,7 +67,7 @@ def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> m
         friction: sliding friction of the pad [-].
     """
     spec = mujoco.MjSpec.from_string(_WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT))
-    pad = options.pad or Pad()
+    pad = options.finger_pad
     down = np.array([0.0, 0.0, rise(pad)]), np.array([0.0, 1.0, 0.0, 0.0])
     add_pad_geom(spec, spec.body("finger"), PAD, pad, down, "stiff")
     for geom in pad_geoms(spec, PAD):

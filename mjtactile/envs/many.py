@@ -16,7 +16,7 @@ from gymnasium.vector.utils import batch_space
 
 from mjtactile._types import Array, Mask
 from mjtactile.envs.drawing import Drawing
-from mjtactile.envs.options import EnvError
+from mjtactile.envs.options import EnvError, check_picture, reset_options
 from mjtactile.envs.registration import task_of
 from mjtactile.envs.simulation import BatchSimulations, Rows
 from mjtactile.envs.single import TactileEnv, check_render_mode
@@ -51,9 +51,15 @@ def make_vec(
             than one.
     """
     kind = task_of(task)
-    if num_envs < 1:
-        raise EnvError(f"num_envs = {num_envs}; expected at least one environment.")
-    mode = AutoresetMode(autoreset_mode)
+    if not isinstance(num_envs, int | np.integer) or num_envs < 1:
+        raise EnvError(f"num_envs = {num_envs!r}; expected at least one environment, a whole number.")
+    if not isinstance(threads, int | np.integer) or threads < 0:
+        raise EnvError(f"threads = {threads!r}; expected a whole number, or 0 for as many as there are processors.")
+    try:
+        mode = AutoresetMode(autoreset_mode)
+    except ValueError:
+        known = ", ".join(repr(mode.value) for mode in AutoresetMode)
+        raise EnvError(f"autoreset_mode = {autoreset_mode!r} does not exist. Available: {known}.") from None
     there = find_spec("mujoco.batch") is not None
     if batched and not there:
         raise EnvError("this MuJoCo has no mujoco.batch: update it, or leave out batched=True.")
@@ -99,6 +105,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         **options: Any,
     ) -> None:
         check_render_mode(render_mode)
+        check_picture(width, height)
         self.task = kind(simulate=lambda model: BatchSimulations(model, num_envs, threads), **options)
         self.num_envs, self.autoreset_mode, self.render_mode = num_envs, autoreset_mode, render_mode
         self.metadata = {**TactileEnv.metadata, "autoreset_mode": autoreset_mode}
@@ -130,9 +137,11 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
             EnvError: an option is unknown, or the mask or the seeds have the wrong length.
         """
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
+        if seeds is not None and not isinstance(seeds, Sequence | np.ndarray):
+            raise EnvError(f"seed = {seed!r}; expected a whole number, or a sequence of one for each environment.")
         if seeds is not None and len(seeds) != self.num_envs:
             raise EnvError(f"{len(seeds)} seeds; expected one for each of {self.num_envs} environments.")
-        options = dict(options or {})
+        options = reset_options(options)
         mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
             raise EnvError(f"reset_mask = {mask}; expected {self.num_envs} of bool, one of them true at least.")

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from mjtactile.errors import MjTactileError, PresetError
+from mjtactile.attach import pad_table
+from mjtactile.errors import MjTactileError, PresetError, SceneError
 from mjtactile.fidelity import Fidelity, as_fidelity
 from mjtactile.pad import Pad
 
@@ -39,7 +43,8 @@ class TouchOptions:
     transducer: str | None = None  #: readings of imperfect "capacitive" or "piezoresistive" cells; None: ideal ones
     noise: float = 0.01  #: standard deviation of white noise over a pad's largest reading [-]
     randomise: float = 0.0  #: domain randomisation: 0 for none, 1 for the ranges in docs/environments.md
-    pad: Pad | None = None  #: of every finger; None for the default pad
+    #: of every finger: a Pad, or what else `attach_pad` takes; None for the default pad
+    pad: Pad | str | Path | None = None
 
     def __post_init__(self) -> None:
         """Refuse options that do not exist."""
@@ -64,11 +69,61 @@ class TouchOptions:
                 raise EnvError(f"{name} = {value!r}; expected a number of at least 0.")
         if self.randomise > 1.0:
             raise EnvError(f"randomise = {self.randomise}; expected 0 (none) to 1 (all).")
+        try:
+            pad_table(self.pad)
+        except SceneError as error:
+            raise EnvError(str(error)) from error
 
     @property
     def touches(self) -> bool:
         """Whether pads are read."""
         return self.observation != "none"
+
+    @property
+    def finger_pad(self) -> Pad:
+        """The pad of every finger."""
+        return pad_table(self.pad)[1]
+
+
+#: Largest width and height of a picture [pixels].
+_MOST_PIXELS = 16384
+
+
+def refuse_unknown(options: Mapping[str, Any], task: str) -> None:
+    """Refuse options that `TouchOptions` does not have.
+
+    Raises:
+        EnvError: there is one; the message lists those there are.
+    """
+    known = [one.name for one in fields(TouchOptions)]
+    if unknown := [name for name in options if name not in known]:
+        raise EnvError(
+            f"{task} has no option {unknown[0]!r}. Available: {', '.join(known)}, render_mode, width, height; "
+            "split is GraspLift's alone."
+        )
+
+
+def reset_options(options: Any) -> dict[str, Any]:
+    """A copy of the options of `reset`.
+
+    Raises:
+        EnvError: they are no options by name.
+    """
+    if options is not None and not isinstance(options, Mapping):
+        raise EnvError(f'reset options = {options!r}; expected values by name, such as {{"mass": 0.1}}, or None.')
+    return dict(options or {})
+
+
+def check_picture(width: Any, height: Any) -> None:
+    """Refuse a size that no picture has.
+
+    Raises:
+        EnvError: width or height is no whole number of pixels, or too large.
+    """
+    for name, value in (("width", width), ("height", height)):
+        whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+        if not whole or not 1 <= value <= _MOST_PIXELS:
+            raise EnvError(f"{name} = {value!r}; expected a whole number of pixels from 1 to {_MOST_PIXELS}.")
 
 
 #: Choices of bands to draw from.

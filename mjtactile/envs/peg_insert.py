@@ -107,11 +107,15 @@ class PegInsert(Task):
 
     def _draw(self, rows: Rows, drawn: Sequence[np.random.Generator], options: dict[str, Any]) -> None:
         holes = np.array([one.uniform(-OFFSET, OFFSET, 2) for one in drawn])
-        given = "hole" in options
-        hole = np.asarray(options.pop("hole", (0.0, 0.0)), dtype=float)
-        if hole.shape != (2,) or not (np.abs(hole) <= REACH).all() or options:
-            raise EnvError(f"reset options hole={hole}, {options}; expected none but hole, (x, y) within {REACH} m.")
-        self.simulation.field("body_pos")[rows, self._block, :2] = hole if given else holes
+        asked = options.pop("hole", None)
+        try:
+            hole = holes if asked is None else np.asarray(asked, dtype=float)
+        except (TypeError, ValueError):
+            hole = np.empty(0)  # refused below
+        right = asked is None or (hole.shape == (2,) and (np.abs(hole) <= REACH).all())
+        if not right or options:
+            raise EnvError(f"reset options hole={asked}, {options}; expected none but hole, (x, y) within {REACH} m.")
+        self.simulation.field("body_pos")[rows, self._block, :2] = hole
         self._target[rows], self._grip[rows], self._deepest[rows] = 0.0, FIRST_GRIP, 0.0
 
     def _place(self, rows: Rows) -> None:

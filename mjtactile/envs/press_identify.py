@@ -74,7 +74,7 @@ class PressIdentify(Task):
         spec = finger_spec(options, timestep=cls.TIMESTEP, friction=1.0)
         for k, name in enumerate(INDENTER_NAMES):
             station = spec.worldbody.add_frame(pos=[k * _SPACING, 0.0, 0.0], quat=[0.0, 1.0, 0.0, 0.0])
-            face_up = mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE), pad=options.pad))
+            face_up = mujoco.MjSpec.from_string(indenter_mjcf(punch(name, scale=SIZE), pad=options.finger_pad))
             spec.attach(face_up, prefix="on_table_", frame=station)
         return spec.compile()
 

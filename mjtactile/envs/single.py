@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from gymnasium.utils import EzPickle
 
 from mjtactile.envs.drawing import Drawing
-from mjtactile.envs.options import EnvError
+from mjtactile.envs.options import EnvError, check_picture
 from mjtactile.envs.registration import task_of
 from mjtactile.envs.task import Observation, Task
 
@@ -37,8 +38,10 @@ def check_render_mode(render_mode: str | None) -> None:
         )
 
 
-class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
+class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     """A single environment of a task; `gymnasium.make` returns it.
+
+    A copy, by `copy.deepcopy` or `pickle`, is a new environment with the same arguments: reset it first.
 
     Args:
         task: its id, such as "mjtactile/GraspLift-v0", or a `Task` subclass.
@@ -64,7 +67,9 @@ class TactileEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         height: int = 360,
         **options: Any,
     ) -> None:
+        EzPickle.__init__(self, task, render_mode=render_mode, width=width, height=height, **options)
         check_render_mode(render_mode)
+        check_picture(width, height)
         self.task = task_of(task)(**options)
         self.action_space: gymnasium.Space[Any] = self.task.action_space
         self.observation_space: gymnasium.Space[Any] = self.task.observation_space

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Mask
-from mjtactile.envs.options import EnvError, TouchOptions
+from mjtactile.envs.options import EnvError, TouchOptions, refuse_unknown, reset_options
 from mjtactile.envs.simulation import Rows, Simulations, SingleSimulation
 from mjtactile.envs.touch import PadObserver
 
@@ -96,6 +96,7 @@ class Task(ABC):
         noise: float | None = None,
         **options: Any,
     ) -> None:
+        refuse_unknown(options, type(self).__name__)
         self.options = TouchOptions(noise=self.NOISE if noise is None else noise, **options)
         self.simulation = simulate(self.model(self.options))
         model, count = self.simulation.model, self.simulation.count
@@ -165,9 +166,10 @@ class Task(ABC):
         Raises:
             EnvError: the task does not know an option.
         """
+        asked = reset_options(options)
         self.steps[rows] = 0
         self._randomise(rows, drawn)
-        self._draw(rows, drawn, dict(options or {}))
+        self._draw(rows, drawn, asked)
         # Separate streams: random numbers of later episodes must not depend on the number of observations in this one.
         noise = [np.random.default_rng(one.integers(2**63)) for one in drawn]
         self.simulation.reset(rows)
@@ -192,8 +194,11 @@ class Task(ABC):
         """
         if self.steps.min() < 0:
             raise EnvError("no episode has begun: reset first.")
-        given = np.asarray(actions, dtype=float)
         shape = (self.simulation.count, len(self.ACTIONS))
+        try:
+            given = np.asarray(actions, dtype=float)
+        except (TypeError, ValueError):
+            given = np.empty(0)  # refused below
         if given.shape != shape or not np.isfinite(given[rows]).all():
             raise EnvError(
                 f"action = {actions}; expected {shape[1]} finite numbers from -1 to 1: "

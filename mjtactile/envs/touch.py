@@ -16,7 +16,6 @@ from mjtactile.attach import add_pad_sensor, pad_table
 from mjtactile.envs.options import TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.fidelity import fidelity_text
-from mjtactile.pad import Pad
 from mjtactile.transducer.array import Transducer
 from mjtactile.transducer.capacitive import CapacitiveCell
 from mjtactile.transducer.imperfections import TYPICAL
@@ -108,7 +107,7 @@ class PadObserver:
 
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], options: TouchOptions, count: int) -> None:
         self.options = options
-        self.shape = (len(names), *(options.pad or Pad()).reading_shape)
+        self.shape = (len(names), *options.finger_pad.reading_shape)
         # Indices of all pads' values in `sensordata`, one pad after the other.
         sensors = [sensor_slice(model, name) for name in names] if options.touches else []
         self._columns = np.array([column for where in sensors for column in range(where.start, where.stop)], dtype=int)
@@ -206,7 +205,7 @@ class PadObserver:
     def _recogniser(self) -> ForceRecogniser:
         from mjtactile import recognition
 
-        return recognition.load("force", pad=self.options.pad or Pad())
+        return recognition.load("force", pad=self.options.finger_pad)
 
 
 def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:

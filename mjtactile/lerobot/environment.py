@@ -15,7 +15,6 @@ from mjtactile.envs.touch import READING_SCALE
 from mjtactile.errors import DatasetError
 from mjtactile.lerobot.features import Feature, tactile_columns, tactile_features
 from mjtactile.lerobot.writer import LeRobotWriter
-from mjtactile.pad import Pad
 
 _READINGS = {"readings": READING_SCALE, "pascals": 1.0}
 
@@ -99,7 +98,7 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         features = {"observation.state": state, "action": action, "next.reward": Feature()}
         features |= {"next.done": Feature(dtype="bool"), "next.success": Feature(dtype="bool")}
         for name in task.PADS:
-            features |= tactile_features(name, task.options.pad or Pad(), rate=float(rate), flat=self._flat)
+            features |= tactile_features(name, task.options.finger_pad, rate=float(rate), flat=self._flat)
         return features
 
     def _save(self) -> None:

@@ -102,7 +102,7 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
         try:
             mesh = trimesh.load(path, force="mesh", process=False)  # processing drops facets with NaN silently
         except Exception as error:  # readers of file formats raise many types
-            raise PadError(f"{path} cannot be read as a mesh: {error}") from error
+            raise PadError(f"{path} cannot be read as a mesh: {error}. Export it as STL, OBJ or PLY.") from error
         if isinstance(mesh, trimesh.Trimesh) and not len(mesh.faces):
             raise PadError(f"{path} holds no triangles: it is empty, cut short, or no mesh. Export it again.")
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):

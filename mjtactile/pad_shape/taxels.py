@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from mjtactile._files import read_text, why_unread
 from mjtactile._types import Array, Indices
 from mjtactile.errors import PadError
 
@@ -80,10 +81,10 @@ class FreeTaxels:
         """
         path = Path(path)
         try:
-            text = path.read_text()
+            text = read_text(path)
         except (OSError, ValueError) as error:  # ValueError: a null character in the name, or not UTF-8
             raise PadError(
-                f"taxels in {str(path)!r} cannot be read ({error}). Give a CSV or JSON file, points, or "
+                f"taxels in {str(path)!r} cannot be read: {why_unread(error)}. Give a CSV or JSON file, points, or "
                 "TaxelGrid(rows=13, columns=13)."
             ) from error
         try:
@@ -159,7 +160,10 @@ def _from_csv(text: str) -> tuple[Any, Any]:
     else:
         rows = rows[1:]
     if set(names) not in ({"x", "y", "z"}, {"x", "y", "z", "radius"}) or len(set(names)) < len(names):
-        raise PadError(f"its columns are {', '.join(names)}; expected x, y, z and, if wanted, radius.")
+        raise PadError(
+            f"its columns are {', '.join(names)}; expected x, y, z and, if wanted, radius, separated by commas, with "
+            "decimal points."
+        )
     for number, row in enumerate(rows):
         if len(row) != len(names) or not all(_is_number(cell) for cell in row):
             raise PadError(f"row {number + 1} is {row}; expected {len(names)} numbers.")

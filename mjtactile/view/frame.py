@@ -73,6 +73,34 @@ def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
     return found
 
 
+def checked_pads(
+    model: mujoco.MjModel, data: mujoco.MjData, pads: Mapping[str, TactileSensor] | None
+) -> dict[str, TactileSensor]:
+    """The pads to show, by name.
+
+    Args:
+        model: compiled model.
+        data: of this model.
+        pads: by name; None for all sensors of the plugin in the model.
+
+    Raises:
+        ViewError: `model` is no MjModel, data or a pad belong to another one, or there is no pad.
+    """
+    if not isinstance(model, mujoco.MjModel):
+        raise ViewError(
+            f"model is of type {type(model).__name__}; expected a mujoco.MjModel: MjModel.from_xml_path(...) makes one."
+        )
+    if not isinstance(data, mujoco.MjData) or data.signature != model.signature:
+        raise ViewError("data does not belong to the model; expected mujoco.MjData(model) of the same model.")
+    if pads is None:
+        return pads_of(model)
+    if not isinstance(pads, Mapping) or not all(isinstance(pad, TactileSensor) for pad in pads.values()) or not pads:
+        raise ViewError('pads are no sensors by name; expected such as {"pad": mjtactile.TactileSensor(model)}.')
+    if strange := [name for name, pad in pads.items() if pad.model.signature != model.signature]:
+        raise ViewError(f"pad {strange[0]!r} belongs to another model. Make its TactileSensor with the viewer's model.")
+    return dict(pads)
+
+
 def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
     """A frame with a copy of the simulation's current state.
 

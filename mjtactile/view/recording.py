@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mjtactile._files import unusable, write_atomically
+from mjtactile._files import unusable, why_unread, write_atomically
 from mjtactile.errors import ViewError
 from mjtactile.view.frame import Frame, ShownPad
 
@@ -58,8 +58,8 @@ class Recording:
         found = bisect_right(self.frames, self.frames[0].time + after, key=lambda frame: frame.time)
         return self.frames[max(found - 1, 0)]
 
-    def save(self, path: Path) -> None:
-        """Write everything to an .npz file.
+    def save(self, path: str | Path) -> None:
+        """Write everything to an .npz file; it appears complete or not at all.
 
         Raises:
             ViewError: nothing was recorded.
@@ -74,29 +74,35 @@ class Recording:
             arrays[f"{place}/segments"] = np.array([len(one.outline) for one in felt])
             arrays[f"{place}/outline"] = np.concatenate([one.outline for one in felt])
         about = json.dumps({"format": _FORMAT, "pads": list(first.pads)})
-        write_atomically(path, lambda file: np.savez_compressed(file, about=np.array(about), **arrays))
+        write_atomically(Path(path), lambda file: np.savez_compressed(file, about=np.array(about), **arrays))
 
     @classmethod
-    def load(cls, path: Path) -> Recording:
+    def load(cls, path: str | Path) -> Recording:
         """Read a file written by `save`.
 
         Raises:
             ViewError: the file is not a recording.
         """
+        path = Path(path)
         try:
             if (found := unusable(path)) is not None:
                 raise ViewError(f"{path} is {found}, not a recording.")
+            if path.is_file() and not zipfile.is_zipfile(path):
+                raise ViewError(
+                    f"{path} is not a recording of the live view. Expected a file that Recording.save wrote."
+                )
             with np.load(path, allow_pickle=False) as file:
                 arrays = dict(file)
             about = json.loads(str(arrays["about"]))
             if about["format"] != _FORMAT:
                 raise ViewError(f"{path} is a recording of another version of mjtactile. Replay it with that.")
             return cls(_frames(arrays, about["pads"]))
-        except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, ViewError):
                 raise
             raise ViewError(
-                f"{path} is not a recording of the live view ({error}). Expected a file that Recording.save wrote."
+                f"{path} is not a recording of the live view: {why_unread(error)}. Expected a file that "
+                "Recording.save wrote."
             ) from error
 
 

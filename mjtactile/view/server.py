@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import io
+import socket
 from contextlib import redirect_stdout
 from ipaddress import ip_address
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mjtactile.errors import ViewError
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     import viser
 
 LOOPBACK, PORT = "127.0.0.1", 8080
+_LAST_PORT = 65535
 
 
 def check_host(host: str, *, anyone: bool) -> None:
@@ -42,9 +44,10 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
         anyone: see `check_host`.
 
     Raises:
-        ViewError: see `check_host`.
+        ViewError: see `check_host`; or this machine cannot listen on the address, or the port is none.
     """
     check_host(host, anyone=anyone)
+    _check_address(host, port)
     import viser
 
     class LocalServer(viser.ViserServer):
@@ -55,6 +58,21 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
 
     with redirect_stdout(io.StringIO()):  # suppresses viser's own output
         return LocalServer(host=host, port=port, label="mjtactile", verbose=False)
+
+
+def _check_address(host: str, port: Any) -> None:
+    """Refuse an address that cannot be listened on: viser would wait for its server for ever."""
+    if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port <= _LAST_PORT:
+        raise ViewError(f"port = {port!r}; expected a whole number from 1 to {_LAST_PORT}, or 0 for any that is free.")
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as tried:
+            tried.bind(address)
+    except (OSError, UnicodeError) as error:
+        raise ViewError(
+            f"cannot listen on host {host!r}: {error}. Expected an address of this machine: {LOOPBACK}, or 0.0.0.0 for "
+            "all that it has."
+        ) from error
 
 
 def _is_loopback(host: str) -> bool:

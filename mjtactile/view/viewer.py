@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import time
 from collections.abc import Mapping
 from contextlib import redirect_stdout
@@ -14,7 +15,7 @@ import mujoco
 from mjtactile.errors import ViewError
 from mjtactile.sensor import TactileSensor
 from mjtactile.view.controls import Controls
-from mjtactile.view.frame import Frame, pads_of, take_frame
+from mjtactile.view.frame import Frame, checked_pads, take_frame
 from mjtactile.view.perturbation import Perturbation
 from mjtactile.view.recording import MOST_FRAMES, Recording
 from mjtactile.view.server import LOOPBACK, PORT, open_server
@@ -48,7 +49,8 @@ class Viewer:
         recording: the last recording.
 
     Raises:
-        ViewError: the model has no pads, or other machines could reach the address.
+        ViewError: the model has no pads, data or pads belong to another model, the rate is no positive number, this
+            machine cannot listen on the address, or other machines could reach it.
     """
 
     def __init__(
@@ -64,7 +66,9 @@ class Viewer:
     ) -> None:
         self.model, self.data = model, data
         self.controls, self.recording = Controls(), Recording()
-        self._pads = pads_of(model) if pads is None else dict(pads)
+        if isinstance(rate, str) or not 0.0 < rate < math.inf:
+            raise ViewError(f"rate = {rate!r}; expected a positive number of updates per second, such as 30.")
+        self._pads = checked_pads(model, data, pads)
         self._period = 1.0 / rate
         self._perturbation = Perturbation(model)
         self._server = open_server(host, port, anyone=anyone)
@@ -120,6 +124,8 @@ class Viewer:
             ViewError: nothing was recorded, or the recording is of another model.
         """
         shown = self.recording if recording is None else recording
+        if not isinstance(shown, Recording):
+            raise ViewError(f"recording = {shown!r}; expected a Recording: Recording.load(path) reads one from a file.")
         first = shown.at(0.0)
         if len(first.xpos) != self.model.nbody or list(first.pads) != list(self._pads):
             raise ViewError(

@@ -1,6 +1,8 @@
 """Every environment: gymnasium's own checker, seeds, options, spaces, pictures."""
 
+import copy
 import json
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +16,7 @@ from gymnasium.utils.env_checker import check_env
 import mjtactile  # noqa: F401  registers the environments
 from mjtactile.envs import ENTRY_POINTS, EnvError, TactileEnv, make_vec
 from mjtactile.errors import RenderError
+from mjtactile.fidelity import Fidelity
 from mjtactile.pad import Pad
 from mjtactile.sim.render import working_backend
 
@@ -106,6 +109,73 @@ def test_randomisation_changes_the_body():
 def test_wrong_options_are_refused(options, told):
     with pytest.raises(EnvError, match=told):
         TactileEnv("mjtactile/PressIdentify-v0", **options)
+
+
+@pytest.mark.parametrize("make", [gymnasium.make, make_vec])
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"width": 0}, "width = 0; expected a whole number of pixels"),
+        ({"height": -5}, "height = -5; expected"),
+        ({"width": 1.5}, r"width = 1\.5; expected"),
+        ({"width": 100_000}, "from 1 to 16384"),
+        ({"pad": 3}, "type int; expected a mjtactile.Pad"),
+        ({"pad": "none.toml"}, "there is no such file"),
+        ({"observe": "wrench"}, "no option .observe.\\. Available: observation, fidelity"),
+    ],
+)
+def test_wrong_pictures_pads_and_names_are_refused(make, options, told):
+    with pytest.raises(EnvError, match=told):
+        make("mjtactile/GraspLift-v0", **options)
+
+
+def test_splits_are_of_one_task_alone():
+    with pytest.raises(EnvError, match=r"PressIdentify has no option 'split'.*GraspLift's alone"):
+        gymnasium.make("mjtactile/PressIdentify-v0", split="train")
+
+
+@pytest.mark.parametrize("name", ["PressIdentify", "EdgeFollow"])
+def test_a_pad_may_be_a_file(name, tmp_path):
+    (tmp_path / "pad.toml").write_text("taxels = { rows = 5, columns = 5, pitch = [2e-3, 2e-3] }\n")
+    env = gymnasium.make(f"mjtactile/{name}-v0", pad=str(tmp_path / "pad.toml"), fidelity=Fidelity(mesh="draft"))
+    assert env.reset(seed=0)[0]["tactile"].shape == (1, 4, 5, 5)
+
+
+@pytest.mark.parametrize("options", ["mass", ["mass"], 3])
+def test_reset_options_are_values_by_name(options):
+    for env in (gymnasium.make("mjtactile/GraspLift-v0"), make_vec("mjtactile/GraspLift-v0", 2)):
+        with pytest.raises(EnvError, match="expected values by name"):
+            env.reset(options=options)
+
+
+@pytest.mark.parametrize("hole", ["ab", (1e-3,), 1e-3, [(0.0, 0.0)], (np.nan, 0.0), (1.0, 1.0)])
+def test_a_hole_that_is_no_place_is_refused(hole):
+    env = gymnasium.make("mjtactile/PegInsert-v0")
+    with pytest.raises(EnvError, match=r"expected none but hole, \(x, y\) within"):
+        env.reset(options={"hole": hole})
+
+
+@pytest.mark.parametrize("arguments", [{"num_envs": 1.5}, {"num_envs": "2"}, {"threads": -1}, {"autoreset_mode": "no"}])
+def test_wrong_arguments_of_many_are_refused(arguments):
+    (name,) = arguments
+    with pytest.raises(EnvError, match=f"^{name} = "):
+        make_vec("mjtactile/GraspLift-v0", **arguments)
+
+
+def test_a_seed_of_many_is_a_number_or_a_number_each():
+    with pytest.raises(EnvError, match=r"seed = 1\.5; expected a whole number"):
+        make_vec("mjtactile/GraspLift-v0", 2).reset(seed=1.5)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_is_a_new_environment_with_the_same_options(copied):
+    env = gymnasium.make("mjtactile/GraspLift-v0", observation="wrench", noise=0.5).unwrapped
+    expected, _ = env.reset(seed=3)
+    other = copied(env)
+    with pytest.raises(EnvError, match="reset first"):
+        other.step(other.action_space.sample())
+    found, _ = other.reset(seed=3)
+    assert all((found[name] == expected[name]).all() for name in expected)
 
 
 def test_wrong_actions_are_refused():

@@ -27,6 +27,31 @@ def test_points_are_a_pads_taxels():
     assert Pad.from_description(pad.description) == pad
 
 
+def test_the_mark_that_spreadsheets_put_before_a_text_is_none_of_it(tmp_path):
+    (tmp_path / "taxels.csv").write_text("x,y,z\n0,0,-0.001\n", encoding="utf-8-sig")
+    (tmp_path / "taxels.json").write_text("[[0,0,-0.001]]", encoding="utf-8-sig")
+    for name in ("taxels.csv", "taxels.json"):
+        assert Pad(taxels=str(tmp_path / name)).reading_shape == (1,)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("text", ["x;y;z\n0;0;-0.001\n", "x;y;z\n0,0;0,0;-0,001\n"])
+def test_other_separators_are_refused_with_the_right_ones(tmp_path, text):
+    (tmp_path / "taxels.csv").write_text(text)
+    with pytest.raises(PadError, match="separated by commas, with decimal points"):
+        Pad(taxels=str(tmp_path / "taxels.csv"))  # type: ignore[arg-type]
+
+
+def test_a_file_that_cannot_be_read_is_refused_in_words(tmp_path):
+    (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00")
+    for name, says in (
+        ("none.csv", "there is no such file"),
+        (".", "it is a folder"),
+        ("bytes.csv", "it is no text in UTF-8"),
+    ):
+        with pytest.raises(PadError, match=f"cannot be read: {says}"):
+            Pad(taxels=str(tmp_path / name))  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("name", ["taxels.csv", "plain.csv", "taxels.json", "rows.json"])
 def test_files_hold_taxels(tmp_path, name):
     path, radii = tmp_path / name, [3e-4, 4e-4, 5e-4]

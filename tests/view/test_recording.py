@@ -61,7 +61,20 @@ def test_what_is_no_recording_is_refused(tmp_path: Path):
     with pytest.raises(ViewError, match="nothing was recorded"):
         Recording().save(tmp_path / "empty.npz")
     (tmp_path / "text.npz").write_text("no")
+    (tmp_path / "nothing.npz").touch()
     np.savez(tmp_path / "other.npz", time=np.zeros(3))
-    for name in ("text.npz", "other.npz", "missing.npz", "."):
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    for name in ("text.npz", "nothing.npz", "other.npz", "array.npy", "missing.npz", "."):
         with pytest.raises(ViewError, match="recording"):
             Recording.load(tmp_path / name)
+    with pytest.raises(ViewError, match=r"there is no such file\. Expected"):
+        Recording.load(tmp_path / "missing.npz")
+    with pytest.raises(
+        ViewError, match=r"text.npz is not a recording of the live view\. Expected"
+    ):  # no advice of NumPy's
+        Recording.load(tmp_path / "text.npz")
+
+
+def test_a_file_may_be_named_by_a_text(recording: Recording, tmp_path: Path):
+    recording.save(str(tmp_path / "some.npz"))
+    assert len(Recording.load(str(tmp_path / "some.npz")).frames) == len(recording.frames)

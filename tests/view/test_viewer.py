@@ -181,6 +181,51 @@ def test_models_without_pads_are_refused_but_sensors_of_one_s_own_will_do():
         assert list(viewer.stop_recording().frames[0].pads) == ["mine"]
 
 
+@pytest.mark.parametrize("rate", [0, -5.0, float("nan"), float("inf"), "30"])
+def test_a_rate_is_a_positive_number(model: mujoco.MjModel, rate):
+    with pytest.raises(ViewError, match="positive number of updates per second"):
+        Viewer(model, mujoco.MjData(model), port=0, rate=rate)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (
+            {"host": "300.1.1.1", "anyone": True},
+            "cannot listen on host '300.1.1.1'.*Expected an address of this machine",
+        ),
+        ({"host": "192.0.2.1", "anyone": True}, "cannot listen on host '192.0.2.1'"),  # RFC 5737: nobody's address
+        ({"port": -1}, "port = -1; expected a whole number from 1 to 65535"),
+        ({"port": 70000}, "port = 70000"),
+        ({"port": "8080"}, "port = '8080'"),
+    ],
+)
+def test_an_address_that_cannot_be_listened_on_is_refused_at_once(model: mujoco.MjModel, options, says: str):
+    """viser waited for ever for its server."""
+    with pytest.raises(ViewError, match=says):
+        Viewer(model, mujoco.MjData(model), **{"port": 0, **options})
+
+
+def test_what_does_not_belong_together_is_refused(model: mujoco.MjModel):
+    other = boxes_on_pads(1)
+    data, sensor = mujoco.MjData(model), TactileSensor(other, fidelity="fast", geom="pad0_pad")
+    with pytest.raises(ViewError, match=r"expected a mujoco\.MjModel"):
+        Viewer("hand.xml", data, port=0)  # type: ignore[arg-type]
+    for strange in (mujoco.MjData(other), None):
+        with pytest.raises(ViewError, match="data does not belong to the model"):
+            Viewer(model, strange, port=0)  # type: ignore[arg-type]
+    for pads in ({}, ["pad0"], {"pad0": "pad0"}):
+        with pytest.raises(ViewError, match="no sensors by name"):
+            Viewer(model, data, pads=pads, port=0)  # type: ignore[arg-type]
+    with pytest.raises(ViewError, match="'mine' belongs to another model"):
+        Viewer(model, data, pads={"mine": sensor}, port=0)
+
+
+def test_what_is_replayed_is_a_recording(viewer: Viewer):
+    with pytest.raises(ViewError, match=r"Recording.load\(path\)"):
+        viewer.replay("grasp.npz")  # type: ignore[arg-type]
+
+
 def test_the_command_runs_without_a_display_and_records(tmp_path: Path):
     out = tmp_path / "grasp.npz"
     command = ["view", "--scene", "grasp", "--port", "0", "--seconds", "0.7", "--record", str(out)]
@@ -217,4 +262,9 @@ def test_the_command_says_what_is_wrong(tmp_path: Path):
     assert isinstance(run(app, ["view", "--scene", "dance"]).exception, ViewError)
     assert isinstance(run(app, ["view", "--scene", "grasp", "--host", "0.0.0.0"]).exception, ViewError)
     assert run(app, ["view"]).exit_code == 2
-    assert "cannot open" in str(run(app, ["view", str(tmp_path / "missing.xml")]).exception)
+    assert "there is no such file" in str(run(app, ["view", str(tmp_path / "missing.xml")]).exception)
+    assert "it is no file" in str(run(app, ["view", str(tmp_path)]).exception)
+    (tmp_path / "text.xml").write_text("no")
+    assert "Expected a model in MJCF" in str(run(app, ["view", str(tmp_path / "text.xml")]).exception)
+    refused = run(app, ["view", "--scene", "grasp", "--seconds", "-1"])
+    assert (refused.exit_code, "expected a positive number" in refused.output) == (2, True)
