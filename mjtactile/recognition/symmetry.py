@@ -13,6 +13,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.pad import Pad
+from mjtactile.pad_shape.taxels import FreeTaxels
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +63,17 @@ class Mirrors:
         return Mirrors(x, y, self.swapped ^ after.swapped)
 
 
+#: What recognisers need of a pad, for error messages.
+NEEDED = "recognisers mirror readings into one octant of a flat, square pad with a square, centred grid of taxels"
+
+
 def is_symmetric(pad: Pad) -> bool:
-    """Whether a pad is symmetric under x -> -x, y -> -y and swapping x and y."""
+    """Whether a pad is flat and symmetric under x -> -x, y -> -y and swapping x and y, as its grid of taxels is."""
+    if isinstance(pad.taxels, FreeTaxels) or not pad.surface.is_flat:
+        return False
     grid = pad.grid
     return (
-        pad.surface.is_flat
-        and pad.size[0] == pad.size[1]
+        pad.size[0] == pad.size[1]
         and grid.rows == grid.columns
         and grid.pitch[0] == grid.pitch[1]
         and (grid.centre == (0.0, 0.0))

@@ -13,6 +13,7 @@ import numpy as np
 from mjtactile._files import METADATA, check_arrays, check_header, has_no_checksums, with_checksums
 from mjtactile.errors import MjTactileError
 from mjtactile.pad import Pad
+from mjtactile.recognition.symmetry import NEEDED, is_symmetric
 
 #: Folder of the package's weights.
 SHIPPED = Path(__file__).resolve().parent / "weights"
@@ -106,10 +107,12 @@ def check_pad(stored: Stored, pad: Pad | None) -> None:
         return
     known = stored.metadata["fingerprint_of_layers"], stored.metadata["pad_fingerprint"]
     if pad.fingerprint not in known:
+        cure = "Train recognisers for it: make weights, with the pad in training/presses.toml."
+        if not is_symmetric(pad):
+            cure = f"None can be trained for it: {NEEDED}. Use its readings or MuJoCo's wrench."
         raise RecognitionError(
             f"{stored.path.name} was trained for a {stored.metadata['pad_summary']} (fingerprint {known[1][:12]}), but "
-            f"the pad is a {pad.summary} ({pad.fingerprint[:12]}). Train recognisers for it: make weights, with the "
-            "pad in training/presses.toml."
+            f"the pad is a {pad.summary} ({pad.fingerprint[:12]}). {cure}"
         )
 
 

@@ -69,7 +69,7 @@ def pad_solid(pad: Pad) -> PadSolid:
 
 
 def rise(pad: Pad) -> float:
-    """Height of a pad's highest point over the origin of its frame [m], on its facets; 0 if it bulges everywhere."""
+    """Height of a pad's highest point over the origin of its frame [m], on its facets; 0 where none is higher."""
     return max(0.0, *(float(piece.vertices[:, 2].max()) for piece in pad_solid(pad).pieces))
 
 

@@ -34,6 +34,8 @@ from mjtactile.lerobot.features import tactile_features, tactile_key
 from mjtactile.pad import Pad
 from mjtactile.pad_names import pad_from_file, pad_from_text
 from mjtactile.pad_shape.taxels import FreeTaxels
+from mjtactile.recognition.training.presses import fit_view
+from mjtactile.recognition.weight_files import RecognitionError
 from mjtactile.sim.wrench import geom_frame
 from mjtactile.transducer.capacitive import TransducerError
 from mjtactile.view.viewer import Viewer
@@ -332,8 +334,17 @@ def test_a_file_of_tables_that_was_written_anew_is_read_anew(tmp_path):
 
 @walked
 def test_recognisers_say_which_pad_they_know(pad):
-    with pytest.raises(MjTactileError, match="was trained for"):
+    with pytest.raises(MjTactileError, match=r"was trained for .* None can be trained for it: .*Use its readings"):
         mjtactile.recognition.load("force", pad=pad)
+
+
+@walked
+def test_recognisers_are_not_trained_on_pads_that_they_cannot_know(pad, tmp_path):
+    contact = ContactSpec(shapes=("sphere",), force=(0.05, 0.1), tilt=(0.0, 0.0))
+    spec = DatasetSpec(contacts=(contact,), presses=2, pad=pad, presets=(_FIDELITY,), poses=1, forces=2)
+    make_dataset(spec, tmp_path, progress=False)
+    with pytest.raises(RecognitionError, match=r"is not symmetric: recognisers mirror .* flat, square pad"):
+        fit_view(tmp_path, (0,), 2)
 
 
 @curved

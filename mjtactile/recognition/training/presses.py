@@ -11,7 +11,7 @@ import numpy as np
 from mjtactile.dataset.files import Dataset, read_dataset
 from mjtactile.dataset.spec import pad_from
 from mjtactile.recognition.features import PrincipalComponents
-from mjtactile.recognition.symmetry import Mirrors, into_octant, is_symmetric, mirrored
+from mjtactile.recognition.symmetry import NEEDED, Mirrors, into_octant, is_symmetric, mirrored
 from mjtactile.recognition.weight_files import RecognitionError
 
 #: Presses whose centre is closer than this to the octant's border, in taxels, are used on both sides of it.
@@ -68,8 +68,7 @@ def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[Princip
     pad = pad_from(dataset.metadata["pad"])
     if not is_symmetric(pad):
         raise RecognitionError(
-            f"a {pad.summary} is not symmetric: recognisers mirror readings into one octant of a square pad with a "
-            "square, centred grid of taxels."
+            f"a {pad.summary} is not symmetric: {NEEDED}. Networks of your own may learn from the dataset's readings."
         )
     shape = tuple(dataset.metadata["reading_shape"])
     return PrincipalComponents.fitted(_octants(dataset, layers)[0], parts, layers, shape), dataset.metadata
