@@ -84,10 +84,6 @@ class ContactWarning(UserWarning):
     """A wrench that the footprint cannot carry, or a contact outside the range of the linear model."""
 
 
-class PadWarning(UserWarning):
-    """A pad with a number that was probably meant in another unit."""
-
-
 class MeshWarning(UserWarning):
     """A finite-element mesh coarser than those whose accuracy was measured."""
 

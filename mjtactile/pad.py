@@ -11,7 +11,6 @@ import hashlib
 import itertools
 import json
 import math
-import warnings
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -22,8 +21,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Indices
-from mjtactile.errors import PadError, PadWarning
-from mjtactile.pad_shape.surfaces import FLAT, Surface, SurfacePatch, surface_from
+from mjtactile.errors import PadError
+from mjtactile.pad_shape.surfaces import FLAT, Surface, surface_from
 from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels, depth_bands
 
 if TYPE_CHECKING:
@@ -35,11 +34,6 @@ MINIMUM_LAYER_THICKNESS = 1e-6
 LENGTHS = 1e-6, 10.0
 #: Least and largest Young's modulus [Pa]: softer than any gel, stiffer than diamond.
 MODULI = 1.0, 1e15
-#: Young's moduli below this are no rubber's or gel's [Pa]; the softest hydrogels have some hundred.
-SOFTEST = 100.0
-#: What is thicker than so many times its width, or so much flatter than wide (height over width), is probably given in
-#: another unit [-]. A fingertip in millimetres is some thousand times too large.
-_THICK, _FLAT = 50.0, 5e-4
 #: Largest ratio of a sheet's length to its width [-].
 MOST_ASPECT = 1000.0
 #: Largest numbers of layers, of sensing layers, and of readings (taxels times sensing layers).
@@ -54,10 +48,6 @@ _DEPTHS = (1e-3, 2e-3, 3e-3, 4e-3)
 def _require(condition: bool | np.bool_, message: str) -> None:
     if not condition:
         raise PadError(message)
-
-
-def _warn_of_units(message: str, stacklevel: int) -> None:
-    warnings.warn(message, PadWarning, stacklevel=stacklevel)
 
 
 def _number(name: str, value: Any, unit: str) -> float:
@@ -116,12 +106,6 @@ class Layer:
             math.isfinite(self.poisson) and 0.0 <= self.poisson < 0.5,
             f"poisson = {self.poisson} is outside [0, 0.5). For nearly incompressible silicone use 0.49.",
         )
-
-        if self.young < SOFTEST:
-            _warn_of_units(
-                f"young = {self.young:g} Pa is softer than any rubber or gel. Moduli are in pascals: 3 MPa is 3e6.",
-                stacklevel=4,
-            )
 
     @property
     def shear_modulus(self) -> float:
@@ -198,9 +182,6 @@ class Pad:
     of 1, 2, 3 and 4 mm, each reading the mean von Mises stress within 0.625 mm. The paper gives no Poisson ratio;
     0.49 is ours. Layers are listed from the sensing surface down.
 
-    Warns:
-        PadWarning: a length or a modulus is so far from any fingertip's that it was probably meant in another unit.
-
     Raises:
         PadError: a value is outside its range, or values contradict each other; the message says what to change.
     """
@@ -255,7 +236,6 @@ class Pad:
         )
         if not self.surface.is_flat:
             self.surface.check(self.size, self.thickness)
-        self._warn_of_units()
         self._check_depths()
         _require(
             math.prod(self.reading_shape) <= MOST_READINGS,
@@ -266,25 +246,6 @@ class Pad:
             self._check_taxels_in_pad(self.taxels, largest)
         else:
             self._check_taxels_on_sheet(self.taxels)
-
-    def _warn_of_units(self) -> None:
-        """Warn of lengths that were probably meant in millimetres."""
-        width = max(self.size)
-        if self.thickness > _THICK * width:
-            _warn_of_units(
-                f"the sheet is {self.thickness:.6g} m thick and {width:.6g} m wide. Lengths are in metres: 5 mm is "
-                "5e-3.",
-                stacklevel=5,
-            )
-        if self.surface.is_flat or isinstance(self.surface, SurfacePatch):
-            return  # a patch may be flat
-        height = abs(float(self.surface.height(self.size[0] / 2, self.size[1] / 2)))
-        if height < _FLAT * width:
-            _warn_of_units(
-                f"surface = {self.surface} is flat within {1e6 * height:.3g} um over a pad {width:.6g} m wide. Lengths "
-                "are in metres: 12 mm is 12e-3.",
-                stacklevel=5,
-            )
 
     def _check_depths(self) -> None:
         _require(

@@ -31,10 +31,6 @@ NO_SHRINKING = (Phase.explicit, Phase.reuse, Phase.generate)
 CARRIED = 1e-9
 
 
-#: The ends of the range lie beyond any fingertip's.
-pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.errors.PadWarning")
-
-
 def pad_of(*layers: tuple[float, float, float]) -> Pad:
     """The paper's pad with other layers: thickness [mm], modulus [Pa], Poisson ratio."""
     stack = tuple(Layer(thickness=t * 1e-3, young=e, poisson=nu) for t, e, nu in layers)

@@ -81,7 +81,6 @@ def test_what_friction_cannot_hold_is_left_over(dome):
     assert load.resultant()[1] + load.residual_moment == pytest.approx(moment, abs=1e-14)
 
 
-@pytest.mark.filterwarnings("ignore::mjtactile.errors.PadWarning")  # as flat as that is meant
 @pytest.mark.parametrize("surface", [SphereCap(1e3), CylinderSector(1e3)])
 def test_far_centres_of_curvature_leave_the_flat_pad(surface):
     flat, bent = (in_double_precision(replace(LAYERED_PAD, surface=one), COARSE) for one in (Flat(), surface))

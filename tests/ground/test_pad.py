@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 import mjtactile
-from mjtactile.errors import MjTactileError, PadError, PadWarning
+from mjtactile.errors import MjTactileError, PadError
 from mjtactile.pad import Layer, Pad, TaxelGrid
-from mjtactile.pad_shape.surfaces import CylinderSector, EllipsoidCap, SphereCap
 
 PDMS = Layer(thickness=5e-3, young=3e6, poisson=0.49)
 NAN, INFINITE = math.nan, math.inf
@@ -182,27 +181,3 @@ def test_summary_names_size_stack_and_taxels():
 
 def test_the_pad_is_at_the_top_of_the_package():
     assert mjtactile.Pad is Pad
-
-
-@pytest.mark.parametrize(
-    ("make", "says"),
-    [
-        (lambda: Layer(thickness=5e-3, young=99.0, poisson=0.49), "young = 99 Pa .* pascals: 3 MPa is 3e6"),
-        (lambda: Pad(layers=(Layer(thickness=5.0, young=3e6, poisson=0.49),)), "5 m thick .* metres: 5 mm is 5e-3"),
-        (lambda: Pad(surface=SphereCap(12)), "flat within 4.69 um .* metres: 12 mm is 12e-3"),  # 2 (7.5 mm)^2 / (2 R)
-        (lambda: Pad(surface=CylinderSector(8.7)), "flat within 3.23 um"),  # the narrowest, but for the unit
-        (lambda: Pad(surface=EllipsoidCap((20, 30, 6))), "flat within"),
-    ],
-    ids=["modulus", "thickness", "sphere", "cylinder", "ellipsoid"],
-)
-def test_what_was_probably_meant_in_another_unit_is_warned_of(make, says):
-    with pytest.warns(PadWarning, match=says) as warned:
-        make()
-    assert warned[0].filename == __file__
-
-
-def test_soft_gels_columns_and_shallow_domes_are_not_warned_of():
-    """Warnings are errors here."""
-    gel = Layer(thickness=50e-3, young=100.0, poisson=0.49)
-    Pad(size=(2e-3, 2e-3), layers=(gel,), taxels=TaxelGrid(rows=1, columns=1), depths=(1e-3,))
-    Pad(surface=SphereCap(1.0))

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 import mjtactile
-from mjtactile.errors import PadError, PadWarning, SceneError
+from mjtactile.errors import PadError, SceneError
 from mjtactile.pad import Layer, Pad, TaxelGrid
 from mjtactile.pad_names import named_pad, pad_from_file
 from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
@@ -49,11 +49,6 @@ def test_a_mark_before_the_text_is_none_of_it(tmp_path):
 def test_a_date_is_no_number(tmp_path):
     with pytest.raises(PadError, match=r"2026-01-01.*expected a number"):
         pad_from_file(in_file(tmp_path, "size = [2026-01-01, 15e-3]"))
-
-
-def test_a_modulus_in_megapascals_is_warned_of(tmp_path):
-    with pytest.warns(PadWarning, match="young = 3 Pa is softer than any rubber or gel. .*3 MPa is 3e6"):
-        pad_from_file(in_file(tmp_path, DOME.replace("young = 3e6", "young = 3")))
 
 
 def test_a_file_describes_a_dome(tmp_path):

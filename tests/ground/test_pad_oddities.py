@@ -23,9 +23,6 @@ from mjtactile.influence.build import build_tables
 from mjtactile.influence.cache import build_influence
 from mjtactile.pad import Layer, Pad, TaxelGrid
 
-#: What is odd is warned of, which tests/ground/test_pad.py holds.
-pytestmark = pytest.mark.filterwarnings("ignore::mjtactile.errors.PadWarning")
-
 #: The smallest mesh there is; most_elements keeps wide sheets small too.
 TINY = MeshDensity(
     in_plane_size=2.0, through_size=0.5, rim_grading=1.0, base_grading=1.0, points_per_axis=(1,), most_elements=16

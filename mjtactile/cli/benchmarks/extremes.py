@@ -24,7 +24,7 @@ from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
-from mjtactile.errors import ContactWarning, MeshWarning, MjTactileError, PadWarning
+from mjtactile.errors import ContactWarning, MeshWarning, MjTactileError
 from mjtactile.fem.block_elimination import EliminatedSheet
 from mjtactile.fem.mesh import sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
@@ -222,9 +222,7 @@ def _peak(readings: Array) -> str:
 
 
 def _pad(layers: list[tuple[float, float, float]]) -> Pad:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PadWarning)  # skins as soft as foam are meant
-        stack = tuple(Layer(thickness=t * MILLIMETRE, young=e, poisson=nu) for t, e, nu in layers)
+    stack = tuple(Layer(thickness=t * MILLIMETRE, young=e, poisson=nu) for t, e, nu in layers)
     return Pad(layers=stack, depths=(1e-3, 2e-3, 3e-3, 4e-3))
 
 
