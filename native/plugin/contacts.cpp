@@ -14,6 +14,9 @@ namespace {
 constexpr char kPiece[] = "_piece_";
 // Contacts whose normal leans further from the surface's than this (its cosine) press on the pad from beside.
 constexpr double kPresses = 0.70710678118654752440;
+// Poses are whole multiples of these [m, -]: what rounding leaves, such as in the place of the world's origin, decides
+// nothing where sides of a body lie along lines of cells.
+constexpr double kPlaceStep = 0x1p-44, kTurnStep = 0x1p-38;
 
 // The surface's normal, out of the pad, above a point of its plane.
 void normal_at(const OuterSurface& outer, const double* point, double* normal) {
@@ -28,6 +31,8 @@ void turned_back(const double* rotation, const double* vector, double* out) {
     out[i] = rotation[i] * vector[0] + rotation[3 + i] * vector[1] + rotation[6 + i] * vector[2];
   }
 }
+
+double stepped(double number, double step) { return std::nearbyint(number / step) * step; }
 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -67,11 +72,12 @@ Pose body_pose(const Layout& layout, const Data* data, int body, const Frame& fr
   const double* rotation = field<const double*>(data, layout.data_xmat) + 9 * body;
   Pose pose;
   seen_from(frame, field<const double*>(data, layout.data_xpos) + 3 * body, pose.position);
+  for (double& one : pose.position) one = stepped(one, kPlaceStep);
   for (int j = 0; j < 3; ++j) {
     const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
     double there[3];
     turned_back(frame.rotation, column, there);
-    for (int i = 0; i < 3; ++i) pose.rotation[3 * i + j] = there[i];
+    for (int i = 0; i < 3; ++i) pose.rotation[3 * i + j] = stepped(there[i], kTurnStep);
   }
   return pose;
 }

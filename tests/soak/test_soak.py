@@ -76,19 +76,9 @@ def exact_pads(quick_pads):
     scenes.prepare(quick_pads, scenes.ROOT / "build" / "soak" / "pads")
 
 
-#: What does not hold on every random scene yet.
-SHORT = {
-    "moved scenes read the same": "whether a sliver of a cell is laid rounding decides: up to 1 % on one in 25",
-}
-INVARIANTS = [
-    pytest.param(name, marks=[pytest.mark.xfail(strict=False, reason=SHORT[name])] if name in SHORT else [])
-    for name in invariants.INVARIANTS
-]
-
-
-@pytest.mark.parametrize("name", INVARIANTS)
+@pytest.mark.parametrize("name", invariants.INVARIANTS)
 def test_invariants_hold_on_random_scenes(name, exact_pads):
-    found = invariants.worst(name, range(12), exact_pads)
+    found = invariants.worst(name, range(150), exact_pads)
     assert found.deviation <= invariants.INVARIANTS[name][2], str(found)
     assert found.compared >= 4 or "carried" not in scenes.ASKED, str(found)
 

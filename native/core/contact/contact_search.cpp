@@ -9,6 +9,8 @@ namespace {
 // Points along each side of a closer look at a part, and how many of them at least lie under the level in the end.
 constexpr std::size_t kCloser = 15, kEnough = 25;
 constexpr int kLooks = 4, kBisections = 16;
+// They lie closer together by this factor: of points on the very edge of the sheet rounding would decide.
+constexpr double kWithin = 1.0 - 1e-9;
 // Parts are looked at one by one up to this many; more are taken together.
 constexpr std::size_t kMostParts = 16;
 // Points no further apart than this in the grid belong together: narrow contacts show at some of its points only.
@@ -17,10 +19,8 @@ constexpr int kNear = 2;
 constexpr double kSpare = 4.0;
 // Height over the level up to which a part is kept.
 constexpr double kReached = 2.5;
-// Points count as equally high within this share of the spacing: symmetric bodies have symmetric spots.
-constexpr double kSame = 1e-9;
-// Lengths of a part along and across, as standard deviations, from which on it is long.
-constexpr double kElongated = 1.5;
+// Lengths of a part along and across, as standard deviations, from which on it is long: no ratio of whole numbers of samples.
+constexpr double kElongated = 1.503;
 // Perimeter of a circle over that of the steps of a grid about it.
 constexpr double kRound = 0.78539816339744830962;
 
@@ -59,6 +59,7 @@ bool ContactSearch::look(const HeightMap& map) {
   bounds_ = map.bounds();
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
+  spacing_ = std::max(width, height) / kLines;
   points_.resize(kLines * kLines);
   moved_.clear();
   Point diagonal[kLines];
@@ -69,7 +70,6 @@ bool ContactSearch::look(const HeightMap& map) {
   map.heights(points_, raw_);
   bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
   // A low point between those of the grid takes the place of its nearest; of several as low the one nearest to it.
-  const double same = kSame * std::max(width, height) / kLines;
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
     if (!std::isfinite(height_there)) continue;
@@ -80,7 +80,7 @@ bool ContactSearch::look(const HeightMap& map) {
     const std::size_t place = nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
     const Point middle = grid_point(place), &kept = points_[place];
     const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
-    if (!(height_there < raw_[place] - (nearer ? -same : same))) continue;
+    if (!(height_there < raw_[place] - (nearer ? -same() : same()))) continue;
     points_[place] = at, raw_[place] = height_there;
     moved_.push_back(place);
   }
@@ -99,7 +99,7 @@ void ContactSearch::set_heights(const Plane& plane) {
   double least[4] = {kNowhere, kNowhere, kNowhere, kNowhere};  // side by side: one would wait for itself
   for (std::size_t i = 0; i < heights_.size(); ++i) least[i % 4] = std::min(least[i % 4], heights_[i]);
   lowest_ = std::min({least[0], least[1], least[2], least[3]});
-  for (double& one : heights_) one -= lowest_;
+  for (double& one : heights_) one = levelled(one - lowest_);
 }
 
 std::size_t ContactSearch::root(std::size_t sample) {
@@ -111,7 +111,6 @@ std::size_t ContactSearch::root(std::size_t sample) {
 void ContactSearch::flood(const SearchLoad& load) {
   rising_.begin(heights_);
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
-  spacing_ = std::max(bounds_.east - bounds_.west, bounds_.north - bounds_.south) / kLines;
   parents_.resize(heights_.size());
   under_.assign(heights_.size(), 0);
   const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
@@ -120,7 +119,7 @@ void ContactSearch::flood(const SearchLoad& load) {
   for (; !rising_.empty(); rising_.take_lowest()) {
     const auto [height, sample] = rising_.lowest();
     const bool carried = kRound * load.modulus * around / 2 * height >= kSpare * load.force && area >= load.least_area;
-    if (carried && height > std::max(level_ + kSame * spacing_, load.reach)) {
+    if (carried && height > std::max(level_ + same(), load.reach)) {
       sees_all_ = false;
       break;
     }
@@ -182,7 +181,7 @@ void ContactSearch::gather_parts() {
 Point ContactSearch::point_of(const Part& part, std::size_t place) const {
   const double u = (static_cast<double>(place % part.columns) + 0.5) / static_cast<double>(part.columns) - 0.5;
   const double v = (static_cast<double>(place / part.columns) + 0.5) / static_cast<double>(part.rows) - 0.5;
-  const double x = u * part.region.width, y = v * part.region.height;
+  const double x = kWithin * u * part.region.width, y = kWithin * v * part.region.height;
   return {part.region.centre.x + part.cosine * x - part.sine * y, part.region.centre.y + part.sine * x + part.cosine * y};
 }
 
@@ -231,12 +230,14 @@ void ContactSearch::set_level(const SearchLoad& load) {
       highest = std::max(highest, one);
     }
   }
-  if (deepest < 0.0) {  // a closer look found a lower point
+  if (deepest < -same()) {  // a closer look found a lower point
     lowest_ += deepest;
     highest -= deepest;
-    for (std::size_t k = 0; k < part_count_; ++k) {
-      for (double& one : parts_[k].heights) one -= deepest;
-    }
+  } else {
+    deepest = 0.0;
+  }
+  for (std::size_t k = 0; k < part_count_; ++k) {
+    for (double& one : parts_[k].heights) one = levelled(one - deepest);
   }
   const auto least = [&](double least_area) {
     const auto carries = [&](double level) {
@@ -251,7 +252,7 @@ void ContactSearch::set_level(const SearchLoad& load) {
         (carries(middle) ? high : low) = middle;
       }
     }
-    return high * (1.0 + kSame);
+    return high > 0.0 ? high + same() : 0.0;
   };
   level_ = loaded_ = least(0.0);
   double area = 0.0;

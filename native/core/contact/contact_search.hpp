@@ -50,6 +50,8 @@ class ContactSearch {
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   // Height of the level above the body's lowest point [m].
   double level() const { return level_; }
+  // Heights that differ by no more are equal [m]: symmetric bodies have symmetric spots, and flat ones are flat.
+  double same() const { return kSame * spacing_; }
   // Height of the level if no least area were asked for [m].
   double loaded() const { return loaded_; }
   // Height of the body's lowest point above the given plane [m].
@@ -89,7 +91,11 @@ class ContactSearch {
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
 
+  // A height above the lowest point; 0 for what is as low as that.
+  double levelled(double height) const { return std::abs(height) <= same() ? 0.0 : height; }
+
   static constexpr std::size_t kLines = 33;
+  static constexpr double kSame = 1e-9;   // over the spacing
   Rectangle bounds_ = {};
   std::vector<Point> points_, closer_;
   std::vector<std::size_t> moved_;   // samples whose points do not belong to the grid

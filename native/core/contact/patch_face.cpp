@@ -26,6 +26,8 @@ constexpr double kSlanted = 2.25;
 // How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
 constexpr double kBeyond = 0.25;
 constexpr std::size_t kGrowths = 12;
+// Areas of two regions of which the smaller has less than this share of the other are unlike.
+constexpr double kUnlike = 0.5;
 // Over the room up to the sheet's edge: rounding must not decide whether a rectangle that ends there is beyond it.
 constexpr double kFlush = 1e-9;
 
@@ -78,12 +80,24 @@ double PatchFace::seen(const View& view, const Point& at) const {
   return seen_from(view, at, view.map->height(at.x, at.y));
 }
 
+// Equal parts of a body must not have their cells by the order in which they were found: that changes as it turns.
+bool PatchFace::Territory::lost(const Point& at) const {
+  const Region& here = regions[own];
+  const auto away = [&at](const Region& one) { return std::hypot(at.x - one.centre.x, at.y - one.centre.y); };
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Region& other = regions[i];
+    if (i == own || !other.holds(at)) continue;
+    const double ratio = other.area() / here.area();
+    if (ratio < kUnlike || (ratio <= 1.0 / kUnlike && away(other) < away(here))) return true;
+  }
+  return false;
+}
+
 // More cells on the sides on which the body goes on beyond the lattice, until it does nowhere.
-void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice& lattice) const {
+void PatchFace::grow(const View& view, const Territory& territory, Lattice& lattice) const {
   const auto counts = [&](double column, double row) {
     const Point at = lattice.at(column, row);
-    return seen(view, at) <= view.highest &&
-           std::none_of(taken.begin(), taken.end(), [&](const Region& one) { return one.holds(at); });
+    return seen(view, at) <= view.highest && !territory.lost(at);
   };
   for (std::size_t growth = 0; growth < kGrowths; ++growth) {
     const auto columns = static_cast<double>(lattice.columns), rows = static_cast<double>(lattice.rows);
@@ -107,8 +121,8 @@ void PatchFace::grow(const View& view, const std::vector<Region>& taken, Lattice
   }
 }
 
-void PatchFace::sound(Lattice lattice, const View& view, const std::vector<Region>& taken) {
-  grow(view, taken, lattice);
+void PatchFace::sound(Lattice lattice, const View& view, const Territory& territory) {
+  grow(view, territory, lattice);
   const std::size_t across = 2 * lattice.columns + 1, first = nodes_.size();
   lattices_.push_back(lattice);
   first_nodes_.push_back(first);
@@ -126,10 +140,8 @@ void PatchFace::sound(Lattice lattice, const View& view, const std::vector<Regio
   }
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
     const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
-    const bool counts = nodes_of(lattices_.size() - 1, place).under > 0 &&
-                        std::none_of(taken.begin(), taken.end(), [&](const Region& one) {
-                          return one.holds(lattice.at(column + 0.5, row + 0.5));
-                        });
+    const bool counts =
+        nodes_of(lattices_.size() - 1, place).under > 0 && !territory.lost(lattice.at(column + 0.5, row + 0.5));
     places_.push_back(counts ? kSounded : kNone);
     sounded_ += counts ? 1 : 0;
   }

@@ -28,9 +28,15 @@ class PatchFace {
     Point middle;             // where the plane is at height 0
     double lowest, highest;   // origin of the measured heights, and their limit above it [m]
   };
-  // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough. Cells
-  // in the regions `taken` belong to other lattices.
-  void sound(Lattice lattice, const View& view, const std::vector<Region>& taken);
+  // The regions of all spots, and the one of them that a lattice is for.
+  struct Territory {
+    const std::vector<Region>& regions;
+    std::size_t own;
+    // Whether another region has what is at a point: of unlike ones the smaller, of others that whose middle is nearer.
+    bool lost(const Point& at) const;
+  };
+  // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
+  void sound(Lattice lattice, const View& view, const Territory& territory);
   std::size_t sounded() const { return sounded_; }   // number of counted cells of all lattices
   // Make the counted cells. Cells of which hardly anything counts are left out.
   void lay(const View& view);
@@ -71,7 +77,7 @@ class PatchFace {
     double lengths[2];
     Point ends[2];
   };
-  void grow(const View& view, const std::vector<Region>& taken, Lattice& lattice) const;
+  void grow(const View& view, const Territory& territory, Lattice& lattice) const;
   Nodes nodes_of(std::size_t number, std::size_t place) const;
   bool cut_out(const View& view, std::size_t number, std::size_t place);
   void set_heights(const View& view, std::size_t first);

@@ -19,7 +19,7 @@ constexpr double kInside = 1e-12;        // distance from the rim of what the bo
 // Height up to which cells are laid, over the level: the height of a flat punch that would carry the load.
 constexpr double kGenerous = 2.5;        // in the first look
 constexpr double kCompact = 1.5;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
-constexpr double kAsLongAsWide = 2.0;    // length over width up to which a spot is compact
+constexpr double kAsLongAsWide = 2.003;  // length over width up to which a spot is compact
 constexpr double kLeastGenerous = 0.25, kMostGenerous = 64.0;   // in later looks
 constexpr double kBeyond = 1.6;          // at least, where the bound on pressure sets the level
 constexpr double kDeep = 1.7;            // a contact this many times as deep as its cells are high gets higher ones:
@@ -36,11 +36,12 @@ constexpr double kGoesOn = 0.5;          // more than this share of the cells cu
 constexpr double kWithin = 0.5;          // the others have more than this share of their area,
 constexpr double kHigher = 1.2;          // and the body sinks in this many times as deep
 
-// Regions about the spots in which cells are laid.
+// Regions about the spots in which cells are laid. Sides and areas of spots are whole numbers of the search's samples: at
+// ratios that such numbers have, rounding would decide.
 constexpr double kLeastWider = 1.5;      // size over that of the spot, at least
 constexpr double kTrimmed = 0.6;         // share of an open spot's region that is kept, at least
-constexpr double kElongated = 3.0;       // length over width from which on no spot is open
-constexpr double kOpen = 0.5;            // share of its rectangle below which a spot is open: bent, or hollow
+constexpr double kElongated = 3.003;     // length over width from which on no spot is open
+constexpr double kOpen = 0.499;          // share of its rectangle below which a spot is open: bent, or hollow
 constexpr double kApart = 2.0;           // size over the region's beyond which another part of the body begins
 
 // Number of cells.
@@ -80,10 +81,13 @@ double end_over_level(double m) {
   return kEnds * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
 }
 
+// Heights nearer to the level than this, over it, tell of no power; cusps sharper than the least power are not known.
+constexpr double kHigherAtLeast = 1.01, kLeastPower = 0.5;
+
 // The power m of a body of which so many times the area lies under a height so many times the level; 0 where none is told.
 double power_of(double higher, double more) {
-  if (!(higher > 1.0) || !(more > 1.0) || !std::isfinite(higher) || !std::isfinite(more)) return 0.0;
-  return 2.0 * std::log(higher) / std::log(more);
+  if (!(higher > kHigherAtLeast) || !(more > 1.0) || !std::isfinite(higher) || !std::isfinite(more)) return 0.0;
+  return std::max(2.0 * std::log(higher) / std::log(more), kLeastPower);
 }
 
 // Centre a region on a point no further from its middle than a cell: of symmetric bodies it is their middle, and where
@@ -382,7 +386,8 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
   if (options.law->shapes()) highest = std::max(highest, search_.reached());
   if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
   highest = std::max(highest, view.reaches);
-  laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(), highest};
+  laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
+                highest + search_.same()};
   // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
   double wanted = 0.0;
@@ -397,7 +402,7 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
   for (int round = 0; round < kRounds; ++round) {
     laid_.cells.clear();
     for (std::size_t k = 0; k < spots_.size(); ++k) {
-      laid_.cells.sound(lattice_over(k, options, view, wanted, coarser), laid_.seen, taken_by_others(k));
+      laid_.cells.sound(lattice_over(k, options, view, wanted, coarser), laid_.seen, {regions_, k});
     }
     const auto count = static_cast<double>(laid_.cells.sounded());
     if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
@@ -449,23 +454,15 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   if (!(region.area() > 0.0) || std::max(region.width, region.height) < options.narrowest) {
     region.width = std::max(region.width, options.narrowest), region.height = std::max(region.height, options.narrowest);
   }
-  if (coarser > 1.0) {
-    const double wider = std::sqrt(std::max(cell / region.area(), 1.0));
-    region.width *= wider, region.height *= wider;
+  if (coarser > 1.0 && region.area() < cell) {
+    // One cell, no longer than the region where that is long enough.
+    const double longer = std::max({region.width, region.height, std::sqrt(cell)});
+    const bool along = region.width > region.height;
+    region.width = along ? longer : cell / longer;
+    region.height = along ? cell / longer : longer;
   }
   if (spots_.size() == 1) centre_on(view.plane.middle, std::sqrt(cell), region);
   return region.lattice(cell, options.narrowest);
-}
-
-// Where spots overlap the smaller one has the cells.
-const std::vector<Region>& PatchPress::taken_by_others(std::size_t number) {
-  const double area = regions_[number].area();
-  taken_.clear();
-  for (std::size_t other = 0; other < regions_.size(); ++other) {
-    const Region& its = regions_[other];
-    if (other != number && (its.area() < area || (its.area() == area && other < number))) taken_.push_back(its);
-  }
-  return taken_;
 }
 
 // Whether cells press that end for the height alone: the contact goes on beyond them.

@@ -105,7 +105,6 @@ class PatchPress {
   void reach_out();
   Lattice lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
                        double coarser) const;
-  const std::vector<Region>& taken_by_others(std::size_t number);
   bool goes_beyond() const;
   bool ends_early() const;
   double sinks() const;
@@ -134,7 +133,7 @@ class PatchPress {
   Laid laid_, best_;   // of the last look; of the best look, while another is taken
   bool bends_ = false;
   std::vector<Spot> spots_;
-  std::vector<Region> regions_, taken_;
+  std::vector<Region> regions_;
   mutable std::vector<Region> wider_;   // a member, so that no step allocates it anew
   std::vector<std::uint8_t> start_;
 };

@@ -8,6 +8,8 @@ namespace {
 
 // Directions whose sine with a face is below this count as parallel to it (mjtactile/geometry/primitives.py).
 constexpr double kParallel = 1e-12;
+// Axes of which the sine with the pad is below this lie level: both of their ends are as low.
+constexpr double kLevel = 1e-9;
 // How far above its lowest point a mesh is looked at, over the ceiling.
 constexpr double kReach = 0.3;
 // Points along the edges and generators on which shapes may touch.
@@ -220,7 +222,7 @@ void PlacedShape::add_bottoms(std::vector<Point>& points) {
     case ShapeKind::capsule:
     case ShapeKind::cylinder: {
       const double across = std::hypot(up[0], up[1]);
-      if (across < kParallel) return;
+      if (across < kLevel) return;
       for (int i = 0; i < 2; ++i) local[i] = -size_[0] * up[i] / across;
       for (std::size_t k = 0; k < kAlong; ++k) {
         local[2] = size_[1] * (2.0 * static_cast<double>(k) / (kAlong - 1) - 1.0);
@@ -234,25 +236,35 @@ void PlacedShape::add_bottoms(std::vector<Point>& points) {
       }
       return;
     }
-    case ShapeKind::box: {
-      // Along the three edges from the lowest corner.
-      double corner[3];
-      for (int i = 0; i < 3; ++i) corner[i] = up[i] > 0.0 ? -size_[i] : size_[i];
-      for (int axis = 0; axis < 3; ++axis) {
-        std::copy(corner, corner + 3, local);
-        for (std::size_t k = 0; k < kAlong; ++k) {
-          local[axis] = size_[axis] * (2.0 * static_cast<double>(k) / (kAlong - 1) - 1.0);
-          add_in_pad(local, points);
-        }
-      }
+    case ShapeKind::box:
+      for (int axis = 0; axis < 3; ++axis) add_lowest_edges(axis, points);
       return;
-    }
     case ShapeKind::triangles:
       shadow_.bottoms(lowest_);
       for (const auto& at : lowest_) points.push_back({at[0], at[1]});
       return;
     default:
       return;
+  }
+}
+
+// Points along a box's edges of one direction that end in a lowest corner; of upright ones the other edges have them.
+void PlacedShape::add_lowest_edges(int axis, std::vector<Point>& points) const {
+  const double* up = pose_.rotation + 6;
+  const int one = (axis + 1) % 3, other = (axis + 2) % 3;
+  const auto level = [up](int i) { return std::abs(up[i]) < kLevel; };
+  if (level(one) && level(other)) return;
+  for (const double first : {-1.0, 1.0}) {
+    if (!level(one) && first * up[one] > 0.0) continue;
+    for (const double second : {-1.0, 1.0}) {
+      if (!level(other) && second * up[other] > 0.0) continue;
+      double local[3];
+      local[one] = first * size_[one], local[other] = second * size_[other];
+      for (std::size_t k = 0; k < kAlong; ++k) {
+        local[axis] = size_[axis] * (2.0 * static_cast<double>(k) / (kAlong - 1) - 1.0);
+        add_in_pad(local, points);
+      }
+    }
   }
 }
 

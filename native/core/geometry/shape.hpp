@@ -58,6 +58,7 @@ class PlacedShape {
   Round round(const double* scales, int axes, const double* centre) const;
   Slab slab(int axis, double half) const;
   double entry(double x, double y) const;
+  void add_lowest_edges(int axis, std::vector<Point>& points) const;
   void add_in_pad(const double* local, std::vector<Point>& points) const;
   void find_box();
 

@@ -18,6 +18,8 @@ constexpr double kMostTwist = 1.0, kTwistOverSliding = 1.5;
 constexpr int kBisections = 40;
 // Tilts that lift the rim of the cells by more than so many indentations are none: pressed cells in one row leave it open.
 constexpr double kOpenTilt = 1e3;
+// Distances that differ by less than this share of the face's length are equal.
+constexpr double kTie = 1e-9;
 // Share of what all cells can bear above which none of them is left to search with.
 constexpr double kNearlyAll = 0.98;
 
@@ -199,11 +201,16 @@ void CellContact::fill_nearest(const Face& face, const double* wrench, Workspace
   found_.pressed.assign(cells, 0);
   std::fill(found_.normal.begin(), found_.normal.end(), 0.0);
   double left = -wrench[2];
-  for (const std::size_t i : workspace.order) {
-    found_.normal[i] = std::min(left, pressure * face.areas[i]);
-    found_.pressed[i] = found_.normal[i] > 0.0 ? 1 : 0;
-    left -= found_.normal[i];
-    if (!(left > 0.0)) break;
+  const std::vector<std::size_t>& order = workspace.order;
+  for (std::size_t first = 0, next = 0; first < cells && left > 0.0; first = next) {
+    // Cells as far away as each other share what is left: their order changes as the body turns.
+    double alike = 0.0;
+    do {
+      alike += face.areas[order[next++]];
+    } while (next < cells && away(order[next]) <= away(order[first]) + kTie * face.length);
+    const double own = std::min(left / alike, pressure);
+    for (std::size_t k = first; k < next; ++k) found_.normal[order[k]] = own * face.areas[order[k]], found_.pressed[order[k]] = 1;
+    left -= own * alike;
   }
 }
 

@@ -18,7 +18,9 @@ constexpr double kBalanced = 1e-9;
 // Exchanges of cells, and those that may leave as many wrong ones before single cells are exchanged.
 constexpr std::size_t kExchanges = 24, kPatience = 3;
 // Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
-constexpr std::size_t kDescents = 20, kBounded = 60;
+constexpr std::size_t kDescents = 20, kBounded = 60, kBoundedDescents = 200;
+// Cells that are wrong by this share of the worst change sides together in a descent.
+constexpr double kGoOver = 0.5;
 // Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
 constexpr double kMostWork = 5e6, kMostFactors = 8.0;
 // Springs that start the search, over the stiffness of single cells.
@@ -149,44 +151,29 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   set_springs(problem);
   carries_ = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
   const RigidProblem moved = {problem.compliance, problem.modes, problem.motions, problem.heights, nearer};
-  for (std::size_t i = 0; i < cells; ++i) {
-    full_[i] = springs_.forces()[i] >= most[i] ? 1 : 0;
-    pressed_[i] = springs_.pressed()[i] && !full_[i] ? 1 : 0;
-  }
+  start_from_springs(most);
   if (carries_ && exchange_bounded(moved, most)) return true;
-  forces_ = springs_.forces();
-  pressed_ = springs_.pressed();
+  start_from_springs(most);
+  if (carries_ && descend_bounded(moved, most)) return true;
+  if (!carries_) forces_ = springs_.forces(), pressed_ = springs_.pressed();
   return false;
 }
 
+void RigidContact::start_from_springs(const double* most) {
+  reached_ = springs_.forces();
+  for (std::size_t i = 0; i < reached_.size(); ++i) {
+    full_[i] = reached_[i] >= most[i] ? 1 : 0;
+    pressed_[i] = springs_.pressed()[i] && !full_[i] ? 1 : 0;
+  }
+}
+
 bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* most) {
-  const std::size_t cells = problem.cells(), motions = problem.motions;
-  const Matrix& compliance = *problem.compliance;
-  std::size_t fewest = cells + 1;
+  std::size_t fewest = cells() + 1;
   double share = 0.0;
-  pushed_.resize(cells);
   for (std::size_t round = 0; round < kBounded; ++round) {
-    // What the full cells carry is taken off the load, and the surface lies lower where they push it.
-    double left[kMostMotions];
-    std::copy(problem.resultants, problem.resultants + motions, left);
-    for (std::size_t i = 0; i < cells; ++i) pushed_[i] = problem.height(i);
-    for (std::size_t j = 0; j < cells; ++j) {
-      if (!full_[j]) continue;
-      for (std::size_t m = 0; m < motions; ++m) left[m] -= most[j] * problem.modes[j * motions + m];
-      for (std::size_t i = 0; i < cells; ++i) pushed_[i] += most[j] * compliance[j][i];
-    }
-    if (!on({&compliance, problem.modes, motions, pushed_.data(), left})) return false;
-    double scale = std::abs(motion_[0]);
-    for (const double pushed : pushed_) scale = std::max(scale, std::abs(pushed));
-    const std::size_t wrong = find_wrong(problem, most, scale);
-    if (wrong == 0) {
-      double sum = -problem.resultants[0];
-      for (std::size_t i = 0; i < cells; ++i) {
-        if (full_[i]) forces_[i] = most[i], pressed_[i] = 1;
-        sum += forces_[i];
-      }
-      return std::abs(sum) <= kBalanced * problem.resultants[0];
-    }
+    if (!on_free(problem, most)) return false;
+    const std::size_t wrong = find_wrong(problem, most);
+    if (wrong == 0) return fill_up(problem, most);
     // All of them go over while that leaves fewer than ever; where it does not, the body has tilted too far for what was
     // but a little wrong: then fewer and fewer of them do, the worst.
     share = wrong < fewest ? share / 2 : share + (1.0 - share) * kStricter;
@@ -196,9 +183,76 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
   return false;
 }
 
-// Which cells press too little or too much, or lie where they may not, and by how much of what each bears at most; how many.
-std::size_t RigidContact::find_wrong(const RigidProblem& problem, const double* most, double scale) {
+// Primal active-set method from the yielding springs' forces: see descend().
+bool RigidContact::descend_bounded(const RigidProblem& problem, const double* most) {
+  double share = kGoOver;
+  for (std::size_t trial = 0; trial < kBoundedDescents && on_free(problem, most); ++trial) {
+    const double length = step_within(most);
+    if (length < 1.0) {
+      // Cells that went over together may block each other: then they go one by one.
+      if (length < kTolerance) share = 1.0;
+      continue;
+    }
+    if (find_wrong(problem, most) == 0) return fill_up(problem, most);
+    send_over(share);
+  }
+  forces_ = reached_;
+  for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = reached_[i] > 0.0 ? 1 : 0;
+  return false;
+}
+
+// Go towards the forces of the last solution until a cell pulls or bears too much; cells where that is are set free or
+// full. Returns the share of the way that was gone.
+double RigidContact::step_within(const double* most) {
+  double length = 1.0;
+  const auto pulls = [&](std::size_t i) { return forces_[i] < -kTolerance * most[i]; };
+  const auto exceeds = [&](std::size_t i) { return forces_[i] > most[i] * (1.0 + kTolerance); };
+  for (std::size_t i = 0; i < cells(); ++i) {
+    if (!pressed_[i]) continue;
+    if (pulls(i)) length = std::min(length, reached_[i] / (reached_[i] - forces_[i]));
+    if (exceeds(i)) length = std::min(length, (most[i] - reached_[i]) / (forces_[i] - reached_[i]));
+  }
+  for (std::size_t i = 0; i < cells(); ++i) {
+    if (!pressed_[i]) continue;
+    reached_[i] = std::min(std::max(reached_[i] + length * (forces_[i] - reached_[i]), 0.0), most[i]);
+    if (pulls(i) && reached_[i] <= kTolerance * most[i]) pressed_[i] = 0, reached_[i] = 0.0;
+    if (exceeds(i) && reached_[i] >= most[i] * (1.0 - kTolerance)) pressed_[i] = 0, full_[i] = 1, reached_[i] = most[i];
+  }
+  return length;
+}
+
+// The solution where full cells bear all they can and exactly the pressed ones carry the rest of the load.
+bool RigidContact::on_free(const RigidProblem& problem, const double* most) {
   const Matrix& compliance = *problem.compliance;
+  const std::size_t motions = problem.motions;
+  double left[kMostMotions];
+  std::copy(problem.resultants, problem.resultants + motions, left);
+  pushed_.resize(cells());
+  for (std::size_t i = 0; i < cells(); ++i) pushed_[i] = problem.height(i);
+  for (std::size_t j = 0; j < cells(); ++j) {
+    if (!full_[j]) continue;
+    for (std::size_t m = 0; m < motions; ++m) left[m] -= most[j] * problem.modes[j * motions + m];
+    // The surface lies lower where a full cell pushes it.
+    for (std::size_t i = 0; i < cells(); ++i) pushed_[i] += most[j] * compliance[j][i];
+  }
+  return on({&compliance, problem.modes, motions, pushed_.data(), left});
+}
+
+// Give full cells their forces; false where the forces do not carry the load.
+bool RigidContact::fill_up(const RigidProblem& problem, const double* most) {
+  double sum = -problem.resultants[0];
+  for (std::size_t i = 0; i < cells(); ++i) {
+    if (full_[i]) forces_[i] = most[i], pressed_[i] = 1;
+    sum += forces_[i];
+  }
+  return std::abs(sum) <= kBalanced * problem.resultants[0];
+}
+
+// Which cells press too little or too much, or lie where they may not, and by how much of what each bears at most; how many.
+std::size_t RigidContact::find_wrong(const RigidProblem& problem, const double* most) {
+  const Matrix& compliance = *problem.compliance;
+  double scale = std::abs(motion_[0]);
+  for (const double pushed : pushed_) scale = std::max(scale, std::abs(pushed));
   exchange_.assign(cells(), kStays);
   excess_.assign(cells(), 0.0);
   for (std::size_t i = 0; i < cells(); ++i) {

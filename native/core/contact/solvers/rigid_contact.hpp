@@ -69,14 +69,19 @@ class RigidContact {
  private:
   bool on(const RigidProblem& problem);
   void set_springs(const RigidProblem& problem);
+  void start_from_springs(const double* most);
   bool exchange_bounded(const RigidProblem& problem, const double* most);
+  bool descend_bounded(const RigidProblem& problem, const double* most);
+  double step_within(const double* most);
+  bool on_free(const RigidProblem& problem, const double* most);
+  bool fill_up(const RigidProblem& problem, const double* most);
   bool factor_pressed(const RigidProblem& problem);
   bool invert_stiffness(const double* wanted);
   void separate(const RigidProblem& problem, const double* forces, const double* motion, double* separation) const;
   bool descend(const RigidProblem& problem);
   bool balances(const RigidProblem& problem) const;
   std::size_t violated(std::vector<std::uint8_t>& violated) const;
-  std::size_t find_wrong(const RigidProblem& problem, const double* most, double scale);
+  std::size_t find_wrong(const RigidProblem& problem, const double* most);
   void send_over(double share);
 
   std::size_t motions_ = 0;
