@@ -494,7 +494,7 @@ void TriangleShadow::pass_over_higher_vertices() {
   }
 }
 
-// The vertices of a triangle that are left, and the lowest point of what the part's rim cuts off it.
+// The vertices of a triangle that are left, and the lowest points of what the part's rim cuts off it.
 void TriangleShadow::offer_lowest(const Triangle& triangle) {
   double corner[3][3];
   const bool may_be_cut = triangle.first[0] == 0 || triangle.first[1] == 0 || triangle.last[0] == kFinest - 1 ||
@@ -511,10 +511,15 @@ void TriangleShadow::offer_lowest(const Triangle& triangle) {
   if (!may_be_cut || within(corner, part_)) return;
   const Polygon cut(corner, part_);
   if (cut.count == 0) return;
-  const Spot& lowest = *std::min_element(cut.corners, cut.corners + cut.count,
-                                         [](const Spot& a, const Spot& b) { return a[2] < b[2]; });
-  const bool on_rim = lowest[0] == part_.west || lowest[0] == part_.east || lowest[1] == part_.south || lowest[1] == part_.north;
-  if (on_rim) offer(rim_, lowest);
+  double lowest = kInfinite;
+  for (std::size_t k = 0; k < cut.count; ++k) lowest = std::min(lowest, cut.corners[k][2]);
+  const auto on_rim = [this](const Spot& at) {
+    return at[0] == part_.west || at[0] == part_.east || at[1] == part_.south || at[1] == part_.north;
+  };
+  for (std::size_t k = 0; k < cut.count; ++k) {
+    const Spot& at = cut.corners[k];
+    if (at[2] <= lowest + kLevel && on_rim(at)) offer(rim_, at);
+  }
 }
 
 // Keep a point in place of its bucket's candidate where it is lower.

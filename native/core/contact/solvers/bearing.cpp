@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSupports = 32;        // directions tried, at most
 constexpr double kNothing = 1e-9;    // moment that counts as none, over the force times the cells' length
-constexpr double kClose = 1e-3;      // distance to the loads that can be borne at which the search ends
+constexpr double kClose = 1e-12;     // the search ends where a direction brings no more of the distance's square
 constexpr double kSafe = 1.01;       // how far beyond a load the loads that can be borne must reach, over the load
 
 // Moments of the cells full that lie farthest along a direction, until they bear the force.

@@ -240,12 +240,10 @@ bool RigidContact::on_free(const RigidProblem& problem, const double* most) {
 
 // Give full cells their forces; false where the forces do not carry the load.
 bool RigidContact::fill_up(const RigidProblem& problem, const double* most) {
-  double sum = -problem.resultants[0];
   for (std::size_t i = 0; i < cells(); ++i) {
     if (full_[i]) forces_[i] = most[i], pressed_[i] = 1;
-    sum += forces_[i];
   }
-  return std::abs(sum) <= kBalanced * problem.resultants[0];
+  return balances(problem);
 }
 
 // Which cells press too little or too much, or lie where they may not, and by how much of what each bears at most; how many.
