@@ -123,7 +123,7 @@ def solved_loads(
         solved = press.loads(bodies, [wrenches[k] for k in pressing])
     for k, one in zip(pressing, solved, strict=True):
         loads[k] = one.load
-        if one.bounded:
+        if one.approximated:
             _warn(
                 "no contact was found as its law wants it: the pressure is spread over as much area next to where the "
                 "force passes as it needs.",

@@ -41,7 +41,7 @@ class Told(ctypes.Structure):
         ("peak", ctypes.c_double),
         ("stick", ctypes.c_double),
         ("refused", ctypes.c_int32),
-        ("bounded", ctypes.c_int32),
+        ("approximated", ctypes.c_int32),
         ("simplified", ctypes.c_int32),
         ("cells", ctypes.c_int32),
         ("edges", ctypes.c_int32),
@@ -53,12 +53,12 @@ class Solved(NamedTuple):
 
     Attributes:
         load: its tractions.
-        bounded: whether the law's solution was not found, so that the cells nearest to the body bear the force.
+        approximated: whether the law's solution was not found, so that the cells nearest to the body bear the force.
         simplified: whether no solution with the requested shear was found, so that a simpler tangential choice is used.
     """
 
     load: SurfaceLoad
-    bounded: bool
+    approximated: bool
     simplified: bool
 
 
@@ -227,7 +227,7 @@ class Press:
         carried = np.array(told.carried)
         left_force, left_moment = wrench.force - carried[:3], wrench.moment - carried[3:]
         load = SurfaceLoad(nodal, self._surface, covered, left_force, left_moment, state)
-        return Solved(load, bool(told.bounded), bool(told.simplified))
+        return Solved(load, bool(told.approximated), bool(told.simplified))
 
     def cell_forces(self, body: int = 0) -> CellForces:
         """Forces on the cells of a body in the last call of `loads`; empty arrays for laws without cells."""

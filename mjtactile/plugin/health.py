@@ -44,7 +44,7 @@ class Health(NamedTuple):
         readings: number of readings with contact.
         beyond_range: contacts whose strains are not small.
         not_carried: contacts whose wrench the sensing surface carries only in part.
-        bounded: contacts without a solution of the law; they have the largest pressure that the pad can bear.
+        approximated: contacts for which no solution of the law, or of its shear, was found; they have a simpler answer.
         refused: contacts that could not be solved.
         slow: readings that took more than 1 ms.
         very_slow: readings that took more than 5 ms.
@@ -54,7 +54,7 @@ class Health(NamedTuple):
     readings: int
     beyond_range: int
     not_carried: int
-    bounded: int
+    approximated: int
     refused: int
     slow: int
     very_slow: int
@@ -63,8 +63,8 @@ class Health(NamedTuple):
     @classmethod
     def of(cls, numbers: Any) -> Health:
         """Counts from the core's numbers, (HEALTH_NUMBERS,)."""
-        readings, beyond, left, bounded, refused, slow, very_slow = (int(number) for number in numbers[:-1])
-        return cls(readings, beyond, left, bounded, refused, slow, very_slow, float(numbers[-1]))
+        readings, beyond, left, approximated, refused, slow, very_slow = (int(number) for number in numbers[:-1])
+        return cls(readings, beyond, left, approximated, refused, slow, very_slow, float(numbers[-1]))
 
 
 @dataclass(frozen=True)

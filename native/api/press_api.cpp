@@ -53,7 +53,7 @@ class CalledMap : public HeightMap {
 
 struct mjt_footprint {
   std::shared_ptr<const Face> face;
-  Placement placement = kHere;
+  Placement placement = kUnmoved;
   std::unique_ptr<CalledMap> map;
 };
 
@@ -92,7 +92,7 @@ double height(const SolvedCells& solved, std::size_t cell) {
   double above = solved.heights == nullptr ? 0.0 : solved.heights[cell];
   if (solved.sunk != nullptr) above += solved.sunk[cell];
   if (solved.view == nullptr) return above;
-  const PatchFace::View& view = *solved.view;
+  const PatchFace::HeightWindow& view = *solved.view;
   const Point& at = solved.face->centroids[cell];
   return above + view.lowest + view.slopes[0] * (at.x - view.middle.x) + view.slopes[1] * (at.y - view.middle.y);
 }
@@ -163,7 +163,7 @@ void describe(const mjt_press& press, const SolvedCells& solved, const double* p
     if (std::hypot(force[0], force[1]) < (1.0 - kSlips) * press.options.friction * -force[2]) to.stick += area(solved, i);
   }
   std::copy(solved.carried, solved.carried + 6, to.carried);
-  to.bounded = solved.contact->exact() ? 0 : 1;
+  to.approximated = solved.contact->exact() ? 0 : 1;
   to.cells = static_cast<std::int32_t>(face.cells());
   rim(solved, [&](const CellEdge&, bool) { ++to.edges; });
   if (press.options.law->shapes() && to.area > 0.0) set_motion(press, solved, point, to);
@@ -183,7 +183,7 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
     for (const Pressed::Note& note : press.sensor.pressed().notes) {
       if (note.body != static_cast<int>(body)) continue;
       if (note.event == Event::refused) to.refused = 1;
-      if (note.event == Event::bounded && solved.contact != nullptr && solved.contact->exact()) to.simplified = 1;
+      if (note.event == Event::approximated && solved.contact != nullptr && solved.contact->exact()) to.simplified = 1;
     }
     press.solved[body] = solved;
     if (solved.contact != nullptr) {

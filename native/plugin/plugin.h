@@ -22,7 +22,7 @@ typedef struct mjt_instance {
 } mjt_instance;
 
 /* Something to warn of, once for every sensor, body and event: 0 beyond the range of small strains, 1 not carried,
-   2 bounded, 3 refused (Event). Body -1: a flex. Pressure [Pa], indentation [m]. */
+   2 approximated, 3 refused (Event). Body -1: a flex. Pressure [Pa], indentation [m]. */
 typedef struct mjt_note {
   int64_t context;
   int event, body;
@@ -50,7 +50,7 @@ MJT_API void mjt_plugin_leave(void);
 MJT_API int mjt_plugin_next_note(mjt_note* note);
 
 /* Counts of one sensor in one simulation since it was made: readings with contact; contacts beyond the range, not
-   carried, bounded, refused; readings that took over 1 ms, over 5 ms; and the longest [s]. 0 where there is none. */
+   carried, approximated, refused; readings that took over 1 ms, over 5 ms; and the longest [s]. 0 where there is none. */
 enum { MJT_HEALTH = 8 };
 MJT_API int mjt_plugin_health(const void* data, int instance, double* health);
 

@@ -73,7 +73,7 @@ def test_a_load_that_breaks_cells_moves_to_the_nearest_they_bear(name, direction
     along = away / distance
     farthest = _farthest(cells.areas, cells.centroids, -vector[2], strength, along)
     assert at @ along == pytest.approx(even @ along + SAFE * (farthest - even @ along), abs=CLOSE * distance)
-    assert not found.bounded
+    assert not found.approximated
     # What is told as left over is what the cells do not carry.
     carried = np.cross(np.column_stack((cells.centroids, np.zeros(len(normal)))), cells.forces).sum(axis=0)
     assert np.allclose(found.load.residual_moment, wrench.moment - carried, atol=1e-12)

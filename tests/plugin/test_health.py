@@ -26,7 +26,7 @@ def test_health_counts_readings_with_contact_of_one_simulation():
     model, data = pressed(0.02)
     health = mjtactile.plugin_health(model, data, "ff")
     assert health.readings == 20
-    assert (health.beyond_range, health.not_carried, health.bounded, health.refused) == (0, 0, 0, 0)
+    assert (health.beyond_range, health.not_carried, health.approximated, health.refused) == (0, 0, 0, 0)
     assert health.slowest > 0.0
     assert mjtactile.plugin_health(model, mujoco.MjData(model), "ff").readings == 0
 

@@ -46,7 +46,7 @@ def solved(influence, footprint: Footprint, lever=(0.0, 0.0), **options) -> tupl
     moment[2] += 1e-5
     press = new_press(influence, chosen, strength=0.0)
     found = press.loads([footprint], [Wrench(FORCE, moment)])[0]
-    assert not found.bounded
+    assert not found.approximated
     assert not found.simplified
     made, place = placed_cells(footprint.outline, COUNT)
     forces, cells = press.cell_forces(), placed(read(made), place)

@@ -252,7 +252,7 @@ def _read(
 
 def said(health: Health) -> str:
     """What the core counts in a single reading besides the reading."""
-    names = {"bounded": "bounded", "refused": "refused", "not_carried": "in part", "beyond_range": "range"}
+    names = {"approximated": "approximated", "refused": "refused", "not_carried": "in part", "beyond_range": "range"}
     return ",".join(name for field, name in names.items() if getattr(health, field)) or "-"
 
 

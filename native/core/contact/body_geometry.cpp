@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace mjtactile {
@@ -368,6 +369,69 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   return least;
 }
 
+// A part's loops on a side, counter-clockwise about the inward normal.
+Outline outline_on(const FlatSide& side, const Part& part) {
+  Outline outline;
+  for (const auto& loop : part.loops) {
+    outline.rings.emplace_back();
+    for (const Vector& point : loop) {
+      outline.rings.back().push_back({dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())});
+    }
+  }
+  if (area_of(outline) < 0.0) {
+    for (auto& ring : outline.rings) std::reverse(ring.begin(), ring.end());
+  }
+  return outline;
+}
+
+Extent extent_of(const Outline& outline) {
+  Extent extent;
+  for (const auto& ring : outline.rings) {
+    for (const Point& point : ring) extent.add(point);
+  }
+  return extent;
+}
+
+// Whether an extent meets none of those known; it is known from then on.
+bool is_apart(const Extent& extent, std::vector<Extent>& known) {
+  const bool apart = std::none_of(known.begin(), known.end(), [&](const Extent& one) { return extent.meets(one); });
+  known.push_back(extent);
+  return apart;
+}
+
+// Join a side's pieces into one outline; false where some overlap.
+bool join_side_by_side(Outline& outline) {
+  const double before = area_of(outline);
+  join_pieces(outline, kFlatness);
+  bool apart = std::abs(area_of(outline) - before) <= kBeside * before;
+  std::vector<Extent> extents;
+  for (const auto& ring : outline.rings) {
+    if (signed_area(ring) < 0.0) continue;
+    apart = is_apart(extent_of({{ring}}), extents) && apart;
+  }
+  return apart;
+}
+
+// Put all parts in the plane of one, which may be of several shapes, on a side; false where they do not lie apart.
+bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::uint8_t>& done, FlatSide& side) {
+  std::vector<Extent> extents;
+  bool apart = true;
+  for (std::size_t j = first; j < parts.size(); ++j) {
+    const Part& part = parts[j];
+    if (dot(parts[first].up.data(), part.up.data()) < 1.0 - kSameDirection * kSameDirection / 2 ||
+        std::abs(part.height - side.height) > kFlatness) {
+      continue;
+    }
+    done[j] = 1;
+    side.shapes[part.shape] = 1;
+    apart = apart && (j == first || !(side.endless || part.endless));
+    Outline own = outline_on(side, part);
+    apart = is_apart(extent_of(own), extents) && apart;
+    std::move(own.rings.begin(), own.rings.end(), std::back_inserter(side.outline.rings));
+  }
+  return apart || (!side.endless && join_side_by_side(side.outline));
+}
+
 }  // namespace
 
 BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const std::vector<const std::vector<Facet>*>& facets,
@@ -378,59 +442,12 @@ BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const std::vector<const st
   std::vector<std::uint8_t> done(parts.size(), 0);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (done[i]) continue;
-    const Part& first = parts[i];
     FlatSide side = {};
-    face_axes(first.up, side.rotation);
-    side.height = first.height;
-    side.endless = first.endless;
+    face_axes(parts[i].up, side.rotation);
+    side.height = parts[i].height;
+    side.endless = parts[i].endless;
     side.shapes.assign(shapes_.size(), 0);
-    // The same plane may have parts of several shapes; those must lie apart.
-    std::vector<Extent> extents;
-    bool apart = true;
-    for (std::size_t j = i; j < parts.size(); ++j) {
-      const Part& other = parts[j];
-      if (dot(first.up.data(), other.up.data()) < 1.0 - kSameDirection * kSameDirection / 2 ||
-          std::abs(other.height - first.height) > kFlatness) {
-        continue;
-      }
-      done[j] = 1;
-      side.shapes[other.shape] = 1;
-      apart = apart && (j == i || !(first.endless || other.endless));
-      Extent extent;
-      for (const auto& loop : other.loops) {
-        side.outline.rings.emplace_back();
-        for (const Vector& point : loop) {
-          side.outline.rings.back().push_back({dot(side.rotation, point.data()), dot(side.rotation + 3, point.data())});
-          extent.add(side.outline.rings.back().back());
-        }
-      }
-      // Outlines run counter-clockwise about the inward normal.
-      Outline own;
-      own.rings.assign(side.outline.rings.end() - static_cast<std::ptrdiff_t>(other.loops.size()), side.outline.rings.end());
-      if (area_of(own) < 0.0) {
-        for (auto ring = side.outline.rings.end() - static_cast<std::ptrdiff_t>(other.loops.size());
-             ring != side.outline.rings.end(); ++ring) {
-          std::reverse(ring->begin(), ring->end());
-        }
-      }
-      for (const Extent& known : extents) apart = apart && !extent.meets(known);
-      extents.push_back(extent);
-    }
-    if (!apart && !first.endless) {
-      const double before = area_of(side.outline);
-      join_pieces(side.outline, kFlatness);
-      apart = std::abs(area_of(side.outline) - before) <= kBeside * before;
-      // What still lies over one another are pieces that overlap.
-      extents.clear();
-      for (const auto& ring : side.outline.rings) {
-        if (signed_area(ring) < 0.0) continue;
-        Extent extent;
-        for (const Point& point : ring) extent.add(point);
-        for (const Extent& known : extents) apart = apart && !extent.meets(known);
-        extents.push_back(extent);
-      }
-    }
-    if (apart) sides_.push_back(std::move(side));
+    if (gather(parts, i, done, side)) sides_.push_back(std::move(side));
   }
 }
 

@@ -32,15 +32,15 @@ class FlatPress {
   // Heights of the body above the cells [m]; null where it is flat.
   const double* heights() const { return small_ ? part_.heights().data() : nullptr; }
   // Plane from which heights are measured, if there are any.
-  const PatchFace::View& view() const { return part_.view(); }
+  const PatchFace::HeightWindow& view() const { return part_.view(); }
   const Face& face() const { return small_ ? part_.face() : *face_; }
-  const Placement& placement() const { return small_ ? kHere : placement_; }
+  const Placement& placement() const { return small_ ? kUnmoved : placement_; }
   // Whether the body tilts so far that other parts of it may touch as well.
   bool tips_over() const;
 
  private:
   const Face* face_ = nullptr;
-  Placement placement_ = kHere;
+  Placement placement_ = kUnmoved;
   bool small_ = false;
   CellContact whole_;
   PatchPress part_;

@@ -60,6 +60,18 @@ Pose at(const std::array<std::int64_t, 12>& whole, double tolerance) {
 
 double pressing(const Touch& touch) { return -touch.wrench[2]; }
 
+// The largest number in the wrenches; not finite where one of them is not.
+double largest_of(const Touch* touches, std::size_t count) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const double part : touches[i].wrench) {
+      if (!std::isfinite(part)) return part;
+      largest = std::max(largest, std::abs(part));
+    }
+  }
+  return largest;
+}
+
 double borne_by(const CellContact& contact) {
   return std::accumulate(contact.normal().begin(), contact.normal().end(), 0.0);
 }
@@ -79,31 +91,11 @@ PadSensor<Value>::PadSensor(std::shared_ptr<const Pad> pad, LawOptions options, 
 
 template <typename Value>
 void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Steadiness& before) {
-  touched_ = count > 0;
-  key_ = 0.0;
-  power_ = 0;
-  std::fill(pressed_.carried, pressed_.carried + 6, 0.0);
-  pressed_.range = pressed_.indentation = pressed_.area = pressed_.peak = 0.0;
-  pressed_.notes.clear();
-  if (keeps_forces_) total_.assign(forces_.size(), 0.0);
+  begin(count);
   if (!touched_) return;
-  std::uint64_t hash = count;
-  double largest = 0.0;
-  bool finite = true;
-  for (std::size_t i = 0; i < count; ++i) {
-    hash = mixed(hash, static_cast<std::uint64_t>(touches[i].body));
-    for (const std::int64_t one : rounded(touches[i].pose, tolerance_)) {
-      hash = mixed(hash, static_cast<std::uint64_t>(one));
-    }
-    for (const double part : touches[i].wrench) {
-      finite = finite && std::isfinite(part);
-      largest = std::max(largest, std::abs(part));
-    }
-  }
-  key_ = static_cast<double>(hash & kHashMask);
-  std::fill(response_.begin(), response_.end(), Value(0));
-  std::fill(mean_response_.begin(), mean_response_.end(), Value(0));
-  if (!finite) {
+  key_ = key_of(touches, count);
+  const double largest = largest_of(touches, count);
+  if (!std::isfinite(largest)) {
     // The simulation has come apart: no number would be right.
     std::fill(response_.begin(), response_.end(), std::numeric_limits<Value>::quiet_NaN());
     std::fill(mean_response_.begin(), mean_response_.end(), std::numeric_limits<Value>::quiet_NaN());
@@ -112,34 +104,64 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   }
   const int power = std::ilogb(std::max(largest, std::numeric_limits<double>::min()));
   if (std::abs(power) > kCommonPowers) power_ = power;
-
   const bool steady = count == 1 && before.pose == key_ && before.steps >= kSteady && !pad_->has_mean() &&
                       !keeps_forces_ && options_.law->couples();
-  while (presses_.size() < count) presses_.push_back(std::make_unique<BodyPress>());
-  solved_.assign(count, 0);
-  std::size_t solved = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Touch& touch = curved() ? turned(touches[i], *presses_[i]) : touches[i];
-    if (!(pressing(touch) > 0.0)) {
-      note_carried(touches[i], std::array<double, 6>{}.data());
-      continue;
-    }
-    Placement placement = kHere;
-    // On a curved pad no flat side lies whole.
-    const std::shared_ptr<const Face> face = curved() ? nullptr : face_towards(touch, placement);
-    if (face != nullptr && steady && press_steady(touch, face)) continue;
-    if (face != nullptr && options_.law->presses_faces() && press_linear(touch, *face, placement)) continue;
-    solved_[i] = solve(touch, *presses_[i], face, placement) ? 1 : 0;
-    solved += solved_[i];
-    if (!solved_[i]) {
-      note(Event::refused, touch, 0.0, 0.0);
-      note_carried(touches[i], std::array<double, 6>{}.data());
-    }
-  }
+  for (std::size_t i = 0; i < count; ++i) press_alone(touches[i], i, steady);
+  const auto solved = std::count(solved_.begin(), solved_.end(), 1);
   if (solved > 1 && options_.law->couples()) couple(touches, count);
   for (std::size_t i = 0; i < count; ++i) {
     if (solved_[i]) finish(touches[i], *presses_[i]);
   }
+}
+
+// As if nothing touched.
+template <typename Value>
+void PadSensor<Value>::begin(std::size_t count) {
+  touched_ = count > 0;
+  key_ = 0.0;
+  power_ = 0;
+  std::fill(pressed_.carried, pressed_.carried + 6, 0.0);
+  pressed_.range = pressed_.indentation = pressed_.area = pressed_.peak = 0.0;
+  pressed_.notes.clear();
+  if (keeps_forces_) total_.assign(forces_.size(), 0.0);
+  if (!touched_) return;
+  std::fill(response_.begin(), response_.end(), Value(0));
+  std::fill(mean_response_.begin(), mean_response_.end(), Value(0));
+  while (presses_.size() < count) presses_.push_back(std::make_unique<BodyPress>());
+  solved_.assign(count, 0);
+}
+
+// A hash of which bodies touch, and of their rounded poses.
+template <typename Value>
+double PadSensor<Value>::key_of(const Touch* touches, std::size_t count) const {
+  std::uint64_t hash = count;
+  for (std::size_t i = 0; i < count; ++i) {
+    hash = mixed(hash, static_cast<std::uint64_t>(touches[i].body));
+    for (const std::int64_t one : rounded(touches[i].pose, tolerance_)) {
+      hash = mixed(hash, static_cast<std::uint64_t>(one));
+    }
+  }
+  return static_cast<double>(hash & kHashMask);
+}
+
+// One body as if it were alone; `place`: of its press.
+template <typename Value>
+void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool steady) {
+  BodyPress& press = *presses_[place];
+  const Touch& touch = curved() ? turned(seen, press) : seen;
+  if (!(pressing(touch) > 0.0)) {
+    note_carried(seen, std::array<double, 6>{}.data());
+    return;
+  }
+  Placement placement = kUnmoved;
+  // On a curved pad no flat side lies whole.
+  const std::shared_ptr<const Face> face = curved() ? nullptr : face_towards(touch, placement);
+  if (face != nullptr && steady && press_steady(touch, face)) return;
+  if (face != nullptr && options_.law->presses_faces() && press_linear(touch, *face, placement)) return;
+  solved_[place] = solve(touch, press, face, placement) ? 1 : 0;
+  if (solved_[place]) return;
+  note(Event::refused, touch, 0.0, 0.0);
+  note_carried(seen, std::array<double, 6>{}.data());
 }
 
 template <typename Value>
@@ -312,7 +334,7 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
     CellContact::sum(press.workspace, cells.cells(), press.forces.data(), press.carried);
     contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());
   }
-  if (!contact.exact()) note(Event::bounded, touch, 0.0, 0.0);
+  if (!contact.exact()) note(Event::approximated, touch, 0.0, 0.0);
   double pressing = 0.0;
   for (std::size_t i = 0; i < cells.cells(); ++i) pressing -= press.forces[3 * i + 2];
   note_range(touch, pressing, contact.pressed_area(), contact.indentation());
@@ -383,7 +405,7 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
   const double friction = options_.friction < 0.0 && choice.slips() ? touch.friction : options_.friction;
   const ShearProblem problem = {pressed, choice.couples() ? &press.full : nullptr, touch.wrench, friction};
   const ShearOutcome outcome = shear_.solve(choice, problem, press.forces.data());
-  if (outcome.simplified) note(Event::bounded, touch, 0.0, 0.0);
+  if (outcome.simplified) note(Event::approximated, touch, 0.0, 0.0);
   return !outcome.refused;
 }
 
@@ -407,7 +429,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
   auto& cache = BasisCache<Value>::shared();
   std::shared_ptr<const Basis<Value>> basis = cache.find(key, *face, touch.wrench, weights_, workspace_);
   if (basis == nullptr) {
-    Placement placement = kHere;
+    Placement placement = kUnmoved;
     if (!face->cut && !place(*face, at(key.pose, tolerance_), placement)) return false;
     CellContact contact;
     contact.place(*face, placement, surface(sheet()), workspace_);
@@ -579,7 +601,7 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
     if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, x, y)) > near) continue;
     if (side->whole != nullptr && over_sheet(*side->whole, placement)) return side->whole;
     const std::shared_ptr<const Face> cut = cut_face(touch, i, placement);
-    placement = kHere;
+    placement = kUnmoved;
     return cut;
   }
   return nullptr;

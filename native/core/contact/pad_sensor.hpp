@@ -45,7 +45,7 @@ struct Touch {
   // The side that faces the pad, if the caller gives it in place of the geometry: a flat face with its placement, or
   // the heights of the body.
   std::shared_ptr<const Face> face;
-  Placement placement = kHere;
+  Placement placement = kUnmoved;
   const HeightMap* map = nullptr;
 };
 
@@ -53,10 +53,10 @@ struct Touch {
 struct SolvedCells {
   const CellContact* contact = nullptr;
   const Face* face = nullptr;
-  Placement placement = kHere;
+  Placement placement = kUnmoved;
   const BentCells* bent = nullptr;         // how the cells lie on a curved pad; null on a flat pad
   const double* carried = nullptr;         // wrench (6) that the cells carry, as Touch::wrench [N, N m]
-  const PatchFace::View* view = nullptr;   // the view from which heights are measured; null for cells of a flat face
+  const PatchFace::HeightWindow* view = nullptr;   // the view from which heights are measured; null for cells of a flat face
   const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
   const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
   const double* forces = nullptr;          // on the cells (cells, 3) [N]; on a curved pad in the tangent plane's frame
@@ -72,7 +72,7 @@ struct Steadiness {
 
 // What happened to a body's contact: its strains are beyond the linear range; it carries only a part of the wrench; the
 // law found no solution, and a simpler distribution carries the wrench; or it was refused and carries nothing.
-enum class Event { beyond_range, not_carried, bounded, refused };
+enum class Event { beyond_range, not_carried, approximated, refused };
 constexpr std::size_t kEvents = 4;
 
 // Summary of one step's contacts.
@@ -143,7 +143,7 @@ class PadSensor {
     const BentCells& laid() const { return patch.bent(); }
     const CellContact& contact() const { return flat ? face.contact() : patch.contact(); }
     const Face& cells() const { return flat ? face.face() : patch.face(); }
-    Placement placement() const { return flat ? face.placement() : kHere; }
+    Placement placement() const { return flat ? face.placement() : kUnmoved; }
     const double* heights() const { return flat ? face.heights() : patch.heights().data(); }
   };
   struct CutFace {
@@ -155,6 +155,9 @@ class PadSensor {
   };
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
   bool press_linear(const Touch& touch, const Face& face, const Placement& placement);
+  void begin(std::size_t count);
+  double key_of(const Touch* touches, std::size_t count) const;
+  void press_alone(const Touch& seen, std::size_t place, bool steady);
   bool solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
              const Placement& placement);
   double press_above(const Touch& touch, BodyPress& press, double floor);

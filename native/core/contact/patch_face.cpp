@@ -54,7 +54,7 @@ bool between_nodes(const double* over, bool along, double line, double& low, dou
 }
 
 // A height over a point as it is from where the view is.
-double seen_from(const PatchFace::View& view, const Point& at, double height) {
+double seen_from(const PatchFace::HeightWindow& view, const Point& at, double height) {
   return height - view.slopes[0] * (at.x - view.middle.x) - view.slopes[1] * (at.y - view.middle.y) - view.lowest;
 }
 
@@ -76,7 +76,7 @@ void PatchFace::clear() {
   face_.edges.clear();
 }
 
-double PatchFace::seen(const View& view, const Point& at) const {
+double PatchFace::seen(const HeightWindow& view, const Point& at) const {
   return seen_from(view, at, view.map->height(at.x, at.y));
 }
 
@@ -94,7 +94,7 @@ bool PatchFace::Territory::lost(const Point& at) const {
 }
 
 // More cells on the sides on which the body goes on beyond the lattice, until it does nowhere.
-void PatchFace::grow(const View& view, const Territory& territory, Lattice& lattice) const {
+void PatchFace::grow(const HeightWindow& view, const Territory& territory, Lattice& lattice) const {
   const auto counts = [&](double column, double row) {
     const Point at = lattice.at(column, row);
     return seen(view, at) <= view.highest && !territory.lost(at);
@@ -121,7 +121,7 @@ void PatchFace::grow(const View& view, const Territory& territory, Lattice& latt
   }
 }
 
-void PatchFace::sound(Lattice lattice, const View& view, const Territory& territory) {
+void PatchFace::sound(Lattice lattice, const HeightWindow& view, const Territory& territory) {
   grow(view, territory, lattice);
   const std::size_t across = 2 * lattice.columns + 1, first = nodes_.size();
   lattices_.push_back(lattice);
@@ -161,7 +161,7 @@ PatchFace::Nodes PatchFace::nodes_of(std::size_t number, std::size_t place) cons
   return found;
 }
 
-void PatchFace::lay(const View& view) {
+void PatchFace::lay(const HeightWindow& view) {
   const std::size_t first = cells_.size();
   for (std::size_t number = 0; number < lattices_.size(); ++number) {
     for (std::size_t place = 0; place < lattices_[number].cells(); ++place) {
@@ -173,7 +173,7 @@ void PatchFace::lay(const View& view) {
 }
 
 // One more cell, without its height; false where too little of it counts.
-bool PatchFace::cut_out(const View& view, std::size_t number, std::size_t place) {
+bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_t place) {
   const Lattice& lattice = lattices_[number];
   const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
   const Nodes nodes = nodes_of(number, place);
@@ -182,7 +182,7 @@ bool PatchFace::cut_out(const View& view, std::size_t number, std::size_t place)
   Point middle = lattice.at(column + 0.5, row + 0.5);
   if (!cell.whole) {
     Covered covered;
-    if (!cover(lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr, covered)) return false;
+    if (!cover({lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr}, covered)) return false;
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
     // Ends are found to a part of a cell: a sliver's middle may come to lie where there is nothing, beyond the sheet.
     if (!view.map->bounds().holds(middle.x, middle.y)) return false;
@@ -206,7 +206,7 @@ bool PatchFace::cut_out(const View& view, std::size_t number, std::size_t place)
 }
 
 // Heights and gradients of the cells from one on, all looked at together; those over which there is no body are left out.
-void PatchFace::set_heights(const View& view, std::size_t first) {
+void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
   points_.clear();
   for (std::size_t i = first; i < cells_.size(); ++i) {
     const Point& middle = face_.centroids[i];
@@ -238,11 +238,9 @@ void PatchFace::set_heights(const View& view, std::size_t first) {
 }
 
 // The part of a cell under the view's height: along lines in both directions, so that turning the scene turns the cell.
-bool PatchFace::cover(const Lattice& lattice, const View& view, double column, double row, const double* over,
-                      Covered& covered) const {
+bool PatchFace::cover(const CutCell& cut, Covered& covered) const {
   Covered found[2] = {};
-  const int along = sweep(lattice, view, column, row, true, over, found[0]);
-  const int across = sweep(lattice, view, column, row, false, over, found[1]);
+  const int along = sweep(cut, true, found[0]), across = sweep(cut, false, found[1]);
   // Lines that run along a narrow part hit or miss all of it: those across it tell more.
   covered = {};
   for (int k = 0; k < 2; ++k) {
@@ -252,25 +250,26 @@ bool PatchFace::cover(const Lattice& lattice, const View& view, double column, d
     covered.x += share * found[k].x, covered.y += share * found[k].y;
     covered.xx += share * found[k].xx, covered.xy += share * found[k].xy, covered.yy += share * found[k].yy;
   }
-  const double whole = covered.area;
-  if (!(whole > kLeastShare * lattice.size * lattice.width())) return false;
+  const double whole = covered.area, cell = cut.lattice.size * cut.lattice.width();
+  if (!(whole > kLeastShare * cell)) return false;
   covered.x /= whole, covered.y /= whole;
   covered.xx = covered.xx / whole - covered.x * covered.x;
   covered.yy = covered.yy / whole - covered.y * covered.y;
   covered.xy = covered.xy / whole - covered.x * covered.y;
   // What one line alone meets has no width; rounding would leave it some.
-  const double least = kLeastWidth * kLeastWidth * lattice.size * lattice.width();
+  const double least = kLeastWidth * kLeastWidth * cell;
   return covered.xx > least && covered.yy > least;
 }
 
-int PatchFace::sweep(const Lattice& lattice, const View& view, double column, double row, bool along,
-                     const double* over, Covered& sum) const {
+// Lines through the cell in one direction; returns how many of them meet the part.
+int PatchFace::sweep(const CutCell& cut, bool along, Covered& sum) const {
   int hits = 0;
-  const double length = along ? lattice.size : lattice.width(), width = along ? lattice.width() : lattice.size;
+  const double size = cut.lattice.size, other_size = cut.lattice.width();
+  const double length = along ? size : other_size, width = along ? other_size : size;
   for (int line = 0; line < 3; ++line) {
     double low, high;
-    if (over != nullptr ? !between_nodes(over, along, kLines[line], low, high)
-                        : !search_ends(lattice, view, column, row, along, kLines[line], low, high)) {
+    if (cut.over != nullptr ? !between_nodes(cut.over, along, kLines[line], low, high)
+                            : !search_ends(cut, along, kLines[line], low, high)) {
       continue;
     }
     ++hits;
@@ -289,11 +288,10 @@ int PatchFace::sweep(const Lattice& lattice, const View& view, double column, do
 
 // Where a line through a cell runs below the view's height, in parts of the cell from its middle, where the body is not
 // over all of the cell.
-bool PatchFace::search_ends(const Lattice& lattice, const View& view, double column, double row, bool along,
-                            double line, double& low, double& high) const {
+bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double& low, double& high) const {
   const auto above = [&](double part) {
     const double u = along ? part : line, v = along ? line : part;
-    return seen(view, lattice.at(column + 0.5 + u, row + 0.5 + v)) - view.highest;
+    return seen(cut.view, cut.lattice.at(cut.column + 0.5 + u, cut.row + 0.5 + v)) - cut.view.highest;
   };
   double heights[kSteps + 1];
   int first = -1, last = -1;
@@ -333,7 +331,7 @@ PatchFace::Arms PatchFace::arms_of(const Cell& cell) {
 
 // Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes: four that were
 // looked at.
-double PatchFace::mean_height(const View& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
+double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
   const Cell& cell = cells_[own];
   double sum = 0.0, apart[2] = {0.0, 0.0};
   int count = 0;
@@ -353,7 +351,7 @@ double PatchFace::mean_height(const View& view, std::size_t own, std::size_t loo
   return count > 0 ? sum / count : seen(view, face_.centroids[own]);
 }
 
-void PatchFace::trim(const View& view, double least, double most, Region& region) const {
+void PatchFace::trim(const HeightWindow& view, double least, double most, Region& region) const {
   const double c = std::cos(region.angle), s = std::sin(region.angle);
   double ends[2][2];
   for (int axis = 0; axis < 2; ++axis) {

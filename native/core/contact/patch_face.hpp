@@ -22,7 +22,7 @@ class PatchFace {
   // Remove all lattices and cells.
   void clear();
   // The heights of a body that count: those up to `highest`, measured from an inclined plane.
-  struct View {
+  struct HeightWindow {
     const HeightMap* map;
     double slopes[2];         // of the plane along x and y [-]
     Point middle;             // where the plane is at height 0
@@ -36,13 +36,13 @@ class PatchFace {
     bool lost(const Point& at) const;
   };
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
-  void sound(Lattice lattice, const View& view, const Territory& territory);
+  void sound(Lattice lattice, const HeightWindow& view, const Territory& territory);
   std::size_t sounded() const { return sounded_; }   // number of counted cells of all lattices
   // Make the counted cells. Cells of which hardly anything counts are left out.
-  void lay(const View& view);
+  void lay(const HeightWindow& view);
   // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
   // Its size becomes between `least` and `most` times the old one; it stays as it is where no end is found.
-  void trim(const View& view, double least, double most, Region& region) const;
+  void trim(const HeightWindow& view, double least, double most, Region& region) const;
   // Compute the integrals over pairs of cells and their edges, after the last lattice.
   void finish(const Rectangle& sheet);
 
@@ -69,6 +69,12 @@ class PatchFace {
   struct Covered {            // the part of a cell that counts, in the lattice's axes from the cell's middle
     double area, x, y, xx, xy, yy;   // its area [m^2], middle [m] and second moments over the area [m^2]
   };
+  struct CutCell {            // a cell of which a part counts
+    const Lattice& lattice;
+    const HeightWindow& view;
+    double column, row;
+    const double* over;       // heights minus the limit at its 3 x 3 nodes; null where there is no body over some
+  };
   struct Nodes {              // heights minus the limit at a cell's corners, middles of its sides and middle
     double over[9];
     int under, finite;        // at how many of them the body is low enough; at how many there is a body at all
@@ -77,20 +83,16 @@ class PatchFace {
     double lengths[2];
     Point ends[2];
   };
-  void grow(const View& view, const Territory& territory, Lattice& lattice) const;
+  void grow(const HeightWindow& view, const Territory& territory, Lattice& lattice) const;
   Nodes nodes_of(std::size_t number, std::size_t place) const;
-  bool cut_out(const View& view, std::size_t number, std::size_t place);
-  void set_heights(const View& view, std::size_t first);
-  double seen(const View& view, const Point& at) const;
-  bool cover(const Lattice& lattice, const View& view, double column, double row, const double* over,
-             Covered& covered) const;
-  // Lines through the cell in one direction; how many of them meet the part.
-  int sweep(const Lattice& lattice, const View& view, double column, double row, bool along, const double* over,
-            Covered& sum) const;
-  bool search_ends(const Lattice& lattice, const View& view, double column, double row, bool along, double line,
-                   double& low, double& high) const;
+  bool cut_out(const HeightWindow& view, std::size_t number, std::size_t place);
+  void set_heights(const HeightWindow& view, std::size_t first);
+  double seen(const HeightWindow& view, const Point& at) const;
+  bool cover(const CutCell& cut, Covered& covered) const;
+  int sweep(const CutCell& cut, bool along, Covered& sum) const;
+  bool search_ends(const CutCell& cut, bool along, double line, double& low, double& high) const;
   static Arms arms_of(const Cell& cell);
-  double mean_height(const View& view, std::size_t own, std::size_t looked_at, Point& gradient) const;
+  double mean_height(const HeightWindow& view, std::size_t own, std::size_t looked_at, Point& gradient) const;
   static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
   std::vector<Point> outermost() const;

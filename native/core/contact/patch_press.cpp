@@ -166,8 +166,8 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
   return load;
 }
 
-PatchPress::View PatchPress::first_view(const Problem& problem) const {
-  View view = {{{0.0, 0.0}, problem.load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
+PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
+  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
   if (problem.options.tilting) view.plane = first_plane(problem.load, problem.hull);
   return view;
 }
@@ -195,7 +195,7 @@ bool PatchPress::turn(const Problem& problem, Looks& looks) {
     // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
     // Onto a load beside all that the body covers the first plane has tilted it as far as it goes; under laws whose cells
     // do not know of each other it would rest in the same way again.
-    looks.resting_tried = !looks.rested && problem.options.law->couples() && looks.most.missed > 0.0 &&
+    looks.resting_tried = !looks.rested && problem.options.law->couples() && looks.best_merit.missed > 0.0 &&
                           problem.hull.size() > 2 && holds(problem.hull, problem.load.through, kInside);
     if (looks.resting_tried) {
       looks.view = looks.best;
@@ -228,14 +228,14 @@ void PatchPress::rest(const Problem& problem, Looks& looks) {
   looks.rested = true;
 }
 
-void PatchPress::find_spots(const Problem& problem, const View& view) {
+void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
   SearchLoad load = problem.load;
   load.reach = view.touches;
   spots_ = search_.find(problem.map, view.plane, load);
 }
 
 // Lay cells on the spots and press them; false where there are none.
-bool PatchPress::press(const Problem& problem, const View& view) {
+bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
   if (!add_cells(problem.map, problem.surface, view)) return false;
   if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
   place(problem.surface, problem.workspace);
@@ -254,11 +254,11 @@ bool PatchPress::press(const Problem& problem, const View& view) {
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact.exact();
   const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
-  looks.last_is_best = solved && !is_worse(found, looks.most);
+  looks.last_is_best = solved && !is_worse(found, looks.best_merit);
   looks.ended = solved && more && ends_early();
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
-  looks.most = found;
+  looks.best_merit = found;
   looks.goes_on = next_view(found, problem.options.narrowest, looks.onward);
 }
 
@@ -269,7 +269,7 @@ bool PatchPress::presses_all() const {
 }
 
 void PatchPress::place(const ContactSurface& surface, CellContact::Workspace& workspace) {
-  laid_.contact.place(laid_.cells.face(), kHere, surface, workspace, bends_ ? &laid_.bent : nullptr);
+  laid_.contact.place(laid_.cells.face(), kUnmoved, surface, workspace, bends_ ? &laid_.bent : nullptr);
 }
 
 // Above each cell, on a curved pad where the cell's own normal meets the body.
@@ -379,7 +379,7 @@ void PatchPress::press_again(const ContactSurface& surface, const double* wrench
   laid_.contact.press(laid_.cells.face(), surface, {wrench, laid_.heights.data(), start.data()}, workspace);
 }
 
-bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const View& view) {
+bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view) {
   const LawOptions& options = surface.options;
   double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
                                           : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
@@ -434,7 +434,7 @@ void PatchPress::reach_out() {
 }
 
 // Cells on a spot, larger by a factor than wanted.
-Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
+Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
                                  double coarser) const {
   const Spot& spot = spots_[number];
   double roots = 0.0;
@@ -517,7 +517,7 @@ PatchPress::NextPart PatchPress::next_part() const {
 
 // How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
 // not tilted away from them.
-bool PatchPress::next_view(const Merit& found, double narrowest, View& view) const {
+bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view) const {
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;

@@ -38,14 +38,14 @@ class PatchPress {
   const std::vector<double>& heights() const { return laid_.heights; }
   const Face& face() const { return laid_.cells.face(); }
   // The view from which the heights are measured.
-  const PatchFace::View& view() const { return laid_.seen; }
+  const PatchFace::HeightWindow& view() const { return laid_.seen; }
   void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
   // Slope by which the body tilts from its pose in the simulation [-].
   double tilt() const;
 
  private:
   // The parameters that change from look to look.
-  struct View {
+  struct Viewpoint {
     Plane plane;         // the tilt from which the body is looked at
     double generosity;   // cells are laid up to this multiple of the spots' level [-]
     double sinks;        // cells are laid no higher than this depth, to which the body sank in; 0 if not known [m]
@@ -71,10 +71,10 @@ class PatchPress {
   };
   // State of the search for the best contact.
   struct Looks {
-    View view;                    // the last one
-    View best;                    // the view that gave the best contact so far
-    View onward;                  // the view to which the best contact leads
-    Merit most = {kNowhere, 0.0, 0.0};   // merit of the best contact
+    Viewpoint view;                    // the last one
+    Viewpoint best;                    // the view that gave the best contact so far
+    Viewpoint onward;                  // the view to which the best contact leads
+    Merit best_merit = {kNowhere, 0.0, 0.0};   // merit of the best contact
     bool goes_on = false;         // whether `onward` differs from `best`
     bool last_is_best = true;     // whether the last contact is the best one
     bool ended = false;           // whether the contact goes on beyond its cells
@@ -87,12 +87,12 @@ class PatchPress {
     double height;   // of the part above the lowest point then [m]
   };
   static SearchLoad load_of(const double* wrench, const ContactSurface& surface);
-  View first_view(const Problem& problem) const;
+  Viewpoint first_view(const Problem& problem) const;
   bool look_first(const Problem& problem, Looks& looks);
   bool turn(const Problem& problem, Looks& looks);
   void rest(const Problem& problem, Looks& looks);
-  void find_spots(const Problem& problem, const View& view);
-  bool press(const Problem& problem, const View& view);
+  void find_spots(const Problem& problem, const Viewpoint& view);
+  bool press(const Problem& problem, const Viewpoint& view);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
@@ -101,15 +101,15 @@ class PatchPress {
   double likely_height() const;
   Plane first_plane(const SearchLoad& load, const std::vector<Point>& hull) const;
   void set_heights();
-  bool add_cells(const HeightMap& map, const ContactSurface& surface, const View& view);
+  bool add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view);
   void reach_out();
-  Lattice lattice_over(std::size_t number, const LawOptions& options, const View& view, double wanted,
+  Lattice lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
                        double coarser) const;
   bool goes_beyond() const;
   bool ends_early() const;
   double sinks() const;
   NextPart next_part() const;
-  bool next_view(const Merit& found, double narrowest, View& view) const;
+  bool next_view(const Merit& found, double narrowest, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
   // carry the load, the true one has the least, whatever the cells.
   double energy(const SearchLoad& load) const;
@@ -125,7 +125,7 @@ class PatchPress {
     PatchFace cells;
     BentCells bent;
     CellContact contact;
-    PatchFace::View seen = {};
+    PatchFace::HeightWindow seen = {};
     std::vector<double> heights;
   };
 

@@ -29,6 +29,6 @@ struct Placement {
 };
 
 // The placement that moves nothing.
-constexpr Placement kHere = {1.0, 0.0, {0.0, 0.0}};
+constexpr Placement kUnmoved = {1.0, 0.0, {0.0, 0.0}};
 
 }  // namespace mjtactile

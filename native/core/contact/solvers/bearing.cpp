@@ -43,8 +43,10 @@ bool in_triangle(const Point& a, const Point& b, const Point& c, const Point& at
 
 }  // namespace
 
-bool bring_within_bearing(std::size_t cells, const double* most, const double* modes, std::size_t motions,
-                          const double* resultants, std::vector<std::size_t>& order, double* nearer) {
+bool bring_within_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order,
+                          double* nearer) {
+  const std::size_t cells = problem.cells(), motions = problem.motions;
+  const double *modes = problem.modes, *resultants = problem.resultants;
   std::copy(resultants, resultants + motions, nearer);
   if (motions < 3) return false;
   order.resize(cells);

@@ -4,13 +4,14 @@
 #include <cstddef>
 #include <vector>
 
+#include "contact/solvers/rigid_contact.hpp"
+
 namespace mjtactile {
 
-// Move a load to the nearest one that the cells can bear. `most` (cells): largest force on each cell [N]; `modes`
-// (cells, motions) and `resultants` (motions) as in RigidContact; `nearer`: resultants of the moved load [N]. A load
-// within a hundredth of the limit is moved as well; distance is measured from the load that presses all cells evenly.
-// `order` is scratch memory. Returns whether the load was moved.
-bool bring_within_bearing(std::size_t cells, const double* most, const double* modes, std::size_t motions,
-                          const double* resultants, std::vector<std::size_t>& order, double* nearer);
+// Move a problem's load to the nearest one that the cells can bear. `most` (cells): largest force on each cell [N];
+// `nearer` (motions): resultants of the moved load [N]. A load within a hundredth of the limit is moved as well; distance
+// is measured from the load that presses all cells evenly. `order` is scratch memory. Returns whether the load was moved.
+bool bring_within_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order,
+                          double* nearer);
 
 }  // namespace mjtactile

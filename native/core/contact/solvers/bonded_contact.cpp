@@ -9,7 +9,7 @@
 namespace mjtactile {
 namespace {
 
-constexpr std::size_t kMotions = 6, kComponents = 3;
+constexpr std::size_t kComponents = 3;
 // Right sides that are solved for together, the heights among them, and none: products take four rows at once.
 constexpr std::size_t kSides = 8;
 // Forces and separations this small count as zero; violations this small are left
@@ -67,64 +67,89 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
 
 // The solution if exactly the pressed cells touched; false where they cannot carry the resultants.
 bool BondedContact::solve_on_pressed(const BondedProblem& problem, WorkLimit& limit) {
-  const std::size_t cells = problem.cells;
+  hold_pressed(problem);
+  const std::size_t size = unknowns_.size();
+  if (size == 0 || !limit.factorisation(size) || !factor_.factor(problem.compliance, unknowns_)) return false;
+  set_modes();
+  set_right();
+  factor_.solve_forward(right_);
+  // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
+  double needed[kMotions];
+  for (std::size_t m = 0; m < kMotions; ++m) needed[m] = wanted_[m] + dot(right_[m], right_[kMotions], size);
+  const Stiffness stiffness = stiffness_against(needed);
+  std::fill(motion_, motion_ + kMotions, 0.0);
+  add_motion(stiffness, needed, true);
+  set_plain_forces();
+  double left[kMotions];   // what rounding left of the resultants
+  for (std::size_t m = 0; m < kMotions; ++m) left[m] = wanted_[m] - dot(modes_[m], plain_.data(), size);
+  add_motion(stiffness, left, false);
+  set_plain_forces();
+  return spread_forces(problem);
+}
+
+void BondedContact::hold_pressed(const BondedProblem& problem) {
   held_.clear();
   unknowns_.clear();
   for (const std::size_t i : order_) {
     if (!pressed_[i]) continue;
     held_.push_back(i);
-    for (std::size_t a = 0; a < kComponents; ++a) unknowns_.push_back(a * cells + problem.places[i]);
+    for (std::size_t a = 0; a < kComponents; ++a) unknowns_.push_back(a * problem.cells + problem.places[i]);
   }
-  const std::size_t held = held_.size(), size = kComponents * held;
-  if (held == 0 || !limit.factorisation(size) || !factor_.factor(problem.compliance, unknowns_)) return false;
+}
+
+// B and -g by row.
+void BondedContact::set_right() {
+  const std::size_t size = unknowns_.size();
   right_.resize(kSides, size);
-  set_modes();
   for (std::size_t m = 0; m < kMotions; ++m) std::copy(modes_[m], modes_[m] + size, right_[m]);
   for (std::size_t m = kMotions; m < kSides; ++m) std::fill(right_[m], right_[m] + size, 0.0);
-  for (std::size_t i = 0; i < held; ++i) right_[kMotions][kComponents * i + 2] = -heights_[held_[i]];
-  factor_.solve_forward(right_);
-  // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
-  double stiffness[kMotions * kMotions], needed[kMotions];
+  for (std::size_t i = 0; i < held_.size(); ++i) right_[kMotions][kComponents * i + 2] = -heights_[held_[i]];
+}
+
+BondedContact::Stiffness BondedContact::stiffness_against(const double* needed) const {
+  double matrix[kMotions * kMotions];
   for (std::size_t m = 0; m < kMotions; ++m) {
     for (std::size_t n = 0; n <= m; ++n) {
-      stiffness[m * kMotions + n] = stiffness[n * kMotions + m] = dot(right_[m], right_[n], size);
+      matrix[m * kMotions + n] = matrix[n * kMotions + m] = dot(right_[m], right_[n], unknowns_.size());
     }
-    needed[m] = wanted_[m] + dot(right_[m], right_[kMotions], size);
   }
-  double values[kMotions], vectors[kMotions * kMotions];
-  symmetric_eigen(kMotions, stiffness, values, vectors);
-  const double largest = *std::max_element(values, values + kMotions);
-  double most = 0.0;
-  for (const double one : needed) most = std::max(most, std::abs(one));
-  // Cells in one row leave a tilt open. It stays as it is, unless the resultants load it: then it goes far, until other
-  // cells come into contact.
-  const auto add_motion = [&](const double* resultants, bool first) {
-    for (std::size_t k = 0; k < kMotions; ++k) {
-      double along = 0.0;
-      for (std::size_t m = 0; m < kMotions; ++m) along += vectors[m * kMotions + k] * resultants[m];
-      double share = along / std::max(values[k], kOpen * largest);
-      if (!(values[k] > kOpen * largest) && !(first && std::abs(along) > kLoaded * most)) share = 0.0;
-      for (std::size_t m = 0; m < kMotions; ++m) motion_[m] += share * vectors[m * kMotions + k];
-    }
-  };
-  std::fill(motion_, motion_ + kMotions, 0.0);
-  add_motion(needed, true);
+  Stiffness stiffness;
+  symmetric_eigen(kMotions, matrix, stiffness.values, stiffness.vectors);
+  stiffness.open = kOpen * *std::max_element(stiffness.values, stiffness.values + kMotions);
+  stiffness.loaded = 0.0;
+  for (std::size_t m = 0; m < kMotions; ++m) stiffness.loaded = std::max(stiffness.loaded, kLoaded * std::abs(needed[m]));
+  return stiffness;
+}
+
+// Cells in one row leave a tilt open. It stays as it is, unless the resultants load it and it `may_open`: then it goes
+// far, until other cells come into contact.
+void BondedContact::add_motion(const Stiffness& stiffness, const double* resultants, bool may_open) {
+  for (std::size_t k = 0; k < kMotions; ++k) {
+    double along = 0.0;
+    for (std::size_t m = 0; m < kMotions; ++m) along += stiffness.vectors[m * kMotions + k] * resultants[m];
+    double share = along / std::max(stiffness.values[k], stiffness.open);
+    const bool is_open = !(stiffness.values[k] > stiffness.open);
+    if (is_open && !(may_open && std::abs(along) > stiffness.loaded)) share = 0.0;
+    for (std::size_t m = 0; m < kMotions; ++m) motion_[m] += share * stiffness.vectors[m * kMotions + k];
+  }
+}
+
+// Forces on the cells held under the motion.
+void BondedContact::set_plain_forces() {
+  const std::size_t size = unknowns_.size();
   plain_.resize(size);
-  for (int round = 0; round < 2; ++round) {
-    for (std::size_t k = 0; k < size; ++k) {
-      plain_[k] = -right_[kMotions][k];
-      for (std::size_t m = 0; m < kMotions; ++m) plain_[k] += right_[m][k] * motion_[m];
-    }
-    factor_.solve_backward(plain_.data());
-    if (round > 0) break;
-    // What rounding left of the resultants.
-    double left[kMotions];
-    for (std::size_t m = 0; m < kMotions; ++m) left[m] = wanted_[m] - dot(modes_[m], plain_.data(), size);
-    add_motion(left, false);
-  }
-  forces_.assign(kComponents * count_, 0.0);
-  spread_.assign(kComponents * cells, 0.0);
   for (std::size_t k = 0; k < size; ++k) {
+    plain_[k] = -right_[kMotions][k];
+    for (std::size_t m = 0; m < kMotions; ++m) plain_[k] += right_[m][k] * motion_[m];
+  }
+  factor_.solve_backward(plain_.data());
+}
+
+// To all cells, in newtons; false where a force is not finite.
+bool BondedContact::spread_forces(const BondedProblem& problem) {
+  forces_.assign(kComponents * count_, 0.0);
+  spread_.assign(kComponents * problem.cells, 0.0);
+  for (std::size_t k = 0; k < plain_.size(); ++k) {
     const std::size_t a = k % kComponents;
     const double force = plain_[k] * unit_;
     if (!std::isfinite(force)) return false;

@@ -34,15 +34,28 @@ class BondedContact {
   const std::vector<double>& forces() const { return forces_; }
 
  private:
+  static constexpr std::size_t kMotions = 6;
   bool solve_on_pressed(const BondedProblem& problem, WorkLimit& limit);
   std::size_t violations(const BondedProblem& problem);
+  // Stiffness of the cells held against the motions, by eigenvalue.
+  struct Stiffness {
+    double values[kMotions], vectors[kMotions * kMotions];
+    double open;      // eigenvalue up to which a motion is open
+    double loaded;    // resultant along it from which on it is loaded [N]
+  };
+  void hold_pressed(const BondedProblem& problem);
   void set_modes();
+  void set_right();
+  Stiffness stiffness_against(const double* needed) const;
+  void add_motion(const Stiffness& stiffness, const double* resultants, bool may_open);
+  void set_plain_forces();
+  bool spread_forces(const BondedProblem& problem);
   bool balances() const;
 
   std::size_t count_ = 0;
   const Point* levers_ = nullptr;
   bool tilting_ = true;
-  double unit_ = 1.0, wanted_[6] = {}, motion_[6] = {}, worst_ = 0.0;
+  double unit_ = 1.0, wanted_[kMotions] = {}, motion_[kMotions] = {}, worst_ = 0.0;
   std::vector<double> heights_, forces_, plain_, separation_, spread_;
   std::vector<std::uint8_t> pressed_, violated_;
   std::vector<std::size_t> order_, held_, unknowns_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "contact/solvers/bearing.hpp"
 #include "contact/solvers/height_order.hpp"
@@ -145,7 +146,7 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   pressed_ = start;
   full_.assign(cells, 0);
   double nearer[kMostMotions];
-  const bool borne = !bring_within_bearing(cells, most, problem.modes, problem.motions, problem.resultants, filled_, nearer);
+  const bool borne = !bring_within_bearing(problem, most, filled_, nearer);
   if (borne && exchange_bounded(problem, most)) return true;
   // Springs that yield tell which cells are full.
   set_springs(problem);
@@ -193,11 +194,19 @@ bool RigidContact::descend_bounded(const RigidProblem& problem, const double* mo
       if (length < kTolerance) share = 1.0;
       continue;
     }
-    if (find_wrong(problem, most) == 0) return fill_up(problem, most);
+    if (find_wrong(problem, most) == 0) {
+      if (fill_up(problem, most)) return true;
+      break;
+    }
     send_over(share);
   }
-  forces_ = reached_;
-  for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = reached_[i] > 0.0 ? 1 : 0;
+  forces_.resize(cells());
+  // Steps add up what rounding leaves of each.
+  const double drift = problem.resultants[0] / std::accumulate(reached_.begin(), reached_.end(), 0.0);
+  for (std::size_t i = 0; i < cells(); ++i) {
+    forces_[i] = drift * reached_[i];
+    pressed_[i] = reached_[i] > 0.0 ? 1 : 0;
+  }
   return false;
 }
 

@@ -14,7 +14,6 @@ constexpr double kTolerance = 1e-12, kDamping = 1e-12;
 constexpr double kBalanced = 1e-9;
 // Share of its slope that a step may leave of the energy's, so that no better length is looked for.
 constexpr double kGoodStep = 0.1;
-constexpr std::size_t kMost = 3;
 
 }  // namespace
 
@@ -28,61 +27,70 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
   heights_ = heights;
   resultants_ = resultants;
   most_ = most;
+  begin();
+  for (int iteration = 0; iteration < kIterations && left_over() > kTolerance * resultants[0]; ++iteration) {
+    if (!step()) break;
+  }
   const std::size_t cells = stiffness.size();
-  double motion[kMost] = {}, total = 0.0, highest = 0.0;
-  for (std::size_t i = 0; i < cells; ++i) {
-    total += stiffness[i];
-    if (heights != nullptr) highest = std::max(highest, heights[i]);
-  }
-  motion[0] = highest + resultants[0] / total;
-  bool balanced = false;
-  for (int iteration = 0; iteration < kIterations && !balanced; ++iteration) {
-    double gradient[kMost] = {}, curvature[kMost * kMost] = {}, step[kMost] = {};
-    for (std::size_t m = 0; m < motions; ++m) gradient[m] = -resultants[m];
-    for (std::size_t i = 0; i < cells; ++i) {
-      const double depth = overlap(i, motion);
-      if (!(depth > 0.0)) continue;
-      const double* own = modes + i * motions;
-      for (std::size_t m = 0; m < motions; ++m) {
-        gradient[m] += force(i, depth) * own[m];
-        if (yields(i, depth)) continue;
-        for (std::size_t n = 0; n < motions; ++n) curvature[m * motions + n] += stiffness[i] * own[m] * own[n];
-      }
-    }
-    double trace = 0.0, largest = 0.0;
-    for (std::size_t m = 0; m < motions; ++m) {
-      trace += curvature[m * motions + m];
-      largest = std::max(largest, std::abs(gradient[m]));
-    }
-    balanced = largest <= kTolerance * resultants[0];
-    if (balanced) break;
-    // Where the springs under pressure leave a tilt open, damping sends the body far along it, to the next springs.
-    double slope = 0.0;
-    for (std::size_t m = 0; m < motions; ++m) {
-      curvature[m * motions + m] += kDamping * (trace + total);
-      step[m] = -gradient[m];
-    }
-    if (!solve_small(motions, curvature, step, 1, 0.0)) break;
-    for (std::size_t m = 0; m < motions; ++m) slope += gradient[m] * step[m];
-    const double length = lowest(motion, step, slope);
-    if (!(length > 0.0)) break;
-    for (std::size_t m = 0; m < motions; ++m) motion[m] += length * step[m];
-  }
-  std::copy(motion, motion + kMost, motion_);
   pressed_.resize(cells);
   forces_.resize(cells);
   for (std::size_t i = 0; i < cells; ++i) {
-    const double depth = overlap(i, motion);
+    const double depth = overlap(i, motion_);
     pressed_[i] = depth > 0.0 ? 1 : 0;
     forces_[i] = force(i, depth);
   }
-  double largest = 0.0;
-  for (std::size_t m = 0; m < motions; ++m) {
-    double sum = -resultants[m];
-    for (std::size_t i = 0; i < cells; ++i) sum += modes[i * motions + m] * forces_[i];
-    largest = std::max(largest, std::abs(sum));
+  return left_over() <= kBalanced * resultants[0];
+}
+
+// As deep as all springs together would be pressed, over the highest of them.
+void SpringBed::begin() {
+  total_ = 0.0;
+  double highest = 0.0;
+  for (std::size_t i = 0; i < stiffness_->size(); ++i) {
+    total_ += (*stiffness_)[i];
+    if (heights_ != nullptr) highest = std::max(highest, heights_[i]);
   }
-  return largest <= kBalanced * resultants[0];
+  std::fill(motion_, motion_ + kMost, 0.0);
+  motion_[0] = highest + resultants_[0] / total_;
+}
+
+// The largest part of the resultants that the springs do not carry, which is the slope of the energy.
+double SpringBed::left_over() {
+  for (std::size_t m = 0; m < motions_; ++m) gradient_[m] = -resultants_[m];
+  for (std::size_t i = 0; i < stiffness_->size(); ++i) {
+    const double depth = overlap(i, motion_);
+    if (!(depth > 0.0)) continue;
+    const double own = force(i, depth);
+    for (std::size_t m = 0; m < motions_; ++m) gradient_[m] += own * modes_[i * motions_ + m];
+  }
+  double largest = 0.0;
+  for (std::size_t m = 0; m < motions_; ++m) largest = std::max(largest, std::abs(gradient_[m]));
+  return largest;
+}
+
+// One step of Newton's method from where left_over() looked; false where none lowers the energy.
+bool SpringBed::step() {
+  double curvature[kMost * kMost] = {}, along[kMost] = {}, trace = 0.0, slope = 0.0;
+  for (std::size_t i = 0; i < stiffness_->size(); ++i) {
+    const double depth = overlap(i, motion_);
+    if (!(depth > 0.0) || yields(i, depth)) continue;
+    const double* own = modes_ + i * motions_;
+    for (std::size_t m = 0; m < motions_; ++m) {
+      for (std::size_t n = 0; n < motions_; ++n) curvature[m * motions_ + n] += (*stiffness_)[i] * own[m] * own[n];
+    }
+  }
+  for (std::size_t m = 0; m < motions_; ++m) trace += curvature[m * motions_ + m];
+  // Where the springs under pressure leave a tilt open, damping sends the body far along it, to the next springs.
+  for (std::size_t m = 0; m < motions_; ++m) {
+    curvature[m * motions_ + m] += kDamping * (trace + total_);
+    along[m] = -gradient_[m];
+  }
+  if (!solve_small(motions_, curvature, along, 1, 0.0)) return false;
+  for (std::size_t m = 0; m < motions_; ++m) slope += gradient_[m] * along[m];
+  const double length = lowest(motion_, along, slope);
+  if (!(length > 0.0)) return false;
+  for (std::size_t m = 0; m < motions_; ++m) motion_[m] += length * along[m];
+  return true;
 }
 
 double SpringBed::overlap(std::size_t cell, const double* motion) const {

@@ -24,6 +24,10 @@ class SpringBed {
   struct Turn {         // a kink of the energy's slope along a step: its place, and the change of the second derivative
     double at, bend;
   };
+  static constexpr std::size_t kMost = 3;   // motions
+  void begin();
+  double left_over();
+  bool step();
   double lowest(const double* motion, const double* step, double slope);
   double overlap(std::size_t cell, const double* motion) const;
   bool yields(std::size_t cell, double depth) const { return most_ != nullptr && (*stiffness_)[cell] * depth > most_[cell]; }
@@ -34,7 +38,7 @@ class SpringBed {
   const std::vector<double>* stiffness_ = nullptr;
   const double *modes_ = nullptr, *heights_ = nullptr, *resultants_ = nullptr, *most_ = nullptr;
   std::size_t motions_ = 0;
-  double motion_[3] = {};
+  double total_ = 0.0, motion_[kMost] = {}, gradient_[kMost] = {};
   std::vector<std::uint8_t> pressed_;
   std::vector<double> forces_, rates_;
   std::vector<Turn> turns_;
