@@ -151,48 +151,13 @@ bool FaceCells::describe(Face& face, double cosine, double sine) {
 bool FaceCells::tidy(const Outline& outline, double cosine, double sine) {
   points_.clear();
   loops_.clear();
-  double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-  for (const std::vector<Point>& ring : outline.rings) {
-    for (const Point& corner : ring) {
-      if (!std::isfinite(corner.x) || !std::isfinite(corner.y)) return false;
-      const Point at = turned(corner, cosine, -sine);
-      low[0] = std::min(low[0], at.x), high[0] = std::max(high[0], at.x);
-      low[1] = std::min(low[1], at.y), high[1] = std::max(high[1], at.y);
-    }
-  }
-  middle_ = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
-  extent_[0] = high[0] - low[0], extent_[1] = high[1] - low[1];
-  const double extent = std::max(extent_[0], extent_[1]);
-  if (!(extent > 0.0) || !std::isfinite(extent)) return false;
   area_ = length_ = 0.0;
+  if (!find_extent(outline, cosine, sine)) return false;
+  const double extent = std::max(extent_[0], extent_[1]);
   for (const std::vector<Point>& ring : outline.rings) {
     const std::size_t first = points_.size();
-    const auto says_nothing = [&](const Point& before, const Point& at, const Point& after) {
-      return distance(before, at) <= kSamePoint * extent ||
-             std::abs(left_of(before, at, after)) <= kStraight * extent * distance(before, after);
-    };
-    for (const Point& corner : ring) {
-      const Point at = turned(corner, cosine, -sine), point = {at.x - middle_.x, at.y - middle_.y};
-      while (points_.size() >= first + 2 && says_nothing(points_[points_.size() - 2], points_.back(), point)) {
-        points_.pop_back();
-      }
-      if (points_.size() > first && distance(points_.back(), point) <= kSamePoint * extent) continue;
-      points_.push_back(point);
-    }
-    std::size_t begin = first;
-    for (bool again = true; again && points_.size() >= begin + 3;) {
-      const std::size_t end = points_.size();
-      again = false;
-      if (says_nothing(points_[end - 2], points_[end - 1], points_[begin]) ||
-          distance(points_[end - 1], points_[begin]) <= kSamePoint * extent) {
-        points_.pop_back();
-        again = true;
-      } else if (says_nothing(points_[end - 1], points_[begin], points_[begin + 1])) {
-        ++begin;
-        again = true;
-      }
-    }
-    points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.begin() + static_cast<std::ptrdiff_t>(begin));
+    add_corners(ring, cosine, sine);
+    close_loop(first);
     double area = 0.0, length = 0.0;
     const std::size_t last = points_.size();
     for (std::size_t i = first; i < last; ++i) {
@@ -208,6 +173,61 @@ bool FaceCells::tidy(const Outline& outline, double cosine, double sine) {
     loops_.push_back({first, last});
   }
   return area_ > kNoArea * extent * extent;
+}
+
+bool FaceCells::find_extent(const Outline& outline, double cosine, double sine) {
+  double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+  for (const std::vector<Point>& ring : outline.rings) {
+    for (const Point& corner : ring) {
+      if (!std::isfinite(corner.x) || !std::isfinite(corner.y)) return false;
+      const Point at = turned(corner, cosine, -sine);
+      low[0] = std::min(low[0], at.x), high[0] = std::max(high[0], at.x);
+      low[1] = std::min(low[1], at.y), high[1] = std::max(high[1], at.y);
+    }
+  }
+  middle_ = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+  extent_[0] = high[0] - low[0], extent_[1] = high[1] - low[1];
+  const double extent = std::max(extent_[0], extent_[1]);
+  return extent > 0.0 && std::isfinite(extent);
+}
+
+// Whether a corner between two others lies on one of them, or on the line between them.
+bool FaceCells::says_nothing(const Point& before, const Point& at, const Point& after) const {
+  const double extent = std::max(extent_[0], extent_[1]);
+  return distance(before, at) <= kSamePoint * extent ||
+         std::abs(left_of(before, at, after)) <= kStraight * extent * distance(before, after);
+}
+
+void FaceCells::add_corners(const std::vector<Point>& ring, double cosine, double sine) {
+  const std::size_t first = points_.size();
+  const double same = kSamePoint * std::max(extent_[0], extent_[1]);
+  for (const Point& corner : ring) {
+    const Point at = turned(corner, cosine, -sine), point = {at.x - middle_.x, at.y - middle_.y};
+    while (points_.size() >= first + 2 && says_nothing(points_[points_.size() - 2], points_.back(), point)) {
+      points_.pop_back();
+    }
+    if (points_.size() > first && distance(points_.back(), point) <= same) continue;
+    points_.push_back(point);
+  }
+}
+
+// Take out what says nothing where the last corners meet the first of a loop.
+void FaceCells::close_loop(std::size_t first) {
+  const double same = kSamePoint * std::max(extent_[0], extent_[1]);
+  std::size_t begin = first;
+  for (bool again = true; again && points_.size() >= begin + 3;) {
+    const std::size_t end = points_.size();
+    again = false;
+    if (says_nothing(points_[end - 2], points_[end - 1], points_[begin]) ||
+        distance(points_[end - 1], points_[begin]) <= same) {
+      points_.pop_back();
+      again = true;
+    } else if (says_nothing(points_[end - 1], points_[begin], points_[begin + 1])) {
+      ++begin;
+      again = true;
+    }
+  }
+  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.begin() + static_cast<std::ptrdiff_t>(begin));
 }
 
 // Drop corners that matter less than a tolerance.
@@ -297,38 +317,53 @@ void FaceCells::walk(const Loop& loop) {
   for (std::size_t i = 0; i < count; ++i) {
     lengths_[i] = distance(points_[loop.first + i], points_[loop.first + (i + 1) % count]);
     length += lengths_[i];
-    if (lengths_[i] > kLongEdge * size_ && any_long == count) any_long = i;
+    if (is_long(i) && any_long == count) any_long = i;
   }
-  if (width_ > 0.0) {
-    if (any_long == count) {
-      cut_round_loop(loop, length);
-    } else {
-      // Edges cut into equal pieces each, and runs of short ones between them.
-      std::size_t edge = any_long;
-      do {
-        const std::size_t pieces = pieces_of(lengths_[edge], size_);
-        for (std::size_t k = 1; k < pieces; ++k) {
-          cuts_.push_back({edge, lengths_[edge] * static_cast<double>(k) / static_cast<double>(pieces)});
-        }
-        const std::size_t run = (edge + 1) % count;
-        double run_length = 0.0;
-        for (edge = run; !(lengths_[edge] > kLongEdge * size_); edge = (edge + 1) % count) run_length += lengths_[edge];
-        if (run_length < kLongEdge * size_) {
-          add_cut(run, run_length / 2);
-        } else {
-          const std::size_t parts = pieces_of(run_length, size_);
-          for (std::size_t k = 0; k <= parts; ++k) {
-            add_cut(run, run_length * static_cast<double>(k) / static_cast<double>(parts));
-          }
-        }
-      } while (edge != any_long);
-    }
-  }
+  if (width_ > 0.0 && any_long == count) cut_round_loop(loop, length);
+  if (width_ > 0.0 && any_long < count) cut_edges(any_long);
   std::sort(cuts_.begin(), cuts_.end(), [](const Cut& a, const Cut& b) {
     return a.edge < b.edge || (a.edge == b.edge && a.along < b.along);
   });
-
   const std::size_t first = walk_.size();
+  const std::int32_t stations = add_walk(loop);
+  std::int32_t passed = 0;
+  for (std::size_t i = first; i < walk_.size(); ++i) {
+    if (walk_[i].station) ++passed;
+    walk_[i].piece = pieces_ + (stations > 0 ? (passed + stations - 1) % stations : 0);
+  }
+  pieces_ += std::max(stations, std::int32_t{1});
+  walk_loops_.push_back({first, walk_.size()});
+  keep(walk_loops_.back());
+}
+
+// Edges cut into equal pieces each, and runs of short ones between them; from a long edge on.
+void FaceCells::cut_edges(std::size_t begin) {
+  const std::size_t count = lengths_.size();
+  std::size_t edge = begin;
+  do {
+    const std::size_t pieces = pieces_of(lengths_[edge], size_);
+    for (std::size_t k = 1; k < pieces; ++k) {
+      cuts_.push_back({edge, lengths_[edge] * static_cast<double>(k) / static_cast<double>(pieces)});
+    }
+    const std::size_t run = (edge + 1) % count;
+    double run_length = 0.0;
+    for (edge = run; !is_long(edge); edge = (edge + 1) % count) run_length += lengths_[edge];
+    if (run_length < kLongEdge * size_) {
+      add_cut(run, run_length / 2);
+      continue;
+    }
+    const std::size_t parts = pieces_of(run_length, size_);
+    for (std::size_t k = 0; k <= parts; ++k) {
+      add_cut(run, run_length * static_cast<double>(k) / static_cast<double>(parts));
+    }
+  } while (edge != begin);
+}
+
+bool FaceCells::is_long(std::size_t edge) const { return lengths_[edge] > kLongEdge * size_; }
+
+// A loop's corners and cuts in their order; returns at how many of them pieces end.
+std::int32_t FaceCells::add_walk(const Loop& loop) {
+  const std::size_t count = loop.last - loop.first;
   std::size_t next = 0;
   std::int32_t stations = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -345,15 +380,7 @@ void FaceCells::walk(const Loop& loop) {
       ++stations;
     }
   }
-  const std::size_t last = walk_.size();
-  std::int32_t passed = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    if (walk_[i].station) ++passed;
-    walk_[i].piece = pieces_ + (stations > 0 ? (passed + stations - 1) % stations : 0);
-  }
-  pieces_ += std::max(stations, std::int32_t{1});
-  walk_loops_.push_back({first, last});
-  keep(walk_loops_.back());
+  return stations;
 }
 
 // Cut where a distance along the outline from an edge's beginning leads to, or at the corner next to it.
@@ -361,7 +388,7 @@ void FaceCells::add_cut(std::size_t edge, double along) {
   while (along > lengths_[edge]) {
     along -= lengths_[edge];
     edge = edge + 1 < lengths_.size() ? edge + 1 : 0;
-    if (lengths_[edge] > kLongEdge * size_) along = 0.0;  // rounding at the end of a run
+    if (is_long(edge)) along = 0.0;  // rounding at the end of a run
   }
   const double after = lengths_[edge] - along, snap = std::min(std::min(along, after), kSnap * size_);
   if (snap < kSnap * size_ && std::abs(after - along) > kTie * lengths_[edge]) {

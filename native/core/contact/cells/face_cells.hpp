@@ -68,11 +68,18 @@ class FaceCells {
   };
 
   bool tidy(const Outline& outline, double cosine, double sine);
+  bool find_extent(const Outline& outline, double cosine, double sine);
+  bool says_nothing(const Point& before, const Point& at, const Point& after) const;
+  void add_corners(const std::vector<Point>& ring, double cosine, double sine);
+  void close_loop(std::size_t first);
   void simplify(double tolerance);
   bool fit(double size, double wanted, double width);
   // Number of cells of a layout with squares of a size and rings of a width [m]; 0 where some enclose nothing.
   std::size_t lay_out(double size, double width);
   void walk(const Loop& loop);
+  void cut_edges(std::size_t begin);
+  bool is_long(std::size_t edge) const;
+  std::int32_t add_walk(const Loop& loop);
   void add_cut(std::size_t edge, double along);
   void cut_round_loop(const Loop& loop, double length);
   void keep(const Loop& loop);
