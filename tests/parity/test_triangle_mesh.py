@@ -247,9 +247,10 @@ def test_a_reach_leaves_out_only_what_is_higher(name, seed, reach, floor):
     whole, lowest, _ = mesh.heights(pose, points, part=part, floor=floor)
     found, again, _ = mesh.heights(pose, points, part=part, floor=floor, reach=reach)
     assert again == lowest
+    # Where few triangles are left each is set against all points: the same to rounding.
     near = whole <= lowest + reach
-    assert np.array_equal(found[near], whole[near])
-    assert (found[~near] > lowest + reach).all()
+    np.testing.assert_allclose(found[near], whole[near], rtol=0, atol=1e-15)
+    assert (found[~near] > lowest + reach - 1e-15).all()
 
 
 @pytest.mark.parametrize("name", SOLIDS)

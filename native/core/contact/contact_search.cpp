@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "linalg/kernels.hpp"
 
 namespace mjtactile {
 namespace {
@@ -94,10 +97,14 @@ Point ContactSearch::grid_point(std::size_t sample) const {
 }
 
 void ContactSearch::set_heights(const Plane& plane) {
-  heights_.resize(raw_.size());
-  for (std::size_t i = 0; i < raw_.size(); ++i) heights_[i] = raw_[i] - plane(points_[i].x, points_[i].y);
+  const std::size_t count = raw_.size();
+  heights_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) heights_[i] = raw_[i] - plane(points_[i].x, points_[i].y);
   double least[4] = {kNowhere, kNowhere, kNowhere, kNowhere};  // side by side: one would wait for itself
-  for (std::size_t i = 0; i < heights_.size(); ++i) least[i % 4] = std::min(least[i % 4], heights_[i]);
+  for (std::size_t i = 0; i + 4 <= count; i += 4) {
+    for (std::size_t k = 0; k < 4; ++k) least[k] = std::min(least[k], heights_[i + k]);
+  }
+  for (std::size_t i = count - count % 4; i < count; ++i) least[0] = std::min(least[0], heights_[i]);
   lowest_ = std::min({least[0], least[1], least[2], least[3]});
   for (double& one : heights_) one = levelled(one - lowest_);
 }
@@ -137,9 +144,15 @@ void ContactSearch::flood(const SearchLoad& load) {
 // Samples under the level that are near each other belong together: each is named after the first of its part.
 void ContactSearch::connect() {
   constexpr auto kLast = static_cast<int>(kLines) - 1;
-  for (std::size_t sample = 0; sample < parents_.size(); ++sample) {
+  flooded_.clear();
+  for (std::size_t at = 0; at < under_.size(); ++at) {
+    const void* const next = std::memchr(under_.data() + at, 1, under_.size() - at);
+    if (next == nullptr) break;
+    at = static_cast<std::size_t>(static_cast<const std::uint8_t*>(next) - under_.data());
+    flooded_.push_back(at);
+  }
+  for (const std::size_t sample : flooded_) {
     parents_[sample] = sample;
-    if (!under_[sample]) continue;
     const auto column = static_cast<int>(sample % kLines), row = static_cast<int>(sample / kLines);
     // The one beside it has met all that is near to both.
     const bool beside = column > 0 && under_[sample - 1];
@@ -156,19 +169,17 @@ void ContactSearch::connect() {
 }
 
 void ContactSearch::gather_parts() {
-  labels_.assign(heights_.size(), 0);
+  labels_.resize(heights_.size());
   std::size_t count = 0;
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    if (under_[i] && root(i) == i) labels_[i] = count++;
+  for (const std::size_t sample : flooded_) {
+    if (root(sample) == sample) labels_[sample] = count++;
   }
   const bool together = count > kMostParts;
   part_count_ = together ? 1 : count;
   if (members_.size() < part_count_) members_.resize(part_count_);
   if (parts_.size() < part_count_) parts_.resize(part_count_);
   for (std::size_t k = 0; k < part_count_; ++k) members_[k].clear();
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    if (under_[i]) members_[together ? 0 : labels_[root(i)]].push_back(grid_point(i));
-  }
+  for (const std::size_t sample : flooded_) members_[together ? 0 : labels_[root(sample)]].push_back(grid_point(sample));
   const double sides[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   for (std::size_t k = 0; k < part_count_; ++k) {
     Region region = region_about(members_[k], sides, 0.0);
@@ -197,27 +208,12 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
   }
 }
 
-// Perimeter of what of a part lies under a level [m], and its area. Rows and columns of nothing lie around it, so that
-// the loops need not ask where it ends.
+// Perimeter of what of a part lies under a level [m], and its area.
 double ContactSearch::perimeter(const Part& part, double level, double& area) {
-  const std::size_t across = part.columns + 1;
-  under_closer_.assign(across * (part.rows + 2) + 1, 0);
-  std::uint8_t* const first = under_closer_.data() + across + 1;
-  for (std::size_t row = 0; row < part.rows; ++row) {
-    const double* heights = part.heights.data() + row * part.columns;
-    for (std::size_t column = 0; column < part.columns; ++column) first[row * across + column] = heights[column] <= level;
-  }
-  std::size_t count = 0, upright = 0, flat = 0;  // points under the level, and edges between one that is and one that is not
-  for (std::size_t place = 1; place < under_closer_.size(); ++place) {
-    count += under_closer_[place];
-    upright += under_closer_[place] ^ under_closer_[place - 1];
-  }
-  for (std::size_t place = across; place < under_closer_.size(); ++place) {
-    flat += under_closer_[place] ^ under_closer_[place - across];
-  }
-  area += static_cast<double>(count) * part.cell;
-  return static_cast<double>(upright) * part.region.height / static_cast<double>(part.rows) +
-         static_cast<double>(flat) * part.region.width / static_cast<double>(part.columns);
+  const UnderLevel found = kernels().count_under(part.heights.data(), part.rows, part.columns, level);
+  area += static_cast<double>(found.points) * part.cell;
+  return static_cast<double>(found.upright) * part.region.height / static_cast<double>(part.rows) +
+         static_cast<double>(found.level) * part.region.width / static_cast<double>(part.columns);
 }
 
 // The level at which all parts together carry the load, by bisection.

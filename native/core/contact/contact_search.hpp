@@ -87,7 +87,7 @@ class ContactSearch {
   void gather_parts();
   void look_closer(const HeightMap& map, const Plane& plane, Part& part);
   void set_level(const SearchLoad& load);
-  double perimeter(const Part& part, double level, double& area);
+  static double perimeter(const Part& part, double level, double& area);
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
 
@@ -102,7 +102,8 @@ class ContactSearch {
   std::vector<double> raw_, heights_;
   RisingHeights rising_;
   std::vector<std::size_t> parents_;
-  std::vector<std::uint8_t> under_, under_closer_;
+  std::vector<std::uint8_t> under_;
+  std::vector<std::size_t> flooded_;   // samples under the level, in their order
   std::vector<std::vector<Point>> members_;
   std::vector<std::size_t> labels_;
   std::vector<Part> parts_;

@@ -451,6 +451,7 @@ void PatchFace::integrate() {
   for (std::size_t i = 0; i < count; ++i) {
     rectangles_.emplace_back(face_.centroids[i], cells_[i].cosine, cells_[i].sine, cells_[i].sides);
   }
+  far_.fit(rectangles_);
   face_.inverse_distance.resize(count * count);
   columns_.resize(count);
   rows_.resize(count);
@@ -460,25 +461,50 @@ void PatchFace::integrate() {
   }
   std::size_t first = 0;
   for (std::size_t k = 0; k < lattices_.size(); ++k) {
-    const Lattice& lattice = lattices_[k];
     std::size_t last = first;
     while (last < count && cells_[last].lattice == k) ++last;
-    if (last == first) continue;
-    inverse_distance_by_offset(lattice.columns, lattice.rows, lattice.size, lattice.width(), offsets_);
-    for (std::size_t i = first; i < last; ++i) {
-      double* own = face_.inverse_distance.data() + i * count;
-      for (std::size_t j = i; j < count; ++j) {
-        if (cells_[i].whole && cells_[j].whole && j < last) {
-          const std::size_t across = columns_[j] > columns_[i] ? columns_[j] - columns_[i] : columns_[i] - columns_[j];
-          own[j] = offsets_[(rows_[j] - rows_[i]) * lattice.columns + across];
-        } else {
-          own[j] = inverse_distance(rectangles_[i], rectangles_[j]);
-        }
-      }
-    }
+    if (last > first) integrate(lattices_[k], first, last);
     first = last;
   }
   mirror_upper(face_.inverse_distance.data(), count, count);
+}
+
+// Rows of a lattice's cells, from the diagonal on. Between whole cells of a lattice the integrals are known by offset.
+void PatchFace::integrate(const Lattice& lattice, std::size_t first, std::size_t last) {
+  const std::size_t count = cells_.size();
+  whole_.clear(), beside_.clear(), rectangles_beside_.clear();
+  for (std::size_t i = first; i < count; ++i) {
+    if (i < last && cells_[i].whole) {
+      whole_.push_back(i);
+    } else {
+      beside_.push_back(i);
+      rectangles_beside_.push_back(rectangles_[i]);
+    }
+  }
+  far_beside_.fit(rectangles_beside_);
+  values_.resize(beside_.size());
+  inverse_distance_by_offset(lattice.columns, lattice.rows, lattice.size, lattice.width(), offsets_);
+  std::size_t wholes = 0, others = 0;   // that come before the row's cell
+  for (std::size_t i = first; i < last; ++i) {
+    double* own = face_.inverse_distance.data() + i * count;
+    if (!cells_[i].whole) {
+      ++others;
+      far_.of(rectangles_[i], i, own + i);
+      for (std::size_t j = i; j < count; ++j) {
+        if (own[j] == 0.0) own[j] = near_inverse_distance(rectangles_[i], rectangles_[j]);
+      }
+      continue;
+    }
+    for (std::size_t k = wholes++; k < whole_.size(); ++k) {
+      const std::size_t j = whole_[k], across = columns_[j] > columns_[i] ? columns_[j] - columns_[i] : columns_[i] - columns_[j];
+      own[j] = offsets_[(rows_[j] - rows_[i]) * lattice.columns + across];
+    }
+    far_beside_.of(rectangles_[i], others, values_.data());
+    for (std::size_t k = others; k < beside_.size(); ++k) {
+      const double found = values_[k - others];
+      own[beside_[k]] = found != 0.0 ? found : near_inverse_distance(rectangles_[i], rectangles_[beside_[k]]);
+    }
+  }
 }
 
 // Integrals of shear over pairs of cells that middles do not stand for; whole ones of a lattice have them by how far they

@@ -97,6 +97,7 @@ class PatchFace {
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
   std::vector<Point> outermost() const;
   void integrate();
+  void integrate(const Lattice& lattice, std::size_t first, std::size_t last);
   void add_edges();
 
   Face face_;
@@ -108,6 +109,10 @@ class PatchFace {
   std::size_t sounded_ = 0;
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
+  FarIntegrals far_, far_beside_;              // of all cells, and of those that a lattice's whole cells have no offset to
+  std::vector<std::size_t> whole_, beside_;    // a lattice's whole cells, and the others from its first cell on
+  std::vector<CellRectangle> rectangles_beside_;
+  std::vector<double> values_;
   std::vector<std::size_t> columns_, rows_;   // of each cell in its lattice
   std::vector<double> heights_, offsets_, nodes_;
   std::vector<Point> gradients_;

@@ -29,6 +29,9 @@ constexpr double kHidden = 1e-7;
 // Rounding of a box's place, relative to the mesh's size and its distance from the pad's origin.
 constexpr double kRounding = 1e-14;
 constexpr std::ptrdiff_t kEight = 8;
+// Triangles, in all buckets that they meet, up to which each is set against all points: that takes no longer than to look
+// up each point's own.
+constexpr std::size_t kFewEntries = 64;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Spot = std::array<double, 3>;
@@ -66,9 +69,9 @@ struct Polygon {
 
 // Points as they lie on a grid, row by row: where its lines meet.
 struct PointGrid {
-  std::size_t counts[2];    // in a row, and rows
-  Point first;
-  double per[2][2];         // places along rows and across them per length along x and y [1/m]
+  std::size_t counts[2] = {};   // in a row, and rows
+  Point first = {0.0, 0.0};
+  double per[2][2] = {};         // places along rows and across them per length along x and y [1/m]
 
   // False where they do not lie like that, or are too few.
   bool fit(const std::vector<Point>& points) {
@@ -86,17 +89,17 @@ struct PointGrid {
     const Point &right = points[columns - 1], &top = points[(rows - 1) * columns];
     const double a[2] = {(right.x - first.x) / static_cast<double>(columns - 1), (right.y - first.y) / static_cast<double>(columns - 1)};
     const double b[2] = {(top.x - first.x) / static_cast<double>(rows - 1), (top.y - first.y) / static_cast<double>(rows - 1)};
-    double off = 0.0;
+    bool fits = true;
     for (std::size_t row = 0; row < rows; ++row) {
       const double x = first.x + static_cast<double>(row) * b[0], y = first.y + static_cast<double>(row) * b[1];
       for (std::size_t column = 0; column < columns; ++column) {
         const Point& at = points[row * columns + column];
         const auto step = static_cast<double>(column);
-        off = std::max(off, std::abs(at.x - x - step * a[0]) + std::abs(at.y - y - step * a[1]));
+        fits &= std::abs(at.x - x - step * a[0]) + std::abs(at.y - y - step * a[1]) <= near;
       }
     }
     const double turn = a[0] * b[1] - a[1] * b[0];
-    if (!(off <= near) || !(std::abs(turn) > near * near)) return false;
+    if (!fits || !(std::abs(turn) > near * near)) return false;
     counts[0] = columns, counts[1] = rows;
     per[0][0] = b[1] / turn, per[0][1] = -b[0] / turn;
     per[1][0] = -a[1] / turn, per[1][1] = a[0] / turn;
@@ -121,6 +124,18 @@ struct PointGrid {
   static constexpr std::size_t kFewPoints = 32;
   static constexpr double kOffGrid = 1e-4, kMargin = 1e-2;
 };
+
+Rectangle box_of(const std::vector<Point>& points) {
+  Rectangle boxes[2];  // side by side: one would wait for itself
+  for (Rectangle& box : boxes) box = {kInfinite, kInfinite, -kInfinite, -kInfinite};
+  const auto widen = [](Rectangle& box, const Point& at) {
+    box = {std::min(box.west, at.x), std::min(box.south, at.y), std::max(box.east, at.x), std::max(box.north, at.y)};
+  };
+  for (std::size_t i = 0; i + 1 < points.size(); i += 2) widen(boxes[0], points[i]), widen(boxes[1], points[i + 1]);
+  if (points.size() % 2 == 1) widen(boxes[0], points.back());
+  return {std::min(boxes[0].west, boxes[1].west), std::min(boxes[0].south, boxes[1].south),
+          std::max(boxes[0].east, boxes[1].east), std::max(boxes[0].north, boxes[1].north)};
+}
 
 bool within(const double corner[3][3], const Rectangle& part) {
   return part.holds(corner[0][0], corner[0][1]) && part.holds(corner[1][0], corner[1][1]) &&
@@ -404,6 +419,10 @@ bool TriangleShadow::buckets_over(const Rectangle& box, BucketRange& range) cons
 // Visit every triangle of some buckets once, in the first of them that it meets.
 template <typename Visit>
 void TriangleShadow::over(const BucketRange& range, Visit&& visit) const {
+  if (range.count() == side_ * side_) {
+    for (std::uint32_t number = 0; number < triangles_.size(); ++number) visit(number);
+    return;
+  }
   for (std::size_t row = range.first[1]; row <= range.last[1]; ++row) {
     for (std::size_t column = range.first[0]; column <= range.last[0]; ++column) {
       const std::size_t bucket = row * side_ + column;
@@ -418,16 +437,22 @@ void TriangleShadow::over(const BucketRange& range, Visit&& visit) const {
   }
 }
 
-void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
-  Rectangle box = {kInfinite, kInfinite, -kInfinite, -kInfinite};
-  for (const Point& at : points) {
-    box = {std::min(box.west, at.x), std::min(box.south, at.y), std::max(box.east, at.x), std::max(box.north, at.y)};
+std::size_t TriangleShadow::entries_of(const BucketRange& range) const {
+  std::size_t count = 0;
+  for (std::size_t row = range.first[1]; row <= range.last[1]; ++row) {
+    count += starts_[row * side_ + range.last[0] + 1] - starts_[row * side_ + range.first[0]];
   }
+  return count;
+}
+
+void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
   BucketRange range;
-  if (!buckets_over(box, range)) return;
-  // Where most triangles lie between the points it is cheaper to ask for each point than for each triangle.
+  if (!buckets_over(box_of(points), range)) return;
+  // Where there are few triangles each is set against all points. Where most triangles lie between the points it is cheaper
+  // to ask for each point than for each triangle.
   PointGrid grid;
-  if (points.size() < range.count() || !grid.fit(points)) {
+  const bool few = entries_of(range) <= kFewEntries && points.size() >= std::size_t{kEight};
+  if (!few && (points.size() < range.count() || !grid.fit(points))) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double found = height(points[i].x, points[i].y, floor);
       if (found < heights[i]) heights[i] = found;
@@ -436,23 +461,27 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
   }
   static thread_local std::vector<double> x, y, lowest;  // kept between calls: nothing is allocated in a step
   // A row is looked at in whole eights: what goes beyond it asks about points of the next one, or about none.
-  const std::size_t room = points.size() + std::size_t{kEight};
-  x.assign(room, 0.0);
-  y.assign(room, 0.0);
-  lowest.assign(room, -kInfinite);
-  for (std::size_t i = 0; i < points.size(); ++i) x[i] = points[i].x, y[i] = points[i].y, lowest[i] = heights[i];
+  const std::size_t count = points.size(), room = count + std::size_t{kEight};
+  x.resize(room), y.resize(room), lowest.resize(room);
+  for (std::size_t i = 0; i < count; ++i) x[i] = points[i].x, y[i] = points[i].y;
+  std::copy(heights, heights + count, lowest.begin());
+  for (std::size_t i = count; i < room; ++i) x[i] = y[i] = 0.0, lowest[i] = -kInfinite;
   over(range, [&](std::uint32_t number) {
     const Triangle& triangle = triangles_[number];
     const double plane[9] = {triangle.second[0], triangle.second[1], triangle.second[2],
                              triangle.third[0], triangle.third[1], triangle.third[2],
                              triangle.height, triangle.second_rise, triangle.third_rise};
-    const auto& [along, across] = spans_[number];
-    std::size_t first[2], end[2];
-    grid.find(along.low, along.high, across.low, across.high, first, end);
-    for (std::size_t row = first[1]; row < end[1]; ++row) {
-      const std::size_t at = row * grid.counts[0] + first[0];
-      kernels().lower_by_triangle(plane, x.data() + at, y.data() + at, end[0] - first[0], -kSeam, floor, lowest.data() + at);
+    PointRows rows = {x.data(), y.data(), 1, count, count};
+    std::size_t at = 0;
+    if (!few) {
+      const auto& [along, across] = spans_[number];
+      std::size_t first[2], end[2];
+      grid.find(along.low, along.high, across.low, across.high, first, end);
+      if (!(first[0] < end[0] && first[1] < end[1])) return;
+      at = first[1] * grid.counts[0] + first[0];
+      rows = {x.data() + at, y.data() + at, end[1] - first[1], end[0] - first[0], grid.counts[0]};
     }
+    kernels().lower_by_triangle(plane, -kSeam, floor, rows, lowest.data() + at);
   });
   std::copy(lowest.begin(), lowest.end() - kEight, heights);
 }

@@ -11,6 +11,29 @@ namespace mjtactile {
 
 constexpr std::size_t kFactorRows = 16;  // of a matrix that is factored at once
 
+// What of a grid lies under a level: how many points, and how many edges between a point under it and one that is not, or
+// the grid's end, along columns and along rows.
+struct UnderLevel {
+  std::size_t points, upright, level;
+};
+
+// Points in rows that begin `row` apart.
+struct PointRows {
+  const double *x, *y;
+  std::size_t rows, count, row;
+};
+
+// A rectangle in a plane: its middle, its second moments over its area, its area, and half of the distance from which on a
+// series about the middles stands for a pair of its like.
+struct RectangleNumbers {
+  double x, y, xx, xy, yy, area, reach;
+};
+
+// Those of several, a row for each number.
+struct RectangleRows {
+  const double *x, *y, *xx, *xy, *yy, *area, *reach;
+};
+
 struct Kernels {
   const char* name;
 
@@ -58,11 +81,14 @@ struct Kernels {
   void (*transpose)(const double* from, std::size_t from_row, std::size_t rows, std::size_t columns, double* to,
                     std::size_t to_row);
 
-  // Heights (whole eights) become that of a triangle over their points where it is over them, no less than the floor and
-  // less than they are. With s = triangle[0] x + triangle[1] y + triangle[2] and t of the next three likewise, it is over
-  // them where s, t and 1 - s - t are no less than `least`, and as high as triangle[6] + triangle[7] s + triangle[8] t.
-  void (*lower_by_triangle)(const double* triangle, const double* x, const double* y, std::size_t count, double least,
-                            double floor, double* heights);
+  // Heights of points in rows (count, whole eights) that begin `row` apart become that of a triangle over them where it is
+  // over them, no less than the floor and less than they are. With s = triangle[0] x + triangle[1] y + triangle[2] and t of
+  // the next three likewise, it is over them where s, t and 1 - s - t are no less than `least`, and as high as
+  // triangle[6] + triangle[7] s + triangle[8] t.
+  void (*lower_by_triangle)(const double* triangle, double least, double floor, const PointRows& points, double* heights);
+
+  // What of heights (rows, columns), 31 columns at most, lies under a level or at it.
+  UnderLevel (*count_under)(const double* heights, std::size_t rows, std::size_t columns, double level);
 
   // What an edge from (start) to (end) [2 each] brings about in a quadratic element from `origin` on with half lengths 1 /
   // per, and to its left: moments (3 forces, powers of eta, powers of xi and one number for what lies left) += traction
@@ -102,6 +128,10 @@ struct Kernels {
   // y, and h that of their distance along z. Not a number where the two are the same.
   void (*multiply_by_flatness)(const double* from, const double* x, const double* y, const double* z, std::size_t count,
                                double* numbers);
+
+  // Integrals of 1/r over pairs of a rectangle and others (count), by the Taylor series to second order about their middles;
+  // 0 where they are too near for it.
+  void (*integrate_far)(const RectangleNumbers& own, const RectangleRows& others, std::size_t count, double* values);
 
   // Sum of 1 / sqrt(max(square, least)) over squares of distances from each of some points to each of others.
   double (*sum_inverse_distances)(const double* x, const double* y, std::size_t count, const double* to_x,

@@ -493,21 +493,46 @@ std::size_t keep(const double* forces, const std::uint32_t* columns, std::size_t
   return kept;
 }
 
-inline void lower_by_triangle(const double* triangle, const double* x, const double* y, std::size_t count, double least,
-                              double floor, double* heights) {
+inline void lower_by_triangle(const double* triangle, double least, double floor, const PointRows& points,
+                              double* heights) {
   constexpr std::size_t kAtOnce = 8;
-  for (std::size_t i = 0; i < count; i += kAtOnce) {
-    double found[kAtOnce];
-    for (std::size_t k = 0; k < kAtOnce; ++k) {
-      const double s = triangle[0] * x[i + k] + triangle[1] * y[i + k] + triangle[2];
-      const double t = triangle[3] * x[i + k] + triangle[4] * y[i + k] + triangle[5];
-      const double here = triangle[6] + triangle[7] * s + triangle[8] * t, rest = 1.0 - (s + t);
-      const double less = s < t ? s : t, inside = less < rest ? less : rest, before = heights[i + k];
-      const double lower = here < before ? here : before, within = inside >= least ? lower : before;
-      found[k] = here >= floor ? within : before;
+  double plane[9];
+  std::memcpy(plane, triangle, sizeof plane);
+  for (std::size_t row = 0; row < points.rows; ++row) {
+    const double *x = points.x + row * points.row, *y = points.y + row * points.row;
+    double* to = heights + row * points.row;
+    for (std::size_t i = 0; i < points.count; i += kAtOnce) {
+      double found[kAtOnce];
+      for (std::size_t k = 0; k < kAtOnce; ++k) {
+        const double s = plane[0] * x[i + k] + plane[1] * y[i + k] + plane[2];
+        const double t = plane[3] * x[i + k] + plane[4] * y[i + k] + plane[5];
+        const double here = plane[6] + plane[7] * s + plane[8] * t, rest = 1.0 - (s + t);
+        const double less = s < t ? s : t, inside = less < rest ? less : rest, before = to[i + k];
+        const double lower = here < before ? here : before, within = inside >= least ? lower : before;
+        found[k] = here >= floor ? within : before;
+      }
+      std::memcpy(to + i, found, sizeof found);
     }
-    std::memcpy(heights + i, found, sizeof found);
   }
+}
+
+// Rows as bits: where two that follow each other differ, there is an edge.
+inline UnderLevel count_under(const double* heights, std::size_t rows, std::size_t columns, double level) {
+  UnderLevel found = {0, 0, 0};
+  std::uint32_t before = 0;
+  const auto count = [](std::uint32_t bits) { return static_cast<std::size_t>(__builtin_popcount(bits)); };
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::uint32_t under = 0;
+    for (std::size_t column = 0; column < columns; ++column) {
+      under |= std::uint32_t{heights[row * columns + column] <= level} << column;
+    }
+    found.points += count(under);
+    found.upright += count(under ^ (under << 1));
+    found.level += count(under ^ before);
+    before = under;
+  }
+  found.level += count(before);
+  return found;
 }
 
 template <typename Value>
@@ -562,6 +587,19 @@ inline double logarithm(double value) {
   return exponent * kLogTwo + 2.0 * s * series;
 }
 
+// 1 / sqrt(value) of a positive, normal number to rounding, by Newton's method from a guess at its bits (Lomont, Fast
+// inverse square root, 2003): products run several numbers at a time, where roots and quotients wait for each other.
+inline double inverse_root(double value) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits = 0x5fe6eb50c7b537a9u - (bits >> 1);
+  double root;
+  std::memcpy(&root, &bits, sizeof root);
+  const double half = 0.5 * value;
+  for (int step = 0; step < 4; ++step) root *= 1.5 - half * root * root;
+  return root;
+}
+
 // With r = |(x, y)|: (x y^2 asinh(x / |y|) + y x^2 asinh(y / |x|)) / 2 - r^3 / 6.
 inline void integrate_inverse_distance(const double* x, const double* y, std::size_t count, double* values) {
   constexpr double kLeast = 1e-140;  // its logarithm is finite, and so are quotients by it
@@ -593,6 +631,19 @@ inline void multiply_by_flatness(const double* from, const double* x, const doub
     const double along = from[0] - x[j], across = from[1] - y[j], apart = from[2] - z[j];
     const double flat = along * along + across * across;
     numbers[j] *= std::sqrt(flat / (flat + apart * apart));
+  }
+}
+
+inline void integrate_far(const RectangleNumbers& own, const RectangleRows& others, std::size_t count, double* values) {
+  const double *x = others.x, *y = others.y, *xx = others.xx, *xy = others.xy, *yy = others.yy;
+  const double *area = others.area, *reach = others.reach;
+  for (std::size_t j = 0; j < count; ++j) {
+    const double u = x[j] - own.x, v = y[j] - own.y, square = u * u + v * v, near = own.reach + reach[j];
+    const double root = inverse_root(square > near * near ? square : 1.0), inverse = root * root;
+    const double a = own.xx + xx[j], b = own.xy + xy[j], c = own.yy + yy[j];
+    const double bend = (3.0 * (a * u * u + 2.0 * b * u * v + c * v * v) * inverse - (a + c)) * 0.5 * inverse;
+    const double found = own.area * area[j] * root * (1.0 + bend);
+    values[j] = square > near * near ? found : 0.0;
   }
 }
 
@@ -670,6 +721,7 @@ inline Kernels make_kernels(const char* name) {
           solve_upper,
           transpose,
           lower_by_triangle,
+          count_under,
           add_edge_moments,
           add_element_forces,
           gather_threes,
@@ -680,5 +732,6 @@ inline Kernels make_kernels(const char* name) {
           norms_of<double>,
           integrate_inverse_distance,
           multiply_by_flatness,
+          integrate_far,
           sum_inverse_distances};
 }

@@ -126,8 +126,25 @@ bool are_far(const CellRectangle& a, const CellRectangle& b) {
   return x * x + y * y > reach * reach;
 }
 
-double inverse_distance(const CellRectangle& a, const CellRectangle& b) {
-  if (are_far(a, b)) return far_integral(a, b);
+void FarIntegrals::fit(const std::vector<CellRectangle>& kept) {
+  count_ = kept.size();
+  rows_.resize(7 * count_);
+  double* to = rows_.data();
+  for (const CellRectangle& one : kept) {
+    const double numbers[7] = {one.middle.x, one.middle.y, one.xx, one.xy, one.yy, one.area, one.reach};
+    for (std::size_t k = 0; k < 7; ++k) to[k * count_] = numbers[k];
+    ++to;
+  }
+}
+
+void FarIntegrals::of(const CellRectangle& own, std::size_t first, double* values) const {
+  const double* rows[7];
+  for (std::size_t k = 0; k < 7; ++k) rows[k] = rows_.data() + k * count_ + first;
+  kernels().integrate_far({own.middle.x, own.middle.y, own.xx, own.xy, own.yy, own.area, own.reach},
+                          {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6]}, count_ - first, values);
+}
+
+double near_inverse_distance(const CellRectangle& a, const CellRectangle& b) {
   const SharedAxes axes(a, b);
   return axes.shared ? parallel_integral(a, b, axes) : near_integral(a, b);
 }

@@ -18,9 +18,21 @@ struct CellRectangle {
   double xx, xy, yy;     // its second moments over its area [m^2]
 };
 
-// Integral of 1/r over a pair [m^3]: in closed form where their sides are parallel or nearly so, else point by point of parts of
-// both; by a series where they are far from each other.
-double inverse_distance(const CellRectangle& a, const CellRectangle& b);
+// Integral of 1/r over a pair that is not far apart [m^3]: in closed form where their sides are parallel or nearly so, else
+// point by point of parts of both.
+double near_inverse_distance(const CellRectangle& a, const CellRectangle& b);
+
+// Integrals of 1/r over pairs of rectangles with some that are kept.
+class FarIntegrals {
+ public:
+  void fit(const std::vector<CellRectangle>& kept);
+  // Of a rectangle with those kept from the first on [m^3]; 0 where the two are near.
+  void of(const CellRectangle& own, std::size_t first, double* values) const;
+
+ private:
+  std::size_t count_ = 0;
+  std::vector<double> rows_;   // seven quantities of all rectangles
+};
 
 // Integrals over a pair of y^2/r^3, -x y/r^3, x^2/r^3 [m^3], x/r^2 and y/r^2 [m^2 m], (x, y) from the second to the first,
 // as inverse_distance() has them where sides are not parallel: point by point of parts of both.

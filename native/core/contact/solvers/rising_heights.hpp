@@ -28,15 +28,19 @@ class RisingHeights {
     // Heights are distributed over shelves, equal intervals of height. A shelf is sorted when all below it are empty.
     const double per = most > least ? static_cast<double>(kShelves) / (most - least) : 0.0;
     const auto shelf = [&](double one) { return std::min(static_cast<std::size_t>((one - least) * per), kShelves - 1); };
-    std::fill(ends_, ends_ + kShelves, 0u);
-    for (const double one : heights) {
-      if (std::isfinite(one)) ++ends_[shelf(one)];
+    std::fill(ends_, ends_ + kShelves + 1, 0);
+    shelves_.resize(heights.size());
+    for (std::size_t place = 0; place < heights.size(); ++place) {
+      const double one = heights[place];
+      const std::size_t own = std::isfinite(one) ? shelf(one) : kShelves;
+      shelves_[place] = static_cast<std::uint8_t>(own);
+      ++ends_[own];
     }
     for (std::size_t k = 1; k < kShelves; ++k) ends_[k] += ends_[k - 1];
-    order_.resize(ends_[kShelves - 1]);
+    order_.resize(static_cast<std::size_t>(ends_[kShelves - 1]));
     for (std::size_t place = heights.size(); place-- > 0;) {
-      const double one = heights[place];
-      if (std::isfinite(one)) order_[--ends_[shelf(one)]] = {one, static_cast<std::uint32_t>(place)};
+      const std::size_t own = shelves_[place];
+      if (own < kShelves) order_[static_cast<std::size_t>(--ends_[own])] = {heights[place], static_cast<std::uint32_t>(place)};
     }
     // The loop has moved `ends_` down to the beginning of each shelf.
     shelf_ = end_ = 0;
@@ -68,7 +72,9 @@ class RisingHeights {
   }
 
   std::vector<std::pair<double, std::uint32_t>> order_;
-  std::ptrdiff_t ends_[kShelves] = {};   // ends of the shelves in `order_` while it is filled, then their beginnings
+  // Ends of the shelves in `order_` while it is filled, then their beginnings; the last is of what is left out.
+  std::ptrdiff_t ends_[kShelves + 1] = {};
+  std::vector<std::uint8_t> shelves_;    // of each height
   std::size_t shelf_ = 0;
   std::ptrdiff_t first_ = 0, end_ = 0;   // range in `order_` of the heights left on the open shelf
 };
