@@ -24,6 +24,8 @@ constexpr double kSpare = 4.0;
 constexpr double kReached = 2.5;
 // Lengths of a part along and across, as standard deviations, from which on it is long: no ratio of whole numbers of samples.
 constexpr double kElongated = 1.503;
+// Distance from a spring within which a load is on it, over the length of what is looked at.
+constexpr double kOnSpring = 1e-6;
 // Perimeter of a circle over that of the steps of a grid about it.
 constexpr double kRound = 0.78539816339744830962;
 
@@ -387,6 +389,10 @@ Plane ContactSearch::resting(const SearchLoad& load) {
   Point inside;
   const std::vector<Point> hull = convex_hull(covered);
   if (stiffness_.size() < 3 || !nearest_inside(hull, load.through, 1e-3 * length, inside)) return plane;
+  // On a spring that a load passes by no more than rounding the body rests: which way it would fall rounding would decide.
+  for (const Point& at : covered) {
+    if (std::hypot(at.x - inside.x, at.y - inside.y) <= kOnSpring * length) inside = at;
+  }
   const double resultants[3] = {load.force, load.force * (inside.x - middle.x) / length,
                                 load.force * (inside.y - middle.y) / length};
   if (!springs_.solve(stiffness_, modes_.data(), 3, bed_heights_.data(), resultants)) return plane;

@@ -9,7 +9,11 @@ namespace mjtactile {
 namespace {
 
 constexpr int kIterations = 40;
-constexpr double kTolerance = 1e-12, kDamping = 1e-12;
+constexpr double kTolerance = 1e-12;
+// Stiffness against a tilt, over all springs', below which it is open, and share of the load that turns the body along it.
+constexpr double kOpen = 1e-12, kLoaded = 1e-10;
+// Least pivot over the largest of springs that surely leave none open.
+constexpr double kNearlyOpen = 1e-6;
 // Of the load: what may be left of it.
 constexpr double kBalanced = 1e-9;
 // Share of its slope that a step may leave of the energy's, so that no better length is looked for.
@@ -70,7 +74,7 @@ double SpringBed::left_over() {
 
 // One step of Newton's method from where left_over() looked; false where none lowers the energy.
 bool SpringBed::step() {
-  double curvature[kMost * kMost] = {}, along[kMost] = {}, trace = 0.0, slope = 0.0;
+  double curvature[kMost * kMost] = {}, along[kMost], slope = 0.0;
   for (std::size_t i = 0; i < stiffness_->size(); ++i) {
     const double depth = overlap(i, motion_);
     if (!(depth > 0.0) || yields(i, depth)) continue;
@@ -79,18 +83,31 @@ bool SpringBed::step() {
       for (std::size_t n = 0; n < motions_; ++n) curvature[m * motions_ + n] += (*stiffness_)[i] * own[m] * own[n];
     }
   }
-  for (std::size_t m = 0; m < motions_; ++m) trace += curvature[m * motions_ + m];
-  // Where the springs under pressure leave a tilt open, damping sends the body far along it, to the next springs.
-  for (std::size_t m = 0; m < motions_; ++m) {
-    curvature[m * motions_ + m] += kDamping * (trace + total_);
-    along[m] = -gradient_[m];
-  }
-  if (!solve_small(motions_, curvature, along, 1, 0.0)) return false;
+  for (std::size_t m = 0; m < motions_; ++m) along[m] = -gradient_[m];
+  if (!solve_small(motions_, curvature, along, 1, kNearlyOpen)) leave_open(curvature, along);
   for (std::size_t m = 0; m < motions_; ++m) slope += gradient_[m] * along[m];
+  if (!(slope < 0.0)) return false;
   const double length = lowest(motion_, along, slope);
   if (!(length > 0.0)) return false;
   for (std::size_t m = 0; m < motions_; ++m) motion_[m] += length * along[m];
   return true;
+}
+
+// Newton's step where the springs under pressure leave a tilt open: it stays as it is, unless the load turns the body along
+// it. Then it goes far, to the next springs.
+void SpringBed::leave_open(const double* curvature, double* along) const {
+  double values[kMost], vectors[kMost * kMost], trace = 0.0;
+  for (std::size_t m = 0; m < motions_; ++m) trace += curvature[m * motions_ + m];
+  const double least = kOpen * (trace + total_);
+  symmetric_eigen(motions_, curvature, values, vectors);
+  std::fill(along, along + motions_, 0.0);
+  for (std::size_t k = 0; k < motions_; ++k) {
+    double wanted = 0.0;
+    for (std::size_t m = 0; m < motions_; ++m) wanted -= vectors[m * motions_ + k] * gradient_[m];
+    if (!(values[k] > least) && !(std::abs(wanted) > kLoaded * resultants_[0])) continue;
+    const double share = wanted / std::max(values[k], least);
+    for (std::size_t m = 0; m < motions_; ++m) along[m] += share * vectors[m * motions_ + k];
+  }
 }
 
 double SpringBed::overlap(std::size_t cell, const double* motion) const {

@@ -28,6 +28,7 @@ class SpringBed {
   void begin();
   double left_over();
   bool step();
+  void leave_open(const double* curvature, double* along) const;
   double lowest(const double* motion, const double* step, double slope);
   double overlap(std::size_t cell, const double* motion) const;
   bool yields(std::size_t cell, double depth) const { return most_ != nullptr && (*stiffness_)[cell] * depth > most_[cell]; }
