@@ -83,10 +83,12 @@ def test_invariants_hold_on_random_scenes(name, exact_pads):
     assert found.compared >= 4 or "carried" not in scenes.ASKED, str(found)
 
 
+# 61: the search at the bound on pressure ended at its bound of rounds in one of the ways, 5 % from the other. The rest
+# stand on their very corner: springs left their tilt open, and rounding chose one, to 6e-4 of the readings.
+@pytest.mark.parametrize("seed", [61, 440016, 460344])
 @pytest.mark.parametrize("name", ["turned bodies turn readings", "mirrored bodies mirror readings"])
-def test_a_bounded_contact_ends_whichever_way_the_scene_is_turned(name, exact_pads):
-    # Its search ended at its bound of rounds in one of the two ways, 5 % from the other.
-    found = invariants.worst(name, [61], exact_pads)
+def test_a_bounded_contact_ends_whichever_way_the_scene_is_turned(name, seed, exact_pads):
+    found = invariants.worst(name, [seed], exact_pads)
     assert found.deviation <= invariants.INVARIANTS[name][2], str(found)
     assert found.compared == 1, str(found)
 
