@@ -12,6 +12,19 @@ constexpr std::size_t kStrips = 64;
 // How far corners that are looked at lie inside their outline, along an edge and across it, over the edge's length.
 constexpr double kInside = 1e-9, kAcross = 1e-11;
 
+// Nowhere is what heights above points beside the sheet and above the ceiling become.
+void clip(const std::vector<Point>& points, const Rectangle& to_sheet, double to_ceiling, double* heights) {
+  // Values of their own, which nothing that is written changes: several points are looked at side by side.
+  const Rectangle sheet = to_sheet;
+  const double ceiling = to_ceiling;
+  const Point* const at = points.data();
+  const std::size_t count = points.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool on = (at[i].x >= sheet.west) & (at[i].x <= sheet.east) & (at[i].y >= sheet.south) & (at[i].y <= sheet.north);
+    heights[i] = on & (heights[i] <= ceiling) ? heights[i] : kNowhere;
+  }
+}
+
 }  // namespace
 
 bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet, double floor,
@@ -21,7 +34,7 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   ceiling_ = ceiling;
   count_ = 0;
   bottom_ = kNowhere;
-  bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
+  bounds_ = kNoRectangle;
   candidates_.clear();
   if (placed_.size() < shapes.size()) placed_.resize(shapes.size());
   for (const Shape& shape : shapes) {
@@ -32,16 +45,14 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
     if (over) bottom_ = std::min(bottom_, placed.bottom());
     if (!over || !(low[2] <= ceiling) || !(high[2] >= floor)) continue;
     ++count_;
-    bounds_ = {std::min(bounds_.west, low[0]), std::min(bounds_.south, low[1]), std::max(bounds_.east, high[0]),
-               std::max(bounds_.north, high[1])};
+    bounds_ = around(bounds_, {low[0], low[1], high[0], high[1]});
     const std::size_t first = candidates_.size();
     placed.add_bottoms(candidates_);
     candidates_.erase(std::remove_if(candidates_.begin() + static_cast<std::ptrdiff_t>(first), candidates_.end(),
                                      [&](const Point& at) { return !sheet.holds(at.x, at.y); }),
                       candidates_.end());
   }
-  bounds_ = {std::max(bounds_.west, sheet.west), std::max(bounds_.south, sheet.south),
-             std::min(bounds_.east, sheet.east), std::min(bounds_.north, sheet.north)};
+  bounds_ = common(bounds_, sheet);
   return count_ > 0;
 }
 
@@ -62,34 +73,21 @@ double GapMap::height(double x, double y) const {
 void GapMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
   to.assign(points.size(), kNowhere);
   for (std::size_t i = 0; i < count_; ++i) placed_[i].lower(points, floor_, to.data());
-  // Values of their own, which nothing that is written changes: several points are looked at side by side.
-  const Rectangle sheet = sheet_;
-  const double ceiling = ceiling_;
-  const Point* const at = points.data();
-  double* const heights = to.data();
-  const std::size_t count = points.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool on = (at[i].x >= sheet.west) & (at[i].x <= sheet.east) & (at[i].y >= sheet.south) & (at[i].y <= sheet.north);
-    heights[i] = on & (heights[i] <= ceiling) ? heights[i] : kNowhere;
-  }
+  clip(points, sheet_, ceiling_, to.data());
 }
 
 void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& ends, const Rectangle& sheet) {
   sheet_ = sheet;
   starts_ = starts;
   ends_ = ends;
-  bounds_ = {kNowhere, kNowhere, -kNowhere, -kNowhere};
+  bounds_ = common(around(starts), sheet);
   candidates_.clear();
   for (std::size_t i = 0; i < starts.size(); ++i) {
     const Point& corner = starts[i];
-    bounds_ = {std::min(bounds_.west, corner.x), std::min(bounds_.south, corner.y), std::max(bounds_.east, corner.x),
-               std::max(bounds_.north, corner.y)};
     const double x = ends[i].x - corner.x, y = ends[i].y - corner.y;
     const Point inside = {corner.x + kInside * x - kAcross * y, corner.y + kInside * y + kAcross * x};
     if (sheet.holds(inside.x, inside.y)) candidates_.push_back(inside);
   }
-  bounds_ = {std::max(bounds_.west, sheet.west), std::max(bounds_.south, sheet.south),
-             std::min(bounds_.east, sheet.east), std::min(bounds_.north, sheet.north)};
   // No more edges than are worth a look at all of their corners.
   convex_ = starts.size() <= kFewEdges;
   for (std::size_t i = 0; i < starts.size() && convex_; ++i) {
@@ -137,11 +135,7 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
     const Point start = starts_[edge], end = ends_[edge];
     for (std::size_t i = 0; i < count; ++i) heights[i] = left_of(start, end, at[i]) >= 0.0 ? heights[i] : kNowhere;
   }
-  const Rectangle sheet = sheet_;
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool on = (at[i].x >= sheet.west) & (at[i].x <= sheet.east) & (at[i].y >= sheet.south) & (at[i].y <= sheet.north);
-    heights[i] = on ? heights[i] : kNowhere;
-  }
+  clip(points, sheet_, 0.0, heights);
 }
 
 // Inside is what the outline winds around, its edges included.

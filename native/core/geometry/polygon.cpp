@@ -24,6 +24,14 @@ void clip_side(const std::vector<Point>& polygon, const Point& a, const Point& b
 
 }  // namespace
 
+Rectangle around(const std::vector<Point>& points) {
+  Rectangle halves[2] = {kNoRectangle, kNoRectangle};  // side by side: one would wait for itself
+  const auto widen = [](Rectangle& half, const Point& at) { half = around(half, {at.x, at.y, at.x, at.y}); };
+  for (std::size_t i = 0; i + 1 < points.size(); i += 2) widen(halves[0], points[i]), widen(halves[1], points[i + 1]);
+  if (points.size() % 2 == 1) widen(halves[0], points.back());
+  return around(halves[0], halves[1]);
+}
+
 Point nearest_on(const Point& a, const Point& b, const Point& point) {
   const double x = b.x - a.x, y = b.y - a.y, square = x * x + y * y;
   const double along = square > 0.0 ? ((point.x - a.x) * x + (point.y - a.y) * y) / square : 0.0;

@@ -1,6 +1,8 @@
 // Points, rectangles and convex polygons in the plane. Corners of polygons run counter-clockwise.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <vector>
 
 namespace mjtactile {
@@ -15,6 +17,23 @@ struct Rectangle {
 
   bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
 };
+
+// What two rectangles have in common; west beyond east or south beyond north if that is nothing.
+inline Rectangle common(const Rectangle& a, const Rectangle& b) {
+  return {std::max(a.west, b.west), std::max(a.south, b.south), std::min(a.east, b.east), std::min(a.north, b.north)};
+}
+
+// The least rectangle that holds two.
+inline Rectangle around(const Rectangle& a, const Rectangle& b) {
+  return {std::min(a.west, b.west), std::min(a.south, b.south), std::max(a.east, b.east), std::max(a.north, b.north)};
+}
+
+// Holds nothing: around() it and another rectangle is the other.
+constexpr Rectangle kNoRectangle = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
+                                    -std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+
+// The least rectangle that holds points.
+Rectangle around(const std::vector<Point>& points);
 
 // Distance of a point to the left of the line from a to b, times the distance from a to b.
 inline double left_of(const Point& a, const Point& b, const Point& point) {

@@ -19,9 +19,7 @@ void SurfaceMap::place(const HeightMap& body, const TangentPlane& plane, double 
   plane_ = &plane;
   floor_ = floor;
   ceiling_ = ceiling;
-  const Rectangle of_body = body.bounds(), &of_pad = plane.whole().bounds;
-  bounds_ = {std::max(of_body.west, of_pad.west), std::max(of_body.south, of_pad.south),
-             std::min(of_body.east, of_pad.east), std::min(of_body.north, of_pad.north)};
+  bounds_ = common(body.bounds(), plane.whole().bounds);
   candidates_ = body.candidates();
   if (bounds_.holds(0.0, 0.0)) candidates_.push_back({0.0, 0.0});   // where the force goes in
 }

@@ -90,7 +90,7 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
 }
 
 SeenPiece TangentPlane::piece(const Rectangle& above) const {
-  Rectangle seen = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+  Rectangle seen = kNoRectangle;
   double lowest = INFINITY, highest = -INFINITY;
   for (int row = 0; row < kLines; ++row) {
     for (int column = 0; column < kLines; ++column) {
@@ -99,8 +99,7 @@ SeenPiece TangentPlane::piece(const Rectangle& above) const {
       const double point[3] = {x, y, surface_->at(x, y).z};
       double here[3];
       into(point, here);
-      seen = {std::min(seen.west, here[0]), std::min(seen.south, here[1]), std::max(seen.east, here[0]),
-              std::max(seen.north, here[1])};
+      seen = around(seen, {here[0], here[1], here[0], here[1]});
       lowest = std::min(lowest, here[2]), highest = std::max(highest, here[2]);
     }
   }

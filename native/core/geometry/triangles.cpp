@@ -125,18 +125,6 @@ struct PointGrid {
   static constexpr double kOffGrid = 1e-4, kMargin = 1e-2;
 };
 
-Rectangle box_of(const std::vector<Point>& points) {
-  Rectangle boxes[2];  // side by side: one would wait for itself
-  for (Rectangle& box : boxes) box = {kInfinite, kInfinite, -kInfinite, -kInfinite};
-  const auto widen = [](Rectangle& box, const Point& at) {
-    box = {std::min(box.west, at.x), std::min(box.south, at.y), std::max(box.east, at.x), std::max(box.north, at.y)};
-  };
-  for (std::size_t i = 0; i + 1 < points.size(); i += 2) widen(boxes[0], points[i]), widen(boxes[1], points[i + 1]);
-  if (points.size() % 2 == 1) widen(boxes[0], points.back());
-  return {std::min(boxes[0].west, boxes[1].west), std::min(boxes[0].south, boxes[1].south),
-          std::max(boxes[0].east, boxes[1].east), std::max(boxes[0].north, boxes[1].north)};
-}
-
 bool within(const double corner[3][3], const Rectangle& part) {
   return part.holds(corner[0][0], corner[0][1]) && part.holds(corner[1][0], corner[1][1]) &&
          part.holds(corner[2][0], corner[2][1]);
@@ -334,13 +322,9 @@ void TriangleShadow::take(std::uint32_t triangle) {
 
 // Buckets cover what of the part lies under triangles, and no more: a small body has as many of them as a large one.
 void TriangleShadow::place_buckets() {
-  grid_ = {kInfinite, kInfinite, -kInfinite, -kInfinite};
-  for (const auto& [x, y] : spans_) {
-    grid_ = {std::min(grid_.west, x.low), std::min(grid_.south, y.low), std::max(grid_.east, x.high),
-             std::max(grid_.north, y.high)};
-  }
-  grid_ = {std::max(grid_.west, part_.west), std::max(grid_.south, part_.south), std::min(grid_.east, part_.east),
-           std::min(grid_.north, part_.north)};
+  grid_ = kNoRectangle;
+  for (const auto& [x, y] : spans_) grid_ = around(grid_, {x.low, y.low, x.high, y.high});
+  grid_ = common(grid_, part_);
   per_[0] = static_cast<double>(kFinest) / (grid_.east - grid_.west);
   per_[1] = static_cast<double>(kFinest) / (grid_.north - grid_.south);
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
@@ -447,7 +431,7 @@ std::size_t TriangleShadow::entries_of(const BucketRange& range) const {
 
 void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
   BucketRange range;
-  if (!buckets_over(box_of(points), range)) return;
+  if (!buckets_over(around(points), range)) return;
   // Where there are few triangles each is set against all points. Where most triangles lie between the points it is cheaper
   // to ask for each point than for each triangle.
   PointGrid grid;

@@ -75,8 +75,8 @@ class TriangleShadow {
   bool is_lowest_on_rim(std::size_t at) const;
   std::uint8_t finest_bucket(double at, std::size_t axis) const;
   // The buckets that hold all triangles over a rectangle. False if there are none.
-  std::size_t entries_of(const BucketRange& range) const;   // triangles, in every bucket that they meet
   bool buckets_over(const Rectangle& box, BucketRange& range) const;
+  std::size_t entries_of(const BucketRange& range) const;   // triangles, in every bucket that they meet
   template <typename Visit>
   void over(const BucketRange& range, Visit&& visit) const;
 

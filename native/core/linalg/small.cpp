@@ -77,19 +77,48 @@ void symmetric_eigen(std::size_t size, const double* matrix, double* values, dou
   for (std::size_t i = 0; i < size; ++i) values[i] = a[i][i];
 }
 
-void pseudo_inverse(std::size_t size, const double* matrix, double least, double* inverse) {
-  double values[kMostSmall], vectors[kMostSmall * kMostSmall];
-  symmetric_eigen(size, matrix, values, vectors);
-  const double largest = *std::max_element(values, values + size);
-  std::fill(inverse, inverse + size * size, 0.0);
-  for (std::size_t k = 0; k < size; ++k) {
-    if (!(values[k] > least * largest) || !(values[k] > 0.0)) continue;
-    for (std::size_t i = 0; i < size; ++i) {
-      for (std::size_t j = 0; j < size; ++j) {
-        inverse[i * size + j] += vectors[i * size + k] * vectors[j * size + k] / values[k];
+MotionStiffness::MotionStiffness(std::size_t size, const double* matrix) : size_(size) {
+  symmetric_eigen(size, matrix, values_, vectors_);
+}
+
+double MotionStiffness::largest() const {
+  return *std::max_element(values_, values_ + size_);
+}
+
+double MotionStiffness::load_along(std::size_t vector, const double* load) const {
+  double along = 0.0;
+  for (std::size_t m = 0; m < size_; ++m) along += vectors_[m * size_ + vector] * load[m];
+  return along;
+}
+
+double MotionStiffness::give_along(std::size_t vector, const double* load, const Openness& openness) const {
+  if (values_[vector] > openness.open) return 1.0 / values_[vector];
+  return std::abs(load_along(vector, load)) > openness.loaded ? 1.0 / openness.open : 0.0;
+}
+
+void MotionStiffness::add_motion(const double* load, const Openness& openness, double* motion) const {
+  for (std::size_t k = 0; k < size_; ++k) {
+    const double share = give_along(k, load, openness) * load_along(k, load);
+    for (std::size_t m = 0; m < size_; ++m) motion[m] += share * vectors_[m * size_ + k];
+  }
+}
+
+void MotionStiffness::invert(const double* load, const Openness& openness, double* inverse) const {
+  std::fill(inverse, inverse + size_ * size_, 0.0);
+  for (std::size_t k = 0; k < size_; ++k) {
+    const double give = give_along(k, load, openness);
+    for (std::size_t i = 0; i < size_; ++i) {
+      for (std::size_t j = 0; j < size_; ++j) {
+        inverse[i * size_ + j] += give * vectors_[i * size_ + k] * vectors_[j * size_ + k];
       }
     }
   }
+}
+
+void pseudo_inverse(std::size_t size, const double* matrix, double least, double* inverse) {
+  const double unloaded[kMostSmall] = {};
+  const MotionStiffness stiffness(size, matrix);
+  stiffness.invert(unloaded, {std::max(least * stiffness.largest(), 0.0), 0.0}, inverse);
 }
 
 }  // namespace mjtactile

@@ -20,14 +20,6 @@ constexpr int kMostParts = 4;
 // Parts that fall together see each other as a square sees itself: 1/r averages to this over its side.
 constexpr double kOwn = 2.97;
 
-// Taylor series to second order about the middles.
-double far_integral(const CellRectangle& a, const CellRectangle& b) {
-  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, inverse = 1.0 / (x * x + y * y);
-  const double xx = a.xx + b.xx, xy = a.xy + b.xy, yy = a.yy + b.yy;
-  const double bend = (3.0 * (xx * x * x + 2.0 * xy * x * y + yy * y * y) * inverse - (xx + yy)) * 0.5 * inverse;
-  return a.area * b.area * std::sqrt(inverse) * (1.0 + bend);
-}
-
 // The axes along which two rectangles lie, nearly: the mean of theirs, and the second's sides along them.
 struct SharedAxes {
   SharedAxes(const CellRectangle& a, const CellRectangle& b) : cosine(a.cosine), sine(a.sine), sides{b.sides[0], b.sides[1]} {
@@ -164,7 +156,6 @@ namespace {
 void find_by_offset(std::size_t columns, std::size_t rows, double width, double height, std::vector<double>& table) {
   constexpr double kSecondDifference[3] = {1.0, -2.0, 1.0};
   const double sides[2] = {width, height}, away = kFarInLattice * std::max(width, height);
-  const CellRectangle first({0.0, 0.0}, 1.0, 0.0, sides);
   // Neighbours share the points of their differences.
   const std::size_t across = columns + 2, points = across * (rows + 2);
   std::vector<double> at(2 * points), values(points);
@@ -175,15 +166,23 @@ void find_by_offset(std::size_t columns, std::size_t rows, double width, double 
     }
   }
   kernels().integrate_inverse_distance(at.data(), at.data() + points, points, values.data());
-  table.resize(columns * rows);
+  std::vector<CellRectangle> cells;
+  cells.reserve(columns * rows);
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < columns; ++column) {
-      const double x = static_cast<double>(column) * width, y = static_cast<double>(row) * height;
+      const Point middle = {static_cast<double>(column) * width, static_cast<double>(row) * height};
+      cells.emplace_back(middle, 1.0, 0.0, sides);
+    }
+  }
+  FarIntegrals far;
+  far.fit(cells);
+  table.resize(columns * rows);
+  far.of(cells[0], 0, table.data());
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const Point& middle = cells[row * columns + column].middle;
+      if (middle.x * middle.x + middle.y * middle.y > away * away) continue;
       double& entry = table[row * columns + column];
-      if (x * x + y * y > away * away) {
-        entry = far_integral(first, CellRectangle({x, y}, 1.0, 0.0, sides));
-        continue;
-      }
       entry = 0.0;
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {

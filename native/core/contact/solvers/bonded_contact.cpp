@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "contact/solvers/height_order.hpp"
-#include "linalg/small.hpp"
 
 namespace mjtactile {
 namespace {
@@ -76,13 +75,17 @@ bool BondedContact::solve_on_pressed(const BondedProblem& problem, WorkLimit& li
   // With S = B^T A^-1 B the motion is d = S^-1 (q + B^T A^-1 g), and the forces are A^-1 (B d - g).
   double needed[kMotions];
   for (std::size_t m = 0; m < kMotions; ++m) needed[m] = wanted_[m] + dot(right_[m], right_[kMotions], size);
-  const Stiffness stiffness = stiffness_against(needed);
+  const MotionStiffness stiffness = stiffness_on_held();
+  Openness openness = {kOpen * stiffness.largest(), 0.0};
+  for (const double resultant : needed) openness.loaded = std::max(openness.loaded, kLoaded * std::abs(resultant));
   std::fill(motion_, motion_ + kMotions, 0.0);
-  add_motion(stiffness, needed, true);
+  // Cells in one row leave a tilt open.
+  stiffness.add_motion(needed, openness, motion_);
   set_plain_forces();
   double left[kMotions];   // what rounding left of the resultants
   for (std::size_t m = 0; m < kMotions; ++m) left[m] = wanted_[m] - dot(modes_[m], plain_.data(), size);
-  add_motion(stiffness, left, false);
+  openness.loaded = HUGE_VAL;
+  stiffness.add_motion(left, openness, motion_);
   set_plain_forces();
   return spread_forces(problem);
 }
@@ -106,32 +109,15 @@ void BondedContact::set_right() {
   for (std::size_t i = 0; i < held_.size(); ++i) right_[kMotions][kComponents * i + 2] = -heights_[held_[i]];
 }
 
-BondedContact::Stiffness BondedContact::stiffness_against(const double* needed) const {
+// Of the cells held against the body's motions.
+MotionStiffness BondedContact::stiffness_on_held() const {
   double matrix[kMotions * kMotions];
   for (std::size_t m = 0; m < kMotions; ++m) {
     for (std::size_t n = 0; n <= m; ++n) {
       matrix[m * kMotions + n] = matrix[n * kMotions + m] = dot(right_[m], right_[n], unknowns_.size());
     }
   }
-  Stiffness stiffness;
-  symmetric_eigen(kMotions, matrix, stiffness.values, stiffness.vectors);
-  stiffness.open = kOpen * *std::max_element(stiffness.values, stiffness.values + kMotions);
-  stiffness.loaded = 0.0;
-  for (std::size_t m = 0; m < kMotions; ++m) stiffness.loaded = std::max(stiffness.loaded, kLoaded * std::abs(needed[m]));
-  return stiffness;
-}
-
-// Cells in one row leave a tilt open. It stays as it is, unless the resultants load it and it `may_open`: then it goes
-// far, until other cells come into contact.
-void BondedContact::add_motion(const Stiffness& stiffness, const double* resultants, bool may_open) {
-  for (std::size_t k = 0; k < kMotions; ++k) {
-    double along = 0.0;
-    for (std::size_t m = 0; m < kMotions; ++m) along += stiffness.vectors[m * kMotions + k] * resultants[m];
-    double share = along / std::max(stiffness.values[k], stiffness.open);
-    const bool is_open = !(stiffness.values[k] > stiffness.open);
-    if (is_open && !(may_open && std::abs(along) > stiffness.loaded)) share = 0.0;
-    for (std::size_t m = 0; m < kMotions; ++m) motion_[m] += share * stiffness.vectors[m * kMotions + k];
-  }
+  return MotionStiffness(kMotions, matrix);
 }
 
 // Forces on the cells held under the motion.

@@ -10,6 +10,7 @@
 #include "contact/solvers/seen_cells.hpp"
 #include "geometry/polygon.hpp"
 #include "linalg/dense.hpp"
+#include "linalg/small.hpp"
 
 namespace mjtactile {
 
@@ -37,17 +38,10 @@ class BondedContact {
   static constexpr std::size_t kMotions = 6;
   bool solve_on_pressed(const BondedProblem& problem, WorkLimit& limit);
   std::size_t violations(const BondedProblem& problem);
-  // Stiffness of the cells held against the motions, by eigenvalue.
-  struct Stiffness {
-    double values[kMotions], vectors[kMotions * kMotions];
-    double open;      // eigenvalue up to which a motion is open
-    double loaded;    // resultant along it from which on it is loaded [N]
-  };
   void hold_pressed(const BondedProblem& problem);
   void set_modes();
   void set_right();
-  Stiffness stiffness_against(const double* needed) const;
-  void add_motion(const Stiffness& stiffness, const double* resultants, bool may_open);
+  MotionStiffness stiffness_on_held() const;
   void set_plain_forces();
   bool spread_forces(const BondedProblem& problem);
   bool balances() const;

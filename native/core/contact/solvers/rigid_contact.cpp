@@ -350,11 +350,10 @@ bool RigidContact::factor_pressed(const RigidProblem& problem) {
   return true;
 }
 
-// The inverse of the stiffness. Where pressed cells in one row leave a tilt open, it stays as it is, unless what is wanted
-// loads it: then it goes far, until other cells come into contact.
+// The inverse of the stiffness, on what is wanted where pressed cells in one row leave a tilt open.
 bool RigidContact::invert_stiffness(const double* wanted) {
   const std::size_t motions = motions_;
-  double values[kMostMotions], vectors[kMostMotions * kMostMotions], matrix[kMostMotions * kMostMotions];
+  double matrix[kMostMotions * kMostMotions], inverse[kMostMotions * kMostMotions];
   for (std::size_t m = 0; m < motions; ++m) {
     for (std::size_t n = 0; n < motions; ++n) {
       matrix[m * motions + n] = stiffness_[m][n];
@@ -363,20 +362,12 @@ bool RigidContact::invert_stiffness(const double* wanted) {
   }
   if (solve_small(motions, matrix, &flexibility_[0][0], kMostMotions, kOpen)) return true;
   if (!flexible_) return false;
-  symmetric_eigen(motions, matrix, values, vectors);
-  const double largest = std::max(*std::max_element(values, values + motions), std::numeric_limits<double>::min());
-  double size = 0.0;
-  for (std::size_t m = 0; m < motions; ++m) size = std::max(size, std::abs(wanted[m]));
-  for (auto& row : flexibility_) std::fill(row, row + kMostMotions, 0.0);
-  for (std::size_t k = 0; k < motions; ++k) {
-    double along_it = 0.0, inverse = 1.0 / std::max(values[k], kOpenMotion * largest);
-    for (std::size_t m = 0; m < motions; ++m) along_it += vectors[m * motions + k] * wanted[m];
-    if (values[k] < kOpenMotion * largest) inverse = std::abs(along_it) > kLoaded * size ? 1.0 / (kOpenMotion * largest) : 0.0;
-    for (std::size_t m = 0; m < motions; ++m) {
-      for (std::size_t n = 0; n < motions; ++n) {
-        flexibility_[m][n] += inverse * vectors[m * motions + k] * vectors[n * motions + k];
-      }
-    }
+  const MotionStiffness stiffness(motions, matrix);
+  Openness openness = {kOpenMotion * std::max(stiffness.largest(), std::numeric_limits<double>::min()), 0.0};
+  for (std::size_t m = 0; m < motions; ++m) openness.loaded = std::max(openness.loaded, kLoaded * std::abs(wanted[m]));
+  stiffness.invert(wanted, openness, inverse);
+  for (std::size_t m = 0; m < motions; ++m) {
+    for (std::size_t n = 0; n < motions; ++n) flexibility_[m][n] = inverse[m * motions + n];
   }
   return true;
 }

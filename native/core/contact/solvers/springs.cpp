@@ -96,18 +96,14 @@ bool SpringBed::step() {
 // Newton's step where the springs under pressure leave a tilt open: it stays as it is, unless the load turns the body along
 // it. Then it goes far, to the next springs.
 void SpringBed::leave_open(const double* curvature, double* along) const {
-  double values[kMost], vectors[kMost * kMost], trace = 0.0;
-  for (std::size_t m = 0; m < motions_; ++m) trace += curvature[m * motions_ + m];
-  const double least = kOpen * (trace + total_);
-  symmetric_eigen(motions_, curvature, values, vectors);
-  std::fill(along, along + motions_, 0.0);
-  for (std::size_t k = 0; k < motions_; ++k) {
-    double wanted = 0.0;
-    for (std::size_t m = 0; m < motions_; ++m) wanted -= vectors[m * motions_ + k] * gradient_[m];
-    if (!(values[k] > least) && !(std::abs(wanted) > kLoaded * resultants_[0])) continue;
-    const double share = wanted / std::max(values[k], least);
-    for (std::size_t m = 0; m < motions_; ++m) along[m] += share * vectors[m * motions_ + k];
+  double trace = 0.0, load[kMost];
+  for (std::size_t m = 0; m < motions_; ++m) {
+    trace += curvature[m * motions_ + m];
+    load[m] = -gradient_[m];
+    along[m] = 0.0;
   }
+  const Openness openness = {kOpen * (trace + total_), kLoaded * resultants_[0]};
+  MotionStiffness(motions_, curvature).add_motion(load, openness, along);
 }
 
 double SpringBed::overlap(std::size_t cell, const double* motion) const {
