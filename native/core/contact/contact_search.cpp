@@ -376,21 +376,20 @@ Plane ContactSearch::resting(const SearchLoad& load) {
   for (std::size_t i = 0; i < raw_.size(); ++i) {
     if (std::isfinite(raw_[i])) least = std::min(least, raw_[i]);
   }
-  std::vector<Point> covered;
+  resting_.clear();
   for (std::size_t i = 0; i < raw_.size(); ++i) {
     if (!std::isfinite(raw_[i])) continue;
     // As stiff per area as the surface is under a face a tenth as long as what is looked at.
     stiffness_.push_back(cell * 20.0 * load.modulus / length);
     modes_.insert(modes_.end(), {1.0, (points_[i].x - middle.x) / length, (points_[i].y - middle.y) / length});
     bed_heights_.push_back(raw_[i] - least);
-    covered.push_back(points_[i]);
+    resting_.push_back(points_[i]);
   }
   Plane plane = {{0.0, 0.0}, load.through};
   Point inside;
-  const std::vector<Point> hull = convex_hull(covered);
-  if (stiffness_.size() < 3 || !nearest_inside(hull, load.through, 1e-3 * length, inside)) return plane;
+  if (stiffness_.size() < 3 || !nearest_inside(covered(), load.through, 1e-3 * length, inside)) return plane;
   // On a spring that a load passes by no more than rounding the body rests: which way it would fall rounding would decide.
-  for (const Point& at : covered) {
+  for (const Point& at : resting_) {
     if (std::hypot(at.x - inside.x, at.y - inside.y) <= kOnSpring * length) inside = at;
   }
   const double resultants[3] = {load.force, load.force * (inside.x - middle.x) / length,

@@ -109,7 +109,7 @@ class ContactSearch {
   std::vector<Part> parts_;
   std::size_t part_count_ = 0;
   std::vector<Spot> spots_;
-  std::vector<Point> chosen_;
+  std::vector<Point> chosen_, resting_;
   double level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, reached_ = 0.0, spacing_ = 0.0;
   bool sees_all_ = false;
   SpringBed springs_;

@@ -34,6 +34,12 @@ struct RectangleRows {
   const double *x, *y, *xx, *xy, *yy, *area, *reach;
 };
 
+// A row for each quantity of independent springs: stiffness [N/m], the force at which one yields [N], how far each of three
+// motions moves the body there [-], and how high the body stands above it [m].
+struct SpringRows {
+  const double *stiffness, *most, *modes[3], *heights;
+};
+
 struct Kernels {
   const char* name;
 
@@ -132,6 +138,11 @@ struct Kernels {
   // Integrals of 1/r over pairs of a rectangle and others (count), by the Taylor series to second order about their middles;
   // 0 where they are too near for it.
   void (*integrate_far)(const RectangleNumbers& own, const RectangleRows& others, std::size_t count, double* values);
+
+  // Depths of springs (count) under a motion (3) of the body above, the forces on them, and how stiff each is then: 0 where
+  // it does not press and where it yields.
+  void (*press_springs)(const SpringRows& springs, const double* motion, std::size_t count, double* depths, double* forces,
+                        double* stiffness);
 
   // Sum of 1 / sqrt(max(square, least)) over squares of distances from each of some points to each of others.
   double (*sum_inverse_distances)(const double* x, const double* y, std::size_t count, const double* to_x,

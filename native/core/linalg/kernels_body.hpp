@@ -647,6 +647,21 @@ inline void integrate_far(const RectangleNumbers& own, const RectangleRows& othe
   }
 }
 
+inline void press_springs(const SpringRows& springs, const double* motion, std::size_t count, double* depths, double* forces,
+                          double* stiffness) {
+  const double *own = springs.stiffness, *most = springs.most, *heights = springs.heights;
+  const double *first = springs.modes[0], *second = springs.modes[1], *third = springs.modes[2];
+  const double moves[3] = {motion[0], motion[1], motion[2]};
+  for (std::size_t i = 0; i < count; ++i) {
+    const double depth = first[i] * moves[0] + second[i] * moves[1] + third[i] * moves[2] - heights[i];
+    const double force = own[i] * depth, bounded = force > most[i] ? most[i] : force;
+    const double elastic = force > most[i] ? 0.0 : own[i];
+    depths[i] = depth;
+    forces[i] = depth > 0.0 ? bounded : 0.0;
+    stiffness[i] = depth > 0.0 ? elastic : 0.0;
+  }
+}
+
 // Every point of the first list is set against four of the second.
 inline double sum_inverse_distances(const double* x, const double* y, std::size_t count, const double* to_x,
                                     const double* to_y, std::size_t to_count, double least) {
@@ -733,5 +748,6 @@ inline Kernels make_kernels(const char* name) {
           integrate_inverse_distance,
           multiply_by_flatness,
           integrate_far,
+          press_springs,
           sum_inverse_distances};
 }

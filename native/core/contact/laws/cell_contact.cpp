@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "contact/solvers/bearing.hpp"
 #include "linalg/small.hpp"
 
 namespace mjtactile {
@@ -91,24 +92,11 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   const RigidProblem rigid = {&workspace.matrix, workspace.modes.data(), motions(), body.heights, wanted};
   const LawProblem problem = {face, surface.compliance, rigid, workspace.matrix, body.start};
   found_.contact.allow();
-  exact_ = law.solve(problem, found_);
-  linear_ = exact_ && law.shapes();
   std::copy(wanted, wanted + motions(), wanted_);
   // Shear takes a part of the strength.
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
-  bool spread = false;
-  if (!exact_ && strength_ > 0.0 && law.couples()) {
-    found_.pressed.assign(cells, 1);
-    spread = bound_pressure(law, problem, workspace);
-  } else if (exact_ && strength_ > 0.0) {
-    bool over = false;
-    for (std::size_t i = 0; i < cells; ++i) over = over || found_.normal[i] > strength_ * face.areas[i];
-    if (over) {
-      linear_ = false;
-      spread = bound_pressure(law, problem, workspace);
-    }
-  }
+  const bool spread = solve(law, problem, workspace);
   if (!exact_) found_.slopes[0] = found_.slopes[1] = 0.0;
   if (!exact_ && !spread) fill_nearest(face, wrench, workspace);
   pressed_area_ = 0.0;
@@ -117,6 +105,49 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
     if (found_.normal[i] > 0.0) pressed_area_ += face.areas[i];
   }
   measure(face, law, workspace.matrix);
+}
+
+// The contact without bounds where that keeps to the pad's strength, else one that does. Returns whether forces were found
+// that keep to it although another contact does not.
+bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) {
+  const std::vector<double>& areas = problem.face.areas;
+  linear_ = false;
+  if (lies_beyond_bearing(law, problem, workspace)) {
+    found_.pressed.assign(areas.size(), 1);
+    if (bound_pressure(law, problem, workspace) && found_.contact.definite()) return true;
+    found_.contact.forget();
+  }
+  exact_ = law.solve(problem, found_);
+  linear_ = exact_ && law.shapes();
+  if (!exact_) {
+    if (!(strength_ > 0.0) || !law.couples()) return false;
+    found_.pressed.assign(areas.size(), 1);
+    return bound_pressure(law, problem, workspace);
+  }
+  bool over = false;
+  for (std::size_t i = 0; i < areas.size(); ++i) over = over || found_.normal[i] > strength_ * areas[i];
+  if (!(strength_ > 0.0) || !over) return false;
+  linear_ = false;
+  return bound_pressure(law, problem, workspace);
+}
+
+// Whether the load leaves next to nothing of what all cells bear.
+bool CellContact::fills_all(const LawProblem& problem) const {
+  const std::vector<double>& areas = problem.face.areas;
+  return problem.body.resultants[0] >= kNearlyAll * strength_ * std::accumulate(areas.begin(), areas.end(), 0.0);
+}
+
+void CellContact::set_most(const std::vector<double>& areas, Workspace& workspace) const {
+  workspace.most.resize(areas.size());
+  for (std::size_t i = 0; i < areas.size(); ++i) workspace.most[i] = strength_ * areas[i];
+}
+
+// Whether no forces that keep to the strength carry the load, for its moments and not for its size. Then the contact
+// without bounds is not worth a look.
+bool CellContact::lies_beyond_bearing(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) const {
+  if (!(strength_ > 0.0) || !law.couples() || fills_all(problem)) return false;
+  set_most(problem.face.areas, workspace);
+  return mjtactile::lies_beyond_bearing(problem.body, workspace.most.data(), workspace.order);
 }
 
 // How deep the surface lies under the pressed cells, and whether the tilt found is one.
@@ -166,10 +197,9 @@ bool CellContact::bound_pressure(const ContactLaw& law, const LawProblem& proble
   const std::vector<double>& areas = problem.face.areas;
   const std::size_t cells = areas.size();
   const double area = std::accumulate(areas.begin(), areas.end(), 0.0), load = problem.body.resultants[0];
-  workspace.most.resize(cells);
-  for (std::size_t i = 0; i < cells; ++i) workspace.most[i] = strength_ * areas[i];
+  set_most(areas, workspace);
   found_.slopes[0] = found_.slopes[1] = 0.0;
-  if (load >= kNearlyAll * strength_ * area) {
+  if (fills_all(problem)) {
     const double share = std::min(1.0, load / (strength_ * area));
     for (std::size_t i = 0; i < cells; ++i) found_.normal[i] = share * workspace.most[i];
     found_.pressed.assign(cells, 1);

@@ -33,6 +33,22 @@ Point farthest(const double* most, const double* modes, double force, const Poin
   return moments;
 }
 
+// Moments of the force if all cells bear the same share of their most.
+Point even_moments(const RigidProblem& problem, const double* most) {
+  const double force = problem.resultants[0], all = std::accumulate(most, most + problem.cells(), 0.0);
+  Point even = {0.0, 0.0};
+  for (std::size_t i = 0; i < problem.cells(); ++i) {
+    const double share = force * most[i] / all;
+    even.x += share * problem.modes[3 * i + 1], even.y += share * problem.modes[3 * i + 2];
+  }
+  return even;
+}
+
+void reset(const RigidProblem& problem, std::vector<std::size_t>& order) {
+  order.resize(problem.cells());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+}
+
 Point minus(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y}; }
 double product(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y; }
 
@@ -45,23 +61,15 @@ bool in_triangle(const Point& a, const Point& b, const Point& c, const Point& at
 
 bool bring_within_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order,
                           double* nearer) {
-  const std::size_t cells = problem.cells(), motions = problem.motions;
-  const double *modes = problem.modes, *resultants = problem.resultants;
-  std::copy(resultants, resultants + motions, nearer);
-  if (motions < 3) return false;
-  order.resize(cells);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const double force = resultants[0], all = std::accumulate(most, most + cells, 0.0);
-  Point even = {0.0, 0.0};
-  for (std::size_t i = 0; i < cells; ++i) {
-    const double share = force * most[i] / all;
-    even.x += share * modes[3 * i + 1], even.y += share * modes[3 * i + 2];
-  }
-  const Point wanted = {resultants[1], resultants[2]};
+  std::copy(problem.resultants, problem.resultants + problem.motions, nearer);
+  if (problem.motions < 3) return false;
+  const double force = problem.resultants[0];
+  const Point wanted = {problem.resultants[1], problem.resultants[2]}, even = even_moments(problem, most);
+  reset(problem, order);
   // Loads that can be borne form a convex set, whose support in a direction is a sum over the farthest cells. Its nearest
   // point is found on segments between such points (Gilbert, Johnson, Keerthi, IEEE J. Robotics Automation 4, 1988).
   const auto support = [&](const Point& along) {
-    const Point found = farthest(most, modes, force, along, order);
+    const Point found = farthest(most, problem.modes, force, along, order);
     return Point{even.x + (found.x - even.x) / kSafe, even.y + (found.y - even.y) / kSafe};
   };
   Point near = even, first = even, second = even;
@@ -81,6 +89,24 @@ bool bring_within_bearing(const RigidProblem& problem, const double* most, std::
   nearer[1] = near.x;
   nearer[2] = near.y;
   return true;
+}
+
+bool lies_beyond_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order) {
+  if (problem.motions < 3) return false;
+  const double force = problem.resultants[0];
+  const Point even = even_moments(problem, most);
+  const Point away = minus({problem.resultants[1], problem.resultants[2]}, even);
+  const double wanted = product(away, away) * kSafe;
+  // Cells beyond the middle, pressed alike, bring the force at least this far if they bear all of it.
+  double borne = 0.0, brought = 0.0;
+  for (std::size_t i = 0; i < problem.cells(); ++i) {
+    const Point at = {problem.modes[3 * i + 1] - even.x / force, problem.modes[3 * i + 2] - even.y / force};
+    const double far = product(away, at);
+    if (far > 0.0) borne += most[i], brought += most[i] * far;
+  }
+  if (borne >= force && brought * force >= wanted * borne) return false;
+  reset(problem, order);
+  return product(away, minus(farthest(most, problem.modes, force, away, order), even)) < wanted;
 }
 
 }  // namespace mjtactile

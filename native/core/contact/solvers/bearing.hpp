@@ -14,4 +14,8 @@ namespace mjtactile {
 bool bring_within_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order,
                           double* nearer);
 
+// Whether bring_within_bearing() is sure to move a problem's load. It looks in one direction alone, in little time where
+// the load is one that cells can bear; false says nothing.
+bool lies_beyond_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order);
+
 }  // namespace mjtactile

@@ -24,6 +24,8 @@ constexpr std::size_t kDescents = 20, kBounded = 60, kBoundedDescents = 200;
 constexpr double kGoOver = 0.5;
 // Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
 constexpr double kMostWork = 5e6, kMostFactors = 8.0;
+// Share of the cells which, if wrong at a first guess, show that springs guess better.
+constexpr double kFarOff = 0.2;
 // Springs that start the search, over the stiffness of single cells.
 constexpr double kSprings = 0.2;
 // Least compliance of a spring over the largest: layers can leave a cell none of its own.
@@ -46,11 +48,21 @@ double along(const double* map, const double* resultants, std::size_t motions) {
 }  // namespace
 
 bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start) {
-  if ((start != nullptr || problem.heights == nullptr) && exchange(problem, start)) return true;
+  const std::size_t cells = problem.cells();
+  // Under a flat face springs know no better.
+  const std::size_t far_off = problem.heights == nullptr ? cells : static_cast<std::size_t>(kFarOff * static_cast<double>(cells));
+  if ((start != nullptr || problem.heights == nullptr) && exchange_from(problem, start, far_off)) return true;
   set_springs(problem);
   const bool balanced = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, problem.resultants);
   if (exchange(problem, springs_.pressed().data())) return true;
   return balanced && descend(problem) && balances(problem);
+}
+
+bool RigidContact::exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible) {
+  flexible_ = flexible;
+  const bool found = exchange_from(problem, start, problem.cells());
+  flexible_ = true;
+  return found;
 }
 
 void RigidContact::set_springs(const RigidProblem& problem) {
@@ -65,9 +77,9 @@ void RigidContact::set_springs(const RigidProblem& problem) {
 
 // Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
 // conditions change sides while that leaves fewer; where it does not for a few times, only the last of them does.
-bool RigidContact::exchange(const RigidProblem& problem, const std::uint8_t* start, bool flexible) {
+// It is given up where the first contact has more than `far_off` of them.
+bool RigidContact::exchange_from(const RigidProblem& problem, const std::uint8_t* start, std::size_t far_off) {
   const std::size_t cells = problem.cells();
-  flexible_ = flexible;
   pressed_.assign(cells, 1);
   if (start != nullptr) pressed_.assign(start, start + cells);
   std::size_t fewest = cells + 1, patience = kPatience;
@@ -75,6 +87,7 @@ bool RigidContact::exchange(const RigidProblem& problem, const std::uint8_t* sta
     if (!on(problem)) return false;
     const std::size_t wrong = violated(exchange_);
     if (wrong == 0) return balances(problem);
+    if (trial == 0 && wrong > far_off) return false;
     if (wrong < fewest) {
       fewest = wrong;
       patience = kPatience;
@@ -141,7 +154,6 @@ bool RigidContact::descend(const RigidProblem& problem) {
 bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most,
                                  const std::vector<std::uint8_t>& start) {
   const std::size_t cells = problem.cells();
-  flexible_ = true;
   carries_ = true;
   pressed_ = start;
   full_.assign(cells, 0);

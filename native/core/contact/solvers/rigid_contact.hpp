@@ -67,6 +67,7 @@ class RigidContact {
   bool under(const double* resultants, double* forces) const;
 
  private:
+  bool exchange_from(const RigidProblem& problem, const std::uint8_t* start, std::size_t far_off);
   bool on(const RigidProblem& problem);
   void set_springs(const RigidProblem& problem);
   void start_from_springs(const double* most);

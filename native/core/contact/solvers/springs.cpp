@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "linalg/kernels.hpp"
 #include "linalg/small.hpp"
 
 namespace mjtactile {
@@ -26,24 +28,32 @@ constexpr double kGoodStep = 0.1;
 bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions,
                       const double* heights, const double* resultants, const double* most) {
   stiffness_ = &stiffness;
-  modes_ = modes;
   motions_ = motions;
-  heights_ = heights;
   resultants_ = resultants;
-  most_ = most;
+  set_rows(modes, heights, most);
   begin();
+  press(motion_);
   for (int iteration = 0; iteration < kIterations && left_over() > kTolerance * resultants[0]; ++iteration) {
     if (!step()) break;
   }
   const std::size_t cells = stiffness.size();
   pressed_.resize(cells);
-  forces_.resize(cells);
-  for (std::size_t i = 0; i < cells; ++i) {
-    const double depth = overlap(i, motion_);
-    pressed_[i] = depth > 0.0 ? 1 : 0;
-    forces_[i] = force(i, depth);
-  }
+  for (std::size_t i = 0; i < cells; ++i) pressed_[i] = depths_[i] > 0.0 ? 1 : 0;
   return left_over() <= kBalanced * resultants[0];
+}
+
+void SpringBed::set_rows(const double* modes, const double* heights, const double* most) {
+  const std::size_t cells = stiffness_->size();
+  modes_.resize(kMost, cells);
+  for (std::size_t m = 0; m < kMost; ++m) {
+    for (std::size_t i = 0; i < cells; ++i) modes_[m][i] = m < motions_ ? modes[i * motions_ + m] : 0.0;
+  }
+  heights_.assign(cells, 0.0);
+  if (heights != nullptr) heights_.assign(heights, heights + cells);
+  yielding_ = most != nullptr;
+  most_.assign(cells, std::numeric_limits<double>::infinity());
+  if (yielding_) most_.assign(most, most + cells);
+  for (std::vector<double>* one : {&depths_, &forces_, &elastic_, &rates_, &weighted_}) one->resize(cells);
 }
 
 // As deep as all springs together would be pressed, over the highest of them.
@@ -52,44 +62,45 @@ void SpringBed::begin() {
   double highest = 0.0;
   for (std::size_t i = 0; i < stiffness_->size(); ++i) {
     total_ += (*stiffness_)[i];
-    if (heights_ != nullptr) highest = std::max(highest, heights_[i]);
+    highest = std::max(highest, heights_[i]);
   }
   std::fill(motion_, motion_ + kMost, 0.0);
   motion_[0] = highest + resultants_[0] / total_;
 }
 
+void SpringBed::press(const double* motion) {
+  const SpringRows springs = {stiffness_->data(), most_.data(), {modes_[0], modes_[1], modes_[2]}, heights_.data()};
+  kernels().press_springs(springs, motion, stiffness_->size(), depths_.data(), forces_.data(), elastic_.data());
+}
+
 // The largest part of the resultants that the springs do not carry, which is the slope of the energy.
 double SpringBed::left_over() {
-  for (std::size_t m = 0; m < motions_; ++m) gradient_[m] = -resultants_[m];
-  for (std::size_t i = 0; i < stiffness_->size(); ++i) {
-    const double depth = overlap(i, motion_);
-    if (!(depth > 0.0)) continue;
-    const double own = force(i, depth);
-    for (std::size_t m = 0; m < motions_; ++m) gradient_[m] += own * modes_[i * motions_ + m];
-  }
   double largest = 0.0;
-  for (std::size_t m = 0; m < motions_; ++m) largest = std::max(largest, std::abs(gradient_[m]));
+  for (std::size_t m = 0; m < motions_; ++m) {
+    gradient_[m] = dot(forces_.data(), modes_[m], forces_.size()) - resultants_[m];
+    largest = std::max(largest, std::abs(gradient_[m]));
+  }
   return largest;
 }
 
 // One step of Newton's method from where left_over() looked; false where none lowers the energy.
 bool SpringBed::step() {
-  double curvature[kMost * kMost] = {}, along[kMost], slope = 0.0;
-  for (std::size_t i = 0; i < stiffness_->size(); ++i) {
-    const double depth = overlap(i, motion_);
-    if (!(depth > 0.0) || yields(i, depth)) continue;
-    const double* own = modes_ + i * motions_;
-    for (std::size_t m = 0; m < motions_; ++m) {
-      for (std::size_t n = 0; n < motions_; ++n) curvature[m * motions_ + n] += (*stiffness_)[i] * own[m] * own[n];
+  double curvature[kMost * kMost], along[kMost] = {}, slope = 0.0;
+  const std::size_t cells = elastic_.size();
+  for (std::size_t m = 0; m < motions_; ++m) {
+    for (std::size_t i = 0; i < cells; ++i) weighted_[i] = elastic_[i] * modes_[m][i];
+    for (std::size_t n = 0; n <= m; ++n) {
+      curvature[m * motions_ + n] = curvature[n * motions_ + m] = dot(weighted_.data(), modes_[n], cells);
     }
   }
   for (std::size_t m = 0; m < motions_; ++m) along[m] = -gradient_[m];
   if (!solve_small(motions_, curvature, along, 1, kNearlyOpen)) leave_open(curvature, along);
   for (std::size_t m = 0; m < motions_; ++m) slope += gradient_[m] * along[m];
   if (!(slope < 0.0)) return false;
-  const double length = lowest(motion_, along, slope);
+  const double length = lowest(along, slope);
   if (!(length > 0.0)) return false;
   for (std::size_t m = 0; m < motions_; ++m) motion_[m] += length * along[m];
+  if (length != 1.0) press(motion_);
   return true;
 }
 
@@ -106,48 +117,53 @@ void SpringBed::leave_open(const double* curvature, double* along) const {
   MotionStiffness(motions_, curvature).add_motion(load, openness, along);
 }
 
-double SpringBed::overlap(std::size_t cell, const double* motion) const {
-  double depth = heights_ == nullptr ? 0.0 : -heights_[cell];
-  for (std::size_t m = 0; m < motions_; ++m) depth += modes_[cell * motions_ + m] * motion[m];
-  return depth;
+// How far along a step the energy is least; 0 where it falls for ever. Springs are left pressed under some motion.
+double SpringBed::lowest(const double* step, double slope) {
+  double trial[kMost];
+  for (std::size_t m = 0; m < kMost; ++m) trial[m] = motion_[m] + step[m];
+  const double *first = modes_[0], *second = modes_[1], *third = modes_[2];
+  for (std::size_t i = 0; i < rates_.size(); ++i) rates_[i] = first[i] * step[0] + second[i] * step[1] + third[i] * step[2];
+  press(trial);
+  double after = dot(forces_.data(), rates_.data(), rates_.size());
+  for (std::size_t m = 0; m < motions_; ++m) after -= resultants_[m] * step[m];
+  if (std::abs(after) <= kGoodStep * std::abs(slope)) return 1.0;
+  press(motion_);
+  return first_rest(slope);
 }
 
-// How far along a step the energy is least: its slope grows by pieces that end where springs meet the body or yield.
-// 0 where it falls for ever.
-double SpringBed::lowest(const double* motion, const double* step, double slope) {
-  const std::size_t cells = stiffness_->size();
-  rates_.assign(cells, 0.0);
-  double trial[kMost], after = 0.0, bend = 0.0;
-  for (std::size_t m = 0; m < motions_; ++m) {
-    trial[m] = motion[m] + step[m];
-    after -= resultants_[m] * step[m];
-  }
-  for (std::size_t i = 0; i < cells; ++i) {
-    for (std::size_t m = 0; m < motions_; ++m) rates_[i] += modes_[i * motions_ + m] * step[m];
-    after += force(i, overlap(i, trial)) * rates_[i];
-  }
-  if (std::abs(after) <= kGoodStep * std::abs(slope)) return 1.0;
-  turns_.clear();
-  for (std::size_t i = 0; i < cells; ++i) {
-    const double rate = rates_[i];
-    if (rate == 0.0) continue;
-    const double depth = overlap(i, motion), own = (*stiffness_)[i] * rate * rate;
-    if (depth > 0.0 && !yields(i, depth)) bend += own;
-    // Where it begins to press, or ends; where it begins to yield, or ends.
-    const double meets = -depth / rate, gives = most_ == nullptr ? -1.0 : (most_[i] / (*stiffness_)[i] - depth) / rate;
-    if (meets > 0.0) turns_.push_back({meets, rate > 0.0 ? own : -own});
-    if (gives > 0.0) turns_.push_back({gives, rate > 0.0 ? -own : own});
-  }
-  std::sort(turns_.begin(), turns_.end(), [](const Turn& a, const Turn& b) { return a.at < b.at; });
-  double length = 0.0;
-  for (const Turn& turn : turns_) {
+// Where the energy's slope, which grows by pieces that end where springs meet the body or yield, comes to nothing.
+double SpringBed::first_rest(double slope) {
+  for (std::size_t i = 0; i < rates_.size(); ++i) weighted_[i] = elastic_[i] * rates_[i];
+  double bend = dot(weighted_.data(), rates_.data(), rates_.size()), length = 0.0;
+  find_turns();
+  const auto later = [](const Turn& a, const Turn& b) { return a.at > b.at; };
+  std::make_heap(turns_.begin(), turns_.end(), later);
+  while (!turns_.empty()) {
+    const Turn turn = turns_.front();
     const double next = slope + bend * (turn.at - length);
     if (next >= 0.0) break;
     slope = next;
-    length = turn.at;
     bend += turn.bend;
+    length = turn.at;
+    std::pop_heap(turns_.begin(), turns_.end(), later);
+    turns_.pop_back();
   }
   return bend > 0.0 ? length - slope / bend : 0.0;
+}
+
+void SpringBed::find_turns() {
+  turns_.clear();
+  for (std::size_t i = 0; i < rates_.size(); ++i) {
+    const double rate = rates_[i], depth = depths_[i];
+    if (rate == 0.0) continue;
+    const double own = (*stiffness_)[i] * rate * rate;
+    // Where it begins to press, or ends; where it begins to yield, or ends.
+    const double meets = -depth / rate;
+    if (meets > 0.0) turns_.push_back({meets, rate > 0.0 ? own : -own});
+    if (!yielding_) continue;
+    const double gives = (most_[i] / (*stiffness_)[i] - depth) / rate;
+    if (gives > 0.0) turns_.push_back({gives, rate > 0.0 ? -own : own});
+  }
 }
 
 }  // namespace mjtactile

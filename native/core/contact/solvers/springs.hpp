@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "linalg/dense.hpp"
+
 namespace mjtactile {
 
 class SpringBed {
@@ -25,24 +27,27 @@ class SpringBed {
     double at, bend;
   };
   static constexpr std::size_t kMost = 3;   // motions
+  void set_rows(const double* modes, const double* heights, const double* most);
   void begin();
+  void press(const double* motion);
   double left_over();
   bool step();
   void leave_open(const double* curvature, double* along) const;
-  double lowest(const double* motion, const double* step, double slope);
-  double overlap(std::size_t cell, const double* motion) const;
-  bool yields(std::size_t cell, double depth) const { return most_ != nullptr && (*stiffness_)[cell] * depth > most_[cell]; }
-  double force(std::size_t cell, double depth) const {
-    return !(depth > 0.0) ? 0.0 : yields(cell, depth) ? most_[cell] : (*stiffness_)[cell] * depth;
-  }
+  double lowest(const double* step, double slope);
+  double first_rest(double slope);
+  void find_turns();
 
   const std::vector<double>* stiffness_ = nullptr;
-  const double *modes_ = nullptr, *heights_ = nullptr, *resultants_ = nullptr, *most_ = nullptr;
+  const double* resultants_ = nullptr;
   std::size_t motions_ = 0;
+  bool yielding_ = false;
   double total_ = 0.0, motion_[kMost] = {}, gradient_[kMost] = {};
+  Matrix modes_;                                    // by motion, 0 for those beyond motions_
+  std::vector<double> heights_, most_;
+  std::vector<double> depths_, forces_, elastic_;   // under the motion; how stiff each spring is there
+  std::vector<double> rates_, weighted_;            // of the depths along a step; scratch
   std::vector<std::uint8_t> pressed_;
-  std::vector<double> forces_, rates_;
-  std::vector<Turn> turns_;
+  std::vector<Turn> turns_;                         // a heap, the next one first
 };
 
 }  // namespace mjtactile
