@@ -31,7 +31,7 @@ constexpr double kRound = 0.78539816339744830962;
 
 }  // namespace
 
-Region region_about(const std::vector<Point>& points, const double sides[2], double angle) {
+Region region_about(const std::vector<Point>& points, const double sides[2], double angle, const HeightMap& map) {
   const double count = static_cast<double>(points.size()), c = std::cos(angle), s = std::sin(angle);
   Point middle = {0.0, 0.0};
   for (const Point& point : points) middle.x += point.x / count, middle.y += point.y / count;
@@ -44,7 +44,7 @@ Region region_about(const std::vector<Point>& points, const double sides[2], dou
   }
   const double mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
   const bool elongated = mean + apart > kElongated * kElongated * (mean - apart);
-  const double turned = elongated ? 0.5 * std::atan2(2.0 * xy, xx - yy) : 0.0;
+  const double turned = elongated ? map.straightened(0.5 * std::atan2(2.0 * xy, xx - yy)) : 0.0;
   const double cosine = std::cos(turned), sine = std::sin(turned);
   const double along = std::abs(cosine * c + sine * s), across = std::abs(cosine * s - sine * c);
   const double half[2] = {(along * sides[0] + across * sides[1]) / 2, (across * sides[0] + along * sides[1]) / 2};
@@ -184,7 +184,7 @@ void ContactSearch::gather_parts() {
   for (const std::size_t sample : flooded_) members_[together ? 0 : labels_[root(sample)]].push_back(grid_point(sample));
   const double sides[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   for (std::size_t k = 0; k < part_count_; ++k) {
-    Region region = region_about(members_[k], sides, 0.0);
+    Region region = region_about(members_[k], sides, 0.0, *map_);
     region.width += 2.0 * spacing_;
     region.height += 2.0 * spacing_;
     parts_[k].region = region;
@@ -269,10 +269,11 @@ Region ContactSearch::region_under(const Part& part, double level, double& area,
   const double sides[2] = {part.region.width / static_cast<double>(part.columns),
                            part.region.height / static_cast<double>(part.rows)};
   if (chosen_.empty()) return {};
-  return region_about(chosen_, sides, part.region.angle);
+  return region_about(chosen_, sides, part.region.angle, *map_);
 }
 
 const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& plane, const SearchLoad& load) {
+  map_ = &map;
   spots_.clear();
   level_ = 0.0;
   set_heights(plane);

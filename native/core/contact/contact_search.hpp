@@ -97,6 +97,7 @@ class ContactSearch {
   static constexpr std::size_t kLines = 33;
   static constexpr double kSame = 1e-9;   // over the spacing
   Rectangle bounds_ = {};
+  const HeightMap* map_ = nullptr;
   std::vector<Point> points_, closer_;
   std::vector<std::size_t> moved_;   // samples whose points do not belong to the grid
   std::vector<double> raw_, heights_;
@@ -118,6 +119,6 @@ class ContactSearch {
 
 // A rectangle around points. It is turned along them if they form a long shape. `sides`: of the box around each point
 // that belongs to it [m].
-Region region_about(const std::vector<Point>& points, const double sides[2], double angle);
+Region region_about(const std::vector<Point>& points, const double sides[2], double angle, const HeightMap& map);
 
 }  // namespace mjtactile

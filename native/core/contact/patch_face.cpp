@@ -289,10 +289,18 @@ int PatchFace::sweep(const CutCell& cut, bool along, Covered& sum) const {
 // Where a line through a cell runs below the view's height, in parts of the cell from its middle, where the body is not
 // over all of the cell.
 bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double& low, double& high) const {
-  const auto above = [&](double part) {
+  const auto point = [&](double part) {
     const double u = along ? part : line, v = along ? line : part;
-    return seen(cut.view, cut.lattice.at(cut.column + 0.5 + u, cut.row + 0.5 + v)) - cut.view.highest;
+    return cut.lattice.at(cut.column + 0.5 + u, cut.row + 0.5 + v);
   };
+  const Point from = point(-0.5), to = point(0.5);
+  SegmentPart flat;
+  if (cut.view.map->flat_over(from, to, flat)) {
+    flat.keep_positive(cut.view.highest - seen_from(cut.view, from, 0.0), cut.view.highest - seen_from(cut.view, to, 0.0));
+    low = flat.low - 0.5, high = flat.high - 0.5;
+    return !flat.is_empty();
+  }
+  const auto above = [&](double part) { return seen(cut.view, point(part)) - cut.view.highest; };
   double heights[kSteps + 1];
   int first = -1, last = -1;
   for (int step = 0; step <= kSteps; ++step) {

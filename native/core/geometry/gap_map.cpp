@@ -11,6 +11,10 @@ constexpr std::size_t kFewEdges = 32;
 constexpr std::size_t kStrips = 64;
 // How far corners that are looked at lie inside their outline, along an edge and across it, over the edge's length.
 constexpr double kInside = 1e-9, kAcross = 1e-11;
+// What rounding leaves of a corner's distance to a side that it lies on, over the face's size.
+constexpr double kOnSide = 1e-12;
+// Turn [rad] up to which a direction is that of a side; how much farther off the sides of another direction must be.
+constexpr double kNearSide = 0.05, kClearly = 1.5;
 
 // Nowhere is what heights above points beside the sheet and above the ceiling become.
 void clip(const std::vector<Point>& points, const Rectangle& to_sheet, double to_ceiling, double* heights) {
@@ -88,12 +92,31 @@ void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& 
     const Point inside = {corner.x + kInside * x - kAcross * y, corner.y + kInside * y + kAcross * x};
     if (sheet.holds(inside.x, inside.y)) candidates_.push_back(inside);
   }
-  // No more edges than are worth a look at all of their corners.
-  convex_ = starts.size() <= kFewEdges;
-  for (std::size_t i = 0; i < starts.size() && convex_; ++i) {
-    for (const Point& corner : starts) convex_ = convex_ && left_of(starts[i], ends[i], corner) >= 0.0;
-  }
+  convex_ = set_sides();
   if (!convex_) fill_strips();
+}
+
+// The sides of a convex face; false where it is none. Edges that follow each other on a straight line are one side.
+bool FlatMap::set_sides() {
+  sides_.clear();
+  // No more edges than are worth a look at all of their corners.
+  if (starts_.size() > kFewEdges) return false;
+  double size = 0.0;
+  for (const Point& corner : starts_) size = std::max(size, std::hypot(corner.x - starts_[0].x, corner.y - starts_[0].y));
+  const auto along = [&](const Point& from, const Point& to) -> Side {
+    const double length = std::hypot(to.x - from.x, to.y - from.y), x = (to.x - from.x) / length, y = (to.y - from.y) / length;
+    return {-y, x, x * from.y - y * from.x - kOnSide * size};
+  };
+  for (std::size_t i = 0; i < starts_.size(); ++i) {
+    if (starts_[i].x == ends_[i].x && starts_[i].y == ends_[i].y) continue;
+    const Side side = along(starts_[i], ends_[i]);
+    for (const Point& corner : starts_) {
+      if (side.inside(corner.x, corner.y) < 0.0) return false;
+    }
+  }
+  const std::vector<Point> hull = convex_hull(starts_);
+  for (std::size_t i = 0; i < hull.size(); ++i) sides_.push_back(along(hull[i], hull[(i + 1) % hull.size()]));
+  return sides_.size() > 2;
 }
 
 void FlatMap::fill_strips() {
@@ -131,21 +154,47 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
   double* const heights = to.data();
   const Point* const at = points.data();
   const std::size_t count = points.size();
-  for (std::size_t edge = 0; edge < starts_.size(); ++edge) {
-    const Point start = starts_[edge], end = ends_[edge];
-    for (std::size_t i = 0; i < count; ++i) heights[i] = left_of(start, end, at[i]) >= 0.0 ? heights[i] : kNowhere;
+  for (const Side side : sides_) {
+    for (std::size_t i = 0; i < count; ++i) heights[i] = side.inside(at[i].x, at[i].y) >= 0.0 ? heights[i] : kNowhere;
   }
   clip(points, sheet_, 0.0, heights);
+}
+
+bool FlatMap::flat_over(const Point& from, const Point& to, SegmentPart& part) const {
+  if (!convex_) return false;
+  part = {};
+  for (const Side& side : sides_) part.keep_positive(side.inside(from.x, from.y), side.inside(to.x, to.y));
+  part.keep_positive(from.x - sheet_.west, to.x - sheet_.west);
+  part.keep_positive(sheet_.east - from.x, sheet_.east - to.x);
+  part.keep_positive(from.y - sheet_.south, to.y - sheet_.south);
+  part.keep_positive(sheet_.north - from.y, sheet_.north - to.y);
+  return true;
+}
+
+double FlatMap::straightened(double angle) const {
+  const double c = std::cos(angle), s = std::sin(angle);
+  double nearest = kClearly * kNearSide, next = nearest;
+  for (const Side& side : sides_) {
+    // From the angle to the side's, either way along it.
+    const double turn = std::atan(-(side.x * c + side.y * s) / (side.y * c - side.x * s));
+    if (std::abs(turn - nearest) <= kOnSide) continue;
+    if (std::abs(turn) < std::abs(nearest)) {
+      next = nearest;
+      nearest = turn;
+    } else if (std::abs(turn) < std::abs(next)) {
+      next = turn;
+    }
+  }
+  const bool clear = std::abs(nearest) <= kNearSide && std::abs(next) >= kClearly * std::abs(nearest);
+  return clear ? angle + nearest : angle;
 }
 
 // Inside is what the outline winds around, its edges included.
 double FlatMap::height(double x, double y) const {
   if (!sheet_.holds(x, y)) return kNowhere;
   if (convex_) {
-    for (std::size_t edge = 0; edge < starts_.size(); ++edge) {
-      if (!(left_of(starts_[edge], ends_[edge], {x, y}) >= 0.0)) return kNowhere;
-    }
-    return 0.0;
+    const auto beside = [x, y](const Side& side) { return side.inside(x, y) < 0.0; };
+    return std::any_of(sides_.begin(), sides_.end(), beside) ? kNowhere : 0.0;
   }
   int winding = 0;
   const std::size_t beside = strip(y);

@@ -40,12 +40,22 @@ class FlatMap : public HeightMap {
 
   double height(double x, double y) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
+  bool flat_over(const Point& from, const Point& to, SegmentPart& part) const override;
+  double straightened(double angle) const override;
   Rectangle bounds() const override { return bounds_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
 
  private:
   Rectangle sheet_ = {}, bounds_ = {};
-  bool convex_ = false;   // a point is inside a convex face if it lies left of all edges
+  // A point is inside a convex face if it lies left of all sides.
+  struct Side {
+    double x, y, offset;   // normal to the left, and how far the line lies along it [m]
+
+    double inside(double at_x, double at_y) const { return x * at_x + y * at_y - offset; }
+  };
+  bool set_sides();
+  bool convex_ = false;
+  std::vector<Side> sides_;
   // For other faces, the edges are listed by the strips along y that they meet. The edges in a point's strip suffice to
   // tell whether the point is inside.
   void fill_strips();

@@ -25,11 +25,22 @@ void clip_side(const std::vector<Point>& polygon, const Point& a, const Point& b
 }  // namespace
 
 Rectangle around(const std::vector<Point>& points) {
-  Rectangle halves[2] = {kNoRectangle, kNoRectangle};  // side by side: one would wait for itself
-  const auto widen = [](Rectangle& half, const Point& at) { half = around(half, {at.x, at.y, at.x, at.y}); };
-  for (std::size_t i = 0; i + 1 < points.size(); i += 2) widen(halves[0], points[i]), widen(halves[1], points[i + 1]);
-  if (points.size() % 2 == 1) widen(halves[0], points.back());
-  return around(halves[0], halves[1]);
+  constexpr std::size_t kBeside = 4;  // side by side: one would wait for itself
+  double west[kBeside], south[kBeside], east[kBeside], north[kBeside];
+  std::fill(west, west + kBeside, kNoRectangle.west), std::fill(south, south + kBeside, kNoRectangle.south);
+  std::fill(east, east + kBeside, kNoRectangle.east), std::fill(north, north + kBeside, kNoRectangle.north);
+  const auto widen = [&](std::size_t k, const Point& at) {
+    west[k] = std::min(west[k], at.x), south[k] = std::min(south[k], at.y);
+    east[k] = std::max(east[k], at.x), north[k] = std::max(north[k], at.y);
+  };
+  std::size_t i = 0;
+  for (; i + kBeside <= points.size(); i += kBeside) {
+    for (std::size_t k = 0; k < kBeside; ++k) widen(k, points[i + k]);
+  }
+  for (; i < points.size(); ++i) widen(0, points[i]);
+  Rectangle all = kNoRectangle;
+  for (std::size_t k = 0; k < kBeside; ++k) all = around(all, {west[k], south[k], east[k], north[k]});
+  return all;
 }
 
 Point nearest_on(const Point& a, const Point& b, const Point& point) {

@@ -35,6 +35,24 @@ constexpr Rectangle kNoRectangle = {std::numeric_limits<double>::infinity(), std
 // The least rectangle that holds points.
 Rectangle around(const std::vector<Point>& points);
 
+// A part of a segment: where it begins and ends, over the segment's length from its start.
+struct SegmentPart {
+  double low = 0.0, high = 1.0;
+
+  bool is_empty() const { return !(low < high); }
+  // Keep what lies where something linear, known at the segment's start and end, is not negative.
+  void keep_positive(double at_start, double at_end) {
+    if (at_start < 0.0 && at_end < 0.0) high = low;
+    if ((at_start < 0.0) == (at_end < 0.0)) return;
+    const double crossing = at_start / (at_start - at_end);
+    if (at_start < 0.0) {
+      low = std::max(low, crossing);
+    } else {
+      high = std::min(high, crossing);
+    }
+  }
+};
+
 // Distance of a point to the left of the line from a to b, times the distance from a to b.
 inline double left_of(const Point& a, const Point& b, const Point& point) {
   return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);

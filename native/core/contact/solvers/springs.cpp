@@ -18,8 +18,10 @@ constexpr double kOpen = 1e-12, kLoaded = 1e-10;
 constexpr double kNearlyOpen = 1e-6;
 // Of the load: what may be left of it.
 constexpr double kBalanced = 1e-9;
-// Share of its slope that a step may leave of the energy's, so that no better length is looked for.
-constexpr double kGoodStep = 0.1;
+// Share of its slope that a step may leave of the energy's; lengths tried, each so many times farther where none was far
+// enough.
+constexpr double kGoodStep = 0.1, kFarther = 4.0;
+constexpr int kTrials = 60;
 
 }  // namespace
 
@@ -50,9 +52,8 @@ void SpringBed::set_rows(const double* modes, const double* heights, const doubl
   }
   heights_.assign(cells, 0.0);
   if (heights != nullptr) heights_.assign(heights, heights + cells);
-  yielding_ = most != nullptr;
   most_.assign(cells, std::numeric_limits<double>::infinity());
-  if (yielding_) most_.assign(most, most + cells);
+  if (most != nullptr) most_.assign(most, most + cells);
   for (std::vector<double>* one : {&depths_, &forces_, &elastic_, &rates_, &weighted_}) one->resize(cells);
 }
 
@@ -100,7 +101,6 @@ bool SpringBed::step() {
   const double length = lowest(along, slope);
   if (!(length > 0.0)) return false;
   for (std::size_t m = 0; m < motions_; ++m) motion_[m] += length * along[m];
-  if (length != 1.0) press(motion_);
   return true;
 }
 
@@ -117,53 +117,27 @@ void SpringBed::leave_open(const double* curvature, double* along) const {
   MotionStiffness(motions_, curvature).add_motion(load, openness, along);
 }
 
-// How far along a step the energy is least; 0 where it falls for ever. Springs are left pressed under some motion.
+// How far along a step the energy's slope, which grows by pieces, comes to next to nothing: Newton's method between bounds;
+// 0 where it falls for ever. Springs are left pressed as they are there.
 double SpringBed::lowest(const double* step, double slope) {
-  double trial[kMost];
-  for (std::size_t m = 0; m < kMost; ++m) trial[m] = motion_[m] + step[m];
   const double *first = modes_[0], *second = modes_[1], *third = modes_[2];
   for (std::size_t i = 0; i < rates_.size(); ++i) rates_[i] = first[i] * step[0] + second[i] * step[1] + third[i] * step[2];
-  press(trial);
-  double after = dot(forces_.data(), rates_.data(), rates_.size());
-  for (std::size_t m = 0; m < motions_; ++m) after -= resultants_[m] * step[m];
-  if (std::abs(after) <= kGoodStep * std::abs(slope)) return 1.0;
+  double length = 1.0, least = 0.0, most = std::numeric_limits<double>::infinity();
+  for (int trial = 0; trial < kTrials; ++trial) {
+    double motion[kMost];
+    for (std::size_t m = 0; m < kMost; ++m) motion[m] = motion_[m] + length * step[m];
+    press(motion);
+    double after = dot(forces_.data(), rates_.data(), rates_.size());
+    for (std::size_t m = 0; m < motions_; ++m) after -= resultants_[m] * step[m];
+    if (std::abs(after) <= kGoodStep * std::abs(slope)) return length;
+    (after < 0.0 ? least : most) = length;
+    for (std::size_t i = 0; i < rates_.size(); ++i) weighted_[i] = elastic_[i] * rates_[i];
+    length -= after / dot(weighted_.data(), rates_.data(), rates_.size());
+    // Where no spring resists, or beyond the bounds, halfway between them.
+    if (!(length > least && length < most)) length = std::isfinite(most) ? (least + most) / 2 : kFarther * least;
+  }
   press(motion_);
-  return first_rest(slope);
-}
-
-// Where the energy's slope, which grows by pieces that end where springs meet the body or yield, comes to nothing.
-double SpringBed::first_rest(double slope) {
-  for (std::size_t i = 0; i < rates_.size(); ++i) weighted_[i] = elastic_[i] * rates_[i];
-  double bend = dot(weighted_.data(), rates_.data(), rates_.size()), length = 0.0;
-  find_turns();
-  const auto later = [](const Turn& a, const Turn& b) { return a.at > b.at; };
-  std::make_heap(turns_.begin(), turns_.end(), later);
-  while (!turns_.empty()) {
-    const Turn turn = turns_.front();
-    const double next = slope + bend * (turn.at - length);
-    if (next >= 0.0) break;
-    slope = next;
-    bend += turn.bend;
-    length = turn.at;
-    std::pop_heap(turns_.begin(), turns_.end(), later);
-    turns_.pop_back();
-  }
-  return bend > 0.0 ? length - slope / bend : 0.0;
-}
-
-void SpringBed::find_turns() {
-  turns_.clear();
-  for (std::size_t i = 0; i < rates_.size(); ++i) {
-    const double rate = rates_[i], depth = depths_[i];
-    if (rate == 0.0) continue;
-    const double own = (*stiffness_)[i] * rate * rate;
-    // Where it begins to press, or ends; where it begins to yield, or ends.
-    const double meets = -depth / rate;
-    if (meets > 0.0) turns_.push_back({meets, rate > 0.0 ? own : -own});
-    if (!yielding_) continue;
-    const double gives = (most_[i] / (*stiffness_)[i] - depth) / rate;
-    if (gives > 0.0) turns_.push_back({gives, rate > 0.0 ? -own : own});
-  }
+  return 0.0;
 }
 
 }  // namespace mjtactile

@@ -23,9 +23,6 @@ class SpringBed {
   const double* motion() const { return motion_; }               // of the body into the springs (motions) [m]
 
  private:
-  struct Turn {         // a kink of the energy's slope along a step: its place, and the change of the second derivative
-    double at, bend;
-  };
   static constexpr std::size_t kMost = 3;   // motions
   void set_rows(const double* modes, const double* heights, const double* most);
   void begin();
@@ -34,20 +31,16 @@ class SpringBed {
   bool step();
   void leave_open(const double* curvature, double* along) const;
   double lowest(const double* step, double slope);
-  double first_rest(double slope);
-  void find_turns();
 
   const std::vector<double>* stiffness_ = nullptr;
   const double* resultants_ = nullptr;
   std::size_t motions_ = 0;
-  bool yielding_ = false;
   double total_ = 0.0, motion_[kMost] = {}, gradient_[kMost] = {};
   Matrix modes_;                                    // by motion, 0 for those beyond motions_
   std::vector<double> heights_, most_;
   std::vector<double> depths_, forces_, elastic_;   // under the motion; how stiff each spring is there
   std::vector<double> rates_, weighted_;            // of the depths along a step; scratch
   std::vector<std::uint8_t> pressed_;
-  std::vector<Turn> turns_;                         // a heap, the next one first
 };
 
 }  // namespace mjtactile
