@@ -13,12 +13,6 @@ constexpr double kMostRounding = 1e-9;
 
 }  // namespace
 
-Point Lattice::at(double column, double row) const {
-  const double x = (column - static_cast<double>(columns) / 2) * size;
-  const double y = (row - static_cast<double>(rows) / 2) * width();
-  return {cosine * x - sine * y + centre.x, sine * x + cosine * y + centre.y};
-}
-
 bool Region::holds(const Point& at) const {
   const double c = std::cos(angle), s = std::sin(angle);
   const double x = at.x - centre.x, y = at.y - centre.y;

@@ -18,7 +18,11 @@ struct Lattice {
   std::size_t cells() const { return columns * rows; }
   double width() const { return size / stretch; }
   // Where lattice coordinates, counted in cells from its first corner, lie in the plane.
-  Point at(double column, double row) const;
+  Point at(double column, double row) const {
+    const double x = (column - static_cast<double>(columns) / 2) * size;
+    const double y = (row - static_cast<double>(rows) / 2) * width();
+    return {cosine * x - sine * y + centre.x, sine * x + cosine * y + centre.y};
+  }
 };
 
 // A rectangle in the plane, turned by an angle: where a body presses, as far as that is known.

@@ -147,7 +147,7 @@ void CellContact::set_most(const std::vector<double>& areas, Workspace& workspac
 bool CellContact::lies_beyond_bearing(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) const {
   if (!(strength_ > 0.0) || !law.couples() || fills_all(problem)) return false;
   set_most(problem.face.areas, workspace);
-  return mjtactile::lies_beyond_bearing(problem.body, workspace.most.data(), workspace.order);
+  return mjtactile::lies_beyond_bearing(problem.body, workspace.most.data());
 }
 
 // How deep the surface lies under the pressed cells, and whether the tilt found is one.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "geometry/polygon.hpp"
 
@@ -15,20 +17,21 @@ constexpr double kClose = 1e-12;     // the search ends where a direction brings
 constexpr double kSafe = 1.01;       // how far beyond a load the loads that can be borne must reach, over the load
 
 // Moments of the cells full that lie farthest along a direction, until they bear the force.
-Point farthest(const double* most, const double* modes, double force, const Point& along,
-               std::vector<std::size_t>& order) {
-  const auto at = [&](std::size_t i) { return Point{modes[3 * i + 1], modes[3 * i + 2]}; };
-  const auto far = [&](std::size_t i) { return along.x * at(i).x + along.y * at(i).y; };
-  std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) {
-    const double first = far(i), second = far(j);
-    return first != second ? first > second : i < j;
-  });
+Point farthest(const RigidProblem& problem, const double* most, const Point& along) {
+  static thread_local std::vector<std::pair<double, std::size_t>> far;  // kept between calls: nothing is allocated in a step
+  const auto at = [&](std::size_t i) { return Point{problem.modes[3 * i + 1], problem.modes[3 * i + 2]}; };
+  far.clear();
+  for (std::size_t i = 0; i < problem.cells(); ++i) far.emplace_back(along.x * at(i).x + along.y * at(i).y, i);
+  // Few cells bear the force, mostly.
+  const auto nearer = [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; };
+  std::make_heap(far.begin(), far.end(), nearer);
   Point moments = {0.0, 0.0};
-  for (const std::size_t i : order) {
+  for (double force = problem.resultants[0]; force > 0.0 && !far.empty(); far.pop_back()) {
+    std::pop_heap(far.begin(), far.end(), nearer);
+    const std::size_t i = far.back().second;
     const double share = std::min(most[i], force);
     moments.x += share * at(i).x, moments.y += share * at(i).y;
     force -= share;
-    if (!(force > 0.0)) break;
   }
   return moments;
 }
@@ -44,11 +47,6 @@ Point even_moments(const RigidProblem& problem, const double* most) {
   return even;
 }
 
-void reset(const RigidProblem& problem, std::vector<std::size_t>& order) {
-  order.resize(problem.cells());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-}
-
 Point minus(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y}; }
 double product(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y; }
 
@@ -59,17 +57,15 @@ bool in_triangle(const Point& a, const Point& b, const Point& c, const Point& at
 
 }  // namespace
 
-bool bring_within_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order,
-                          double* nearer) {
+bool bring_within_bearing(const RigidProblem& problem, const double* most, double* nearer) {
   std::copy(problem.resultants, problem.resultants + problem.motions, nearer);
   if (problem.motions < 3) return false;
   const double force = problem.resultants[0];
   const Point wanted = {problem.resultants[1], problem.resultants[2]}, even = even_moments(problem, most);
-  reset(problem, order);
   // Loads that can be borne form a convex set, whose support in a direction is a sum over the farthest cells. Its nearest
   // point is found on segments between such points (Gilbert, Johnson, Keerthi, IEEE J. Robotics Automation 4, 1988).
   const auto support = [&](const Point& along) {
-    const Point found = farthest(most, problem.modes, force, along, order);
+    const Point found = farthest(problem, most, along);
     return Point{even.x + (found.x - even.x) / kSafe, even.y + (found.y - even.y) / kSafe};
   };
   Point near = even, first = even, second = even;
@@ -91,7 +87,7 @@ bool bring_within_bearing(const RigidProblem& problem, const double* most, std::
   return true;
 }
 
-bool lies_beyond_bearing(const RigidProblem& problem, const double* most, std::vector<std::size_t>& order) {
+bool lies_beyond_bearing(const RigidProblem& problem, const double* most) {
   if (problem.motions < 3) return false;
   const double force = problem.resultants[0];
   const Point even = even_moments(problem, most);
@@ -101,12 +97,11 @@ bool lies_beyond_bearing(const RigidProblem& problem, const double* most, std::v
   double borne = 0.0, brought = 0.0;
   for (std::size_t i = 0; i < problem.cells(); ++i) {
     const Point at = {problem.modes[3 * i + 1] - even.x / force, problem.modes[3 * i + 2] - even.y / force};
-    const double far = product(away, at);
-    if (far > 0.0) borne += most[i], brought += most[i] * far;
+    const double beyond = product(away, at);
+    if (beyond > 0.0) borne += most[i], brought += most[i] * beyond;
   }
   if (borne >= force && brought * force >= wanted * borne) return false;
-  reset(problem, order);
-  return product(away, minus(farthest(most, problem.modes, force, away, order), even)) < wanted;
+  return product(away, minus(farthest(problem, most, away), even)) < wanted;
 }
 
 }  // namespace mjtactile

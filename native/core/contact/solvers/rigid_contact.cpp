@@ -158,7 +158,7 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   pressed_ = start;
   full_.assign(cells, 0);
   double nearer[kMostMotions];
-  const bool borne = !bring_within_bearing(problem, most, filled_, nearer);
+  const bool borne = !bring_within_bearing(problem, most, nearer);
   if (borne && exchange_bounded(problem, most)) return true;
   // Springs that yield tell which cells are full.
   set_springs(problem);

@@ -95,7 +95,7 @@ class RigidContact {
   double stiffness_[kMostMotions][kMostMotions] = {};     // B^T A^-1 B of the pressed cells
   double flexibility_[kMostMotions][kMostMotions] = {};   // its inverse
   SpringBed springs_;
-  std::vector<std::size_t> order_, places_, filled_;
+  std::vector<std::size_t> order_, places_;
   // Of the pressed cells: the factor U of their compliance A = U^T U, and U^-T B and U^-T g by row.
   SubmatrixFactor factor_;
   Matrix modes_, heights_;
