@@ -104,7 +104,8 @@ bool FlatMap::set_sides() {
   double size = 0.0;
   for (const Point& corner : starts_) size = std::max(size, std::hypot(corner.x - starts_[0].x, corner.y - starts_[0].y));
   const auto along = [&](const Point& from, const Point& to) -> Side {
-    const double length = std::hypot(to.x - from.x, to.y - from.y), x = (to.x - from.x) / length, y = (to.y - from.y) / length;
+    const double length = std::hypot(to.x - from.x, to.y - from.y);
+    const double x = (to.x - from.x) / length, y = (to.y - from.y) / length;
     return {-y, x, x * from.y - y * from.x - kOnSide * size};
   };
   for (std::size_t i = 0; i < starts_.size(); ++i) {
