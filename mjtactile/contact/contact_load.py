@@ -157,7 +157,7 @@ def reported(
         # For a body of fixed orientation without a given moment, the moment is a result, not a residual.
         load = replace(load, residual_moment=load.residual_moment * np.array([0.0, 0.0, 1.0]))
     _warn_unless_carried(load, wrench, footprint, options, answers)
-    warn_beyond_linear_range(influence, wrench, load.state)
+    warn_beyond_linear_range(influence, np.asarray(wrench.force) - load.residual_force, load.state)
     return load
 
 
@@ -198,20 +198,21 @@ def _format(vector: Array, size: float) -> str:
     return "(" + ", ".join(f"{v:.3g}" for v in shown) + ")"
 
 
-def warn_beyond_linear_range(influence: InfluenceMatrices, wrench: Wrench, state: ContactState) -> None:
+def warn_beyond_linear_range(influence: InfluenceMatrices, force: Array, state: ContactState) -> None:
     """Warn if the strains under a contact are not small.
 
     Args:
         influence: of the pad.
-        wrench: on the contact.
+        force: that the contact carries [N], pad frame, shape (3,); without pressure there is no warning.
         state: of the contact; without an area there is no warning.
 
     Warns:
-        ContactWarning: mean pressure or indentation is beyond the linear range.
+        ContactWarning: the mean pressure, with its shear, or the indentation is beyond the linear range.
     """
-    if state.contact_area == 0.0 or wrench.normal <= 0.0:
+    if state.contact_area == 0.0 or force[2] >= 0.0:
         return
-    reason = beyond_linear_range(influence.pad, wrench.normal / state.contact_area, state.indentation)
+    pressing = math.sqrt(force[2] ** 2 + 3.0 * (force[0] ** 2 + force[1] ** 2))
+    reason = beyond_linear_range(influence.pad, pressing / state.contact_area, state.indentation)
     if reason is not None:
         _warn(reason, stacklevel=5)
 

@@ -8,7 +8,7 @@ from mjtactile._types import Array
 from mjtactile.pad import Pad
 from mjtactile.pad_shape.taxels import FreeTaxels
 
-#: Largest mean pressure over the top layer's modulus for small strains [-].
+#: Largest mean pressure, shear counted, over the top layer's modulus for small strains [-].
 LINEAR_RANGE = 0.1
 #: Largest indentation over the sheet's thickness for small strains [-].
 LINEAR_INDENTATION = 0.1
@@ -42,13 +42,13 @@ def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | 
 
     Args:
         pad: the pad.
-        pressure: mean pressure over the contact area [Pa].
+        pressure: sqrt(p^2 + 3 t^2) of the mean pressure p and shear t over the contact area [Pa].
         indentation: largest indentation of the surface [m]; NaN if unknown.
     """
     most_pressure, most_indentation = linear_range(pad)
     if pressure > most_pressure:
         limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {pad.layers[0].young:.3g} Pa"
-        reason = f"the mean pressure, {pressure:.3g} Pa, is over {limit}"
+        reason = f"the mean pressure, shear counted, is {pressure:.3g} Pa and over {limit}"
     elif indentation > most_indentation:
         limit = f"{LINEAR_INDENTATION:.0%} of the pad's thickness, {pad.thickness * 1e3:.3g} mm"
         reason = f"the indentation, {indentation * 1e3:.3g} mm, is over {limit}"

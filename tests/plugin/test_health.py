@@ -3,6 +3,7 @@
 import warnings
 
 import mujoco
+import numpy as np
 import pytest
 
 import mjtactile
@@ -60,6 +61,22 @@ def test_warnings_as_errors_leave_nothing_to_be_told_of_the_next_model(capfd):
     assert not [one for one in told if "earlier" in str(one.message)]
     printed = capfd.readouterr().err
     assert all(f"ContactWarning: pad 'earlier_pad', body '{name}'" in printed for name in ("anvil", "second"))
+
+
+def test_shear_counts_towards_the_range_of_small_strains():
+    """A flat plate lies on the pad, and gravity leans so that friction carries two thirds of the weight."""
+    spec = mujoco.MjSpec.from_string(SCENE.format(mass=1).replace("0.0049", "0.0009").replace("0.005", "0.001"))
+    spec.option.gravity = (4, 0, -6)
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast", output="range carried")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 40)
+    load, force = data.sensor("ff").data[0], data.sensor("ff").data[1:4]
+    assert force[0] == pytest.approx(4.0, rel=0.02)
+    assert force[2] == pytest.approx(-6.0, rel=0.02)
+    area, limit = 0.008 * 0.006, 0.1 * 3e6
+    expected = np.sqrt(force[2] ** 2 + 3 * force[0] ** 2) / area / limit
+    assert load == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.filterwarnings("ignore::mjtactile.errors.ContactWarning")

@@ -335,9 +335,9 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
     contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());
   }
   if (!contact.exact()) note(Event::approximated, touch, 0.0, 0.0);
-  double pressing = 0.0;
-  for (std::size_t i = 0; i < cells.cells(); ++i) pressing -= press.forces[3 * i + 2];
-  note_range(touch, pressing, contact.pressed_area(), contact.indentation());
+  double borne[3] = {};
+  for (std::size_t i = 0; i < 3 * cells.cells(); ++i) borne[i % 3] += press.forces[i];
+  note_range(touch, borne, contact.pressed_area(), contact.indentation());
   for (std::size_t i = 0; i < cells.cells(); ++i) {
     pressed_.peak = std::max(pressed_.peak, contact.normal()[i] / cells.areas[i]);
   }
@@ -415,7 +415,7 @@ bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const 
   if (!uniform_.solve(face, placement, pad_->surface(), touch.wrench, options_.friction, forces_.data())) return false;
   const double area = uniform_.traction().integrals().area;
   if (options_.strength > 0.0 && pressing(touch) > options_.strength / 2 * area) return false;
-  note_range(touch, pressing(touch), area, 0.0);
+  note_range(touch, uniform_.carried(), area, 0.0);
   pressed_.peak = std::max(pressed_.peak, uniform_.peak());
   note_carried(touch, uniform_.carried());
   add(forces_.data());
@@ -460,7 +460,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
   }
   double carried[6];
   basis->contact.carried(*face, touch.wrench, carried);
-  note_range(touch, pressing(touch), basis->contact.pressed_area(),
+  note_range(touch, carried, basis->contact.pressed_area(),
              basis->contact.indentation() * pressing(touch) / basis->contact.pressed_with());
   note_carried(touch, carried);
   part_weights_.assign(weights_.begin(), weights_.end());
@@ -475,8 +475,9 @@ void PadSensor<Value>::note(Event event, const Touch& touch, double pressure, do
 }
 
 template <typename Value>
-void PadSensor<Value>::note_range(const Touch& touch, double force, double area, double indentation) {
-  const double pressure = force / area;
+void PadSensor<Value>::note_range(const Touch& touch, const double* force, double area, double indentation) {
+  // As von Mises's stress counts shear.
+  const double pressure = std::sqrt(force[2] * force[2] + 3.0 * (force[0] * force[0] + force[1] * force[1])) / area;
   pressed_.area += area;
   pressed_.indentation = std::max(pressed_.indentation, indentation);
   const double share = std::max(pressure / pad_->range().pressure, indentation / pad_->range().indentation);

@@ -78,7 +78,7 @@ constexpr std::size_t kEvents = 4;
 // Summary of one step's contacts.
 struct Pressed {
   double carried[6] = {};   // wrench that the readings carry, about the pad's origin, pad frame [N, N m]
-  double range = 0.0;       // largest pressure or indentation of a contact over its limit for small strains [-]
+  double range = 0.0;       // largest pressure, shear counted, or indentation of a contact over its limit for small strains [-]
   double indentation = 0.0, area = 0.0, peak = 0.0;   // deepest [m], under pressure [m^2], largest pressure [Pa]
   struct Note {
     Event event;
@@ -173,7 +173,7 @@ class PadSensor {
   bool shear(const Touch& touch, BodyPress& press);
   void bound_stress(const Face& cells, double* forces) const;
   void note(Event event, const Touch& touch, double pressure, double indentation);
-  void note_range(const Touch& touch, double force, double area, double indentation);
+  void note_range(const Touch& touch, const double* force, double area, double indentation);
   void note_carried(const Touch& touch, const double* carried);
   void add(const double* forces);
   std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);
