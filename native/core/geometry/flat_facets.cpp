@@ -49,6 +49,77 @@ struct Plane {
   }
 };
 
+// Connected triangles of one plane: a range of the finder's members.
+struct Region {
+  Plane plane;
+  std::size_t first, last;
+};
+
+// Regions by cells of their planes, four numbers each. What agrees is in the same cell or in a neighbouring one.
+class PlaneCells {
+ public:
+  static constexpr unsigned kAround = 16;  // cells in which what agrees with a plane may be
+
+  PlaneCells(const std::vector<Region>& regions, double flat)
+      : regions_(regions), steps_{kCell * kSameNormal, kCell * kSameNormal, kCell * kSameNormal, kCell * flat} {
+    entries_.reserve(regions.size());
+    for (std::uint32_t number = 0; number < regions.size(); ++number) {
+      double cell[4];
+      for (std::size_t i = 0; i < 4; ++i) cell[i] = std::floor(place(regions[number].plane, i));
+      entries_.emplace_back(key_of(cell), number);
+    }
+    std::sort(entries_.begin(), entries_.end());
+  }
+
+  // Numbers of the regions in cells that have at least this area together [m^2].
+  std::vector<std::uint32_t> heavy(double least) const {
+    std::vector<std::uint32_t> found;
+    for (std::size_t i = 0, next; i < entries_.size(); i = next) {
+      double area = 0.0;
+      for (next = i; next < entries_.size() && entries_[next].first == entries_[i].first; ++next) {
+        area += regions_[entries_[next].second].plane.area;
+      }
+      if (!(area >= least)) continue;
+      for (std::size_t k = i; k < next; ++k) found.push_back(entries_[k].second);
+    }
+    return found;
+  }
+
+  // visit(number) of each region in the cells about a plane.
+  template <typename Visit>
+  void visit_around(const Plane& plane, Visit visit) const {
+    for (unsigned side = 0; side < kAround; ++side) {
+      double cell[4];
+      for (std::size_t i = 0; i < 4; ++i) {
+        const double at = place(plane, i), here = std::floor(at);
+        cell[i] = (side >> i & 1U) == 0 ? here : here + (at - here < 0.5 ? -1.0 : 1.0);
+      }
+      const std::uint64_t key = key_of(cell);
+      auto at = std::lower_bound(entries_.begin(), entries_.end(), std::pair{key, std::uint32_t{0}});
+      for (; at != entries_.end() && at->first == key; ++at) visit(at->second);
+    }
+  }
+
+ private:
+  double place(const Plane& plane, std::size_t i) const {
+    const double numbers[4] = {plane.normal.x, plane.normal.y, plane.normal.z, plane.offset};
+    return numbers[i] / steps_[i];
+  }
+
+  static std::uint64_t key_of(const double cell[4]) {
+    std::uint64_t key = 0;
+    for (int i = 0; i < 4; ++i) {
+      key = (key ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]))) * 0x9e3779b97f4a7c15ULL;
+      key ^= key >> 31;
+    }
+    return key;
+  }
+
+  const std::vector<Region>& regions_;
+  double steps_[4];
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> entries_;  // keys of cells, and regions there
+};
+
 class FacetFinder {
  public:
   explicit FacetFinder(const TriangleMesh& mesh) : mesh_(mesh), count_(mesh.faces.size() / 3) {
@@ -163,79 +234,43 @@ class FacetFinder {
 
   // Regions of one plane together; those of too little area left out, as far as that is seen at once.
   std::vector<std::pair<Plane, Triangles>> coplanar(double least) const {
-    // Regions by cells of their planes, four numbers each. What agrees is in the same cell or in neighbouring ones, 16
-    // of them at most; one of these then has a sixteenth of the area.
-    const double steps[4] = {kCell * kSameNormal, kCell * kSameNormal, kCell * kSameNormal, kCell * flat_};
-    const auto place = [&](const Plane& plane, std::size_t i) {
-      const double numbers[4] = {plane.normal.x, plane.normal.y, plane.normal.z, plane.offset};
-      return numbers[i] / steps[i];
-    };
-    const auto key_of = [](const double cell[4]) {
-      std::uint64_t key = 0;
-      for (int i = 0; i < 4; ++i) {
-        key = (key ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]))) * 0x9e3779b97f4a7c15ULL;
-        key ^= key >> 31;
-      }
-      return key;
-    };
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> cells(regions_.size());
-    std::vector<std::uint64_t> keys(regions_.size());
-    for (std::uint32_t r = 0; r < regions_.size(); ++r) {
-      double cell[4];
-      for (std::size_t i = 0; i < 4; ++i) cell[i] = std::floor(place(regions_[r].plane, i));
-      keys[r] = key_of(cell);
-      cells[r] = {keys[r], r};
-    }
-    std::sort(cells.begin(), cells.end());
-    std::vector<std::uint8_t> heavy(regions_.size(), 0), taken(regions_.size(), 0);
-    for (std::size_t i = 0, next; i < cells.size(); i = next) {
-      double area = 0.0;
-      for (next = i; next < cells.size() && cells[next].first == cells[i].first; ++next) {
-        area += regions_[cells[next].second].plane.area;
-      }
-      for (std::size_t k = i; k < next; ++k) heavy[cells[k].second] = area >= least / 16;
-    }
-    std::vector<std::uint32_t> order;
-    for (std::uint32_t r = 0; r < regions_.size(); ++r) {
-      if (heavy[r]) order.push_back(r);
-    }
+    const PlaneCells cells(regions_, flat_);
+    std::vector<std::uint32_t> order = cells.heavy(least / PlaneCells::kAround);
     std::sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
       const double first = regions_[a].plane.area, second = regions_[b].plane.area;
       return first != second ? first > second : a < b;
     });
+    std::vector<std::uint8_t> taken(regions_.size(), 0);
     std::vector<std::pair<Plane, Triangles>> found;
     for (const std::uint32_t seed : order) {
       if (taken[seed]) continue;
-      const Plane& begun = regions_[seed].plane;
-      Plane plane;
-      Triangles members;
-      for (unsigned side = 0; side < 16; ++side) {
-        double cell[4];
-        for (std::size_t i = 0; i < 4; ++i) {
-          const double at = place(begun, i), here = std::floor(at);
-          cell[i] = (side >> i & 1U) == 0 ? here : here + (at - here < 0.5 ? -1.0 : 1.0);
-        }
-        const std::uint64_t key = key_of(cell);
-        auto at = std::lower_bound(cells.begin(), cells.end(), std::pair{key, std::uint32_t{0}});
-        for (; at != cells.end() && at->first == key; ++at) {
-          const Region& region = regions_[at->second];
-          if (taken[at->second]) continue;
-          const auto first = members_.begin() + static_cast<std::ptrdiff_t>(region.first);
-          const auto last = members_.begin() + static_cast<std::ptrdiff_t>(region.last);
-          const bool joins = at->second == seed ||
-                             (length(region.plane.normal - begun.normal) <= kSameNormal &&
-                              std::all_of(first, last, [&](std::uint32_t t) { return in_plane(begun, t); }));
-          if (!joins) continue;
-          taken[at->second] = 1;
-          for (auto one = first; one != last; ++one) {
-            members.push_back(*one);
-            plane.add(area_normals_[*one], areas_[*one], middles_[*one]);
-          }
-        }
-      }
-      if (plane.area >= least) found.emplace_back(plane, std::move(members));
+      auto joined = join(seed, cells, taken);
+      if (joined.first.area >= least) found.push_back(std::move(joined));
     }
     return found;
+  }
+
+  // A region and all others of its plane that are not taken yet; they are from now on.
+  std::pair<Plane, Triangles> join(std::uint32_t seed, const PlaneCells& cells, std::vector<std::uint8_t>& taken) const {
+    const Plane& begun = regions_[seed].plane;
+    std::pair<Plane, Triangles> joined;
+    cells.visit_around(begun, [&](std::uint32_t number) {
+      if (taken[number] || (number != seed && !agrees(regions_[number], begun))) return;
+      taken[number] = 1;
+      for (std::size_t i = regions_[number].first; i < regions_[number].last; ++i) {
+        const std::uint32_t triangle = members_[i];
+        joined.first.add(area_normals_[triangle], areas_[triangle], middles_[triangle]);
+        joined.second.push_back(triangle);
+      }
+    });
+    return joined;
+  }
+
+  bool agrees(const Region& region, const Plane& plane) const {
+    if (length(region.plane.normal - plane.normal) > kSameNormal) return false;
+    const auto first = members_.begin() + static_cast<std::ptrdiff_t>(region.first);
+    const auto last = members_.begin() + static_cast<std::ptrdiff_t>(region.last);
+    return std::all_of(first, last, [&](std::uint32_t triangle) { return in_plane(plane, triangle); });
   }
 
   // Add neighbours that lie in the plane that came out in the end: the first triangles' may have been less certain.
@@ -432,10 +467,6 @@ class FacetFinder {
     return kept;
   }
 
-  struct Region {
-    Plane plane;
-    std::size_t first, last;  // of its triangles in members_
-  };
 
   const TriangleMesh& mesh_;
   std::size_t count_;
