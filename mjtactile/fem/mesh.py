@@ -96,27 +96,47 @@ def _graded_sizes(count: int, grading: float) -> Array:
     return sizes / sizes.sum()
 
 
-def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, ...]:
-    """Numbers of elements along half the sheet in x and y, within the density's `most_elements`."""
-    size = density.in_plane_size * density.length_for(pad)
-    wanted = [max(2, math.ceil(extent / 2 / size - 1e-9)) for extent in pad.size]
-    total = 4 * math.prod(wanted)
-    if total <= density.most_elements:
-        return tuple(wanted)
-    share = math.sqrt(density.most_elements / total)
-    counts = [max(2, math.floor(count * share)) for count in wanted]
-    # A narrow sheet keeps four elements across its width and gets fewer along its length.
-    counts = [
-        min(n, max(2, density.most_elements // (4 * other))) for n, other in zip(counts, counts[::-1], strict=True)
-    ]
+def warn_if_coarser(pad: Pad, density: MeshDensity, stacklevel: int = 2) -> None:
+    """Warn if a density's `most_elements` makes the mesh of a pad coarser than its sizes ask for.
+
+    Args:
+        pad: that is meshed.
+        density: of the mesh.
+        stacklevel: as of `warnings.warn`; 1 is the caller of this function.
+
+    Warns:
+        MeshWarning: the mesh is coarser.
+    """
+    wanted, counts = _wanted_counts(pad, density), _in_plane_counts(pad, density)
+    if counts == wanted:
+        return
     warnings.warn(
         f"the mesh has {2 * counts[0]} x {2 * counts[1]} elements in the plane; on a sheet this thin or wide its "
         f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies faster is smoothed. Raise "
         "MeshDensity.most_elements to pay for more.",
         MeshWarning,
-        stacklevel=3,
+        stacklevel=stacklevel + 1,
     )
-    return tuple(counts)
+
+
+def _wanted_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
+    """Numbers of elements along half the sheet in x and y for elements of the density's size."""
+    size = density.in_plane_size * density.length_for(pad)
+    x, y = (max(2, math.ceil(extent / 2 / size - 1e-9)) for extent in pad.size)
+    return x, y
+
+
+def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
+    """The same, within the density's `most_elements`."""
+    wanted = _wanted_counts(pad, density)
+    total = 4 * math.prod(wanted)
+    if total <= density.most_elements:
+        return wanted
+    share = math.sqrt(density.most_elements / total)
+    counts = [max(2, math.floor(count * share)) for count in wanted]
+    # A narrow sheet keeps four elements across its width and gets fewer along its length.
+    x, y = (min(n, max(2, density.most_elements // (4 * other))) for n, other in zip(counts, counts[::-1], strict=True))
+    return x, y
 
 
 def _in_plane_line(extent: float, half_count: int, grading: float) -> Line:

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 
 from mjtactile._progress import progress_bar, say
 from mjtactile._types import Tables
-from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, MeshWarning, StaleInfluenceError
+from mjtactile.errors import CorruptInfluenceError, InfluenceWarning, StaleInfluenceError
+from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_summary
-from mjtactile.influence.matrices import InfluenceMatrices, load_influence
+from mjtactile.influence.matrices import InfluenceMatrices, read_influence
 from mjtactile.influence.provenance import check_provenance, influence_fingerprint
 from mjtactile.influence.storage import (
     ClassStorage,
@@ -90,6 +91,7 @@ def influence_matrices(
         InfluenceWarning: the cache had to be repaired or could not be written.
     """
     pad, chosen = Pad() if pad is None else pad, as_fidelity(fidelity)
+    warn_if_coarser(pad, chosen.density)
     if not cache:
         return build_influence(pad, chosen, progress=progress)
     path = cached_path(pad, chosen)
@@ -117,7 +119,7 @@ def influence_matrices(
         except OSError as failure:
             _warn_not_kept(path, failure)
             return built
-    return load_influence(path, pad, chosen)
+    return read_influence(path, pad, chosen)
 
 
 @dataclass(frozen=True)
@@ -143,9 +145,7 @@ def cached_tables() -> list[CachedTable]:
     for path in cache_directory().glob("influence-*.safetensors"):
         usable = False
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", MeshWarning)  # issued when the table was built
-                pad, fidelity = check_provenance(path, read_metadata(path), None, None)
+            pad, fidelity = check_provenance(path, read_metadata(path), None, None)
             contents, usable = f"{pad.summary}, {fidelity_summary(fidelity)}", True
         except StaleInfluenceError:
             contents = "of another version of mjtactile"
@@ -227,7 +227,7 @@ def _derived_from_cache(pad: Pad, chosen: Fidelity, *, progress: bool) -> Influe
 
 def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
     try:
-        return load_influence(path, pad, chosen)
+        return read_influence(path, pad, chosen)
     except FileNotFoundError:
         return None
     except (CorruptInfluenceError, StaleInfluenceError, OSError) as error:

@@ -18,6 +18,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.errors import CorruptInfluenceError, InfluenceError
+from mjtactile.fem.mesh import warn_if_coarser
 from mjtactile.fem.stress import DEVIATORIC_COUNT, stress_tensor, von_mises
 from mjtactile.fem.symmetry import unfold_field, unfold_points
 from mjtactile.fem.vertex_loads import onto_corners
@@ -197,7 +198,19 @@ def load_influence(
         CorruptInfluenceError: the file is damaged, not an influence table, or lacks an array its fidelity needs.
         StaleInfluenceError: the file is for another pad, mesh, storage or format version.
         PresetError: there is no such fidelity.
+
+    Warns:
+        MeshWarning: the pad is too wide or thin for the mesh's full resolution.
     """
+    influence = read_influence(path, pad, fidelity)
+    warn_if_coarser(influence.pad, influence.density)
+    return influence
+
+
+def read_influence(
+    path: str | Path, pad: Pad | None = None, fidelity: str | Fidelity | None = None
+) -> InfluenceMatrices:
+    """`load_influence` without the warning."""
     tables, metadata = read_tables(Path(path))
     pad, chosen = check_provenance(path, metadata, pad, fidelity)
     influence = InfluenceMatrices(pad, chosen, tables)

@@ -18,7 +18,7 @@ from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
 from mjtactile.errors import MeshError, PresetError, SceneError
 from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
-from mjtactile.influence.matrices import InfluenceMatrices, load_influence
+from mjtactile.influence.matrices import InfluenceMatrices, load_influence, read_influence
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, no_such_value
 from mjtactile.plugin.engine import Instance, attribute_names, running_layout
@@ -39,7 +39,7 @@ def known_pad(name: str) -> Pad:
     Raises:
         SceneError: it is none of these, or the text does not describe a pad.
     """
-    return named_pad(name) or load_influence(name).pad
+    return named_pad(name) or read_influence(name).pad
 
 
 class Attributes:

@@ -6,7 +6,6 @@ import contextlib
 import math
 import subprocess
 import sys
-import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -17,7 +16,7 @@ from hypothesis import strategies as st
 
 import mjtactile.influence.build
 from mjtactile.errors import MeshError, MeshWarning, PadError
-from mjtactile.fem.mesh import sheet_mesh
+from mjtactile.fem.mesh import sheet_mesh, warn_if_coarser
 from mjtactile.fidelity import MESHES, Fidelity, MeshDensity
 from mjtactile.influence.build import build_tables
 from mjtactile.influence.cache import build_influence
@@ -124,8 +123,7 @@ def test_any_pad_that_is_made_is_built_or_refused(size, thicknesses, young, pois
     )
     if pad is None:
         return
-    with warnings.catch_warnings(), contextlib.suppress(MeshError):
-        warnings.simplefilter("ignore", MeshWarning)
+    with contextlib.suppress(MeshError):
         built = build_influence(pad, Fidelity(mesh=TINY, precision="float16", averaging="mean"), progress=False)
         event("built")
         built.check()
@@ -174,7 +172,8 @@ def test_scales_too_far_apart_for_a_mesh_are_refused_before_it_is_made():
 def test_narrow_strips_keep_to_the_elements_they_are_allowed():
     pad = Pad(size=(2.0, 2e-3), taxels=TaxelGrid(rows=1, columns=1), depths=(1e-3,))
     with pytest.warns(MeshWarning):
-        mesh = sheet_mesh(pad, MESHES["draft"])
+        warn_if_coarser(pad, MESHES["draft"])
+    mesh = sheet_mesh(pad, MESHES["draft"])
     assert mesh.x.element_count * mesh.y.element_count <= MESHES["draft"].most_elements
 
 

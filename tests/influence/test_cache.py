@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from filelock import FileLock
@@ -20,10 +21,11 @@ import mjtactile.influence.build
 import mjtactile.influence.cache
 import mjtactile.influence.low_rank
 import mjtactile.influence.provenance
+from mjtactile.attach import attach_pad
 from mjtactile.errors import InfluenceWarning, MeshError, PresetError
 from mjtactile.fidelity import Fidelity, MeshDensity
 from mjtactile.influence.cache import CACHE_VARIABLE, build_influence, cache_directory, cached_path, influence_matrices
-from mjtactile.influence.matrices import InfluenceMatrices
+from mjtactile.influence.matrices import InfluenceMatrices, load_influence
 from mjtactile.influence.storage import in_storage, narrowing_steps
 from mjtactile.pad import Pad
 
@@ -132,6 +134,30 @@ def test_contact_law_and_cells_share_a_table(builds):
         assert influence_matrices(fidelity=chosen, progress=False).fidelity == chosen
         assert influence_matrices(fidelity=chosen, progress=False, cache=False).fidelity == chosen
     assert len(builds) == 3  # the first, and two that were told not to look
+
+
+def test_a_coarser_mesh_is_warned_of_once_each_time_it_is_asked_for(cache):
+    """By who builds the table, by who finds it in the cache, by who loads the file, and by the plugin."""
+    pad, few = Pad(size=(30e-3, 30e-3)), Fidelity(mesh=replace(TINY, in_plane_size=0.5, most_elements=16))
+
+    def plugin() -> None:
+        spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
+        attach_pad(spec, body="finger", name="ff", pad=pad, fidelity=few)
+        attach_pad(spec, body="finger", name="mf", pad=pad, fidelity=few)
+        model = spec.compile()
+        mujoco.mj_step(model, mujoco.MjData(model))
+
+    asking = [
+        lambda: influence_matrices(pad, few, cache=False),
+        lambda: influence_matrices(pad, few),
+        lambda: influence_matrices(pad, few),
+        lambda: load_influence(cached_path(pad, few)),
+        plugin,
+    ]
+    for ask in asking:
+        with pytest.warns() as told:
+            ask()
+        assert [str(one.message)[:34] for one in told] == ["the mesh has 4 x 4 elements in the"]
 
 
 def test_unknown_fidelity_lists_those_that_exist(builds):

@@ -24,7 +24,7 @@ from mjtactile.cli.benchmarks.direct import relative_difference
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.wrench_basis import WrenchBasis
-from mjtactile.errors import ContactWarning, MeshWarning, MjTactileError
+from mjtactile.errors import ContactWarning, MjTactileError
 from mjtactile.fem.block_elimination import EliminatedSheet
 from mjtactile.fem.mesh import sheet_mesh
 from mjtactile.fem.stiffness import PARITIES, assemble, free_in_plane
@@ -163,12 +163,10 @@ def build(pad: Pad, density: MeshDensity, precision: str = "float64") -> Influen
     tables: dict[str, Any] = {}
     for k in range(len(pad.depths)):
         tables |= sampling_tables(layer_sampling(pad, k, density.points_at(k)), k)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MeshWarning)
-        for of_class in build_tables(pad, density, dtype=np.float64):
-            for name, table in of_class.items():
-                whole = name.startswith("compliance")
-                tables |= {name: table} if whole else stored_matrix(name, (table,), precision)
+    for of_class in build_tables(pad, density, dtype=np.float64):
+        for name, table in of_class.items():
+            whole = name.startswith("compliance")
+            tables |= {name: table} if whole else stored_matrix(name, (table,), precision)
     return InfluenceMatrices(pad, Fidelity(mesh=density, precision=precision), tables)
 
 
