@@ -50,6 +50,7 @@ SHAPES: dict[str, Shape | trimesh.Trimesh] = {
     "mesh": ROUGH,
     "torus": TORUS,
     "cube mesh": CUBE,
+    "fine cube mesh": CUBE.subdivide().subdivide().subdivide(),
 }
 #: Lying as they do on a table, half turns about x, y and z.
 LYING = {"capsule": (0, 0.5, 0), "long capsule": (0, 0.5, 0), "plane": (1, 0, 0)}
@@ -186,6 +187,19 @@ def test_a_leaning_torus_has_heights_up_to_its_far_outline():
     found = CoreBody("torus").heights(pose, points, ceiling=20e-3)
     assert found is not None
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+def test_a_mesh_that_hangs_low_has_heights_where_it_meets_the_surface():
+    """Over a curved pad, or beside a rim, its lowest point is far below the place where it touches."""
+    pose = Pose(np.array([0.0, 0.0, 1.7e-3]), Rotation.from_euler("y", 40, degrees=True).as_matrix())
+    points = np.column_stack([np.linspace(-4.5e-3, -0.8e-3, 40), np.zeros(40)])
+    expected = reference("fine cube mesh").heights(pose, points[:, 0], points[:, 1], FLOOR)
+    assert expected.min() < -2.5e-3
+    assert (np.abs(expected) < 1e-4).any()
+    found = CoreBody("fine cube mesh").heights(pose, points, ceiling=5e-3)
+    assert found is not None
+    touching = expected < 1e-3
+    np.testing.assert_allclose(found[touching], expected[touching], rtol=0, atol=1e-12)
 
 
 def test_a_body_beside_the_sheet_has_no_heights():

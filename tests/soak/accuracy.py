@@ -526,7 +526,7 @@ def main() -> int:
     parser.add_argument("--at", type=int, help="step to look at, with --only")
     parser.add_argument("--pad", type=int, help="number of the pad to look at, with --only")
     given = parser.parse_args()
-    pads = scenes.QUICK_PADS if given.quick_pads else tuple(scenes.PADS)
+    pads = scenes.QUICK_PADS if given.quick_pads else scenes.FLAT_PADS
     scenes.prepare(pads, scenes.ROOT / "build" / "soak" / "pads")
     if given.only is not None:
         look(scenes.scene(given.only, pads), given.steps, given.at, given.pad, given.cache, given.states)

@@ -235,7 +235,7 @@ def main() -> int:
     parser.add_argument("--quick-pads", action="store_true")
     parser.add_argument("--only", help=f"one of: {'; '.join(INVARIANTS)}")
     given = parser.parse_args()
-    pads = scenes.QUICK_PADS if given.quick_pads else tuple(scenes.PADS)
+    pads = scenes.QUICK_PADS if given.quick_pads else scenes.FLAT_PADS
     prepare(pads)
     failed = False
     for name in [given.only] if given.only else INVARIANTS:

@@ -11,6 +11,7 @@ import functools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import meshes
@@ -21,7 +22,9 @@ import mjtactile
 from mjtactile._types import Array
 from mjtactile.fidelity import PRESETS, fidelity_text
 from mjtactile.influence.provenance import influence_fingerprint
+from mjtactile.pad_shape.surfaces import CylinderSector, EllipsoidCap, SphereCap, Surface
 from mjtactile.plugin.attributes import OUTPUTS
+from mjtactile.sim.mjcf import add_pad_meshes, mesh_geoms
 from mjtactile.sim.pad_geom import contact_attributes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,6 +65,10 @@ def _plain(length: float, width: float, thickness: float) -> mjtactile.Pad:
     return _pad(length, width, (thickness, *_PDMS))
 
 
+def _bent(length: float, width: float, thickness: float, surface: Surface) -> mjtactile.Pad:
+    return dataclasses.replace(_plain(length, width, thickness), surface=surface)
+
+
 #: Pads by name. Tables of the first ones are built within seconds.
 PADS = {
     "15x15x5": PadKind(mjtactile.Pad()),
@@ -73,9 +80,15 @@ PADS = {
     "30x6x3": PadKind(_plain(30, 6, 3)),
     "60x40x10": PadKind(_plain(60, 40, 10)),
     "22x37x3": PadKind(_plain(22, 37, 3), ("fast",)),
+    "dome of 12 mm": PadKind(_bent(13, 13, 4, SphereCap(12e-3))),
+    "fingertip of 8 mm": PadKind(_bent(12, 18, 3, CylinderSector(8e-3))),
+    "egg": PadKind(_bent(9, 12, 2, EllipsoidCap((9e-3, 13e-3, 7e-3)))),
 }
 #: Pads whose tables take no time to speak of.
 QUICK_PADS = tuple(PADS)[:5]
+#: Fingertips: theirs take a quarter of a minute each.
+CURVED_PADS = ("dome of 12 mm", "fingertip of 8 mm", "egg")
+FLAT_PADS = tuple(name for name in PADS if name not in CURVED_PADS)
 
 
 @dataclass(frozen=True)
@@ -201,11 +214,7 @@ def mjcf(scene: Scene) -> str:
     extensions = ['<plugin plugin="mjtactile.pad"/>']
     world, sensors = [], []
     for number, (pad, bodies) in enumerate(zip(scene.pads, scene.bodies, strict=True)):
-        half = (*(side / 2 for side in pad.pad.size), pad.pad.thickness / 2)
-        geom = (
-            f'<geom name="pad{number}" type="box" size="{_text(half)}" pos="0 0 {-half[2]:.17g}" '
-            f'{_CONTACT} density="965"/>'
-        )
+        geom = _pad_geom(pad.pad, f"pad{number}", assets)
         joint = f'<joint name="finger{number}" type="slide" axis="0 0 1" damping="2"/>' if pad.moves else ""
         inertia = '<inertial pos="0 0 0" mass=".05" diaginertia="1e-5 1e-5 1e-5"/>' if pad.moves else ""
         world.append(f'<body name="holder{number}" {_pose(pad.pos, pad.rotation)}>{joint}{inertia}{geom}</body>')
@@ -230,6 +239,18 @@ def mjcf(scene: Scene) -> str:
   <worldbody>{"".join(world)}</worldbody>
   <sensor>{"".join(sensors)}</sensor>
 </mujoco>"""
+
+
+def _pad_geom(pad: mjtactile.Pad, name: str, assets: list[str]) -> str:
+    if pad.surface.is_flat:
+        half = (*(side / 2 for side in pad.size), pad.thickness / 2)
+        shapes = [f'name="{name}" type="box" size="{_text(half)}" pos="0 0 {-half[2]:.17g}"']
+    else:
+        root = ElementTree.Element("mujoco")
+        add_pad_meshes(root, pad, name)
+        assets += [ElementTree.tostring(mesh, encoding="unicode") for mesh in root.iter("mesh")]
+        shapes = [" ".join(f'{key}="{value}"' for key, value in one.items()) for one in mesh_geoms(pad, name, name)]
+    return "".join(f'<geom {shape} {_CONTACT} density="965"/>' for shape in shapes)
 
 
 def _body(name: str, body: Body, pad: PlacedPad, geoms: str) -> str:

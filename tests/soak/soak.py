@@ -254,13 +254,14 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2))
     parser.add_argument("--limit", type=float, default=60.0, help="seconds for one scene")
     parser.add_argument("--quick-pads", action="store_true", help="only pads whose tables are built within seconds")
+    parser.add_argument("--curved-pads", action="store_true", help="only fingertips")
     parser.add_argument("--hold-times", action="store_true", help="contacts slower than the documented limits fail")
     parser.add_argument("--sanitize", action="store_true", help="under AddressSanitizer and UndefinedBehaviorSanitizer")
     parser.add_argument("--out", type=Path, default=scenes.ROOT / "build" / "soak")
     given = parser.parse_args()
     if given.sanitize and "LD_PRELOAD" not in os.environ:
         return _under_sanitizers()
-    pads = scenes.QUICK_PADS if given.quick_pads else tuple(scenes.PADS)
+    pads = scenes.QUICK_PADS if given.quick_pads else scenes.CURVED_PADS if given.curved_pads else tuple(scenes.PADS)
     if given.only is not None:
         return _only(given.only, given.steps, pads, given.out)
     report = Report()

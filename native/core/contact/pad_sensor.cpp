@@ -210,9 +210,10 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
   const TangentPlane* plane = plane_of(press);
   const Rectangle part = plane == nullptr ? sheet() : plane->whole().bounds;
   // Over a curved pad the body may stand between its highest and its lowest point.
-  const double low = plane == nullptr ? floor : plane->whole().lowest + floor;
-  const double high = plane == nullptr ? pad_->depth() : plane->whole().highest + pad_->depth();
-  if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, low, high)) return 0.0;
+  const double lowest = plane == nullptr ? 0.0 : plane->whole().lowest;
+  const double highest = plane == nullptr ? 0.0 : plane->whole().highest;
+  const HeightRange range = {lowest + floor, highest + pad_->depth(), highest};
+  if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, range)) return 0.0;
   const HeightMap* map = &press.gap;
   if (plane != nullptr) {
     press.over.place(press.gap, *plane, floor, pad_->depth());

@@ -31,11 +31,11 @@ void clip(const std::vector<Point>& points, const Rectangle& to_sheet, double to
 
 }  // namespace
 
-bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet, double floor,
-                   double ceiling) {
+bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet,
+                   const HeightRange& range) {
   sheet_ = sheet;
-  floor_ = floor;
-  ceiling_ = ceiling;
+  floor_ = range.floor;
+  ceiling_ = range.ceiling;
   count_ = 0;
   bottom_ = kNowhere;
   bounds_ = kNoRectangle;
@@ -43,11 +43,11 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   if (placed_.size() < shapes.size()) placed_.resize(shapes.size());
   for (const Shape& shape : shapes) {
     PlacedShape& placed = placed_[count_];
-    placed.place(shape, pose, sheet, floor, ceiling);
+    placed.place(shape, pose, sheet, range);
     const double *low = placed.low(), *high = placed.high();
     const bool over = low[0] < sheet.east && high[0] > sheet.west && low[1] < sheet.north && high[1] > sheet.south;
     if (over) bottom_ = std::min(bottom_, placed.bottom());
-    if (!over || !(low[2] <= ceiling) || !(high[2] >= floor)) continue;
+    if (!over || !(low[2] <= ceiling_) || !(high[2] >= floor_)) continue;
     ++count_;
     bounds_ = around(bounds_, {low[0], low[1], high[0], high[1]});
     const std::size_t first = candidates_.size();

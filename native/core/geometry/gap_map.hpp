@@ -13,9 +13,9 @@ namespace mjtactile {
 // One body at one pose. Its memory is kept from pose to pose.
 class GapMap : public HeightMap {
  public:
-  // Place a body in the pad frame. Only parts between the heights `floor` and `ceiling` [m] count: lower parts stand
-  // beside the pad, and higher parts are out of reach. False if no part of the body can be there.
-  bool place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet, double floor, double ceiling);
+  // Place a body in the pad frame. Only parts within the range of heights count. False if no part of the body can be
+  // there.
+  bool place(const std::vector<Shape>& shapes, const Pose& pose, const Rectangle& sheet, const HeightRange& range);
 
   double height(double x, double y) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;

@@ -10,7 +10,8 @@ namespace {
 constexpr double kParallel = 1e-12;
 // Axes of which the sine with the pad is below this lie level: both of their ends are as low.
 constexpr double kLevel = 1e-9;
-// How far above its lowest point a mesh is looked at, over the ceiling.
+// How far above its lowest point, or the surface if that is higher, a mesh is looked at: over the ceiling's height over
+// the surface. On a curved pad what touches may stand higher than what hangs over a slope.
 constexpr double kReach = 0.3;
 // Points along the edges and generators on which shapes may touch.
 constexpr std::size_t kAlong = 17;
@@ -45,8 +46,7 @@ Pose composed(const Pose& body, const Pose& local) {
   return pose;
 }
 
-void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& part, double floor,
-                        double ceiling) {
+void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& part, const HeightRange& range) {
   kind_ = shape.kind;
   std::copy(shape.size, shape.size + 3, size_);
   pose_ = composed(body, shape.local);
@@ -54,7 +54,8 @@ void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& p
   find_box();
   if (kind_ == ShapeKind::triangles) {
     const bool over = low_[0] < part.east && high_[0] > part.west && low_[1] < part.north && high_[1] > part.south;
-    if (over) shadow_.cast(*mesh_, pose_, part, floor, kReach * ceiling);
+    const double reach = kReach * (range.ceiling - range.surface);
+    if (over) shadow_.cast(*mesh_, pose_, part, range.floor, reach, range.surface);
     return;
   }
   const double per[3] = {1.0 / size_[0], 1.0 / size_[0], 1.0 / size_[0]};

@@ -23,12 +23,18 @@ struct Shape {
   std::shared_ptr<const TriangleMesh> mesh;  // of kind `triangles`; null for others
 };
 
+// Heights between which bodies count [m]: lower parts stand beside the pad, and higher parts are out of reach.
+struct HeightRange {
+  double floor, ceiling;
+  double surface;   // of the pad's surface where it is highest
+};
+
 // A shape at a pose over a pad, in the pad frame.
 class PlacedShape {
  public:
   // Place a shape whose body has a pose in the pad frame. The functions below are then used over the rectangle `part`,
-  // for heights from `floor` to `ceiling` [m].
-  void place(const Shape& shape, const Pose& body, const Rectangle& part, double floor, double ceiling);
+  // for heights within the range.
+  void place(const Shape& shape, const Pose& body, const Rectangle& part, const HeightRange& range);
 
   // Height of the lower surface over (x, y) [m]; infinite if there is no surface, or if it is below the floor.
   double height(double x, double y, double floor) const;

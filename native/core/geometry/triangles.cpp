@@ -149,7 +149,7 @@ double lowest_over(const double corner[3][3], const Rectangle& part, double floo
 }  // namespace
 
 void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part, double floor,
-                          double reach) {
+                          double reach, double level) {
   mesh_ = &mesh, pose_ = pose, part_ = part, floor_ = floor;
   triangles_.clear();
   spans_.clear();
@@ -162,7 +162,7 @@ void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rect
     }
     find_bottom();
     find_lowest();
-    ceiling_ = lowest_ + reach;
+    ceiling_ = std::max(lowest_, level) + reach;
     if (std::isfinite(lowest_)) gather();
   }
   place_buckets();

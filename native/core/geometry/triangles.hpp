@@ -19,13 +19,14 @@ namespace mjtactile {
 class TriangleShadow {
  public:
   // Find the triangles of a mesh that face the rectangle `part`, from the height `floor` up to `reach` above the lowest
-  // point there [m].
+  // point there, or above the height `level` where that is higher [m].
   void cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part,
             double floor = -std::numeric_limits<double>::infinity(),
-            double reach = std::numeric_limits<double>::infinity());
+            double reach = std::numeric_limits<double>::infinity(),
+            double level = -std::numeric_limits<double>::infinity());
   // Height over (x, y), a point of the part [m]; infinite if there is no surface at the floor or above. The floor must
-  // not be below that of the cast. Surfaces more than the cast's reach above the lowest point may be left out; the
-  // height over their points is infinite, or that of a higher surface.
+  // not be below that of the cast. Surfaces beyond the cast's reach may be left out; the height over their points is
+  // infinite, or that of a higher surface.
   double height(double x, double y, double floor) const;
   // Lower each of the given heights (points) [m] to that of the mesh over the same point, if that is less. This is
   // faster if the points lie on a grid, row by row.
