@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import threading
 import weakref
 from typing import Any, NamedTuple
 
@@ -43,7 +44,7 @@ class Found(NamedTuple):
 
 
 class NativeReader:
-    """Reader of one pad of one model, in the compiled core.
+    """Reader of one pad of one model, in the compiled core. Threads that share it wait for each other.
 
     Args:
         how: options of the readings.
@@ -63,6 +64,8 @@ class NativeReader:
         core = library()
         self._handle = ctypes.c_void_p(core.mjt_reader_new(ctypes.byref(instance), ctypes.c_int(geom)))
         self._finalizer = weakref.finalize(self, core.mjt_reader_free, self._handle)
+        # The core solves in the reader's own memory, and Python's lock is free meanwhile.
+        self._solving = threading.Lock()
 
     def read(self, model: Any, data: Any, *, forces: bool = False) -> Found:
         """Compute the readings of a state, and with `forces` the nodal forces, which are empty otherwise.
@@ -74,22 +77,24 @@ class NativeReader:
         readings = np.empty(pad.reading_shape)
         nodal = np.empty((*surface.node_shape, 3)) if forces else np.empty((0, 0, 3))
         wrench, carried, state = np.empty(_WRENCH), np.empty(_WRENCH), np.empty(_STATE)
-        library().mjt_reader_read(
-            self._handle,
-            ctypes.c_void_p(int(model._address)),
-            ctypes.c_void_p(int(data._address)),
-            pointer(readings),
-            ctypes.c_void_p(None),
-            pointer(nodal if forces else None),
-            pointer(wrench),
-            pointer(carried),
-            pointer(state),
-        )
+        with self._solving:
+            library().mjt_reader_read(
+                self._handle,
+                ctypes.c_void_p(int(model._address)),
+                ctypes.c_void_p(int(data._address)),
+                pointer(readings),
+                ctypes.c_void_p(None),
+                pointer(nodal if forces else None),
+                pointer(wrench),
+                pointer(carried),
+                pointer(state),
+            )
         deliver(library())
         return Found(readings, nodal, wrench, carried, *(float(number) for number in state))
 
     def health(self) -> Health:
         """Counts of problems in the readings so far."""
         numbers = np.empty(HEALTH_NUMBERS)
-        library().mjt_reader_health(self._handle, pointer(numbers))
+        with self._solving:
+            library().mjt_reader_health(self._handle, pointer(numbers))
         return Health.of(numbers)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
@@ -384,3 +385,18 @@ def test_a_flex_presses_where_it_touches(draft):
         np.testing.assert_allclose(sensor.carried(data), sensor.wrench(data), atol=1e-6)
         centres.append(float(readings[0].sum(axis=0) @ np.linspace(-6, 6, 13) / readings[0].sum()))
     assert centres[0] < -1.0 < 1.0 < centres[1]
+
+
+def test_threads_share_a_sensor(draft):
+    """Each reads states of its own; the core solves without Python's lock."""
+    ball = '<body pos="0 0 .0039"><freejoint/><geom type="sphere" size=".004" mass=".05"/></body>'
+    model, _ = settled(scene(ball), 1)
+    sensor = TactileSensor(model, influence=draft, geom="pad")
+    states = [mujoco.MjData(model) for _ in range(4)]
+    for number, data in enumerate(states):
+        mujoco.mj_step(model, data, 40 + 5 * number)
+    expected = [sensor.read(data) for data in states]
+    with ThreadPoolExecutor(len(states)) as executor:
+        found = executor.map(lambda data: [sensor.read(data) for _ in range(200)], states)
+    for wanted, readings in zip(expected, found, strict=True):
+        assert all(np.array_equal(wanted, one) for one in readings)
