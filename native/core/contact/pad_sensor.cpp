@@ -19,8 +19,10 @@ constexpr std::size_t kMostCutFaces = 64;
 constexpr double kFacing = 0.9;
 // Height of what presses over the surface or, where contacts are soft, below it, over the pad's depth.
 constexpr double kNear = 0.8;
-// What of a body is deeper in the pad than where it presses, by this factor and length [m], stands beside the pad.
+// What of a body is deeper in the pad than where MuJoCo's contacts press, by this factor and length [m], may stand beside
+// the pad: it does where the body turns by more than this slope to rest on it, and by less than this share without it.
 constexpr double kDeeper = 1.5, kDeeperBy = 1e-4;
+constexpr double kTurned = 0.05, kTurnsLess = 0.5;
 // Share of the force that a contact bears at least where it bears all of it.
 constexpr double kBears = 0.99;
 // Where nothing of a body's geometry faces the pad, squares about its contact points bear it: their least side over the
@@ -184,24 +186,29 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   }
   press.flat = false;
   if (touch.map != nullptr) return press_map(touch, press);
-  if (whole) {
-    // Where what is left cannot bear the force, MuJoCo's contacts do not tell how deep the body stands in the pad.
-    const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
-    const double above = press_above(touch, press, -sunk);
-    const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
-    if (above > kBears * pressing(touch) || (above > 0.0 && !deeper)) return true;
-    if (!deeper) return press_points(touch, press);
-    std::swap(press.patch, press.other_patch);
-    std::swap(press.gap, press.other_gap);
-    if (press_above(touch, press, -pad_->depth()) > above) return true;
-    if (above > 0.0) {
-      std::swap(press.patch, press.other_patch);
-      std::swap(press.gap, press.other_gap);
-      press.patch.place(surface(sheet()), press.workspace);
-      return true;
-    }
-  }
+  if (whole && press_shapes(touch, press)) return true;
   return press_points(touch, press);
+}
+
+// The contact of a body's own shapes; false where none of them faces the pad.
+template <typename Value>
+bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
+  const auto bears = [&](double force) { return force > kBears * pressing(touch); };
+  const double whole = press_above(touch, press, -pad_->depth());
+  const double turned = press.patch.tilt();
+  const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
+  const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
+  if (!deeper || (bears(whole) && turned < kTurned)) return whole > 0.0;
+  // What is deeper in the pad than MuJoCo's contacts say may be beside it. Then the body turns less without that.
+  std::swap(press.patch, press.other_patch);
+  std::swap(press.gap, press.other_gap);
+  const double above = press_above(touch, press, -sunk);
+  if (bears(above) ? !bears(whole) || press.patch.tilt() < kTurnsLess * turned : above > whole) return true;
+  std::swap(press.patch, press.other_patch);
+  std::swap(press.gap, press.other_gap);
+  const TangentPlane* plane = plane_of(press);
+  if (whole > 0.0) press.patch.place(surface(plane == nullptr ? sheet() : plane->whole().bounds, plane), press.workspace);
+  return whole > 0.0;
 }
 
 // The contact of a body's own shapes as far as they stand above a floor; the force it bears, 0 where there is none.

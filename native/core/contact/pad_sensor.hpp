@@ -160,6 +160,7 @@ class PadSensor {
   void press_alone(const Touch& seen, std::size_t place, bool steady);
   bool solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
              const Placement& placement);
+  bool press_shapes(const Touch& touch, BodyPress& press);
   double press_above(const Touch& touch, BodyPress& press, double floor);
   bool press_points(const Touch& touch, BodyPress& press);
   bool press_map(const Touch& touch, BodyPress& press);
