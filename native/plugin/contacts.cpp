@@ -171,7 +171,9 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);
     const double* friction = &field<double>(contact, layout.contact_friction);
     touch.friction = std::max({touch.friction, friction[0], friction[1]});
-    if (pressing > 0.0) touch.points.push_back({seen.point[0], seen.point[1], pressing});
+    if (!(pressing > 0.0)) continue;
+    touch.points.push_back({seen.point[0], seen.point[1], pressing, {}});
+    std::copy(seen.wrench, seen.wrench + 6, touch.points.back().wrench);
   }
   std::sort(touches.begin(), touches.begin() + static_cast<std::ptrdiff_t>(count),
             [](const Touch& a, const Touch& b) { return a.body < b.body; });

@@ -13,14 +13,17 @@ import trimesh
 from mujoco_versions import since
 from shapely import Polygon, box
 
+from mjtactile.attach import attach_pad
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import SceneError
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline, punch
+from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad, TaxelGrid, force_vector
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.mjcf import press_mjcf
 from mjtactile.sim.press_scene import press, press_scene
+from mjtactile.sim.wrench import geom_frame
 
 GRAM_FORCE = 9.80665e-3  # [N]
 PAD_GEOM = """<geom name="pad" type="box" size="0.0075 0.0075 0.0025" pos="0 0 -0.0025" priority="1" condim="4"
@@ -385,6 +388,35 @@ def test_a_flex_presses_where_it_touches(draft):
         np.testing.assert_allclose(sensor.carried(data), sensor.wrench(data), atol=1e-6)
         centres.append(float(readings[0].sum(axis=0) @ np.linspace(-6, 6, 13) / readings[0].sum()))
     assert centres[0] < -1.0 < 1.0 < centres[1]
+
+
+@since("3.8", "its own error, treeFirst, with a flex and no joints")
+@pytest.mark.parametrize(("count", "spacing"), [(11, 0.0012), (6, 0.0024), (14, 0.001)])
+def test_a_cloth_presses_with_what_mujoco_says_of_each_contact(draft, count, spacing):
+    """A cloth is not rigid: the readings are the sum of those of its contacts, each on a square of its own."""
+    spec = mujoco.MjSpec.from_string(f"""<mujoco><option integrator="implicitfast" cone="elliptic" timestep=".001"/>
+        <worldbody><body name="finger"/><body name="b" pos="0 0 .004"><flexcomp name="c" type="grid" count="{count} {count} 1"
+        spacing="{spacing} {spacing} .003" dim="2" radius=".0005" mass=".02"><contact selfcollide="none"/>
+        <edge equality="true"/></flexcomp></body></worldbody></mujoco>""")
+    attach_pad(spec, body="finger", name="pad", fidelity="fast")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 60)
+    frame, force = geom_frame(model, data, model.geom("pad_pad").id), np.zeros(6)
+    nodal = SurfaceLoad.none(draft.surface).forces
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        mujoco.mj_contactForce(model, data, number, force)
+        x, y, _ = frame.rotation.T @ (contact.pos - frame.position)
+        pressing = force[:3] @ contact.frame.reshape(3, 3) @ frame.rotation
+        pressing *= -np.sign(pressing[2])
+        square = box(x - 1e-4, y - 1e-4, x + 1e-4, y + 1e-4)
+        traction = np.divide(pressing, 4e-8)
+        load = SurfaceLoad.from_tractions(draft, square, lambda points, _, t=traction: np.tile(t, (len(points), 1)))
+        nodal = nodal + load.forces
+    readings = TactileSensor(model, influence=draft, geom="pad_pad").read(data)
+    wanted = draft.readings(SurfaceLoad(nodal, draft.surface, Polygon()))
+    assert np.linalg.norm(readings - wanted) < 0.01 * np.linalg.norm(wanted)
 
 
 def test_threads_share_a_sensor(draft):

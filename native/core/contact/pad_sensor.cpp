@@ -26,8 +26,8 @@ constexpr double kTurned = 0.05, kTurnsLess = 0.5;
 // Share of the force that a contact bears at least where it bears all of it.
 constexpr double kBears = 0.99;
 // Where nothing of a body's geometry faces the pad, squares about its contact points bear it: their least side over the
-// facing gap, and their area over what the force needs at the pad's strength.
-constexpr double kLeastSpot = 4.0, kSpotArea = 1.5;
+// facing gap.
+constexpr double kLeastSpot = 4.0;
 // Rounds in which bodies on one pad settle beside each other, and the change of forces that ends them, over the force.
 constexpr int kRounds = 12;
 constexpr double kSettled = 1e-8;
@@ -161,7 +161,7 @@ void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool st
   if (face != nullptr && steady && press_steady(touch, face)) return;
   if (face != nullptr && options_.law->presses_faces() && press_linear(touch, *face, placement)) return;
   solved_[place] = solve(touch, press, face, placement) ? 1 : 0;
-  if (solved_[place]) return;
+  if (solved_[place] || press_points(seen, press)) return;
   note(Event::refused, touch, 0.0, 0.0);
   note_carried(seen, std::array<double, 6>{}.data());
 }
@@ -172,7 +172,7 @@ Steadiness PadSensor<Value>::after(const Steadiness& before) const {
   return {key_, before.pose == key_ ? std::min(before.steps + 1.0, kSteady) : 1.0};
 }
 
-// The contact of one body as if it were alone: on a flat face, by its shape, or at the points where MuJoCo sees it.
+// The contact of one body as if it were alone, on a flat face or by its shape; false where its geometry says nothing.
 template <typename Value>
 bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
                              const Placement& placement) {
@@ -186,8 +186,7 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   }
   press.flat = false;
   if (touch.map != nullptr) return press_map(touch, press);
-  if (whole && press_shapes(touch, press)) return true;
-  return press_points(touch, press);
+  return whole && press_shapes(touch, press);
 }
 
 // The contact of a body's own shapes; false where none of them faces the pad.
@@ -230,25 +229,25 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
   return borne_by(press.patch.contact());
 }
 
-// Where geometry says nothing, each of MuJoCo's contact points bears its force on a square about it, as near as that
-// lies on the sheet.
+// Where geometry says nothing, each of MuJoCo's contact points bears its own force.
 template <typename Value>
-bool PadSensor<Value>::press_points(const Touch& touch, BodyPress& press) {
-  const Rectangle over = curved() ? press.plane.whole().bounds : sheet();
-  starts_.clear();
-  ends_.clear();
-  for (const ContactPoint& point : touch.points) {
-    const double area = options_.strength > 0.0 ? kSpotArea * point.force / options_.strength : 0.0;
-    const double half = std::min({std::max(kLeastSpot * facing_gap_, std::sqrt(std::max(area, 0.0))) / 2,
-                                  (over.east - over.west) / 2, (over.north - over.south) / 2});
-    const double x = std::min(std::max(point.x, over.west + half), over.east - half);
-    const double y = std::min(std::max(point.y, over.south + half), over.north - half);
-    const Point corners[4] = {{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
-    for (int k = 0; k < 4; ++k) starts_.push_back(corners[k]), ends_.push_back(corners[(k + 1) % 4]);
+bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
+  const TangentPlane* plane = plane_of(press);
+  const Touch& touch = curved() ? press.here : seen;
+  const Rectangle over = plane == nullptr ? sheet() : plane->whole().bounds;
+  if (!points_.lay(touch.points, {kLeastSpot * facing_gap_, options_.strength, over})) return false;
+  double carried[6];
+  if (plane == nullptr) {
+    points_.nodal_forces(pad_->surface(), carried, forces_.data());
+  } else {
+    std::copy(seen.wrench, seen.wrench + 6, carried);
+    points_.nodal_forces(pad_->surface(), *plane, carried, forces_.data());
   }
-  if (starts_.empty()) return false;
-  press.spots.place(starts_, ends_, over);
-  return press.patch.solve(press.spots, surface(over, plane_of(press)), touch.wrench, press.workspace);
+  note_range(touch, carried, points_.area(), 0.0);
+  pressed_.peak = std::max(pressed_.peak, points_.peak());
+  note_carried(seen, carried);
+  add(forces_.data());
+  return true;
 }
 
 // A body that is known by its heights over the pad.
@@ -284,6 +283,9 @@ const Touch& PadSensor<Value>::turned(const Touch& touch, BodyPress& press) cons
     double seen[3];
     press.plane.into(on_pad, seen);
     point.x = seen[0], point.y = seen[1];
+    double wrench[6];
+    press.plane.wrench_into(point.wrench, wrench);
+    std::copy(wrench, wrench + 6, point.wrench);
   }
   return press.here;
 }

@@ -22,16 +22,11 @@
 #include "contact/laws/uniform_press.hpp"
 #include "contact/pad.hpp"
 #include "contact/patch_press.hpp"
+#include "contact/point_press.hpp"
 #include "geometry/gap_map.hpp"
 #include "geometry/surface_map.hpp"
 
 namespace mjtactile {
-
-// A point at which a body presses, in the pad frame.
-struct ContactPoint {
-  double x, y;    // [m]
-  double force;   // pressing [N]
-};
 
 // A body that presses on the pad.
 struct Touch {
@@ -124,7 +119,6 @@ class PadSensor {
     GapMap gap;
     PatchPress other_patch;              // a second candidate for the contact, which may be better
     GapMap other_gap;
-    FlatMap spots;
     CellContact::Workspace workspace;
     std::shared_ptr<const Face> keeps;   // the face in use
     std::shared_ptr<const Face> sheared; // the face to which the integrals belong; null for none
@@ -162,7 +156,7 @@ class PadSensor {
              const Placement& placement);
   bool press_shapes(const Touch& touch, BodyPress& press);
   double press_above(const Touch& touch, BodyPress& press, double floor);
-  bool press_points(const Touch& touch, BodyPress& press);
+  bool press_points(const Touch& seen, const BodyPress& press);
   bool press_map(const Touch& touch, BodyPress& press);
   const Touch& turned(const Touch& touch, BodyPress& press) const;
   const TangentPlane* plane_of(const BodyPress& press) const { return curved() ? &press.plane : nullptr; }
@@ -199,7 +193,7 @@ class PadSensor {
   SurfaceShear shear_;
   AlignedVector<Value> response_, mean_response_;
   std::vector<double> forces_, total_, weights_, means_, part_forces_;
-  std::vector<Point> starts_, ends_;
+  PointPress points_;
   UniformPress uniform_;
   CellContact::Workspace workspace_;
   SurfaceCompliance::Workspace others_;

@@ -1,0 +1,106 @@
+#include "contact/point_press.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mjtactile {
+namespace {
+
+// Area of a square over what its force needs at the pad's strength.
+constexpr double kSpotArea = 1.5;
+
+}  // namespace
+
+bool PointPress::lay(const std::vector<ContactPoint>& points, const Options& options) {
+  gather(points, options.least_side / 2);
+  face_.areas.clear();
+  face_.centroids.clear();
+  face_.edges.clear();
+  forces_.clear();
+  area_ = 0.0;
+  for (const ContactPoint& point : gathered_) add_square(point, options);
+  return !forces_.empty();
+}
+
+// Contacts at one place are one: MuJoCo gives several where the triangles of a flex meet.
+void PointPress::gather(const std::vector<ContactPoint>& points, double apart) {
+  gathered_.clear();
+  for (const ContactPoint& point : points) {
+    if (!(point.wrench[2] < 0.0)) continue;
+    const auto same = std::find_if(gathered_.begin(), gathered_.end(), [&](const ContactPoint& one) {
+      return std::hypot(one.x - point.x, one.y - point.y) < apart;
+    });
+    if (same == gathered_.end()) {
+      gathered_.push_back(point);
+      continue;
+    }
+    same->force += point.force;
+    for (int k = 0; k < 6; ++k) same->wrench[k] += point.wrench[k];
+  }
+}
+
+void PointPress::add_square(const ContactPoint& point, const Options& options) {
+  const double* wrench = point.wrench;
+  const Rectangle& sheet = options.sheet;
+  const double area = options.strength > 0.0 ? kSpotArea * -wrench[2] / options.strength : 0.0;
+  const double half = std::min({std::max(options.least_side, std::sqrt(area)) / 2, (sheet.east - sheet.west) / 2,
+                                (sheet.north - sheet.south) / 2});
+  const double x = std::min(std::max(-wrench[4] / wrench[2], sheet.west + half), sheet.east - half);
+  const double y = std::min(std::max(wrench[3] / wrench[2], sheet.south + half), sheet.north - half);
+  const auto own = static_cast<std::int32_t>(face_.areas.size());
+  const Point corners[4] = {{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}};
+  for (int k = 0; k < 4; ++k) {
+    const Point &start = corners[k], &end = corners[(k + 1) % 4];
+    face_.edges.push_back({{start.x, start.y}, {end.x, end.y}, own, -1});
+  }
+  face_.centroids.push_back({x, y});
+  face_.areas.push_back(4 * half * half);
+  area_ += face_.areas.back();
+  // No square brings about more von Mises stress than the strength.
+  const double most = options.strength > 0.0 ? options.strength * face_.areas.back() : kNowhere;
+  const double normal = std::max(wrench[2], -most), shear = std::hypot(wrench[0], wrench[1]);
+  const double bound = options.strength > 0.0 ? std::sqrt(std::max(most * most - normal * normal, 0.0) / 3.0) : shear;
+  const double share = shear > bound ? bound / shear : 1.0;
+  forces_.insert(forces_.end(), {share * wrench[0], share * wrench[1], normal});
+}
+
+double PointPress::peak() const {
+  double peak = 0.0;
+  for (std::size_t i = 0; i < face_.cells(); ++i) peak = std::max(peak, -forces_[3 * i + 2] / face_.areas[i]);
+  return peak;
+}
+
+void PointPress::nodal_forces(const SurfaceGrid& grid, double* carried, double* nodal) {
+  std::fill(carried, carried + 6, 0.0);
+  edges_.clear();
+  for (std::size_t i = 0; i < face_.cells(); ++i) {
+    const double* force = forces_.data() + 3 * i;
+    const Point& at = face_.centroids[i];
+    for (int k = 0; k < 3; ++k) carried[k] += force[k];
+    carried[3] += at.y * force[2];
+    carried[4] -= at.x * force[2];
+    carried[5] += at.x * force[1] - at.y * force[0];
+    for (std::size_t side = 4 * i; side < 4 * i + 4; ++side) {
+      const CellEdge& edge = face_.edges[side];
+      TractionEdge on_pad = {{edge.start[0], edge.start[1]}, {edge.end[0], edge.end[1]}, {}};
+      for (int k = 0; k < 3; ++k) on_pad.traction[k] = force[k] / face_.areas[i];
+      edges_.push_back(on_pad);
+    }
+  }
+  grid.traction_forces(edges_.data(), edges_.size(), grid_, nodal);
+}
+
+void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal) {
+  bent_.lay(face_, plane);
+  // From the plane's axes to the pressing along each square's own normal and the shear in it.
+  for (std::size_t i = 0; i < face_.cells(); ++i) {
+    const double* slopes = bent_.slopes().data() + 2 * i;
+    double* force = forces_.data() + 3 * i;
+    const double along = slopes[0] * force[0] + slopes[1] * force[1];
+    force[2] = std::min((force[2] - along) / (1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), 0.0);
+    for (int k = 0; k < 2; ++k) force[k] += slopes[k] * force[2];
+  }
+  bent_.nodal_forces(face_, grid, forces_.data(), carried, bent_work_, nodal);
+}
+
+}  // namespace mjtactile

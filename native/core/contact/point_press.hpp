@@ -1,0 +1,58 @@
+// Contact points that bear what MuJoCo says, each on a square of its own: how a body presses of whose geometry nothing is
+// known, as a flex.
+//
+// Nothing is solved: a flex is not rigid, and each force is known. A square lies where its force passes through the
+// surface, so that force and moment are the contact's.
+#pragma once
+
+#include <vector>
+
+#include "contact/cells/bent_cells.hpp"
+#include "contact/cells/face.hpp"
+#include "geometry/height_map.hpp"
+#include "influence/surface_grid.hpp"
+
+namespace mjtactile {
+
+// A point at which a body presses, in the pad frame.
+struct ContactPoint {
+  double x, y;        // [m]
+  double force;       // pressing [N]
+  double wrench[6];   // on the pad, about the pad's origin [N, N m]
+};
+
+class PointPress {
+ public:
+  struct Options {
+    double least_side;   // of a square [m]
+    double strength;     // largest pressure [Pa]; 0: no bound
+    Rectangle sheet;     // that squares may cover [m]
+  };
+  // Lay a square on each point; points nearer to each other than half the least side share one. False where none presses.
+  bool lay(const std::vector<ContactPoint>& points, const Options& options);
+
+  // The squares as cells, and the forces on them (cells, 3) [N].
+  const Face& face() const { return face_; }
+  const std::vector<double>& forces() const { return forces_; }
+  double area() const { return area_; }   // of all squares [m^2]
+  double peak() const;                    // largest pressure [Pa]
+  // Nodal forces (nodes y, nodes x, 3) [N] on a flat pad, and the wrench (6) that they carry about the pad's origin.
+  void nodal_forces(const SurfaceGrid& grid, double* carried, double* nodal);
+  // The same on a curved pad, seen from a plane. `carried`: the wrench that is wanted, becomes the one carried.
+  void nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal);
+
+ private:
+  void gather(const std::vector<ContactPoint>& points, double apart);
+  void add_square(const ContactPoint& point, const Options& options);
+
+  std::vector<ContactPoint> gathered_;
+  Face face_ = {};
+  std::vector<double> forces_;
+  double area_ = 0.0;
+  std::vector<TractionEdge> edges_;
+  SurfaceGrid::Workspace grid_;
+  BentCells bent_;
+  BentCells::Workspace bent_work_;
+};
+
+}  // namespace mjtactile
