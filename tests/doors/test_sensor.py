@@ -395,9 +395,9 @@ def test_a_flex_presses_where_it_touches(draft):
 def test_a_cloth_presses_with_what_mujoco_says_of_each_contact(draft, count, spacing):
     """A cloth is not rigid: the readings are the sum of those of its contacts, each on a square of its own."""
     spec = mujoco.MjSpec.from_string(f"""<mujoco><option integrator="implicitfast" cone="elliptic" timestep=".001"/>
-        <worldbody><body name="finger"/><body name="b" pos="0 0 .004"><flexcomp name="c" type="grid" count="{count} {count} 1"
-        spacing="{spacing} {spacing} .003" dim="2" radius=".0005" mass=".02"><contact selfcollide="none"/>
-        <edge equality="true"/></flexcomp></body></worldbody></mujoco>""")
+        <worldbody><body name="finger"/><body name="b" pos="0 0 .004"><flexcomp name="c" type="grid"
+        count="{count} {count} 1" spacing="{spacing} {spacing} .003" dim="2" radius=".0005" mass=".02">
+        <contact selfcollide="none"/><edge equality="true"/></flexcomp></body></worldbody></mujoco>""")
     attach_pad(spec, body="finger", name="pad", fidelity="fast")
     model = spec.compile()
     data = mujoco.MjData(model)

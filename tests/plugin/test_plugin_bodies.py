@@ -109,6 +109,28 @@ def test_an_elastic_body_is_read_as_by_the_dense_contact(kind):
     assert found.error <= 0.15
 
 
+GEAR = """<mujoco><option timestep=".001" cone="elliptic"/>
+    <extension><plugin plugin="mjtactile.pad"/><plugin plugin="mujoco.sdf.gear"><instance name="gear">
+      <config key="diameter" value=".00775"/><config key="thickness" value=".00155"/>
+      <config key="innerdiameter" value=".00155"/></instance></plugin></extension>
+    <asset><mesh name="gear"><plugin instance="gear"/></mesh></asset>
+    <worldbody><geom name="pad" type="box" size=".0075 .0075 .0025" pos="0 0 -.0025" priority="1" solref=".003 1"/>
+      <body name="gear" pos="{x} .001512 .000791" quat=".07963 -.11268 .98957 -.04128"><freejoint/>
+        <geom type="sdf" mesh="gear" mass=".01"><plugin instance="gear"/></geom></body></worldbody>
+    <sensor><plugin name="touch" plugin="mjtactile.pad" objtype="geom" objname="pad">
+      <config key="fidelity" value="fast"/><config key="law" value="elastic"/></plugin></sensor></mujoco>"""
+
+
+@pytest.mark.parametrize("x", [-0.005423, -0.005573, -0.004923])
+def test_a_leaning_face_presses_where_it_is_deeper_than_its_contacts(x):
+    """MuJoCo looks for contacts of signed distance functions at a few points: the gear reaches three times as deep."""
+    model = mujoco.MjModel.from_xml_string(GEAR.format(x=x))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert min(contact.dist for contact in data.contact) > -2e-4
+    assert compare(model, data, cells=1000).error < 0.1
+
+
 def test_a_floor_is_a_face_too():
     """The pad falls on a plane."""
     found = compare(
