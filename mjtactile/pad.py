@@ -490,6 +490,17 @@ def _check_size(size: tuple[float, float]) -> None:
     )
 
 
+def require_pad(pad: object) -> Pad:
+    """What was given, which must be a pad.
+
+    Raises:
+        PadError: it is something else.
+    """
+    if isinstance(pad, Pad):
+        return pad
+    raise PadError(f"pad is of type {type(pad).__name__}; expected a mjtactile.Pad.")
+
+
 def require_flat(pad: Pad, door: str, cure: str) -> None:
     """Refuse a curved pad where only flat pads are supported.
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from mjtactile._files import read_text, why_unread
 from mjtactile.errors import PadError, SceneError
-from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad import Layer, Pad, TaxelGrid, require_pad
 from mjtactile.pad_shape.surfaces import FLAT, surface_from
 from mjtactile.pad_shape.taxels import FreeTaxels
 
@@ -29,8 +29,11 @@ def pad_text(pad: Pad) -> str:
     """All numbers of a pad as compact JSON in SI units; `pad_from_text` restores exactly the same pad.
 
     The text is a valid value of the plugin's attribute `<config key="pad" value="..."/>`, with `&quot;` for each quote.
+
+    Raises:
+        PadError: `pad` is no pad.
     """
-    return json.dumps(pad.description, separators=(",", ":"))
+    return json.dumps(require_pad(pad).description, separators=(",", ":"))
 
 
 def is_pad_text(text: str) -> bool:
@@ -198,10 +201,12 @@ def register_pad(name: str, pad: Pad) -> None:
     be opened anywhere, use the text of the pad instead of a name, see `mjtactile.pad_text`; `attach_pad` does so.
 
     Raises:
+        PadError: `pad` is no pad.
         SceneError: another pad has the name, or the name could be that of a file or the text of a pad.
     """
     if not name or Path(name).suffix or "/" in name or is_pad_text(name):
         raise SceneError(f"{name!r} is no name for a pad: it must not be empty or look like a file's.")
+    require_pad(pad)
     if _pads.get(name, pad) != pad:
         raise SceneError(f"pad {name!r} exists already and is another one, a {_pads[name].summary}. Use another name.")
     _pads[name] = pad

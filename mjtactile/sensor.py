@@ -19,7 +19,7 @@ from mjtactile.geometry.planar import areal
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_pad
 from mjtactile.plugin.attributes import plugin_sensor
 from mjtactile.plugin.health import Health
 from mjtactile.plugin.reader import NativeReader
@@ -55,6 +55,7 @@ class TactileSensor:
     Raises:
         SceneError: the model is no MjModel or has no such geom, the geom does not have the pad's shape, or `facing_gap`
             is no length. So do the methods when they are given data of another model.
+        PadError: `pad` is no pad.
         ContactError: law, tangential or tilt is unknown, or they cannot be combined.
     """
 
@@ -86,7 +87,7 @@ class TactileSensor:
             if found is not None:
                 influence, self._sensordata = found.attributes.influence(), found.readings
                 law, tangential, friction, tilt = found.attributes.contact
-        self.pad = pad if pad is not None else (influence.pad if influence is not None else Pad())
+        self.pad = require_pad(pad) if pad is not None else (influence.pad if influence is not None else Pad())
         self.geom = pad_geom(model, geom, self.pad)
         if influence is not None and influence.pad != self.pad:
             raise SceneError(

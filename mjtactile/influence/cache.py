@@ -25,7 +25,7 @@ from mjtactile.influence.storage import (
     reduced_and_narrowed,
 )
 from mjtactile.influence.table import read_metadata
-from mjtactile.pad import Pad
+from mjtactile.pad import Pad, require_pad
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -84,13 +84,14 @@ def influence_matrices(
 
     Raises:
         MeshError: the mesh does not exist, cannot be solved, or needs more memory than the machine has.
+        PadError: `pad` is no pad.
         PresetError: there is no such fidelity.
 
     Warns:
         MeshWarning: the pad is too wide or thin for the mesh's full resolution.
         InfluenceWarning: the cache had to be repaired or could not be written.
     """
-    pad, chosen = Pad() if pad is None else pad, as_fidelity(fidelity)
+    pad, chosen = Pad() if pad is None else require_pad(pad), as_fidelity(fidelity)
     warn_if_coarser(pad, chosen.density)
     if not cache:
         return build_influence(pad, chosen, progress=progress)

@@ -248,6 +248,20 @@ def test_names_of_pads_stay_what_they_are():
     mjtactile.register_pad("mine", mjtactile.Pad())
     with pytest.raises(mjtactile.SceneError, match="another one"):
         mjtactile.register_pad("mine", mjtactile.Pad(size=(0.02, 0.02)))
+
+
+@pytest.mark.parametrize(
+    "door",
+    [
+        lambda none: mjtactile.register_pad("none", none),
+        mjtactile.pad_text,
+        mjtactile.influence_matrices,
+        lambda none: mjtactile.TactileSensor(mujoco.MjModel.from_xml_string("<mujoco/>"), none),
+    ],
+)
+def test_what_is_no_pad_is_refused_in_one_line(door):
+    with pytest.raises(mjtactile.PadError, match=r"pad is of type int; expected a mjtactile\.Pad"):
+        door(3)
     with pytest.raises(mjtactile.SceneError, match="no name"):
         mjtactile.register_pad("pads/mine.mjt", mjtactile.Pad())
     with pytest.raises(mjtactile.SceneError, match="no name"):
