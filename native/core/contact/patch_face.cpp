@@ -555,21 +555,22 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   for (auto* one : {&integrals.xx, &integrals.xy, &integrals.yy, &integrals.along, &integrals.across}) {
     one->assign(count * count, 0.0);
   }
-  double alone[2] = {};
+  PairShear alone = {};
   std::vector<double> middles;
   for (const Point& middle : face_.centroids) middles.push_back(middle.x);
   for (const Point& middle : face_.centroids) middles.push_back(middle.y);
   ShearByOffset apart(*this);
   for (std::size_t i = 0; i < count; ++i) {
     const CellRectangle& cell = rectangles_[i];
-    // Over the cell itself, along its own axes, then turned. Cells of a lattice are equal, but for some.
-    if (i == 0 || cell.sides[0] != rectangles_[i - 1].sides[0] || cell.sides[1] != rectangles_[i - 1].sides[1]) {
-      integrate_own(cell.sides, &alone[0], &alone[1]);
+    // Cells of a lattice are equal, but for some.
+    const CellRectangle* before = i > 0 ? &rectangles_[i - 1] : nullptr;
+    if (before == nullptr || cell.sides[0] != before->sides[0] || cell.sides[1] != before->sides[1] ||
+        cell.cosine != before->cosine || cell.sine != before->sine) {
+      alone = near_shear_integrals(cell, cell);
     }
-    const double c = cell.cosine, s = cell.sine;
-    integrals.xx[i * count + i] = c * c * alone[0] + s * s * alone[1];
-    integrals.yy[i * count + i] = s * s * alone[0] + c * c * alone[1];
-    integrals.xy[i * count + i] = c * s * (alone[0] - alone[1]);
+    integrals.xx[i * count + i] = alone.xx;
+    integrals.yy[i * count + i] = alone.yy;
+    integrals.xy[i * count + i] = alone.xy;
     const std::size_t next = i * count + i + 1;
     double* const rows[5] = {integrals.xx.data() + next, integrals.xy.data() + next, integrals.yy.data() + next,
                              integrals.along.data() + next, integrals.across.data() + next};

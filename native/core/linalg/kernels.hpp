@@ -129,6 +129,8 @@ struct Kernels {
 
   // 1/r integrated twice along each axis, at (x, y): differences of it are integrals over pairs of rectangles.
   void (*integrate_inverse_distance)(const double* x, const double* y, std::size_t count, double* values);
+  // So for y^2/r^3, -x y/r^3, x^2/r^3, x/r^2 and y/r^2, a row of values for each.
+  void (*integrate_shear_kernels)(const double* x, const double* y, std::size_t count, double* const* values);
 
   // numbers[j] *= sqrt(d / (d + h)), with d the square of the distance between `from` (3) and a point (count) along x and
   // y, and h that of their distance along z. Not a number where the two are the same.

@@ -611,6 +611,49 @@ inline void integrate_inverse_distance(const double* x, const double* y, std::si
   }
 }
 
+// atan(opposite / adjacent) of a right triangle of these sides, no less than 0, adjacent > 0, without a branch.
+// Halved three times the angle is so small that the arctangent's series soon ends at rounding.
+inline double angle_of(double adjacent, double opposite, double hypotenuse) {
+  const double half = opposite / (adjacent + hypotenuse), quarter = half / (1.0 + std::sqrt(1.0 + half * half));
+  const double t = quarter / (1.0 + std::sqrt(1.0 + quarter * quarter)), square = t * t;
+  double series = 1.0 / 23.0;
+  for (int k = 21; k >= 1; k -= 2) series = 1.0 / k - square * series;
+  return 8.0 * t * series;
+}
+
+// With r = |(x, y)|, A = asinh(y / |x|) and B = asinh(x / |y|), for r_xx, r_xy and r_yy: r^3 / 6 + x^2 y A / 2 - x^2 r / 2,
+// x y r / 3 + (x^3 A + y^3 B) / 6 and the first with x and y exchanged. For x / r^2 = (ln r)_x:
+// ((3 x y^2 - x^3) ln r + 3 x |x| y atan(y / |x|) + y^3 atan(x / y)) / 6, and y / r^2 with x and y exchanged.
+inline void integrate_shear_kernels(const double* x, const double* y, std::size_t count, double* const* values) {
+  constexpr double kLeast = 1e-140;  // as in integrate_inverse_distance()
+  constexpr double kQuarter = 1.570796326794896619231;
+  constexpr std::size_t kAtOnce = 8, kRows = 5;
+  for (std::size_t first = 0; first < count; first += kAtOnce) {
+    const std::size_t taken = count - first < kAtOnce ? count - first : kAtOnce;
+    double at_x[kAtOnce] = {}, at_y[kAtOnce] = {}, out[kRows][kAtOnce];
+    std::memcpy(at_x, x + first, taken * sizeof(double));
+    std::memcpy(at_y, y + first, taken * sizeof(double));
+    for (std::size_t k = 0; k < kAtOnce; ++k) {
+      const double u = at_x[k], v = at_y[k], a = std::abs(u), b = std::abs(v), a_square = a * a, b_square = b * b;
+      const double square = a_square + b_square, r = std::sqrt(square);
+      const double safe_a = a + kLeast, safe_b = b + kLeast;
+      const double up = logarithm((safe_b + r) / safe_a), right = logarithm((safe_a + r) / safe_b);
+      const double cube = square * r * (1.0 / 6.0);
+      out[0][k] = cube + 0.5 * a_square * (b * up - r);
+      const double both = a * b * r * (1.0 / 3.0) + (a * a_square * up + b * b_square * right) * (1.0 / 6.0);
+      out[1][k] = std::copysign(both, u * v);
+      out[2][k] = cube + 0.5 * b_square * (a * right - r);
+      const double of_x = angle_of(safe_a, b, r), of_y = kQuarter - of_x;  // atan(b / a) and atan(a / b)
+      const double log_r = logarithm(r + kLeast);
+      const double for_x = a * (3.0 * b_square - a_square) * log_r + 3.0 * a_square * b * of_x + b * b_square * of_y;
+      const double for_y = b * (3.0 * a_square - b_square) * log_r + 3.0 * b_square * a * of_y + a * a_square * of_x;
+      out[3][k] = std::copysign(1.0 / 6.0, u) * for_x;
+      out[4][k] = std::copysign(1.0 / 6.0, v) * for_y;
+    }
+    for (std::size_t k = 0; k < kRows; ++k) std::memcpy(values[k] + first, out[k], taken * sizeof(double));
+  }
+}
+
 // Four points of a list at once, of which the last ones may be none.
 struct FourPoints {
   static constexpr std::size_t count = 4;
@@ -746,6 +789,7 @@ inline Kernels make_kernels(const char* name) {
           norms_of<float>,
           norms_of<double>,
           integrate_inverse_distance,
+          integrate_shear_kernels,
           multiply_by_flatness,
           integrate_far,
           press_springs,

@@ -42,23 +42,52 @@ struct SharedAxes {
   bool shared;
 };
 
-// Second differences along each axis of 1/r integrated twice along each.
+// Points at which a kernel that is integrated twice along each axis is wanted: its second differences along both are the
+// integral over a pair of rectangles along the same axes.
+struct PairCorners {
+  static constexpr std::size_t count = 16;
+
+  PairCorners(const CellRectangle& a, const CellRectangle& b, const SharedAxes& axes) {
+    const double dx = a.middle.x - b.middle.x, dy = a.middle.y - b.middle.y;
+    const double away = axes.cosine * dx + axes.sine * dy, aside = axes.cosine * dy - axes.sine * dx;
+    const double sums[2] = {(a.sides[0] + axes.sides[0]) / 2, (a.sides[1] + axes.sides[1]) / 2};
+    const double differences[2] = {(a.sides[0] - axes.sides[0]) / 2, (a.sides[1] - axes.sides[1]) / 2};
+    const double along[4] = {sums[0], -sums[0], differences[0], -differences[0]};
+    const double across[4] = {sums[1], -sums[1], differences[1], -differences[1]};
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) x[4 * i + j] = away + along[i], y[4 * i + j] = aside + across[j];
+    }
+  }
+
+  static double difference(const double* values) {
+    double sum = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) sum += (i < 2) == (j < 2) ? values[4 * i + j] : -values[4 * i + j];
+    }
+    return sum;
+  }
+
+  double x[count], y[count];
+};
+
 double parallel_integral(const CellRectangle& a, const CellRectangle& b, const SharedAxes& axes) {
-  const double dx = b.middle.x - a.middle.x, dy = b.middle.y - a.middle.y;
-  const double x = axes.cosine * dx + axes.sine * dy, y = axes.cosine * dy - axes.sine * dx;
-  const double sums[2] = {(a.sides[0] + axes.sides[0]) / 2, (a.sides[1] + axes.sides[1]) / 2};
-  const double differences[2] = {(a.sides[0] - axes.sides[0]) / 2, (a.sides[1] - axes.sides[1]) / 2};
-  const double along[4] = {sums[0], -sums[0], differences[0], -differences[0]};
-  const double across[4] = {sums[1], -sums[1], differences[1], -differences[1]};
-  double at_x[16], at_y[16], values[16], sum = 0.0;
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) at_x[4 * i + j] = x + along[i], at_y[4 * i + j] = y + across[j];
-  }
-  kernels().integrate_inverse_distance(at_x, at_y, 16, values);
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) sum += (i < 2) == (j < 2) ? values[4 * i + j] : -values[4 * i + j];
-  }
-  return sum;
+  const PairCorners corners(a, b, axes);
+  double values[PairCorners::count];
+  kernels().integrate_inverse_distance(corners.x, corners.y, PairCorners::count, values);
+  return PairCorners::difference(values);
+}
+
+PairShear parallel_shear(const CellRectangle& a, const CellRectangle& b, const SharedAxes& axes) {
+  constexpr std::size_t kKernels = 5;
+  const PairCorners corners(a, b, axes);
+  double values[kKernels][PairCorners::count], found[kKernels];
+  double* const rows[kKernels] = {values[0], values[1], values[2], values[3], values[4]};
+  kernels().integrate_shear_kernels(corners.x, corners.y, PairCorners::count, rows);
+  for (std::size_t k = 0; k < kKernels; ++k) found[k] = PairCorners::difference(values[k]);
+  const auto [xx, xy, yy, along, across] = found;
+  const double c = axes.cosine, s = axes.sine, cc = c * c, cs = c * s, ss = s * s;
+  return {cc * xx - 2.0 * cs * xy + ss * yy, cs * (xx - yy) + (cc - ss) * xy, ss * xx + 2.0 * cs * xy + cc * yy,
+          c * along - s * across, s * along + c * across};
 }
 
 // Middles of equal parts of two rectangles, small enough to stand for them where they are near to each other.
@@ -102,6 +131,15 @@ double near_integral(const CellRectangle& a, const CellRectangle& b) {
   return a.area * b.area * sum / static_cast<double>(own * other);
 }
 
+PairShear near_shear(const CellRectangle& a, const CellRectangle& b) {
+  const Parts parts(a, b);
+  const auto own = static_cast<std::size_t>(parts.counts[0]), other = static_cast<std::size_t>(parts.counts[1]);
+  double sums[5];
+  kernels().sum_shear(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other, parts.softened, sums);
+  const double weight = a.area * b.area / static_cast<double>(own * other);
+  return {weight * sums[0], weight * sums[1], weight * sums[2], weight * sums[3], weight * sums[4]};
+}
+
 }  // namespace
 
 CellRectangle::CellRectangle(const Point& at, double c, double s, const double* lengths)
@@ -142,12 +180,8 @@ double near_inverse_distance(const CellRectangle& a, const CellRectangle& b) {
 }
 
 PairShear near_shear_integrals(const CellRectangle& a, const CellRectangle& b) {
-  const Parts parts(a, b);
-  const auto own = static_cast<std::size_t>(parts.counts[0]), other = static_cast<std::size_t>(parts.counts[1]);
-  double sums[5];
-  kernels().sum_shear(parts.x[0], parts.y[0], own, parts.x[1], parts.y[1], other, parts.softened, sums);
-  const double weight = a.area * b.area / static_cast<double>(own * other);
-  return {weight * sums[0], weight * sums[1], weight * sums[2], weight * sums[3], weight * sums[4]};
+  const SharedAxes axes(a, b);
+  return axes.shared ? parallel_shear(a, b, axes) : near_shear(a, b);
 }
 
 namespace {

@@ -35,7 +35,7 @@ class FarIntegrals {
 };
 
 // Integrals over a pair of y^2/r^3, -x y/r^3, x^2/r^3 [m^3], x/r^2 and y/r^2 [m^2 m], (x, y) from the second to the first,
-// as inverse_distance() has them where sides are not parallel: point by point of parts of both.
+// as near_inverse_distance() has 1/r. Of one with itself the last two vanish.
 struct PairShear {
   double xx, xy, yy, along, across;
 };

@@ -144,14 +144,4 @@ void integrate_edges(const Face& face, ShearIntegrals& integrals) {
   }
 }
 
-void integrate_own(const double* sides, double* xx, double* yy) {
-  // Only edges with normals along one axis count, in pairs: what crossed ones bring cancels.
-  const auto of_pair = [](const Edge& one, const Edge& opposite) {
-    return 2.0 * (distance_integral(one, opposite) - distance_integral(one, one));
-  };
-  const Edge upright = {{0.0, 0.0}, {0.0, 1.0}, sides[1]}, level = {{0.0, 0.0}, {1.0, 0.0}, sides[0]};
-  *xx = of_pair(upright, {{sides[0], 0.0}, upright.unit, upright.length});
-  *yy = of_pair(level, {{0.0, sides[1]}, level.unit, level.length});
-}
-
 }  // namespace mjtactile

@@ -24,7 +24,4 @@ struct ShearIntegrals {
 // faces that are made once.
 void integrate_edges(const Face& face, ShearIntegrals& integrals);
 
-// Integrals of y^2/r^3 and x^2/r^3 over a rectangle and itself, of these sides along x and y [m^3].
-void integrate_own(const double* sides, double* xx, double* yy);
-
 }  // namespace mjtactile
