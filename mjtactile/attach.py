@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import PresetError, SceneError
-from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, Fidelity, fidelity_text
+from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
+from mjtactile.errors import ContactError, PresetError, SceneError
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, named_pad, pad_text
 from mjtactile.plugin.attributes import OUTPUTS, known_pad
@@ -33,7 +33,9 @@ def attach_pad(
     output: str | None = "von_mises",
     visual: bool = False,
     law: str | None = None,
+    tangential: str = "proportional",
     friction: float | None = None,
+    tilt: str = "free",
     contact: str = "stiff",
 ) -> mujoco.MjsGeom:
     """Add a tactile pad to a body.
@@ -56,11 +58,14 @@ def attach_pad(
         fidelity: a preset by name, or a Fidelity, of which the model stores every choice.
         output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces. None adds no
             sensor, so that steps cost nothing: `TactileSensor(model, pad, geom="<name>_pad", fidelity=...)` reads the
-            pad when it is asked, and `fidelity`, `law` and `friction` are its to choose.
+            pad when it is asked, and `fidelity`, `law`, `tangential`, `friction` and `tilt` are its to choose.
         visual: whether viewers show the top layer's readings as a heat map on the pad: a tile per taxel, as wide as
             its ball where taxels are free.
         law: contact law in place of the fidelity's own.
+        tangential: how shear is distributed, see `contact_load`; "coulomb" takes the friction of MuJoCo's contacts
+            where `friction` is None.
         friction: coefficient [-] that bounds the shear the pad feels; by default what MuJoCo's contacts carry.
+        tilt: "free", or "fixed" for bodies that keep their orientation, see `contact_load`.
         contact: "stiff", or "soft" for grippers that cannot align themselves with the object: a tilted object then
             presses with a patch instead of a corner (docs/hands.md). `sim.pad_geom.contact_constants` lists the values,
             and two more names that this package's own models use: "press" and "hand".
@@ -69,8 +74,9 @@ def attach_pad(
         The geom, to change its contact parameters or colour.
 
     Raises:
-        SceneError: no such body, pad, fidelity, output, law or contact; the name is taken; a number is not finite;
-            `visual` without a sensor; or `spec` is no specification. The specification is then as it was.
+        SceneError: no such body, pad, fidelity, output, law, tangential, tilt or contact, or a law that does not
+            offer `tangential`; the name is taken; a number is not finite; `visual` without a sensor; or `spec` is no
+            specification. The specification is then as it was.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -85,8 +91,8 @@ def attach_pad(
                 f"pad '{name}': viewers show what a sensor reads, and output=None adds none. Ask for an output."
             )
         return add_pad_geom(spec, parent, name, made, place, contact)
-    config = {"pad": table, "fidelity": _fidelity_attribute(fidelity), "output": _checked_outputs(output)}
-    config |= {"visual": "on" if visual else "off"} | _law_attributes(law, friction)
+    config = {"pad": table, "output": _checked_outputs(output), "visual": "on" if visual else "off"}
+    config |= _contact_attributes(fidelity, law=law, tangential=tangential, friction=friction, tilt=tilt)
     geom = add_pad_geom(spec, parent, name, made, place, contact)
     add_pad_sensor(spec, name, config)
     return geom
@@ -138,24 +144,17 @@ def check_free(spec: mujoco.MjSpec, name: str, pad: Pad) -> None:
         raise SceneError(f"the model has a {taken[0]} already. Give the pad another name than '{name}'.")
 
 
-def _law_attributes(law: str | None, friction: float | None) -> dict[str, str]:
-    if law is not None and law not in CONTACT_LAWS:
-        raise SceneError(f"law {law!r} does not exist. Available: {', '.join(CONTACT_LAWS)}.")
-    if friction is not None and not (_is_real(friction) and math.isfinite(friction) and friction >= 0.0):
-        raise SceneError(f"friction = {friction!r}; expected a coefficient of at least 0, for example 0.8, or None.")
-    chosen = {"law": law, "friction": None if friction is None else f"{friction:.17g}"}
-    return {name: value for name, value in chosen.items() if value is not None}
-
-
-def _is_real(value: Any) -> bool:
-    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
-
-
-def _fidelity_attribute(fidelity: str | Fidelity) -> str:
+def _contact_attributes(fidelity: str | Fidelity, **options: Any) -> dict[str, str]:
+    """Attributes for a fidelity and options of `contact_load`, without those that are the default."""
     try:
-        return fidelity_text(fidelity)
-    except PresetError as error:
+        text = fidelity_text(fidelity)
+        contact_options(as_fidelity(fidelity), **options)
+    except (PresetError, ContactError) as error:
         raise SceneError(str(error)) from error
+    friction = options.pop("friction")
+    defaults = {"law": None, "tangential": TANGENTIALS[0], "tilt": TILTS[0]}
+    chosen = {name: value for name, value in options.items() if value != defaults[name]}
+    return {"fidelity": text, **chosen} | ({} if friction is None else {"friction": f"{friction:.17g}"})
 
 
 def _checked_outputs(output: str) -> str:

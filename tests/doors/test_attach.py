@@ -183,9 +183,13 @@ def test_attached_pads_go_along_when_specs_are_attached():
         ({"pad": {"size": (1, 1)}}, "type dict; expected a mjtactile.Pad"),
         ({"output": "wrench wrench"}, "'wrench' .* twice"),
         ({"law": "hertz"}, "uniform, foundation, elastic"),
-        ({"friction": -1.0}, "at least 0"),
-        ({"friction": np.nan}, "at least 0"),
-        ({"friction": "0.5"}, "at least 0"),
+        ({"friction": -1.0}, "not negative"),
+        ({"friction": np.nan}, "not negative"),
+        ({"friction": "0.5"}, "not negative"),
+        ({"tangential": "glue"}, "proportional, stick, coulomb"),
+        ({"tangential": "stick", "law": "foundation"}, "needs law='elastic'"),
+        ({"tangential": "coulomb", "friction": -0.1}, "not negative"),
+        ({"tilt": "loose"}, "free, fixed"),
     ],
 )
 def test_wrong_arguments_say_the_right_ones(options, says):

@@ -32,6 +32,34 @@ def test_health_counts_readings_with_contact_of_one_simulation():
     assert mjtactile.plugin_health(model, mujoco.MjData(model), "ff").readings == 0
 
 
+PUSHED = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body name="finger"/>
+  <body name="anvil" pos="0 0 0.0001" gravcomp="1"><joint name="slide" type="slide" axis="1 0.2 0"/>
+  <joint name="press" type="slide" axis="0 0 1" damping="1"/>{geom}</body></worldbody>
+<actuator><motor joint="press"/><velocity joint="slide" kv="200"/></actuator></mujoco>"""
+#: Contacts of which few cells are alike: slivers of them at an edge, or many at a round rim.
+ROUGH = {
+    "box on an edge": '<geom type="box" size="0.004 0.004 0.0025" pos="0 0 0.00264" euler="0 2 0" mass="0.015"/>',
+    "box on a corner": '<geom type="box" size="0.004 0.003 0.0025" pos="0 0 0.0028" euler="3 2 20" mass="0.015"/>',
+    "ball": '<geom type="sphere" size="0.005" pos="0 0 0.005" mass="0.015"/>',
+    "cylinder on its rim": '<geom type="cylinder" size="0.004 0.003" pos="0 0 0.0032" euler="4 0 0" mass="0.015"/>',
+}
+
+
+@pytest.mark.parametrize("fidelity", ["fast", "balanced"])
+@pytest.mark.parametrize("name", ROUGH)
+def test_shear_that_sticks_is_found_on_every_cell(name, fidelity):
+    spec = mujoco.MjSpec.from_string(PUSHED.format(geom=ROUGH[name]))
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity=fidelity, tangential="stick")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for way in (1, -1, 1, -1):
+        data.ctrl[:] = -1.0, way * 0.01
+        mujoco.mj_step(model, data, 100)
+    health = mjtactile.plugin_health(model, data, "ff")
+    assert health.readings >= 350
+    assert (health.approximated, health.refused) == (0, 0)
+
+
 @pytest.mark.parametrize("enabled", [True, False])
 def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(enabled):
     mjtactile.set_warnings(enabled)

@@ -8,7 +8,7 @@
 namespace mjtactile {
 namespace {
 
-constexpr std::size_t kComponents = 3;
+constexpr std::size_t kComponents = 3, kNormal = 2;
 // Right sides that are solved for together, the heights among them, and none: products take four rows at once.
 constexpr std::size_t kSides = 8;
 // Forces and separations this small count as zero; violations this small are left
@@ -37,6 +37,7 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
   order_by_height(heights != nullptr ? heights_.data() : nullptr, count_, order_);
   factor_.forget();
   pressed_.assign(start, start + count_);
+  slips_.assign(count_, 0);
   seen_.clear();
   std::size_t fewest = count_ + 1;
   int patience = kPatience;
@@ -46,19 +47,14 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
     if (violated == 0) return balances();
     const bool again = seen_.again({&pressed_});
     if (again && worst_ <= kVerge) return balances();
-    if (violated < fewest) {
-      fewest = violated;
-      patience = kPatience;
-    } else {
-      --patience;
-    }
-    if (patience > 0 && !again) {
+    patience = violated < fewest ? kPatience : patience - 1;
+    fewest = std::min(fewest, violated);
+    if (again) {
+      let_slip();
+    } else if (patience > 0) {
       for (std::size_t i = 0; i < count_; ++i) pressed_[i] ^= violated_[i];
     } else {
-      std::size_t last = count_;
-      while (!violated_[--last]) {
-      }
-      pressed_[last] ^= 1;
+      pressed_[last_violated()] ^= 1;
     }
   }
   return false;
@@ -68,7 +64,8 @@ bool BondedContact::solve(const BondedProblem& problem, const std::uint8_t* star
 bool BondedContact::solve_on_pressed(const BondedProblem& problem, WorkLimit& limit) {
   hold_pressed(problem);
   const std::size_t size = unknowns_.size();
-  if (size == 0 || !limit.factorisation(size) || !factor_.factor(problem.compliance, unknowns_)) return false;
+  if (size == 0 || !limit.factorisation(size, factor_.known(unknowns_))) return false;
+  if (!factor_.factor(problem.compliance, unknowns_)) return false;
   set_modes();
   set_right();
   factor_.solve_forward(right_);
@@ -95,8 +92,10 @@ void BondedContact::hold_pressed(const BondedProblem& problem) {
   unknowns_.clear();
   for (const std::size_t i : order_) {
     if (!pressed_[i]) continue;
-    held_.push_back(i);
-    for (std::size_t a = 0; a < kComponents; ++a) unknowns_.push_back(a * problem.cells + problem.places[i]);
+    for (std::size_t a = slips_[i] ? kNormal : 0; a < kComponents; ++a) {
+      held_.push_back({i, a});
+      unknowns_.push_back(a * problem.cells + problem.places[i]);
+    }
   }
 }
 
@@ -106,7 +105,7 @@ void BondedContact::set_right() {
   right_.resize(kSides, size);
   for (std::size_t m = 0; m < kMotions; ++m) std::copy(modes_[m], modes_[m] + size, right_[m]);
   for (std::size_t m = kMotions; m < kSides; ++m) std::fill(right_[m], right_[m] + size, 0.0);
-  for (std::size_t i = 0; i < held_.size(); ++i) right_[kMotions][kComponents * i + 2] = -heights_[held_[i]];
+  for (std::size_t k = 0; k < size; ++k) right_[kMotions][k] = held_[k].component == kNormal ? -heights_[held_[k].place] : 0.0;
 }
 
 // Of the cells held against the body's motions.
@@ -136,10 +135,10 @@ bool BondedContact::spread_forces(const BondedProblem& problem) {
   forces_.assign(kComponents * count_, 0.0);
   spread_.assign(kComponents * problem.cells, 0.0);
   for (std::size_t k = 0; k < plain_.size(); ++k) {
-    const std::size_t a = k % kComponents;
+    const auto [place, component] = held_[k];
     const double force = plain_[k] * unit_;
     if (!std::isfinite(force)) return false;
-    forces_[a * count_ + held_[k / kComponents]] = a == 2 ? -force : force;
+    forces_[component * count_ + place] = component == kNormal ? -force : force;
     spread_[unknowns_[k]] = plain_[k];
   }
   return true;
@@ -148,31 +147,35 @@ bool BondedContact::spread_forces(const BondedProblem& problem) {
 // Displacement of the cells held per motion: indentation and two tilts (downward, and z points out of the pad), x, y and a
 // turn.
 void BondedContact::set_modes() {
-  modes_.resize(kMotions, kComponents * held_.size());
+  modes_.resize(kMotions, held_.size());
   for (std::size_t m = 0; m < kMotions; ++m) std::fill(modes_[m], modes_[m] + modes_.columns(), 0.0);
-  for (std::size_t i = 0; i < held_.size(); ++i) {
-    const Point& lever = levers_[held_[i]];
-    const std::size_t x = kComponents * i, y = x + 1, z = x + 2;
-    modes_[0][z] = -1.0;
-    if (tilting_) modes_[1][z] = -lever.x, modes_[2][z] = -lever.y;
-    modes_[3][x] = modes_[4][y] = 1.0;
-    modes_[5][x] = -lever.y, modes_[5][y] = lever.x;
+  for (std::size_t k = 0; k < held_.size(); ++k) {
+    const auto [place, component] = held_[k];
+    const Point& lever = levers_[place];
+    if (component == kNormal) {
+      modes_[0][k] = -1.0;
+      if (tilting_) modes_[1][k] = -lever.x, modes_[2][k] = -lever.y;
+    } else {
+      modes_[3 + component][k] = 1.0;
+      modes_[5][k] = component == 0 ? -lever.y : lever.x;
+    }
   }
 }
 
 // How many cells pull although pressed, or overlap although not.
 std::size_t BondedContact::violations(const BondedProblem& problem) {
-  const std::size_t held = held_.size();
   violated_.assign(count_, 0);
   double largest = 0.0, scale = std::abs(motion_[0]);
   for (const double force : plain_) largest = std::max(largest, std::abs(force));
   worst_ = 0.0;
   std::size_t found = 0;
-  for (std::size_t i = 0; i < held; ++i) {
-    const double pull = plain_[kComponents * i + 2] / largest;
-    if (pull > kTolerance) ++found, violated_[held_[i]] = 1, worst_ = std::max(worst_, pull);
+  for (std::size_t k = 0; k < held_.size(); ++k) {
+    const double pull = plain_[k] / largest;
+    if (held_[k].component != kNormal || pull <= kTolerance) continue;
+    ++found;
+    violated_[held_[k].place] = 1;
+    worst_ = std::max(worst_, pull);
   }
-  if (held == count_) return found;
   // Separation of body and surface, in place of the forces of cells that have none.
   separation_.assign(count_, 0.0);
   for (std::size_t i = 0; i < count_; ++i) {
@@ -189,6 +192,21 @@ std::size_t BondedContact::violations(const BondedProblem& problem) {
     worst_ = std::max(worst_, -separation_[i] / scale);
   }
   return found;
+}
+
+// Cells that pull where they stick and overlap where they are let go press without shear.
+void BondedContact::let_slip() {
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (violated_[i]) pressed_[i] ^= 1, slips_[i] = 1;
+  }
+  seen_.clear();
+}
+
+std::size_t BondedContact::last_violated() const {
+  std::size_t last = count_;
+  while (!violated_[--last]) {
+  }
+  return last;
 }
 
 // Whether what rounding leaves of the resultants is rounding; a turn of cells in one place carries none.

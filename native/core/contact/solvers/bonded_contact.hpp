@@ -1,5 +1,5 @@
-// A rigid body pressed into an elastic surface that sticks to it wherever they touch. Pressure and shear are solved
-// together.
+// A rigid body pressed into an elastic surface that sticks to it where they touch. Pressure and shear are solved together.
+// At the rim of the contact there may be cells on which sticking would pull, though without it they press: these slip.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ struct BondedProblem {
 class BondedContact {
  public:
   // Find the cells that press, and the forces on them. `start` (places): those that are likely pressed. False if no set
-  // of cells that press and stick was found.
+  // of cells that press was found.
   bool solve(const BondedProblem& problem, const std::uint8_t* start, WorkLimit& limit);
 
   // Forces on the places (3, places) [N]: shear x, shear y, pressing.
@@ -36,8 +36,14 @@ class BondedContact {
 
  private:
   static constexpr std::size_t kMotions = 6;
+  // A component of the force on a place, an unknown of the linear system.
+  struct Held {
+    std::size_t place, component;
+  };
   bool solve_on_pressed(const BondedProblem& problem, WorkLimit& limit);
   std::size_t violations(const BondedProblem& problem);
+  void let_slip();
+  std::size_t last_violated() const;
   void hold_pressed(const BondedProblem& problem);
   void set_modes();
   void set_right();
@@ -51,8 +57,9 @@ class BondedContact {
   bool tilting_ = true;
   double unit_ = 1.0, wanted_[kMotions] = {}, motion_[kMotions] = {}, worst_ = 0.0;
   std::vector<double> heights_, forces_, plain_, separation_, spread_;
-  std::vector<std::uint8_t> pressed_, violated_;
-  std::vector<std::size_t> order_, held_, unknowns_;
+  std::vector<std::uint8_t> pressed_, slips_, violated_;
+  std::vector<Held> held_;
+  std::vector<std::size_t> order_, unknowns_;
   SeenCells seen_;
   SubmatrixFactor factor_;
   Matrix right_, modes_;

@@ -10,18 +10,20 @@ namespace mjtactile {
 class WorkLimit {
  public:
   void allow(double multiplications) { left_ = multiplications; }
-  // Subtract the work of factoring a symmetric matrix. Returns whether that was still allowed.
-  bool factorisation(std::size_t size) {
-    left_ -= work(size);
+  // Subtract the work of factoring a symmetric matrix of which so many first rows are factored already. Returns whether
+  // that was still allowed.
+  bool factorisation(std::size_t size, std::size_t known = 0) {
+    left_ -= work(size, known);
     return left_ >= 0.0;
   }
   // Whether `count` such factorisations are still allowed.
-  bool leaves(std::size_t size, double count) const { return left_ >= count * work(size); }
+  bool leaves(std::size_t size, double count) const { return left_ >= count * work(size, 0); }
 
  private:
-  static double work(std::size_t size) {
-    const auto n = static_cast<double>(size);
-    return n * n * n / 6.0 + 10.0 * n * n;  // including the gathering and the products that go with a factorisation
+  static double work(std::size_t size, std::size_t known) {
+    const auto n = static_cast<double>(size), k = static_cast<double>(known);
+    // Including the gathering and the products that go with a factorisation.
+    return n * n * n / 6.0 - k * k * (n / 2.0 - k / 3.0) + 10.0 * n * n;
   }
 
   double left_ = 0.0;
