@@ -1,6 +1,8 @@
 """Every error and warning the package raises, in one place so that callers can catch them by name."""
 
-from typing import ClassVar
+from typing import ClassVar, TypeVar
+
+_Kind = TypeVar("_Kind")
 
 
 class MjTactileError(Exception):
@@ -8,6 +10,26 @@ class MjTactileError(Exception):
 
     #: Page in docs/ with more information, or None.
     page: ClassVar[str | None] = None
+
+
+def of_type(kind: type[_Kind], name: str, value: object, error: type[MjTactileError], cure: str = "") -> _Kind:
+    """An argument that must be of some type.
+
+    Args:
+        kind: the type.
+        name: of the argument.
+        value: the argument.
+        error: what to raise.
+        cure: what makes a value of that type, for example "MjSpec.compile() makes one"; empty if that is plain.
+
+    Raises:
+        MjTactileError: `error`, if the type differs.
+    """
+    if isinstance(value, kind):
+        return value
+    room = "" if kind.__module__ == "builtins" else kind.__module__.split(".")[0] + "."
+    expected = f"{room}{kind.__name__}" + (f": {cure}" if cure else "")
+    raise error(f"{name} is of type {type(value).__name__}; expected a {expected}.")
 
 
 class PadError(MjTactileError, ValueError):

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array, Indices
-from mjtactile.errors import PadError
+from mjtactile.errors import PadError, of_type
 from mjtactile.pad_shape.surfaces import FLAT, Surface, surface_from
 from mjtactile.pad_shape.taxels import FreeTaxels, as_taxels, depth_bands
 
@@ -496,9 +496,7 @@ def require_pad(pad: object) -> Pad:
     Raises:
         PadError: it is something else.
     """
-    if isinstance(pad, Pad):
-        return pad
-    raise PadError(f"pad is of type {type(pad).__name__}; expected a mjtactile.Pad.")
+    return of_type(Pad, "pad", pad, PadError)
 
 
 def require_flat(pad: Pad, door: str, cure: str) -> None:

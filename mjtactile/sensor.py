@@ -13,7 +13,7 @@ from mjtactile._types import Array, Indices
 from mjtactile.contact.footprint import FACING_GAP
 from mjtactile.contact.laws import BY_NAME
 from mjtactile.contact.options import contact_options
-from mjtactile.errors import ContactWarning, FootprintError, SceneError
+from mjtactile.errors import ContactWarning, FootprintError, SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.geometry.planar import areal
 from mjtactile.influence.cache import influence_matrices
@@ -73,11 +73,9 @@ class TactileSensor:
         tilt: str | None = None,
         facing_gap: float = FACING_GAP,
     ) -> None:
-        if not isinstance(model, mujoco.MjModel):
-            raise SceneError(
-                f"model is of type {type(model).__name__}; expected a mujoco.MjModel: MjSpec.compile() or "
-                "MjModel.from_xml_path(...) makes one."
-            )
+        of_type(mujoco.MjModel, "model", model, SceneError, "MjSpec.compile() or MjModel.from_xml_path(...) makes one")
+        if influence is not None:
+            of_type(InfluenceMatrices, "influence", influence, SceneError, "influence_matrices(pad) makes them")
         self.model = model
         #: Where `sensordata` holds the readings, for a sensor of the plugin.
         self._sensordata: slice | None = None

@@ -12,7 +12,7 @@ from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.laws import BY_NAME, ContactLaw
 from mjtactile.contact.tangentials import TANGENTIAL_CHOICES, TANGENTIALS, TangentialChoice
-from mjtactile.errors import ContactError
+from mjtactile.errors import ContactError, of_type
 from mjtactile.fidelity import CONTACT_LAWS as LAWS
 from mjtactile.fidelity import Fidelity
 from mjtactile.influence.matrices import InfluenceMatrices
@@ -109,6 +109,10 @@ def contact_options(
     Raises:
         ContactError: an option is unknown or out of range, or options cannot be combined.
     """
+    if not isinstance(influence, Fidelity):
+        influence = of_type(
+            InfluenceMatrices, "influence", influence, ContactError, "influence_matrices(pad) makes them"
+        )
     fidelity = influence if isinstance(influence, Fidelity) else influence.fidelity
     law = fidelity.law if law is None else law
     cells = fidelity.cells if cells is None else cells
@@ -141,6 +145,7 @@ def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayL
     Raises:
         ContactError: force or moment is not three finite numbers.
     """
+    of_type(Footprint, "footprint", footprint, ContactError, "Footprint.from_outline(...) makes one")
     wanted = _vector("force", force)
     if moment is None:
         (x, y), (along, across, normal), outer = footprint.centroid, wanted, footprint.surface.outer

@@ -17,6 +17,7 @@ from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.options import Wrench, contact_options, wanted_wrench
 from mjtactile.contact.press import Press
 from mjtactile.contact.ready import new_press
+from mjtactile.errors import ContactError, of_type
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
 
@@ -54,7 +55,7 @@ class WrenchBasis:
         cells: int | None = None,
     ) -> None:
         self.influence = influence
-        self.footprint = footprint
+        self.footprint = of_type(Footprint, "footprint", footprint, ContactError, "Footprint.from_gap(...) makes one")
         self.options = contact_options(
             influence, law=law, tangential=tangential, friction=friction, tilt=tilt, cells=cells
         ).with_friction()

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mjtactile._types import Array
-from mjtactile.errors import InfluenceError
+from mjtactile.errors import InfluenceError, of_type
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.fem.symmetry import BOTH, MirrorPlanes, fold_forces
 from mjtactile.influence.stress_matrix import ClassForces, StressMatrix
-
-if TYPE_CHECKING:
-    from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.influence.surface_load import SurfaceLoad
 
 #: Forces below this times the precision's rounding, relative to the load's largest force, are neglected [-].
 _NEGLIGIBLE = 1 / 16
@@ -47,6 +44,7 @@ def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
     """
     expected = (*surface.node_shape, 3)
     for load in loads:
+        of_type(SurfaceLoad, "load", load, InfluenceError, "contact_load(...) makes one")
         if load.forces.shape != expected:
             raise InfluenceError(
                 f"the load has nodal forces of shape {load.forces.shape}, but this surface takes {expected}: it was "

@@ -15,7 +15,7 @@ import numpy as np
 
 from mjtactile._native import library, pointer
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
-from mjtactile.errors import MeshError, PresetError, SceneError
+from mjtactile.errors import MeshError, PresetError, SceneError, of_type
 from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence, read_influence
@@ -147,6 +147,8 @@ def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> He
     Raises:
         SceneError: the model has no such sensor of the plugin, or `data` belongs to another model.
     """
+    of_type(mujoco.MjModel, "model", model, SceneError, "MjSpec.compile() makes one")
+    of_type(mujoco.MjData, "data", data, SceneError, "mujoco.MjData(model) makes one")
     known = pad_sensor_names(model)
     if sensor not in known:
         raise SceneError(f"sensor '{sensor}' is no sensor of {PLUGIN} in this model. Available: {known}.")
@@ -158,7 +160,7 @@ def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> He
 
 
 def _chosen_outputs(text: str) -> list[str]:
-    names = text.replace(",", " ").split() or [OUTPUTS[0]]
+    names = text.split() or [OUTPUTS[0]]
     for name in names:
         if name not in OUTPUTS or names.count(name) > 1:
             raise SceneError(no_such_value("output", text, OUTPUTS) + " Several are separated by spaces, each once.")

@@ -17,7 +17,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from mjtactile.errors import ContactWarning
+from mjtactile.errors import ContactWarning, SceneError, of_type
 
 #: Number of fields of `Health`.
 HEALTH_NUMBERS = 8
@@ -107,9 +107,12 @@ def set_warnings(enabled: bool) -> None:
 
     Args:
         enabled: whether contacts that a pad cannot carry, or with large strains, cause a ContactWarning.
+
+    Raises:
+        SceneError: it is neither True nor False.
     """
     global _enabled
-    _enabled = enabled
+    _enabled = of_type(bool, "enabled", enabled, SceneError)
 
 
 def deliver(library: ctypes.CDLL) -> None:

@@ -96,14 +96,14 @@ class PrincipalComponents:
     def see(self, readings: np.ndarray) -> Seen:
         """Features of readings (n, layers, rows, columns) [Pa] as `checked` returns them."""
         octant, mirrors = into_octant(readings)
-        flat = octant.reshape(len(octant), -1)
+        flat = octant.reshape(len(octant), len(self.parts))
         projected = flat @ self.parts
         mended = self._mended(flat, projected)
         if mended is not None:
             # A dead taxel may have moved the readings' centre into another octant.
             octant, again = into_octant(mended.reshape(octant.shape))
             mirrors = mirrors.then(again)
-            flat = octant.reshape(len(octant), -1)
+            flat = octant.reshape(len(octant), len(self.parts))
             projected = flat @ self.parts
         return self.seen(projected, self.left_over(flat, projected), mirrors)
 
@@ -173,7 +173,12 @@ class PrincipalComponents:
         Raises:
             RecognitionError: the readings have another shape, contain NaN, or are all zero.
         """
-        given = np.asarray(readings, dtype=np.float32)
+        try:
+            given = np.asarray(readings, dtype=np.float32)
+        except (TypeError, ValueError) as error:
+            raise RecognitionError(
+                f"the readings are of type {type(readings).__name__}; expected an array of numbers."
+            ) from error
         own = (len(self.layers), *self.reading_shape[1:])
         if given.ndim < 3 or given.shape[-3:] not in (self.reading_shape, own):
             raise RecognitionError(

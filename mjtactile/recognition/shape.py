@@ -91,7 +91,8 @@ class ModuleStack:
         """Scores of all modules, (readings, modules)."""
         out = np.empty((len(inputs), self.count), dtype=np.float32)
         for members, weights, biases in self._groups:
-            hidden = (inputs @ weights[0]).reshape(len(inputs), len(members), -1).swapaxes(0, 1) + biases[0]
+            width = weights[0].shape[1] // len(members)
+            hidden = (inputs @ weights[0]).reshape(len(inputs), len(members), width).swapaxes(0, 1) + biases[0]
             for layer, bias in zip(weights[1:], biases[1:], strict=True):
                 hidden = silu(hidden) @ layer + bias
             out[:, members] = hidden[..., 0].T

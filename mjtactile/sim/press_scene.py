@@ -16,7 +16,7 @@ import trimesh
 from shapely import Polygon
 
 from mjtactile._types import Array
-from mjtactile.errors import IndenterError, SceneError
+from mjtactile.errors import IndenterError, SceneError, of_type
 from mjtactile.geometry.indenter import Indenter, mesh_indenter, punch
 from mjtactile.geometry.planar import areal, polygons_of, support_points
 from mjtactile.geometry.primitives import Pose
@@ -116,6 +116,8 @@ def press(
         SceneError: the model is not a press scene, the force pulls or exceeds the actuators' range, or the press does
             not settle; the message gives the remaining difference.
     """
+    of_type(mujoco.MjModel, "model", model, SceneError, "press_scene(...) makes one")
+    of_type(mujoco.MjData, "data", data, SceneError, "mujoco.MjData(model) makes one")
     command = np.asarray(force, dtype=float)
     actuators = [_id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, f"press_{axis}") for axis in "xyz"]
     pad = _id(model, mujoco.mjtObj.mjOBJ_GEOM, "pad")

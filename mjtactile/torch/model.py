@@ -200,8 +200,9 @@ class PadModel(nn.Module):
         Raises:
             InfluenceError: a load belongs to another surface or is not finite.
         """
-        batch = nodal_batch([load] if isinstance(load, SurfaceLoad) else load, self.surface)
-        return self._tensor(batch[0] if isinstance(load, SurfaceLoad) else batch)
+        if isinstance(load, Sequence):
+            return self._tensor(nodal_batch(load, self.surface) if load else np.zeros((0, *self.force_shape)))
+        return self._tensor(nodal_batch([load], self.surface)[0])
 
     def traction_forces(self, tractions: Tensor) -> Tensor:
         """Nodal forces (..., nodes y, nodes x, 3) [N] of tractions that are constant on each cell of the surface grid.

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mjtactile._types import Array
-from mjtactile.errors import ContactWarning, ViewError
+from mjtactile.errors import ContactWarning, ViewError, of_type
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.mujoco_library import pad_sensor_names
 from mjtactile.sim.wrench import geom_frame
@@ -86,10 +86,7 @@ def checked_pads(
     Raises:
         ViewError: `model` is no MjModel, data or a pad belong to another one, or there is no pad.
     """
-    if not isinstance(model, mujoco.MjModel):
-        raise ViewError(
-            f"model is of type {type(model).__name__}; expected a mujoco.MjModel: MjModel.from_xml_path(...) makes one."
-        )
+    of_type(mujoco.MjModel, "model", model, ViewError, "MjModel.from_xml_path(...) makes one")
     if not isinstance(data, mujoco.MjData) or data.signature != model.signature:
         raise ViewError("data does not belong to the model; expected mujoco.MjData(model) of the same model.")
     if pads is None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -63,3 +65,45 @@ def test_the_same_contact_is_read_the_same_through_every_door(asked):
     np.testing.assert_allclose(influence.readings(load), expected, rtol=5e-7, atol=1e-9 * peak)
     np.testing.assert_allclose(told, expected, atol=1e-6 * peak)
     np.testing.assert_allclose(module(module.nodal_forces(load)).numpy(), expected, atol=2e-6 * peak)
+
+
+def on_a_finger() -> tuple[mujoco.MjModel, mujoco.MjData]:
+    spec = mujoco.MjSpec.from_string('<mujoco><worldbody><body name="finger"/></worldbody></mujoco>')
+    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    model = spec.compile()
+    return model, mujoco.MjData(model)
+
+
+#: Calls with an argument of a wrong type, and its name and the type it must have.
+WRONG: list[tuple[Callable[[Any, Any, Any], Any], str, str]] = [
+    (lambda model, _, wrong: mjtactile.TactileSensor(model, influence=wrong), "influence", "InfluenceMatrices"),
+    (lambda model, _, wrong: mjtactile.plugin_health(model, wrong, "ff"), "data", "MjData"),
+    (lambda _, data, wrong: mjtactile.plugin_health(wrong, data, "ff"), "model", "MjModel"),
+    (lambda model, _, wrong: mjtactile.press(model, wrong, (0, 0, -1)), "data", "MjData"),
+    (lambda _, data, wrong: mjtactile.press(wrong, data, (0, 0, -1)), "model", "MjModel"),
+    (lambda _, __, wrong: mjtactile.contact_load(wrong, wrong, (0, 0, -1)), "influence", "InfluenceMatrices"),
+    (lambda _, __, wrong: mjtactile.contact_load(fast(), wrong, (0, 0, -1)), "footprint", "Footprint"),
+    (lambda _, __, wrong: mjtactile.WrenchBasis(fast(), wrong), "footprint", "Footprint"),
+    (lambda _, __, wrong: fast().readings(wrong), "load", "SurfaceLoad"),
+    (lambda _, __, wrong: PadModel(fast()).nodal_forces(wrong), "load", "SurfaceLoad"),
+    (lambda _, __, wrong: mjtactile.set_warnings(wrong), "enabled", "bool"),
+]
+
+
+@pytest.mark.parametrize("wrong", ["none", 3], ids=["a text", "a number"])
+@pytest.mark.parametrize(("door", "name", "kind"), WRONG)
+def test_an_argument_of_another_type_is_refused_by_its_name(door, name, kind, wrong):
+    said = rf"^{name} is of type {type(wrong).__name__}; expected a (\w+\.)?{kind}"
+    with pytest.raises(mjtactile.MjTactileError, match=said):
+        door(*on_a_finger(), wrong)
+
+
+def fast() -> mjtactile.InfluenceMatrices:
+    return mjtactile.influence_matrices(fidelity="fast")
+
+
+def test_no_loads_are_no_readings():
+    module = PadModel(fast())
+    forces = module.nodal_forces([])
+    assert forces.shape == (0, *module.force_shape)
+    assert module(forces).shape == fast().readings([]).shape

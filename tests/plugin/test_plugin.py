@@ -192,6 +192,7 @@ WRONG = {
     '<config key="pad" value="none"/>': ("default", "register_pad"),
     '<config key="fidelity" value="quick"/>': ("fast, balanced, precise, accurate",),
     '<config key="output" value="force"/>': ("von_mises, stress, wrench",),
+    '<config key="output" value="wrench, range"/>': ("separated by spaces",),
     '<config key="law" value="hertz"/>': ("uniform, foundation, elastic",),
     '<config key="tangential" value="slip"/>': ("proportional, stick, coulomb",),
     '<config key="tilt" value="loose"/>': ("free, fixed",),

@@ -96,11 +96,18 @@ def test_the_top_layer_alone_takes_its_own_readings_or_all(top, pressed):
         (np.ones((13, 13)), "expected"),
         (np.full((4, 13, 13), np.nan), "NaN"),
         (np.zeros((4, 13, 13)), "nothing presses"),
+        ("strong", "type str; expected an array"),
     ],
 )
 def test_readings_that_say_nothing_are_refused(recognise, readings, said):
     with pytest.raises(RecognitionError, match=said):
         recognise(readings)
+
+
+@pytest.mark.parametrize("name", ["force", "grasp", "shape"])
+def test_no_readings_are_no_results(name):
+    found = recognition.load(name)(np.zeros((0, 4, 13, 13)))
+    assert len(found.shape if name == "shape" else found.force) == 0
 
 
 def test_another_pad_is_refused_and_named():
