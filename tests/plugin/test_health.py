@@ -14,9 +14,9 @@ SCENE = """<mujoco><option timestep="0.001"/><worldbody><body name="finger"/>
 </worldbody><sensor><clock name="clock"/></sensor></mujoco>"""
 
 
-def pressed(mass: float, steps: int = 20) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def pressed(mass: float, steps: int = 20, *, name: str = "ff") -> tuple[mujoco.MjModel, mujoco.MjData]:
     spec = mujoco.MjSpec.from_string(SCENE.format(mass=mass))
-    mjtactile.attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    mjtactile.attach_pad(spec, body="finger", name=name, fidelity="fast")
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, steps)
@@ -62,14 +62,16 @@ def test_shear_that_sticks_is_found_on_every_cell(name, fidelity):
 
 @pytest.mark.parametrize("enabled", [True, False])
 def test_contacts_beyond_small_strains_are_counted_and_warned_of_once_if_wanted(enabled):
+    """A process warns once of a pad and a body, so the pad has a name of this test only."""
+    name = f"warned_{enabled}"
     mjtactile.set_warnings(enabled)
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            model, data = pressed(100.0 + enabled)
+            model, data = pressed(100.0, name=name)
     finally:
         mjtactile.set_warnings(True)
-    assert mjtactile.plugin_health(model, data, "ff").beyond_range > 1
+    assert mjtactile.plugin_health(model, data, name).beyond_range > 1
     strains = [one for one in told if issubclass(one.category, ContactWarning) and "'anvil'" in str(one.message)]
     assert len([one for one in strains if "no longer small" in str(one.message)]) == int(enabled)
 
