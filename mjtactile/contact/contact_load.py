@@ -129,9 +129,9 @@ def solved_loads(
                 "force passes as it needs.",
                 stacklevel=5,
             )
-        elif one.simplified and options.choice.slips:
+        elif one.simplified:
             _warn(
-                "pressure and slip do not agree, as on few cells or with much friction: the pressure is that without "
+                "pressure and shear do not agree, as on few cells or with much friction: the pressure is that without "
                 "friction.",
                 stacklevel=5,
             )

@@ -24,6 +24,7 @@ from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline
 from mjtactile.geometry.planar import polygons_of, triangulate
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.surface_load import SurfaceLoad
+from mjtactile.pad import Layer, Pad, TaxelGrid
 
 INFLUENCE = influence_matrices(fidelity=Fidelity(mesh="draft"), progress=False)
 SIDE = 6e-3
@@ -284,6 +285,38 @@ def feet(places: ArrayLike, radii: ArrayLike, heights: ArrayLike) -> Callable[[n
         return np.min([((x - at[0]) ** 2 + (y - at[1]) ** 2) / 2 / radius + high for at, radius, high in each], axis=0)
 
     return height
+
+
+#: A thin pad: where a face ends at its edge, the few cells that a lifted face presses matter most.
+THIN_PAD = Pad(
+    size=(4e-3, 4e-3),
+    layers=(Layer(thickness=1e-3, young=3e6, poisson=0.48),),
+    taxels=TaxelGrid(rows=9, columns=9, pitch=(0.4e-3, 0.4e-3)),
+    depths=(0.25e-3, 0.75e-3),
+    sampling_radius=0.125e-3,
+)
+
+
+@pytest.mark.parametrize("lean", [0.5, 0.6, 0.7])
+def test_a_flat_face_that_lifts_off_in_part_is_read_on_cells_of_what_still_presses(lean):
+    """Half to four fifths of a disc at the pad's corner press; 32 cells of that part read as 2,500 do."""
+    influence = influence_matrices(THIN_PAD, fidelity=Fidelity(mesh="draft"), progress=False)
+    disc = Footprint.from_outline(
+        Point(1.2e-3, -0.8e-3).buffer(1.6e-3).intersection(box(-2e-3, -2e-3, 2e-3, 2e-3)), influence.surface
+    )
+    radius = math.sqrt(disc.area / math.pi)
+    force = np.array([0.0, 0.0, -0.01])
+    for way in np.radians((0, 90, 150, 230, 300)):
+        at = np.asarray(disc.centroid) + 0.8 * lean * radius * np.array([np.cos(way), np.sin(way)])
+        few, dense = (
+            influence.readings(
+                contact_load(
+                    influence, disc, force, moment=moment_of(force, (at[0], at[1])), law="elastic", cells=cells
+                )
+            )
+            for cells in (32, 2500)
+        )
+        assert np.linalg.norm(few - dense) <= 0.1 * np.linalg.norm(dense)
 
 
 def test_loads_add():
