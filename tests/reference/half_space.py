@@ -12,6 +12,7 @@ with a smooth integrand. A Taylor series does for edges far apart; for near ones
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -86,18 +87,9 @@ class HalfSpaceIntegrals:
     def coupling(self) -> tuple[Array, Array]:
         """Integrals of x/r^2 and y/r^2 [m^3].
 
-        x/r^2 is the Laplacian of x (2 ln r - 1) / 4, smooth enough for Gauss points throughout.
+        x/r^2 is the Laplacian of x (2 ln r - 1) / 4.
         """
-        along, middle = self.edges[:, 1] - self.edges[:, 0], self.edges.mean(axis=1)
-        length = np.linalg.norm(along, axis=1)
-        potentials = np.zeros((2, len(along), len(along)))
-        for first, first_weight in zip(_NODES, _WEIGHTS, strict=True):
-            for second, second_weight in zip(_NODES, _WEIGHTS, strict=True):
-                offset = (middle + first / 2 * along)[:, None, :] - (middle + second / 2 * along)[None, :, :]
-                square = np.einsum("abi,abi->ab", offset, offset)
-                logarithm = np.log(np.where(square > 0.0, square, 1.0)) - 1.0
-                potentials += first_weight * second_weight / 16 * (offset.transpose(2, 0, 1) * logarithm)
-        potentials *= length[:, None] * length
+        potentials = _edge_integrals_of_coupling(self.edges)
         normal_x, normal_y = self._normals
         along_x, along_y = (-(normal_x @ one @ normal_x.T + normal_y @ one @ normal_y.T) for one in potentials)
         return (along_x - along_x.T) / 2, (along_y - along_y.T) / 2
@@ -125,49 +117,122 @@ def half_space_compliance(factor: float, poisson: float, integrals: HalfSpaceInt
     return compliance * factor / (areas[:, None, None] * areas)
 
 
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """Edges, each of them (edges, ...), and which pairs of them are near."""
+
+    middle: Array
+    along: Array
+    length: Array
+    distance: Array
+    same: npt.NDArray[np.bool_]
+    shorter: Indices
+    longer: Indices
+
+    @classmethod
+    def of(cls, edges: Array) -> _Edges:
+        along, middle = edges[:, 1] - edges[:, 0], edges.mean(axis=1)
+        length = np.linalg.norm(along, axis=1)
+        distance, sums = _distances(middle), length[:, None] + length
+        # Gauss points on the shorter edge, the closed form along the longer one; edges of one length take turns.
+        same = np.abs(length[:, None] - length) <= _SAME_LENGTH * sums
+        shorter, longer = np.nonzero((distance < _NEAR * sums) & (same | (length[:, None] < length)))
+        return cls(middle, along, length, distance, same, shorter, longer)
+
+    def near(self, line_integral: Callable[[_Lines], Array]) -> Array:
+        """Double integrals of the near pairs, (..., pairs)."""
+        long = self.longer
+        unit = self.along[long] / self.length[long, None]
+        start = self.middle[long] - self.along[long] / 2
+        total = np.zeros(())
+        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+            points = self.middle[self.shorter] + node / 2 * self.along[self.shorter]
+            lines = _Lines.seen_from(points, start, unit, self.length[long])
+            total = total + weight / 2 * self.length[self.shorter] * line_integral(lines)
+        return total
+
+    def with_near(self, far: Array, near: Array, sign: float) -> Array:
+        """All pairs; `sign` is that of an integral whose edges change places."""
+        integrals = far.copy()
+        integrals[self.shorter, self.longer] = near
+        uneven = ~self.same[self.shorter, self.longer]
+        integrals[self.longer[uneven], self.shorter[uneven]] = sign * near[uneven]
+        return np.where(self.same, (integrals + sign * integrals.T) / 2, integrals)
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Lines as seen from points: places of both ends along them, and how far they pass on their left, (n,) [m]."""
+
+    unit: Array
+    low: Array
+    high: Array
+    beside: Array
+
+    @classmethod
+    def seen_from(cls, points: Array, start: Array, unit: Array, length: Array) -> _Lines:
+        offset = start - points
+        low = np.einsum("ei,ei->e", offset, unit)
+        return cls(unit, low, low + length, offset[:, 1] * unit[:, 0] - offset[:, 0] * unit[:, 1])
+
+    def distance(self) -> Array:
+        """Integral of the distance: 1/2 [s r + d^2 asinh(s / d)] between the ends."""
+        low, high, square = self.low, self.high, self.beside**2
+        length = high - low
+        # The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
+        low, high = np.where(low + high < 0.0, -high, low), np.where(low + high < 0.0, -low, high)
+        to_low, to_high = np.sqrt(low**2 + square), np.sqrt(high**2 + square)
+        bend = square * np.log((high + to_high) / np.maximum(low + to_low, 1e-12 * length))
+        return 0.5 * (high * to_high - low * to_low + bend)
+
+    def coupling(self) -> Array:
+        """Integral of (x, y) (ln r^2 - 1) / 4, (x, y) from the line to the point, shape (2, n).
+
+        Of s (ln r^2 - 1) along the line it is 1/2 r^2 ln r^2 - s^2, and of ln r^2 - 1 it is s ln r^2 - 3 s plus twice
+        d times the angle under which the point sees the line.
+        """
+        low, high, beside = self.low, self.high, self.beside
+        to_low, to_high = low**2 + beside**2, high**2 + beside**2
+        log_low, log_high = (np.log(np.maximum(one, np.finfo(float).tiny)) for one in (to_low, to_high))
+        angle = np.arctan2(np.abs(beside) * (high - low), beside**2 + low * high)
+        along = (to_high * log_high - to_low * log_low) / 2 - (high**2 - low**2)
+        across = beside * (high * log_high - low * log_low - 3 * (high - low) + 2 * np.abs(beside) * angle)
+        x, y = self.unit.T
+        return -np.stack([along * x - across * y, along * y + across * x]) / 4
+
+
 def _edge_integrals_of_distance(edges: Array) -> Array:
     """Double integrals of the distance over all pairs of edges, shape (edges, edges) [m^3]."""
-    start, along = edges[:, 0], edges[:, 1] - edges[:, 0]
-    length = np.linalg.norm(along, axis=1)
-    unit, middle = along / length[:, None], edges.mean(axis=1)
-    distance = _distances(middle)
-    integrals = _expanded(unit, middle, length, distance)
-    near = distance < _NEAR * (length[:, None] + length)
-    # Gauss points on the shorter edge, the closed form along the longer one; edges of one length take turns.
-    same = np.abs(length[:, None] - length) <= _SAME_LENGTH * (length[:, None] + length)
-    shorter, longer = np.nonzero(near & (same | (length[:, None] < length)))
-    values = np.zeros(len(shorter))
-    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-        points = middle[shorter] + node / 2 * along[shorter]
-        values += weight / 2 * length[shorter] * _line_integral(points, start[longer], unit[longer], length[longer])
-    integrals[shorter, longer] = values
-    uneven = ~same[shorter, longer]
-    integrals[longer[uneven], shorter[uneven]] = values[uneven]
-    return np.where(same, (integrals + integrals.T) / 2, integrals)
+    pairs = _Edges.of(edges)
+    return pairs.with_near(_expanded(pairs), pairs.near(_Lines.distance), 1.0)
 
 
-def _expanded(unit: Array, middle: Array, length: Array, distance: Array) -> Array:
+def _edge_integrals_of_coupling(edges: Array) -> Array:
+    """Double integrals of (x, y) (2 ln r - 1) / 4 over all pairs of edges, shape (2, edges, edges) [m^3]."""
+    pairs = _Edges.of(edges)
+    far = np.zeros((2, len(edges), len(edges)))
+    for first, first_weight in zip(_NODES, _WEIGHTS, strict=True):
+        for second, second_weight in zip(_NODES, _WEIGHTS, strict=True):
+            ends = pairs.middle + first / 2 * pairs.along, pairs.middle + second / 2 * pairs.along
+            offset = ends[0][:, None, :] - ends[1][None, :, :]
+            square = np.einsum("abi,abi->ab", offset, offset)
+            logarithm = np.log(np.where(square > 0.0, square, 1.0)) - 1.0
+            far += first_weight * second_weight / 16 * (offset.transpose(2, 0, 1) * logarithm)
+    far *= pairs.length[:, None] * pairs.length
+    near = pairs.near(_Lines.coupling)
+    return np.stack([pairs.with_near(*one, -1.0) for one in zip(far, near, strict=True)])
+
+
+def _expanded(pairs: _Edges) -> Array:
     """Integrals of the distance over pairs of far edges: its Taylor series to second order about the middles."""
-    projection = unit @ middle.T
+    length, unit = pairs.length, pairs.along / pairs.length[:, None]
+    projection = unit @ pairs.middle.T
     own = np.diagonal(projection)
     with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = 1.0 / distance
+        inverse = 1.0 / pairs.distance
         sine_first = 1.0 - ((own[:, None] - projection) * inverse) ** 2
         bend = length[:, None] ** 2 * sine_first * inverse
-        return (distance + (bend + bend.T) / 24) * (length[:, None] * length)
-
-
-def _line_integral(points: Array, start: Array, unit: Array, length: Array) -> Array:
-    """Integral of the distance from each point along a line: 1/2 [s r + d^2 asinh(s / d)] between its ends."""
-    offset = start - points
-    low = np.einsum("ei,ei->e", offset, unit)
-    high = low + length
-    square = np.maximum(np.einsum("ei,ei->e", offset, offset) - low**2, 0.0)
-    # The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
-    low, high = np.where(low + high < 0.0, -high, low), np.where(low + high < 0.0, -low, high)
-    to_low, to_high = np.sqrt(low**2 + square), np.sqrt(high**2 + square)
-    bend = square * np.log((high + to_high) / np.maximum(low + to_low, 1e-12 * length))
-    return 0.5 * (high * to_high - low * to_low + bend)
+        return (pairs.distance + (bend + bend.T) / 24) * (length[:, None] * length)
 
 
 def _distances(points: Array) -> Array:

@@ -6,31 +6,20 @@
 namespace mjtactile {
 namespace {
 
-// As tests/reference/half_space.py has them.
-// Not 1.5 itself: edges of a lattice lie just that far apart, and rounding must not choose between them.
-constexpr double kNear = 1.4999;
-constexpr double kNode = 0.7745966692414834;  // Gauss points -kNode, 0, kNode
-constexpr double kWeights[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
 constexpr double kLeastDistance = 1e-12;
-// Lengths that agree to this fraction count as equal: which edge is the shorter one must not hang on rounding.
-constexpr double kSameLength = 1e-9;
-
-// Integral of the distance from a point along a line: 1/2 [s r + d^2 asinh(s / d)] between its ends.
-double line_integral(double offset_x, double offset_y, double unit_x, double unit_y, double length) {
-  double low = offset_x * unit_x + offset_y * unit_y;
-  double high = low + length;
-  const double across = offset_x * unit_y - offset_y * unit_x, square = across * across;
-  // The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
-  if (low + high < 0.0) {
-    const double other = -low;
-    low = -high, high = other;
-  }
-  const double to_low = std::sqrt(low * low + square), to_high = std::sqrt(high * high + square);
-  const double bend = square * std::log((high + to_high) / std::max(low + to_low, kLeastDistance * length));
-  return 0.5 * (high * to_high - low * to_low + bend);
-}
 
 }  // namespace
+
+// 1/2 [s r + d^2 asinh(s / d)] between the ends.
+double SeenLine::distance() const {
+  const double square = beside * beside;
+  // The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
+  const bool turned = low + high < 0.0;
+  const double near = turned ? -high : low, far = turned ? -low : high;
+  const double to_near = std::sqrt(near * near + square), to_far = std::sqrt(far * far + square);
+  const double bend = square * std::log((far + to_far) / std::max(near + to_near, kLeastDistance * (far - near)));
+  return 0.5 * (far * to_far - near * to_near + bend);
+}
 
 void EdgeIntegrals::inverse_distance(const std::vector<CellEdge>& edges, std::size_t cells,
                                      std::vector<double>& integrals) {
@@ -105,18 +94,19 @@ void EdgeIntegrals::near(std::size_t edge) {
   const auto integral = [this](std::size_t shorter, std::size_t longer) {
     double sum = 0.0;
     for (int k = 0; k < 3; ++k) {
-      const double along = (k - 1) * kNode / 2 * length_[shorter];
-      const double x = middle_x_[shorter] + along * unit_x_[shorter], y = middle_y_[shorter] + along * unit_y_[shorter];
-      sum += kWeights[k] * line_integral(start_x_[longer] - x, start_y_[longer] - y, unit_x_[longer], unit_y_[longer],
-                                         length_[longer]);
+      const double along = kGaussPoints[k] / 2 * length_[shorter], u = unit_x_[longer], v = unit_y_[longer];
+      const double x = start_x_[longer] - middle_x_[shorter] - along * unit_x_[shorter];
+      const double y = start_y_[longer] - middle_y_[shorter] - along * unit_y_[shorter];
+      const double low = x * u + y * v;
+      sum += kGaussWeights[k] * SeenLine{low, low + length_[longer], y * u - x * v}.distance();
     }
     return sum / 2 * length_[shorter];
   };
   const double length = length_[edge];
   for (std::size_t f = 0; f < edge; ++f) {
-    if (!(distance_[f] < kNear * (length + length_[f]))) continue;
+    if (!(distance_[f] < kNearEdges * (length + length_[f]))) continue;
     const double longer = length - length_[f];
-    if (std::abs(longer) > kSameLength * length) {
+    if (std::abs(longer) > kSameLength * (length + length_[f])) {
       value_[f] = longer > 0.0 ? integral(f, edge) : integral(edge, f);
     } else {
       value_[f] = (integral(f, edge) + integral(edge, f)) / 2;

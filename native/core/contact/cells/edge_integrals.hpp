@@ -8,6 +8,23 @@
 
 namespace mjtactile {
 
+// As tests/reference/half_space.py has them. Edges nearer than this, over the sum of their lengths, are integrated in closed
+// form along the longer one. Not 1.5 itself: edges of a lattice lie just that far apart, and rounding must not choose.
+constexpr double kNearEdges = 1.4999;
+// Lengths that agree to this fraction of their sum count as equal: which edge is the shorter one must not hang on rounding.
+constexpr double kSameLength = 1e-9;
+// Three Gauss points on (-1, 1).
+constexpr double kGaussPoints[3] = {-0.7745966692414834, 0.0, 0.7745966692414834};
+constexpr double kGaussWeights[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+
+// A line as seen from a point: places of its ends along it, and how far it passes on the left [m].
+struct SeenLine {
+  double low, high, beside;
+
+  // Integral of the distance along the line [m^2].
+  double distance() const;
+};
+
 // As tests/reference/half_space.py has it: 1/r is the Laplacian of r, so both area integrals turn into integrals of r over
 // edges. Keeps its memory between calls.
 class EdgeIntegrals {

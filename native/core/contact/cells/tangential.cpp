@@ -1,90 +1,96 @@
 #include "contact/cells/tangential.hpp"
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
+
+#include "contact/cells/edge_integrals.hpp"
 
 namespace mjtactile {
 namespace {
-
-// As in edge_integrals.cpp: edges nearer than this, over the sum of their lengths, are integrated in closed form, and
-// lengths that agree to the second one are equal.
-constexpr double kNear = 1.4999;
-constexpr double kSameLength = 1e-9;
-// Three Gauss points on (-1, 1).
-constexpr double kNodes[3] = {-0.7745966692414834, 0.0, 0.7745966692414834};
-constexpr double kWeights[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
 
 struct Edge {
   Point middle, unit;
   double length;
 };
 
-// Integral of the distance from a point along an edge: 1/2 [s r + d^2 asinh(s / d)] between its ends.
-double line_integral(const Point& point, const Edge& edge) {
-  const double x = edge.middle.x - edge.length / 2 * edge.unit.x - point.x;
-  const double y = edge.middle.y - edge.length / 2 * edge.unit.y - point.y;
-  double low = x * edge.unit.x + y * edge.unit.y, high = low + edge.length;
-  const double square = std::max(x * x + y * y - low * low, 0.0);
-  // The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
-  if (low + high < 0.0) {
-    const double kept = low;
-    low = -high, high = -kept;
-  }
-  const double to_low = std::sqrt(low * low + square), to_high = std::sqrt(high * high + square);
-  const double ratio = (high + to_high) / std::max(low + to_low, 1e-12 * edge.length);
-  return 0.5 * (high * to_high - low * to_low + square * std::log(ratio));
+// Double integrals over a pair of edges, r and (x, y) from the second to the first: of the distance [m^3], and of
+// x (2 ln r - 1) / 4 and y (2 ln r - 1) / 4, whose Laplacians are x/r^2 and y/r^2.
+struct EdgePair {
+  double distance = 0.0;
+  Point coupling = {0.0, 0.0};
+};
+
+// Integral of (x, y) (2 ln r - 1) / 4 along a line to the point from which it is seen, along it and to its left. Of
+// s (ln r^2 - 1) it is 1/2 r^2 ln r^2 - s^2; of ln r^2 - 1 it is s ln r^2 - 3 s plus 2 d times the angle of the line.
+Point line_coupling(const SeenLine& line) {
+  const auto [low, high, beside] = line;
+  const double square = beside * beside, length = high - low;
+  const double to_low = std::max(low * low + square, DBL_MIN), to_high = std::max(high * high + square, DBL_MIN);
+  const double log_low = std::log(to_low), log_high = std::log(to_high);
+  const double angle = std::atan2(std::abs(beside) * length, square + low * high);
+  const double along = 0.5 * (to_high * log_high - to_low * log_low) - length * (low + high);
+  const double across = beside * (high * log_high - low * log_low - 3.0 * length + 2.0 * std::abs(beside) * angle);
+  return {-along / 4, -across / 4};
 }
 
-// Double integral of the distance, Gauss points on the first edge.
-double near_integral(const Edge& first, const Edge& second) {
-  double sum = 0.0;
+// Gauss points on the first edge, the closed form along the second one.
+EdgePair near_pair(const Edge& first, const Edge& second) {
+  EdgePair sum;
+  const double u = second.unit.x, v = second.unit.y;
   for (int k = 0; k < 3; ++k) {
-    const double along = kNodes[k] / 2 * first.length;
-    const Point point = {first.middle.x + along * first.unit.x, first.middle.y + along * first.unit.y};
-    sum += kWeights[k] / 2 * first.length * line_integral(point, second);
+    const double place = kGaussPoints[k] / 2 * first.length, weight = kGaussWeights[k] / 2 * first.length;
+    const double x = second.middle.x - first.middle.x - place * first.unit.x;
+    const double y = second.middle.y - first.middle.y - place * first.unit.y;
+    const double middle = x * u + y * v;
+    const SeenLine line = {middle - second.length / 2, middle + second.length / 2, y * u - x * v};
+    const Point coupling = line_coupling(line);
+    sum.distance += weight * line.distance();
+    sum.coupling.x += weight * (coupling.x * u - coupling.y * v);
+    sum.coupling.y += weight * (coupling.x * v + coupling.y * u);
   }
   return sum;
 }
 
-// Double integral of the distance between two edges [m^3].
-double distance_integral(const Edge& first, const Edge& second) {
+// Of edges far apart: a Taylor series to second order about the middles, and Gauss points.
+EdgePair far_pair(const Edge& first, const Edge& second, double distance) {
+  EdgePair pair;
   const double x = first.middle.x - second.middle.x, y = first.middle.y - second.middle.y;
-  const double distance = std::sqrt(x * x + y * y);
-  if (distance < kNear * (first.length + second.length)) {
-    // Gauss points on the shorter edge; on both in turn where they are equal, so that no order is preferred.
-    const double apart = first.length - second.length;
-    if (std::abs(apart) <= kSameLength * (first.length + second.length)) {
-      return (near_integral(first, second) + near_integral(second, first)) / 2;
-    }
-    return apart < 0.0 ? near_integral(first, second) : near_integral(second, first);
-  }
-  // A Taylor series to second order about the middles.
   const double inverse = 1.0 / distance;
   const double of_first = (first.unit.x * x + first.unit.y * y) * inverse;
   const double of_second = (second.unit.x * x + second.unit.y * y) * inverse;
   const double bend = (first.length * first.length * (1.0 - of_first * of_first) +
                        second.length * second.length * (1.0 - of_second * of_second)) * inverse;
-  return (distance + bend / 24) * first.length * second.length;
-}
-
-// Double integrals of x (2 ln r - 1) / 4 and y (2 ln r - 1) / 4, whose Laplacians are x/r^2 and y/r^2.
-Point coupling_integral(const Edge& first, const Edge& second) {
-  Point sum = {0.0, 0.0};
+  const double lengths = first.length * second.length;
+  pair.distance = (distance + bend / 24) * lengths;
   for (int i = 0; i < 3; ++i) {
-    const double one = kNodes[i] / 2 * first.length;
+    const double one = kGaussPoints[i] / 2 * first.length;
     for (int j = 0; j < 3; ++j) {
-      const double other = kNodes[j] / 2 * second.length;
-      const double x = first.middle.x + one * first.unit.x - second.middle.x - other * second.unit.x;
-      const double y = first.middle.y + one * first.unit.y - second.middle.y - other * second.unit.y;
-      const double square = x * x + y * y;
-      if (!(square > 0.0)) continue;
-      const double weight = kWeights[i] * kWeights[j] / 16 * (std::log(square) - 1.0);
-      sum.x += weight * x;
-      sum.y += weight * y;
+      const double other = kGaussPoints[j] / 2 * second.length;
+      const double dx = x + one * first.unit.x - other * second.unit.x;
+      const double dy = y + one * first.unit.y - other * second.unit.y;
+      const double weight = lengths * kGaussWeights[i] * kGaussWeights[j] / 16 * (std::log(dx * dx + dy * dy) - 1.0);
+      pair.coupling.x += weight * dx;
+      pair.coupling.y += weight * dy;
     }
   }
-  const double lengths = first.length * second.length;
-  return {lengths * sum.x, lengths * sum.y};
+  return pair;
+}
+
+EdgePair reversed(const EdgePair& pair) { return {pair.distance, {-pair.coupling.x, -pair.coupling.y}}; }
+
+EdgePair pair_of(const Edge& first, const Edge& second) {
+  const double x = first.middle.x - second.middle.x, y = first.middle.y - second.middle.y;
+  const double distance = std::sqrt(x * x + y * y), lengths = first.length + second.length;
+  if (!(distance < kNearEdges * lengths)) return far_pair(first, second, distance);
+  const double longer = first.length - second.length;
+  if (std::abs(longer) > kSameLength * lengths) {
+    return longer > 0.0 ? reversed(near_pair(second, first)) : near_pair(first, second);
+  }
+  // On both in turn, so that no order is preferred.
+  const EdgePair one = near_pair(first, second), other = reversed(near_pair(second, first));
+  return {(one.distance + other.distance) / 2,
+          {(one.coupling.x + other.coupling.x) / 2, (one.coupling.y + other.coupling.y) / 2}};
 }
 
 void resize(ShearIntegrals& integrals, std::size_t cells) {
@@ -113,8 +119,7 @@ void integrate_edges(const Face& face, ShearIntegrals& integrals) {
     for (std::size_t f = e; f < edges; ++f) {
       const Edge second = edge_at(f);
       if (!(second.length > 0.0)) continue;
-      const double distance = distance_integral(first, second);
-      const Point coupling = e == f ? Point{0.0, 0.0} : coupling_integral(first, second);
+      const auto [distance, coupling] = pair_of(first, second);
       // Outward normals of the cells on the left; those on the right have the opposite ones.
       const double a[2] = {first.unit.y, -first.unit.x}, b[2] = {second.unit.y, -second.unit.x};
       const double both = a[0] * b[0] + a[1] * b[1];
