@@ -75,7 +75,7 @@ def test_elastic_and_proportional_shear(influence, name, tilt):
     assert_same(found.forces[:, :2], proportional(cells, normal, wrench).T)
 
 
-@pytest.mark.parametrize("lever", [(0.9e-3, 0.0), (-0.5e-3, 1.1e-3)])
+@pytest.mark.parametrize("lever", [(0.9e-3, 0.0), (-0.4e-3, 0.8e-3)])
 def test_a_face_that_lifts(influence, lever):
     footprint = Footprint.from_outline(box(-2e-3, -1.5e-3, 2e-3, 1.5e-3), influence.surface)
     found, cells, wrench = solved(influence, footprint, lever)
