@@ -15,6 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 #: One build for all who ask: compiling takes a minute.
 FOLDER = ROOT / "build" / "sanitizers"
 COMPILER = shutil.which("g++")
+#: What files named kernels_<instruction set>.cpp are compiled with, as in native/CMakeLists.txt.
+WIDE = {"avx2": ["-mavx2", "-mfma", "-mf16c"], "avx512": ["-mavx512f", "-mavx2", "-mfma", "-mf16c"]}
 FLAGS = ["-std=c++17", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
@@ -26,11 +28,10 @@ def library() -> Path:
         return built
     FOLDER.mkdir(parents=True, exist_ok=True)
     includes = [f"-I{native / 'core'}", f"-I{native}"]
-    wide = {"avx2": ["-mavx2", "-mfma", "-mf16c"], "avx512": ["-mavx512f", "-mavx2", "-mfma", "-mf16c"]}
     objects, running = [], []
     for source in sorted(native.rglob("*.cpp")):
         target = FOLDER / f"{source.stem}.o"
-        flags = [f for f in FLAGS if f != "-shared"] + wide.get(source.stem.removeprefix("kernels_"), [])
+        flags = [f for f in FLAGS if f != "-shared"] + WIDE.get(source.stem.removeprefix("kernels_"), [])
         command = [str(COMPILER), *flags, "-DMJTACTILE_X86", *includes, "-c", str(source), "-o", str(target)]
         running.append(subprocess.Popen(command))
         objects.append(str(target))

@@ -79,6 +79,6 @@ constexpr std::size_t kTallRows = 8;  // of one that is a vector wide
 
 }  // namespace
 
-Kernels make() { return make_kernels("avx2"); }
+constexpr Kernels kKernels = kernels_named("avx2");
 
 }  // namespace mjtactile::avx2

@@ -98,6 +98,6 @@ constexpr std::size_t kTallRows = 16;  // of one that is a vector wide
 
 }  // namespace
 
-Kernels make() { return make_kernels("avx512"); }
+constexpr Kernels kKernels = kernels_named("avx512");
 
 }  // namespace mjtactile::avx512

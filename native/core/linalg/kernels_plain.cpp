@@ -56,6 +56,6 @@ constexpr std::size_t kTallRows = 4;  // of one that is a vector wide
 
 }  // namespace
 
-Kernels make() { return make_kernels("plain"); }
+constexpr Kernels kKernels = kernels_named("plain");
 
 }  // namespace mjtactile::plain

@@ -1,4 +1,5 @@
-// One set of kernels per instruction set; those for x86 are compiled on x86 only.
+// One set of kernels per instruction set; those for x86 are compiled on x86 only. The sets are constants: asking for one
+// runs none of its instructions, so the processor need not have them.
 #pragma once
 
 #include "linalg/kernels.hpp"
@@ -6,15 +7,15 @@
 namespace mjtactile {
 
 namespace plain {
-Kernels make();
+extern const Kernels kKernels;
 }
 
 #ifdef MJTACTILE_X86
 namespace avx2 {
-Kernels make();
+extern const Kernels kKernels;
 }
 namespace avx512 {
-Kernels make();
+extern const Kernels kKernels;
 }
 #endif
 
