@@ -25,7 +25,7 @@ void clip(const std::vector<Point>& points, const Rectangle& to_sheet, double to
   const std::size_t count = points.size();
   for (std::size_t i = 0; i < count; ++i) {
     const bool on = (at[i].x >= sheet.west) & (at[i].x <= sheet.east) & (at[i].y >= sheet.south) & (at[i].y <= sheet.north);
-    heights[i] = on & (heights[i] <= ceiling) ? heights[i] : kNowhere;
+    heights[i] = (on & (heights[i] <= ceiling)) ? heights[i] : kNowhere;
   }
 }
 

@@ -49,7 +49,10 @@ class RisingHeights {
 
   bool empty() const { return end_ == 0; }
   // The lowest height that is left; of equal heights the one given first.
-  Height lowest() const { return {order_[first_].first, order_[first_].second}; }
+  Height lowest() const {
+    const auto& [height, place] = *(order_.begin() + first_);
+    return {height, place};
+  }
   void take_lowest() {
     const auto first = order_.begin() + first_, end = order_.begin() + end_;
     std::pop_heap(first, end, std::greater<>());
