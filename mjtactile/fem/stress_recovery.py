@@ -16,7 +16,7 @@ from mjtactile.fem.line import Line, quadratic_shapes
 
 #: The two Gauss points of an element, in its coordinate from -1 to 1.
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-#: Gauss points a recovered value is interpolated from: a cubic.
+#: Number of Gauss points from which a value is interpolated, by a cubic.
 _WINDOW = 4
 
 #: Names of the rows of `point_rows`.

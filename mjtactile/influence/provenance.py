@@ -63,7 +63,7 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
     if fidelity.averaging != "points":
         description.append({"averaging": fidelity.averaging})
     if fidelity.loads != "nodes":
-        # Columns of corners are fitted to loads that a class feels, no longer to rounding.
+        # "fitted" distinguishes these tables from those of a version that fitted columns to rounding errors, too.
         description.append({"loads": fidelity.loads, "fitted": "to what is felt"})
     if fidelity.reduction > 0.0:
         description.append({"ranks": "part no pairs"})

@@ -231,7 +231,7 @@ def test_file_from_before_checksums_is_refused_as_stale(saved):
 
     tables, metadata = read_tables(saved)
     save_file({name: np.array(table) for name, table in tables.items()}, saved, {"mjtactile": json.dumps(metadata)})
-    with pytest.raises(StaleInfluenceError, match=r"earlier version.*Rebuild it: mjtactile build"):
+    with pytest.raises(StaleInfluenceError, match=r"without checksums.*Rebuild it: mjtactile build"):
         load_influence(saved)
 
 
