@@ -51,8 +51,8 @@ class Calibration:
         given = np.asarray(readings, dtype=float)
         if given.shape[-self.offsets.ndim :] != self.offsets.shape:
             raise TransducerError(
-                f"the readings have shape {given.shape}; expected (..., "
-                f"{', '.join(map(str, self.offsets.shape))}), since this array was calibrated with {self.offsets.shape}."
+                f"the readings have shape {given.shape}; expected that of the calibration, "
+                f"{self.offsets.shape}, or batches of it."
             )
         signal = (self.element.signal(given) - self.offsets) / np.where(self.dead, 1.0, self.gains)
         return np.where(self.dead, 0.0, self.element.stress(signal))
