@@ -82,7 +82,8 @@ def calibrate(
     nominal = float(element.signal(float(pressure)))
     if not (nominal > 0.0 and readings > 0):
         raise TransducerError(
-            f"pressure = {pressure} Pa, readings = {readings}; expected positive numbers, such as 1e3 Pa and 100."
+            f"pressure = {pressure} Pa, readings = {readings}; expected a positive pressure and a positive number of "
+            "readings, such as 1e3 Pa and 100."
         )
     rest = _mean_signal(array, element, np.zeros(shape), readings)
     loaded = _mean_signal(array, element, np.full(shape, float(pressure)), readings)
