@@ -54,7 +54,7 @@ def why_unread(error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
         return "there is no such file"
     if isinstance(error, UnicodeDecodeError):
-        return "it is no text in UTF-8"
+        return "it is not UTF-8 text"
     return (isinstance(error, OSError) and error.strerror) or str(error)
 
 
@@ -147,7 +147,12 @@ def figure_kind(path: Path) -> str:
 
 
 def save_figure(path: Path, figure: Any, dpi: int) -> None:
-    """Write a matplotlib figure; it appears complete or not at all.
+    """Write a matplotlib figure; the file appears complete or not at all.
+
+    Args:
+        path: of the file; its extension gives the image format.
+        figure: a matplotlib Figure.
+        dpi: resolution [dots per inch].
 
     Raises:
         OutputError: the file name's extension is not one of `FIGURE_KINDS`, or the file cannot be written.

@@ -240,7 +240,7 @@ class Pad:
         _require(
             LENGTHS[0] <= self.sampling_radius <= largest,
             f"sampling_radius = {self.sampling_radius} m; expected a positive length, for example 0.625e-3, from "
-            f"{LENGTHS[0]:g} m to what the sheet measures, {largest:.6g} m.",
+            f"{LENGTHS[0]:g} m to the sheet's largest dimension, {largest:.6g} m.",
         )
         if not self.surface.is_flat:
             self.surface.check(self.size, self.thickness)
@@ -273,8 +273,8 @@ class Pad:
         for taxel, radius in enumerate(radii.tolist()):
             _require(
                 LENGTHS[0] <= radius <= largest,
-                f"taxel {taxel} has a radius of {radius} m; expected from {LENGTHS[0]:g} m to what the sheet "
-                f"measures, {largest:.6g} m.",
+                f"taxel {taxel} has a radius of {radius} m; expected from {LENGTHS[0]:g} m to the sheet's largest "
+                f"dimension, {largest:.6g} m.",
             )
         feet, miss = self.feet(points)
         tolerance = LENGTH_TOLERANCE * largest
@@ -480,7 +480,7 @@ class Pad:
         from mjtactile.pad_shape.surface_fit import fitted_patch
 
         if (thickness is None) == (layers is None):
-            raise PadError("Pad.from_mesh takes thickness=... or layers=..., one of the two.")
+            raise PadError("Pad.from_mesh takes either thickness=... or layers=...; give exactly one of the two.")
         if layers is None:
             stack: Any = Layer(thickness=_number("thickness", thickness, " in metres"), young=3e6, poisson=0.49)
         else:

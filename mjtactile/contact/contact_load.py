@@ -155,7 +155,21 @@ def _warn(text: str, stacklevel: int) -> None:
 def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """Return a load after warnings about wrenches that it does not carry and about large strains."""
+    """Return a load after warnings about a wrench that it does not carry and about large strains.
+
+    Args:
+        influence: of the pad.
+        footprint: of the body.
+        load: that was found for the wrench.
+        wrench: that the load should carry.
+        options: how the contact was solved.
+
+    Returns:
+        The load. If the moments about x and y are results, they are not part of its residual.
+
+    Warns:
+        ContactWarning: the load does not carry the wrench, or strains are not small.
+    """
     gives_moment = options.gives_moment
     if gives_moment and not wrench.moment_given:
         # For a body of fixed orientation without a given moment, the moment is a result, not a residual.

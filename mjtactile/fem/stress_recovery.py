@@ -64,7 +64,13 @@ def _scatter(line: Line, element: np.ndarray, local_rows: Array) -> Array:
 
 
 def gauss_weights(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> Array:
-    """Lagrange weights of all Gauss points for each position, shape (positions, 2 elements); see `point_rows`."""
+    """Lagrange weights of all Gauss points for each position [-], shape (positions, 2 * elements).
+
+    Args:
+        line: elements.
+        positions: where values are interpolated [m], shape (positions,).
+        jumps: interior vertices, by index, across which nothing is interpolated.
+    """
     element = line.locate(positions)[0]
     middles = (line.vertices[:-1] + line.vertices[1:]) / 2
     gauss = (middles[:, None] + line.sizes[:, None] / 2 * GAUSS).ravel()

@@ -129,7 +129,10 @@ def build_swept_tables(
     rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
     columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
 ) -> Iterator[Tables]:
-    """`build_tables` with the elements and equations of curved pads; it solves flat pads too, for comparison."""
+    """Build tables with the elements and equations of curved pads; they solve flat pads too, for comparison.
+
+    Arguments, results and errors are those of `build_tables`.
+    """
     mesh = sheet_mesh(pad, density)
     layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
     swept = SweptPad(mesh, np.concatenate(layers))

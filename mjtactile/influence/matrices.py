@@ -226,7 +226,19 @@ def load_influence(
 def read_influence(
     path: str | Path, pad: Pad | None = None, fidelity: str | Fidelity | None = None
 ) -> InfluenceMatrices:
-    """Load saved influence matrices as `load_influence` does, but without its warning."""
+    """Load saved influence matrices as `load_influence` does, but without its warning.
+
+    Args:
+        path: file written by `InfluenceMatrices.save`.
+        pad: the pad that the file must be for; by default the one it describes.
+        fidelity: the fidelity that the file must have; by default the one it describes.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        CorruptInfluenceError: the file is damaged, not an influence table, or lacks an array its fidelity needs.
+        StaleInfluenceError: the file is for another pad, mesh, storage or format version.
+        PresetError: there is no such fidelity.
+    """
     tables, metadata = read_tables(Path(path))
     pad, chosen = check_provenance(path, metadata, pad, fidelity)
     influence = InfluenceMatrices(pad, chosen, tables)

@@ -180,18 +180,25 @@ class PadModel(nn.Module):
         """Mean stress tensor over every taxel's ball, pad frame, tension positive.
 
         Args:
-            forces: as for readings.
+            forces: on the surface's nodes [N], pad frame, (..., nodes y, nodes x, 3).
 
         Returns:
             (..., 6, layers, rows, columns) [Pa]: components xx, yy, zz, xy, yz, zx.
 
         Raises:
-            InfluenceError: as for readings, or the model was made without `stress=True`.
+            InfluenceError: the tensor has another shape, type or device, or the model was made without `stress=True`.
         """
         return self.readings_and_stress(forces).stress
 
     def readings_and_stress(self, forces: Tensor) -> PadOutput:
-        """Readings and stress tensors in one pass, faster than two; arguments and errors as in `stress`."""
+        """Readings and stress tensors in one pass, which is faster than two.
+
+        Args:
+            forces: on the surface's nodes [N], pad frame, (..., nodes y, nodes x, 3).
+
+        Raises:
+            InfluenceError: the tensor has another shape, type or device, or the model was made without `stress=True`.
+        """
         if self._mean is None:
             raise InfluenceError("this model was made for readings alone. For stress: PadModel(..., stress=True).")
         batch, flat = self._batch(forces)

@@ -191,7 +191,7 @@ def test_every_storage_comes_back(choices, tmp_path):
     load = contact_load(built, footprint, (0.02, 0.01, -0.1))
     np.testing.assert_array_equal(loaded.readings(load), built.readings(load))
     np.testing.assert_array_equal(loaded.stress(load), built.stress(load))
-    with pytest.raises(StaleInfluenceError, match="another mesh, storage, pad or version"):
+    with pytest.raises(StaleInfluenceError, match="the pad, the mesh, the storage or the version"):
         load_influence(path, fidelity=Fidelity(mesh=COARSE))
 
 
