@@ -183,7 +183,7 @@ __all__ = [
 ]
 
 
-#: Packages inside this one that are reached as attributes as well.
+#: Subpackages that can be used as attributes of `mjtactile` without an import of their own.
 _PACKAGES = ("dataset", "envs", "hands", "lerobot", "recognition", "torch", "transducer", "view")
 
 _import_hook.install()

@@ -22,9 +22,9 @@ from mjtactile._installed import require
 from mjtactile._types import Tables
 from mjtactile.errors import OutputError
 
-#: Kinds of figures that can be drawn, by the ending of the file's name.
+#: Image formats in which figures can be written, as file name extensions.
 FIGURE_KINDS = ("png", "pdf", "svg", "eps", "jpg", "jpeg", "tif", "tiff", "webp")
-#: What files have at the end of their names while they are being written.
+#: Suffix of a file's name while the file is being written.
 PARTIAL = ".partial"
 
 _KINDS = (
@@ -37,7 +37,7 @@ _KINDS = (
 
 
 def read_text(path: Path) -> str:
-    """The text of a regular file in UTF-8, without the mark that some programs put at its beginning.
+    """The text of a regular file in UTF-8, without the byte order mark that some programs put at its beginning.
 
     Raises:
         OSError: there is no such file, it cannot be read, or it is not a regular file.
@@ -50,11 +50,11 @@ def read_text(path: Path) -> str:
 
 
 def why_unread(error: Exception) -> str:
-    """Why a file could not be read, in words for people who know its name."""
+    """Why a file could not be read, as words for an error message that names the file."""
     if isinstance(error, FileNotFoundError):
         return "there is no such file"
     if isinstance(error, UnicodeDecodeError):
-        return "it is no text in UTF-8"
+        return "it is not UTF-8 text"
     return (isinstance(error, OSError) and error.strerror) or str(error)
 
 
@@ -90,10 +90,10 @@ def check_writable(path: Path) -> None:
 
 
 def check_npz(path: Path) -> None:
-    """Find out before long work whether arrays can be written to a file.
+    """Check before long work that arrays can be written to a file.
 
     Raises:
-        OutputError: the name's ending says that something else is meant, or the file cannot be written.
+        OutputError: the file name's extension is not .npz, or the file cannot be written.
     """
     check_writable(path)
     if path.suffix.lower() != ".npz":
@@ -147,7 +147,12 @@ def figure_kind(path: Path) -> str:
 
 
 def save_figure(path: Path, figure: Any, dpi: int) -> None:
-    """Write a matplotlib figure; it appears complete or not at all.
+    """Write a matplotlib figure; the file appears complete or not at all.
+
+    Args:
+        path: of the file; its extension gives the image format.
+        figure: a matplotlib Figure.
+        dpi: resolution [dots per inch].
 
     Raises:
         OutputError: the file name's extension is not one of `FIGURE_KINDS`, or the file cannot be written.
@@ -165,7 +170,7 @@ def write_atomically(path: Path, write: Callable[[Any], None]) -> None:
         OutputError: when it cannot be written; the message says why.
     """
     try:
-        # The file's own name may be as long as names may be, so that nothing can be put before it.
+        # The temporary name does not contain the file's own name, which may already have the largest possible length.
         with replacing(_target(path), prefix=".") as file:
             write(file)
     except OSError as error:
@@ -180,7 +185,7 @@ def replacing(target: Path, prefix: str) -> Iterator[IO[bytes]]:
 
     Args:
         target: path of a regular file, which need not exist.
-        prefix: of the temporary file's name; it lies in the folder of `target`.
+        prefix: beginning of the temporary file's name; the file lies in the folder of `target`.
 
     Raises:
         OSError: when it cannot be written.
@@ -191,7 +196,7 @@ def replacing(target: Path, prefix: str) -> Iterator[IO[bytes]]:
         try:
             yield file
             file.close()
-            # Opened anew: who filled it by its name may have written through another handle.
+            # Opened again: a caller may have written to the file by its name, through another handle.
             with partial.open("rb+") as whole:
                 os.fsync(whole.fileno())
             partial.chmod(mode)
@@ -201,7 +206,7 @@ def replacing(target: Path, prefix: str) -> Iterator[IO[bytes]]:
 
 
 def _target(path: Path) -> Path:
-    """The file behind a path, its links followed.
+    """The file that a path leads to when symbolic links are followed.
 
     Raises:
         OSError: the path is not a regular file, or it is write-protected.
@@ -225,6 +230,7 @@ def _refused(path: Path, error: Exception) -> OutputError:
 
 #: Entries of a safetensors header's metadata: the writer's text, the arrays' checksums, and the header's checksum.
 METADATA, CHECKSUMS, HEADER = "mjtactile", "checksums", "header"
+#: Bytes per word of a checksum.
 _WORD = 8
 #: Words per row of a checksum: 4 kB, the block size in which disks and memory are usually damaged.
 _ROW = 512
@@ -257,8 +263,8 @@ def with_checksums(arrays: Tables, said: str) -> dict[str, str]:
     """Metadata of a safetensors header with checksums.
 
     Args:
-        arrays: what the file holds, by name.
-        said: the writer's own text about them.
+        arrays: the file's arrays by name.
+        said: text that describes them, stored as the entry `METADATA`.
     """
     about = {METADATA: said, CHECKSUMS: json.dumps({name: checksum(array) for name, array in arrays.items()})}
     return about | {HEADER: _header_checksum(arrays, about)}
@@ -294,7 +300,7 @@ def check_arrays(arrays: Tables, about: dict[str, str]) -> None:
 
 
 def _header_checksum(arrays: Tables, about: dict[str, str]) -> str:
-    """Checksum of everything in a header but the arrays' offsets; swapped arrays fail their own checksums."""
+    """Checksum of everything in a header except the arrays' offsets: swapped arrays fail their own checksums."""
     entries = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}
     said = json.dumps([entries, about[METADATA], about[CHECKSUMS]], sort_keys=True)
     return hashlib.blake2b(said.encode(), digest_size=_DIGEST_BYTES).hexdigest()

@@ -58,7 +58,7 @@ def attach_pad(
         fidelity: a preset by name, or a Fidelity, of which the model stores every choice.
         output: one or more of "von_mises", "stress", "wrench", "carried" and "range", separated by spaces. None adds no
             sensor, so that steps cost nothing: `TactileSensor(model, pad, geom="<name>_pad", fidelity=...)` reads the
-            pad when it is asked, and `fidelity`, `law`, `tangential`, `friction` and `tilt` are its to choose.
+            pad when it is asked, and takes `fidelity`, `law`, `tangential`, `friction` and `tilt` as its arguments.
         visual: whether viewers show the top layer's readings as a heat map on the pad: a tile per taxel, as wide as
             its ball where taxels are free.
         law: contact law in place of the fidelity's own.
@@ -76,7 +76,7 @@ def attach_pad(
     Raises:
         SceneError: no such body, pad, fidelity, output, law, tangential, tilt or contact, or a law that does not
             offer `tangential`; the name is taken; a number is not finite; `visual` without a sensor; or `spec` is no
-            specification. The specification is then as it was.
+            specification. The specification is then unchanged.
         NativeError: when the plugin cannot be registered with this MuJoCo.
     """
     ensure_registered()
@@ -88,7 +88,8 @@ def attach_pad(
     if output is None:
         if visual:
             raise SceneError(
-                f"pad '{name}': viewers show what a sensor reads, and output=None adds none. Ask for an output."
+                f"pad '{name}': visual=True shows the readings of a sensor, and output=None adds no sensor. Give an "
+                "output, such as 'von_mises', or leave visual out."
             )
         return add_pad_geom(spec, parent, name, made, place, contact)
     config = {"pad": table, "output": _checked_outputs(output), "visual": "on" if visual else "off"}
@@ -99,10 +100,10 @@ def attach_pad(
 
 
 def check_spec(spec: Any) -> None:
-    """Refuse what no pad can be attached to.
+    """Check that an argument is a model specification, to which a pad can be attached.
 
     Raises:
-        SceneError: it is no MjSpec.
+        SceneError: `spec` is not a mujoco.MjSpec.
     """
     if isinstance(spec, mujoco.MjSpec):
         return
@@ -121,7 +122,7 @@ def _body(spec: mujoco.MjSpec, name: str) -> mujoco.MjsBody:
 
 
 def check_free(spec: mujoco.MjSpec, name: str, pad: Pad) -> None:
-    """Refuse a name if one of what a pad of that name adds to a model is there already.
+    """Check that a model does not yet contain any of the elements that a pad of this name adds.
 
     Args:
         spec: model specification.
@@ -162,8 +163,8 @@ def _checked_outputs(output: str) -> str:
     for name in names:
         if name not in OUTPUTS or names.count(name) > 1:
             raise SceneError(
-                f"output {name!r} does not exist or is there twice. Available: {', '.join(OUTPUTS)}; several are one "
-                "text, separated by spaces."
+                f"output {name!r} does not exist or is given twice. Available: {', '.join(OUTPUTS)}. Give several as "
+                "one text, separated by spaces."
             )
     return output
 
@@ -186,7 +187,7 @@ def _place(pos: npt.ArrayLike, quat: npt.ArrayLike) -> tuple[Array, Array]:
 
 
 def pad_table(pad: Pad | str | Path | None) -> tuple[str, Pad]:
-    """The plugin attribute `pad` of a model, and the pad it stands for.
+    """The plugin attribute `pad` that a model stores for a pad, and that pad.
 
     Args:
         pad: a Pad, the name of a registered one, a TOML file of one, or a file of saved influence matrices; None for

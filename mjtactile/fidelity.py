@@ -1,8 +1,8 @@
 """Fidelities by name: the trade between the time of a reading and its error.
 
 A preset bundles the choices that trade speed for accuracy: the mesh, how its influence matrices are stored, and how
-the contact pressure is found. The contact law and its cells are free to change later; the rest decides which table is
-built.
+the contact pressure is found. The contact law and its number of cells can be changed later; the other choices decide
+which table is built.
 """
 
 from __future__ import annotations
@@ -37,15 +37,17 @@ class MeshDensity:
     Sizes are relative to a reference length, over which the sensed stress varies: the smaller of the sheet's thickness
     and five times the shallowest sensing depth (both are 5 mm on the paper's pad). `most_elements` bounds the cost of
     wide or thin sheets; a MeshWarning is issued where it makes the mesh coarser.
+
+    Raises:
+        MeshError: a number is outside its range.
     """
 
     in_plane_size: float  #: mean element size in the plane over the reference length [-]
     through_size: float  #: mean element size across the thickness over the reference length [-]
     rim_grading: float  #: size of the middle element over that of the rim element [-]
     base_grading: float  #: size of the top element over that of the base element [-]
-    points_per_axis: tuple[
-        int, ...
-    ]  #: sample points along each axis of a taxel's ball, per sensing layer; the last repeats
+    #: Sample points along each axis of a taxel's ball, for each sensing layer; the last number repeats.
+    points_per_axis: tuple[int, ...]
     most_elements: int = 800  #: bound on elements in the plane of the sheet; the cost grows with its cube
     reference_length: float | None = None  #: length that sizes are relative to [m]; None: as described above
 
@@ -82,7 +84,7 @@ MESHES: dict[str, MeshDensity] = {
     "default": MeshDensity(
         in_plane_size=0.15, through_size=0.125, rim_grading=2.0, base_grading=0.75, points_per_axis=(2,)
     ),
-    # For loads="corners", whose resolution is the distance of corners: element sizes vary little across the sheet.
+    # For loads="corners", whose resolution is the distance between corners: element sizes vary little over the sheet.
     "even": MeshDensity(
         in_plane_size=0.137,
         through_size=0.125,
@@ -117,7 +119,7 @@ def mesh_density(mesh: str | MeshDensity) -> MeshDensity:
 
 @dataclass(frozen=True, kw_only=True)
 class Fidelity:
-    """Choices that trade speed for accuracy; the defaults are a mesh "default" with nothing reduced.
+    """Choices that trade speed for accuracy; by default the mesh is "default", and nothing is reduced.
 
     Raises:
         PresetError: for a choice that does not exist.
@@ -233,7 +235,7 @@ def fidelity_from_text(text: str) -> Fidelity:
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         if isinstance(error, PresetError | MeshError):
             raise
-        raise PresetError(f"the fidelity's text says no fidelity ({error}). Write it with fidelity_text.") from error
+        raise PresetError(f"the text does not describe a fidelity ({error}). Write it with fidelity_text.") from error
 
 
 def mesh_name(density: MeshDensity) -> str | None:

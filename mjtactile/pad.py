@@ -41,7 +41,7 @@ MOST_LAYERS, MOST_DEPTHS, MOST_READINGS = 64, 64, 100_000
 #: Lengths closer than this fraction of the sheet's thickness count as equal.
 LENGTH_TOLERANCE = 1e-9
 
-
+#: Default depths of the sensing layers [m], those of Aoyagi 2008.
 _DEPTHS = (1e-3, 2e-3, 3e-3, 4e-3)
 
 
@@ -66,7 +66,7 @@ def _shortened(value: Any) -> str:
     """A value as text for an error message, shortened if it is long."""
     try:
         said = repr(value)
-    except ValueError:  # Python writes out no integers of many thousand digits
+    except ValueError:  # Python refuses to convert integers with thousands of digits to text
         return "a very large number"
     return said if len(said) <= _LONGEST_VALUE else f"{said[:_LONGEST_VALUE]}..."
 
@@ -82,9 +82,13 @@ _LENGTH_RANGE = f"from {LENGTHS[0]:g} to {LENGTHS[1]:g} m"
 
 @dataclass(frozen=True, kw_only=True)
 class Layer:
-    """One homogeneous, isotropic, linear-elastic layer, bonded to its neighbours."""
+    """One homogeneous, isotropic, linear-elastic layer, bonded to its neighbours.
 
-    thickness: float  #: [m]
+    Raises:
+        PadError: a value is not a number, or outside its range.
+    """
+
+    thickness: float  #: thickness [m]
     young: float  #: Young's modulus [Pa]
     poisson: float  #: Poisson ratio [-], in [0, 0.5)
 
@@ -120,7 +124,11 @@ class Layer:
 
 @dataclass(frozen=True, kw_only=True)
 class TaxelGrid:
-    """A rectangular grid of taxels, seen from above: rows along y, columns along x."""
+    """A rectangular grid of taxels, seen from above: rows along y, columns along x.
+
+    Raises:
+        PadError: a count is not a whole number of at least 1, or a length is not finite or outside its range.
+    """
 
     rows: int = 13  #: taxels along y
     columns: int = 13  #: taxels along x
@@ -164,7 +172,7 @@ class TaxelGrid:
 
     @property
     def corners(self) -> Array:
-        """Low and high corner of what the taxels stand for, half a pitch beyond the outermost [m], shape (2, 2)."""
+        """Low and high corner (x, y) of the grid's area, half a pitch beyond the outer taxels [m], shape (2, 2)."""
         ends = np.array([[self.x[0], self.y[0]], [self.x[-1], self.y[-1]]])
         return ends + np.array([[-0.5], [0.5]]) * self.pitch
 
@@ -174,8 +182,8 @@ class Pad:
     """A layered elastic body over a rectangle, bonded to a rigid base; its sides and top are free.
 
     Its outer surface is a plane or a smooth height field over the rectangle, `surface`. Thickness, layers and depths
-    are measured along the inward normals. The base is the offset surface at the full thickness; the sides are made of
-    normals.
+    are measured along the inward normals. The base is the offset surface at the full thickness; the sides run along the
+    normals at the rectangle's edges.
 
     The defaults are the sensor of Aoyagi 2008 (Recognition of Contact State of Four Layers Arrayed Type Tactile
     Sensor by Using Neural Networks): 15 x 15 x 5 mm of PDMS, E = 3 MPa, 13 x 13 taxels at 1.25 mm pitch at depths
@@ -232,7 +240,7 @@ class Pad:
         _require(
             LENGTHS[0] <= self.sampling_radius <= largest,
             f"sampling_radius = {self.sampling_radius} m; expected a positive length, for example 0.625e-3, from "
-            f"{LENGTHS[0]:g} m to what the sheet measures, {largest:.6g} m.",
+            f"{LENGTHS[0]:g} m to the sheet's largest dimension, {largest:.6g} m.",
         )
         if not self.surface.is_flat:
             self.surface.check(self.size, self.thickness)
@@ -265,8 +273,8 @@ class Pad:
         for taxel, radius in enumerate(radii.tolist()):
             _require(
                 LENGTHS[0] <= radius <= largest,
-                f"taxel {taxel} has a radius of {radius} m; expected from {LENGTHS[0]:g} m to what the sheet "
-                f"measures, {largest:.6g} m.",
+                f"taxel {taxel} has a radius of {radius} m; expected from {LENGTHS[0]:g} m to the sheet's largest "
+                f"dimension, {largest:.6g} m.",
             )
         feet, miss = self.feet(points)
         tolerance = LENGTH_TOLERANCE * largest
@@ -300,7 +308,10 @@ class Pad:
 
     @property
     def interfaces(self) -> tuple[float, ...]:
-        """Depths of the interfaces between layers as negative heights [m], top first, without surface and base."""
+        """Heights z of the interfaces between layers below the surface [m], negative, top first.
+
+        The surface and the base are not included.
+        """
         return tuple(-math.fsum(layer.thickness for layer in self.layers[: i + 1]) for i in range(len(self.layers) - 1))
 
     @property
@@ -347,7 +358,7 @@ class Pad:
         return self.depths
 
     def taxel_feet(self, sensing_layer: int) -> Array:
-        """Foot (x, y) in the projection and depth along the normal of each taxel of a layer [m], shape (n, 3)."""
+        """Foot (x, y) of each taxel of a layer in the projection, and its depth along the normal [m], shape (n, 3)."""
         if isinstance(self.taxels, FreeTaxels):
             return self.feet(self.taxels.positions)[0]
         y, x = np.meshgrid(self.taxels.y, self.taxels.x, indexing="ij")
@@ -361,7 +372,12 @@ class Pad:
         return self.surface.positions(feet[:, 0], feet[:, 1], feet[:, 2])
 
     def feet(self, points: Array) -> tuple[Array, Array]:
-        """Feet of points (n, 3) [m] on the pad's surface, see `Surface.feet`."""
+        """Feet of points (n, 3) in the pad frame [m] on the pad's surface, see `Surface.feet`.
+
+        Returns:
+            (feet, miss): (x, y, depth) of each point [m], shape (n, 3); and the distance by which the normal at the
+            foot misses the point [m], shape (n,).
+        """
         if self.surface.is_flat:
             return points * np.array([1.0, 1.0, -1.0]), np.zeros(len(points))
         return self.surface.feet(points, (self.size[0] / 2, self.size[1] / 2))
@@ -464,7 +480,7 @@ class Pad:
         from mjtactile.pad_shape.surface_fit import fitted_patch
 
         if (thickness is None) == (layers is None):
-            raise PadError("Pad.from_mesh takes thickness=... or layers=..., one of the two.")
+            raise PadError("Pad.from_mesh takes either thickness=... or layers=...; give exactly one of the two.")
         if layers is None:
             stack: Any = Layer(thickness=_number("thickness", thickness, " in metres"), young=3e6, poisson=0.49)
         else:
@@ -477,8 +493,8 @@ class Pad:
             patch.check(width, math.fsum(layer.thickness for layer in stack))
         except PadError as error:
             raise PadError(
-                f"{error} A hole or a step of the mesh looks so, too. Where the mesh is a scan, its noise may be what "
-                "bends so: give smoothing=..., such as 3e-5 m."
+                f"{error} A hole or a step in the mesh may be the cause. If the mesh is a scan, its noise may be the "
+                "cause: give smoothing=..., such as 3e-5 m."
             ) from error
         return cls(size=size, layers=stack, surface=patch, **others)
 
@@ -491,10 +507,10 @@ def _check_size(size: tuple[float, float]) -> None:
 
 
 def require_pad(pad: object) -> Pad:
-    """What was given, which must be a pad.
+    """The argument unchanged, after checking that it is a Pad.
 
     Raises:
-        PadError: it is something else.
+        PadError: it is not a Pad.
     """
     return of_type(Pad, "pad", pad, PadError)
 
@@ -538,7 +554,7 @@ def _tuple_of_depths(depths: Any) -> tuple[float, ...]:
     listed = (depths,) if isinstance(depths, int | float | np.number) else _first_of(depths, MOST_DEPTHS)
     if listed is None or isinstance(depths, str | bytes):
         raise PadError(f"depths = {_shortened(depths)}; expected numbers in metres, top layer first.")
-    _require(len(listed) <= MOST_DEPTHS, f"more than {MOST_DEPTHS} sensing depths; expected at most so many.")
+    _require(len(listed) <= MOST_DEPTHS, f"more than {MOST_DEPTHS} sensing depths; expected fewer. Leave some out.")
     try:
         numbers = tuple(_number("depth", depth, " in metres") for depth in listed)
     except PadError:
@@ -562,7 +578,7 @@ def force_vector(magnitude: float, tilt_deg: float = 0.0, azimuth_deg: float = 0
     Args:
         magnitude: F [N]; 1 gf is 9.80665e-3 N.
         tilt_deg: angle t between the force and the pad's inward normal (-z) [deg].
-        azimuth_deg: direction a of the tangential part, from +x towards +y [deg].
+        azimuth_deg: direction a of the tangential part, counter-clockwise from +x towards +y [deg].
     """
     tilt, azimuth = math.radians(tilt_deg), math.radians(azimuth_deg)
     tangential = math.sin(tilt)

@@ -95,7 +95,7 @@ def pad_from_values(values: dict[str, Any], folder: Path) -> Pad:
 
     Args:
         values: entries of the TOML file.
-        folder: that names of files are relative to.
+        folder: names of files are relative to this folder.
 
     Raises:
         PadError: a value is unknown, or `Pad` refuses the values.
@@ -190,7 +190,7 @@ def _number(name: str, value: Any) -> Any:
 
 
 def _short(value: Any) -> str:
-    text = str(value) if isinstance(value, str) else json.dumps(value, default=str)  # TOML has dates
+    text = str(value) if isinstance(value, str) else json.dumps(value, default=str)  # TOML values may be dates
     return text if len(text) <= 60 else f"{text[:60]}..."
 
 
@@ -205,7 +205,10 @@ def register_pad(name: str, pad: Pad) -> None:
         SceneError: another pad has the name, or the name could be that of a file or the text of a pad.
     """
     if not name or Path(name).suffix or "/" in name or is_pad_text(name):
-        raise SceneError(f"{name!r} is no name for a pad: it must not be empty or look like a file's.")
+        raise SceneError(
+            f"{name!r} cannot be the name of a pad: expected a text that is not empty and does not look like the name "
+            "of a file or the text of a pad, such as 'thumb'."
+        )
     require_pad(pad)
     if _pads.get(name, pad) != pad:
         raise SceneError(f"pad {name!r} exists already and is another one, a {_pads[name].summary}. Use another name.")

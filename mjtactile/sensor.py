@@ -54,7 +54,7 @@ class TactileSensor:
 
     Raises:
         SceneError: the model is no MjModel or has no such geom, the geom does not have the pad's shape, or `facing_gap`
-            is no length. So do the methods when they are given data of another model.
+            is no length. Methods raise it too, if `data` belongs to another model.
         PadError: `pad` is no pad.
         ContactError: law, tangential or tilt is unknown, or they cannot be combined.
     """
@@ -102,7 +102,13 @@ class TactileSensor:
         self._reader = NativeReader(how, self.geom, geom, bodies)
 
     def read(self, data: mujoco.MjData) -> Array:
-        """Von Mises readings (layers, rows, columns) [Pa] from the contacts of the last step or forward pass.
+        """Von Mises readings [Pa] from the contacts of the last step or forward pass.
+
+        Returns:
+            (layers, rows, columns), top layer first; (taxels,) for a pad with free taxels.
+
+        Raises:
+            SceneError: `data` belongs to another model.
 
         Warns:
             ContactWarning: once for every body and kind, when a contact wrench cannot be carried by the surface or only
@@ -114,9 +120,12 @@ class TactileSensor:
         return self._reader.read(self.model, data).readings
 
     def load(self, data: mujoco.MjData) -> SurfaceLoad | None:
-        """Tractions on the pad as nodal forces; None without contact.
+        """Tractions on the pad as nodal forces [N]; None without contact.
 
         The load's residual is the part of the contact wrench that the tractions do not carry.
+
+        Raises:
+            SceneError: `data` belongs to another model.
         """
         self._check(data)
         found = self._reader.read(self.model, data, forces=True)
@@ -159,7 +168,7 @@ class TactileSensor:
         for body, wrench in contacts.by_body(self.model).items():
             if not wrench.any() or body < 0:
                 continue
-            known = contacts.geoms[contacts.geoms >= 0]  # flexes are no geoms
+            known = contacts.geoms[contacts.geoms >= 0]  # negative: a flex, not a geom
             touching = known[self.model.geom_bodyid[known] == body]
             try:
                 outlines.append(self._outline_of(data, frame, body, touching))
@@ -170,8 +179,8 @@ class TactileSensor:
 
     def _check(self, data: mujoco.MjData) -> None:
         """Refuse data of another model, in which the pad's geom and readings are elsewhere."""
-        # MuJoCo's signature of a model's tree, which its data has, too. Numbers such as sizes and masses do not enter:
-        # data of a varied model serves.
+        # MuJoCo stores the same signature of the kinematic tree in a model and in its data. Sizes and masses are not
+        # part of it, so that data of a model with varied numbers is accepted.
         numbers, model = getattr(data, "sensordata", None), self.model
         if numbers is not None and len(numbers) == model.nsensordata and data.signature == model.signature:
             return
@@ -179,7 +188,7 @@ class TactileSensor:
         raise SceneError(f"data {said}; expected the mujoco.MjData of the model that the TactileSensor was made with.")
 
     def _outline_of(self, data: mujoco.MjData, frame: PadFrame, body: int, touching: Indices) -> Polygon | MultiPolygon:
-        """Outline of the part of a body that faces the pad [m]; `touching` are its geoms in contact."""
+        """Outline of the part of a body that faces the pad [m]; `touching` holds the ids of its geoms in contact."""
         model, gap = self.model, self.facing_gap
         if not self.pad.surface.is_flat:
             placed = geoms_in_pad(data, frame, pressing_geoms(model, body, touching))

@@ -16,6 +16,7 @@ MOST_PRESSES = 10**9 - 1
 
 #: One gram-force [N], by definition of standard gravity.
 GRAM_FORCE = 9.80665e-3
+#: One millimetre [m].
 MILLIMETRE = 1e-3
 #: Least pressing force [N], a tenth of the weight of a microgram.
 LEAST_FORCE = 1e-9
@@ -44,6 +45,10 @@ def parse_force(text: str) -> float:
 
 def parse_millimetres(name: str, text: str) -> tuple[float, float]:
     """Two lengths [m] from text such as "1.25,0" in millimetres.
+
+    Args:
+        name: of the command-line option, for the error message.
+        text: the two lengths, separated by a comma.
 
     Raises:
         UnitError: the text is not two finite numbers.

@@ -1,7 +1,7 @@
-"""One pure function over many tasks: in this process, in processes of this machine, or on a Ray cluster.
+"""Run one pure function over many tasks: in this process, in processes of this machine, or on a Ray cluster.
 
 Results are returned in the order in which they are completed. The calling process stores them, so that workers on
-other machines need no shared disk. A task whose worker is killed is repeated; its result is the same, because it
+other machines need no shared disk. A task is repeated if its worker is killed. The result is the same, because it
 depends on the task alone.
 """
 
@@ -120,6 +120,10 @@ def distributed(
 
     Yields:
         (index in `tasks`, result). Exceptions of the function are passed on.
+
+    Raises:
+        MissingExtraError: Ray is not installed.
+        DistributeError: Ray cannot be reached, or workers are killed repeatedly during the same task.
     """
     job = _Job(function)
     if not tasks:
@@ -199,10 +203,11 @@ def _result(ray: Any, reference: Any) -> Any:
 
 
 def _on_version(version: str, job: Callable[[Any], Any], task: Any) -> Any:
-    """What a Ray worker runs."""
+    """Run a task in a Ray worker, after checking that it has the caller's version of mjtactile."""
     if version != _version():
         raise DistributeError(
-            f"a Ray worker has mjtactile {_version()}, but {version} asks. Install the same version on every machine."
+            f"a Ray worker has mjtactile {_version()}, but the calling process has {version}. Install the same version "
+            "on every machine."
         )
     return job(task)
 
@@ -259,6 +264,6 @@ def _no_cluster(address: str, error: BaseException) -> DistributeError:
 
 def _given_up(error: BaseException) -> DistributeError:
     return DistributeError(
-        f"{_ATTEMPTS} workers in a row were lost without a result, the last one so: {error}. Is there too little "
-        "memory? Ask for fewer workers. What was finished is kept; call again to go on."
+        f"{_ATTEMPTS} workers in a row were lost without a result, the last one with: {error}. Is there too little "
+        "memory? Ask for fewer workers. Finished results are kept; call again to go on."
     )

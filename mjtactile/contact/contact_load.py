@@ -111,11 +111,14 @@ def solved_loads(
         wrenches: of the bodies, in the same order.
         options: how the contacts are solved.
 
+    Returns:
+        One load for each body, in the same order; an empty load for a wrench that does not press.
+
     Raises:
         ContactError: no contact was found.
     """
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
-    loads = {k: _nothing(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
+    loads = {k: _empty_load(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
     if not pressing:
         return list(loads.values())
     bodies = [footprints[k] if options.contact_law.shapes else footprints[k].lowest_part for k in pressing]
@@ -125,20 +128,21 @@ def solved_loads(
         loads[k] = one.load
         if one.approximated:
             _warn(
-                "no contact was found as its law wants it: the pressure is spread over as much area next to where the "
-                "force passes as it needs.",
+                "the contact law has no solution here: the pressure is spread over as much area around the line of the "
+                "force as it needs instead.",
                 stacklevel=5,
             )
         elif one.simplified:
             _warn(
-                "pressure and shear do not agree, as on few cells or with much friction: the pressure is that without "
-                "friction.",
+                "no pressure and shear were found that agree with each other, which can happen with few cells or high "
+                "friction: the pressure is that without friction.",
                 stacklevel=5,
             )
     return [loads[k] for k in range(len(wrenches))]
 
 
-def _nothing(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:
+def _empty_load(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:
+    """A load without tractions, whose residual is the whole wrench."""
     surface = influence.surface
     nodal = np.zeros((*surface.node_shape, 3))
     return SurfaceLoad(nodal, surface, Polygon(), wrench.force, wrench.moment, ContactState(stick_area=0.0))
@@ -151,23 +155,37 @@ def _warn(text: str, stacklevel: int) -> None:
 def reported(
     influence: InfluenceMatrices, footprint: Footprint, load: SurfaceLoad, wrench: Wrench, options: ContactOptions
 ) -> SurfaceLoad:
-    """Return a load after warnings about wrenches that it does not carry and about large strains."""
-    answers = options.gives_moment
-    if answers and not wrench.moment_given:
+    """Return a load after warnings about a wrench that it does not carry and about large strains.
+
+    Args:
+        influence: of the pad.
+        footprint: of the body.
+        load: that was found for the wrench.
+        wrench: that the load should carry.
+        options: how the contact was solved.
+
+    Returns:
+        The load. If the moments about x and y are results, they are not part of its residual.
+
+    Warns:
+        ContactWarning: the load does not carry the wrench, or strains are not small.
+    """
+    gives_moment = options.gives_moment
+    if gives_moment and not wrench.moment_given:
         # For a body of fixed orientation without a given moment, the moment is a result, not a residual.
         load = replace(load, residual_moment=load.residual_moment * np.array([0.0, 0.0, 1.0]))
-    _warn_unless_carried(load, wrench, footprint, options, answers)
+    _warn_unless_carried(load, wrench, footprint, options)
     warn_beyond_linear_range(influence, np.asarray(wrench.force) - load.residual_force, load.state)
     return load
 
 
-def _warn_unless_carried(
-    load: SurfaceLoad, wrench: Wrench, footprint: Footprint, options: ContactOptions, answers: bool
-) -> None:
+def _warn_unless_carried(load: SurfaceLoad, wrench: Wrench, footprint: Footprint, options: ContactOptions) -> None:
     length = math.sqrt(footprint.area)
     size = math.hypot(*wrench.force) + math.hypot(*wrench.moment) / length
     left_force = load.residual_force
-    left_moment = load.residual_moment * np.array([0.0, 0.0, 1.0]) if answers else load.residual_moment
+    left_moment = load.residual_moment
+    if options.gives_moment:  # moments about x and y are results, not loads
+        left_moment = left_moment * np.array([0.0, 0.0, 1.0])
     if math.hypot(*left_force) + math.hypot(*left_moment) / length <= _RESIDUAL_TOLERANCE * size:
         return
     pressing_left = abs(left_force[2]) + math.hypot(*left_moment[:2]) / length
@@ -176,14 +194,14 @@ def _warn_unless_carried(
     elif wrench.normal == 0.0:
         reason = "there is a moment or shear but no force pressing"
     elif abs(left_force[2]) > _RESIDUAL_TOLERANCE * size:
-        reason = "it is more than its area bears at the top layer's modulus"
+        reason = "the force is more than its area can bear at a pressure of the top layer's modulus"
     elif pressing_left > _RESIDUAL_TOLERANCE * size:
         x, y = np.round(wrench.through * 1e3, 6) + 0.0
         reason = f"the force passes through ({x:.4g}, {y:.4g}) mm, outside the area it spans"
     elif options.friction is None:
-        reason = "its shear and torsion are more than what presses bears"
+        reason = "the area under pressure cannot carry its shear and torsion"
     else:
-        reason = f"it slips: friction {options.friction} does not hold the shear and torsion"
+        reason = f"it slips: friction {options.friction} cannot carry the shear and torsion"
     _warn(
         f"the footprint cannot carry this wrench: {reason}. The nearest load that it can carry is used; "
         f"force {_format(left_force, size)} N and moment {_format(left_moment, size * length)} N m "
@@ -245,6 +263,9 @@ def contact_loads(
         friction: as in `contact_load`.
         tilt: as in `contact_load`.
         cells: for each body, as in `contact_load`.
+
+    Returns:
+        One load for each footprint, in the same order.
 
     Raises:
         ContactError: as `contact_load`, or the numbers of forces, moments and footprints differ.

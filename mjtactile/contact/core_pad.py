@@ -58,8 +58,9 @@ def core_names(options: ContactOptions) -> tuple[bytes, bytes]:
     names = options.law.encode(), options.tangential.encode()
     if not library().mjt_knows(*names):
         raise NativeError(
-            f"the compiled core has no law {options.law!r} with shear {options.tangential!r}. What contact/laws.py and "
-            "tangentials.py name stands in native/core/contact/laws/by_name.cpp as well; build the core again."
+            f"the compiled core has no law {options.law!r} with shear {options.tangential!r}. Every name in "
+            "contact/laws.py and contact/tangentials.py must also be in native/core/contact/laws/by_name.cpp. Build "
+            "the core again."
         )
     return names
 

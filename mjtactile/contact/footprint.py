@@ -148,9 +148,15 @@ class Footprint:
         return replace(made, upright=checked)
 
     def heights(self, points: Array) -> Array:
-        """Heights of the body at points (n, 2) [m]: above the surface at first contact, over a curved pad z; (n,) [m].
+        """Heights of the body at points of the pad frame.
 
-        Infinite beyond the reach and, for a curved body, beyond the pad or a given outline.
+        Args:
+            points: (x, y) [m], shape (n, 2).
+
+        Returns:
+            Heights [m], shape (n,). On a flat pad, height above the surface at first contact, infinite beyond the
+            reach. On a curved pad, height z at the current position. Infinite beyond the pad or a given outline, unless
+            the footprint is that of a flat face.
         """
         if self.gap is None:
             return np.zeros(len(points))

@@ -19,7 +19,9 @@ from mjtactile.influence.matrices import InfluenceMatrices
 
 #: Radii of the punches over half the sheet's shorter side [-].
 _RADII = (0.02, 0.05, 0.1, 0.2, 0.4, 0.65, 0.95)
+#: Number of contact cells of each punch.
 _CELLS = 60
+#: Sides of the polygon for a quarter of a punch's rim.
 _QUADRANT_SEGMENTS = 12
 
 _calibrations: weakref.WeakKeyDictionary[InfluenceMatrices, tuple[Array, Array]] = weakref.WeakKeyDictionary()

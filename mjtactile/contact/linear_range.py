@@ -48,10 +48,10 @@ def beyond_linear_range(pad: Pad, pressure: float, indentation: float) -> str | 
     most_pressure, most_indentation = linear_range(pad)
     if pressure > most_pressure:
         limit = f"{LINEAR_RANGE:.0%} of the top layer's modulus, {pad.layers[0].young:.3g} Pa"
-        reason = f"the mean pressure, shear counted, is {pressure:.3g} Pa and over {limit}"
+        reason = f"the mean pressure, shear counted, is {pressure:.3g} Pa, which is over {limit}"
     elif indentation > most_indentation:
         limit = f"{LINEAR_INDENTATION:.0%} of the pad's thickness, {pad.thickness * 1e3:.3g} mm"
         reason = f"the indentation, {indentation * 1e3:.3g} mm, is over {limit}"
     else:
         return None
-    return f"{reason}: strains are no longer small and the readings of this linear model are too simple there."
+    return f"{reason}: strains are no longer small, so the readings of this linear model are only approximate."

@@ -27,24 +27,26 @@ TILTS = ("free", "fixed")
 class ContactOptions:
     """How a contact is solved; see `contact_load`."""
 
-    law: str
-    tangential: str
+    law: str  #: name of the contact law
+    tangential: str  #: name of the tangential choice
     friction: float | None  #: coefficient [-]; None: no bound on shear
     tilting: bool  #: whether the body may tilt
     cells: int  #: number of contact cells
 
     @property
     def contact_law(self) -> ContactLaw:
-        """The law itself."""
+        """Properties of the contact law."""
         return BY_NAME[self.law]
 
     @property
     def choice(self) -> TangentialChoice:
-        """How shear spreads."""
+        """Properties of the tangential choice."""
         return TANGENTIAL_CHOICES[self.tangential]
 
     def with_friction(self) -> ContactOptions:
-        """The same options, where no contacts of MuJoCo supply a coefficient of friction.
+        """The options unchanged, after checking that friction is given if the tangential choice needs it.
+
+        Callers that have no contacts of MuJoCo, which would supply a coefficient, use this.
 
         Raises:
             ContactError: shear may slip, but friction is None.
@@ -57,7 +59,7 @@ class ContactOptions:
 
     @property
     def gives_moment(self) -> bool:
-        """Whether the body keeps its orientation, so that the moments about x and y are results."""
+        """Whether the moments about x and y are results, because the body keeps its orientation."""
         return self.contact_law.shapes and not self.tilting
 
 
@@ -105,7 +107,6 @@ def contact_options(
         tilt: "free" or "fixed".
         cells: number of contact cells.
 
-
     Raises:
         ContactError: an option is unknown or out of range, or options cannot be combined.
     """
@@ -128,7 +129,6 @@ def contact_options(
         raise ContactError(f"tangential={tangential!r} needs law={able}; law {law!r} knows 'proportional' only.")
     if friction is not None and not (_is_number(friction) and math.isfinite(friction) and friction >= 0.0):
         raise ContactError(f"friction = {friction!r}; expected a coefficient that is not negative, for example 0.8.")
-
     if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or cells < 1:
         raise ContactError(f"cells = {cells!r}; expected a whole number of contact cells from 1 on.")
     return ContactOptions(law=law, tangential=tangential, friction=friction, tilting=tilt == "free", cells=int(cells))

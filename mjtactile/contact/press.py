@@ -31,7 +31,7 @@ _HeightsFunction = ctypes.CFUNCTYPE(
 
 
 class Told(ctypes.Structure):
-    """`mjt_pressed` of native/api/api.h."""
+    """Results for one body: the C structure `mjt_pressed` of native/api/api.h."""
 
     _fields_ = [
         ("indentation", ctypes.c_double),
@@ -209,8 +209,8 @@ class Press:
     def _solved(self, body: int, nodal: Array, told: Told, wrench: Wrench) -> Solved:
         if told.refused:
             raise ContactError(
-                "nothing of the body touches: it is out of the pad's reach everywhere, or too narrow to find where it "
-                "is lowest. Check its gap function, or pass its outline=... to from_gap."
+                "no part of the body touches the pad: it is too far from the pad everywhere, or too narrow for its "
+                "lowest point to be found. Check its gap function, or pass its outline=... to from_gap."
             )
         ends = np.empty((told.edges, 2, 2))
         library().mjt_press_rim(self._handle, ctypes.c_size_t(body), pointer(ends))
@@ -246,7 +246,7 @@ class Press:
         return found
 
     def parts(self) -> Array | None:
-        """Nodal forces of the linear parts of the load [N], (parts, ny, nx, 3), after `loads` of one body.
+        """Nodal forces of the linear parts of the load of one body, after `loads` [N], (parts, nodes y, nodes x, 3).
 
         None if the load is not linear in the wrench.
         """
@@ -260,8 +260,8 @@ class Press:
 
     def weights(self, wrench: Wrench, parts: int) -> Array | None:
         """Factor of each part in the load of a wrench, (parts,); None if the load is not a sum of these parts."""
-        weights, both = np.empty(parts), np.concatenate([wrench.force, wrench.moment])
-        found = library().mjt_press_weights(self._handle, pointer(both), pointer(weights))
+        weights, six = np.empty(parts), np.concatenate([wrench.force, wrench.moment])
+        found = library().mjt_press_weights(self._handle, pointer(six), pointer(weights))
         return weights if found else None
 
 

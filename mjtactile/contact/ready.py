@@ -33,7 +33,7 @@ def ready_pad(influence: InfluenceMatrices, options: ContactOptions, *, stress: 
 def new_press(
     influence: InfluenceMatrices, options: ContactOptions, *, strength: float | None = None, narrowest: float = 0.0
 ) -> Press:
-    """A new `Press` with the data for the given options; arguments as there."""
+    """A new `Press` with the data that the given options need; the arguments are those of `Press`."""
     springs = foundation_springs(influence) if options.contact_law.springs else None
     return Press(influence, options, springs=springs, strength=strength, narrowest=narrowest)
 

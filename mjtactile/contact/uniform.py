@@ -16,7 +16,8 @@ class UniformBasis:
     """Law "uniform" on one footprint as a linear map, valid while its pressure is positive everywhere.
 
     Attributes:
-        forces: nodal forces of its six parts, (6, nodes y, nodes x, 3): pressures 1, x, y and shears x, y, rotational.
+        forces: nodal forces of its six parts [N], (6, nodes y, nodes x, 3), pad frame. Parts are the pressures 1, x and
+            y, the shears of 1 Pa along x and along y, and a rotational shear.
         to_pressure: matrix from the integrals of (p, x p, y p) to the coefficients of pressures 1, x, y, (3, 3).
         shear: area [m^2], centre x, y [m], and torsional moment of a unit rotational shear [N m].
     """

@@ -68,7 +68,14 @@ class WrenchBasis:
         return self._parts is not None
 
     def readings(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> Array:
-        """Readings (layers, rows, columns) [Pa] under a wrench, as `contact_load` takes it.
+        """Readings under a wrench on the footprint.
+
+        Args:
+            force: on the pad [N], pad frame, shape (3,); pressing is force[2] < 0.
+            moment: about the pad's origin [N m], shape (3,); by default the force acts at the footprint's centroid.
+
+        Returns:
+            (layers, rows, columns) [Pa], or (taxels,) for free taxels.
 
         Raises:
             ContactError: as `contact_load`.
@@ -79,7 +86,10 @@ class WrenchBasis:
         return self.influence.readings_of(self.response(force, moment))
 
     def response(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> Array:
-        """Deviatoric stress at the sample points [Pa], (points, 5); responses of bodies add up. See `readings`."""
+        """Deviatoric stress at the sample points under a wrench [Pa], (points, 5); responses of bodies add up.
+
+        Arguments, errors and warnings are those of `readings`.
+        """
         wrench = wanted_wrench(self.footprint, force, moment)
         if self._parts is not None:
             response = self._parts.response(self.influence, wrench)
@@ -95,7 +105,7 @@ class WrenchBasis:
         return self.influence.point_response(load)
 
     def load(self, force: npt.ArrayLike, moment: npt.ArrayLike | None = None) -> SurfaceLoad:
-        """The load under a wrench."""
+        """The load under a wrench; arguments, errors and warnings are those of `readings`."""
         return self._pressed(wanted_wrench(self.footprint, force, moment))
 
     def _pressed(self, wrench: Wrench) -> SurfaceLoad:

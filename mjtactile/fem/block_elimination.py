@@ -23,7 +23,7 @@ from mjtactile.fem.stiffness import Parity, Stiffness, free_in_plane
 
 @dataclass(frozen=True, eq=False)
 class _ElementLayer:
-    """Displacements of the planes of one element layer as functions of its upper plane's.
+    """Displacements of the planes of one element layer as functions of those of its upper plane.
 
     u_lower = lower_from_upper u_upper and u_middle = middle_from_upper u_upper + middle_from_lower u_lower.
     The lower plane of the bottom layer is clamped: its matrices are None.

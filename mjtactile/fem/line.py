@@ -77,15 +77,15 @@ class Line:
         return sparse.csr_array(matrix)[self._node_order][:, self._node_order]
 
     def mass(self, weight: Array | None = None) -> sparse.csr_array:
-        """Integral of w phi_i phi_j, with one weight w per element; shape (nodes, nodes)."""
+        """Integral of w phi_i phi_j [m, times the unit of w], with one weight w per element; shape (nodes, nodes)."""
         return self._assemble(_form(lambda u, v, w: w["weight"] * u * v), weight)
 
     def stiffness(self, weight: Array | None = None) -> sparse.csr_array:
-        """Integral of w phi_i' phi_j'; shape (nodes, nodes)."""
+        """Integral of w phi_i' phi_j' [1/m, times the unit of w]; shape (nodes, nodes)."""
         return self._assemble(_form(lambda u, v, w: w["weight"] * u.grad[0] * v.grad[0]), weight)
 
     def gradient(self, weight: Array | None = None) -> sparse.csr_array:
-        """Integral of w phi_i phi_j' (row i: test function, column j: trial); shape (nodes, nodes)."""
+        """Integral of w phi_i phi_j' [the unit of w]; shape (nodes, nodes), row i: test function, column j: trial."""
         return self._assemble(_form(lambda u, v, w: w["weight"] * u.grad[0] * v), weight)
 
     def legendre_moments(self, order: int) -> tuple[sparse.csr_array, sparse.csr_array]:
@@ -125,7 +125,10 @@ def _form(integrand: Any) -> BilinearForm:
 
 
 def quadratic_shapes(local: Array) -> tuple[Array, Array]:
-    """Values and slopes of the three shape functions at local coordinates in [-1, 1]; each (..., 3)."""
+    """Values [-] of the three shape functions at local coordinates in [-1, 1], and their slopes; each (..., 3).
+
+    Slopes are derivatives with respect to the local coordinate [-].
+    """
     values = np.stack([local * (local - 1) / 2, 1 - local**2, local * (local + 1) / 2], axis=-1)
     slopes = np.stack([local - 0.5, -2 * local, local + 0.5], axis=-1)
     return values, slopes

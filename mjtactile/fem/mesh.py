@@ -77,7 +77,15 @@ class SheetMesh:
 
 
 def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
-    """Mesh of the whole pad, mirror-symmetric, with mesh lines on its layer interfaces."""
+    """Mesh of the whole pad, mirror-symmetric, with mesh lines on its layer interfaces.
+
+    Args:
+        pad: the pad to be meshed.
+        density: sizes and grading of the elements.
+
+    Raises:
+        MeshError: the elements would be too small for the pad; the message says what determines their size.
+    """
     z, materials = _through_line(pad, density)
     counts = _in_plane_counts(pad, density)
     x, y = (_in_plane_line(e, n, density.rim_grading) for e, n in zip(pad.size, counts, strict=True))
@@ -100,9 +108,9 @@ def warn_if_coarser(pad: Pad, density: MeshDensity, stacklevel: int = 2) -> None
     """Warn if a density's `most_elements` makes the mesh of a pad coarser than its sizes ask for.
 
     Args:
-        pad: that is meshed.
+        pad: the pad to be meshed.
         density: of the mesh.
-        stacklevel: as of `warnings.warn`; 1 is the caller of this function.
+        stacklevel: as in `warnings.warn`; 1 is the caller of this function.
 
     Warns:
         MeshWarning: the mesh is coarser.
@@ -112,8 +120,8 @@ def warn_if_coarser(pad: Pad, density: MeshDensity, stacklevel: int = 2) -> None
         return
     warnings.warn(
         f"the mesh has {2 * counts[0]} x {2 * counts[1]} elements in the plane; on a sheet this thin or wide its "
-        f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies faster is smoothed. Raise "
-        "MeshDensity.most_elements to pay for more.",
+        f"accuracy is known for {2 * wanted[0]} x {2 * wanted[1]}. Stress that varies over shorter lengths is "
+        "smoothed. Raise MeshDensity.most_elements for a finer mesh, which takes longer to build.",
         MeshWarning,
         stacklevel=stacklevel + 1,
     )
@@ -127,7 +135,7 @@ def _wanted_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
 
 
 def _in_plane_counts(pad: Pad, density: MeshDensity) -> tuple[int, int]:
-    """The same, within the density's `most_elements`."""
+    """Numbers of elements as in `_wanted_counts`, reduced where `most_elements` of the density requires it."""
     wanted = _wanted_counts(pad, density)
     total = 4 * math.prod(wanted)
     if total <= density.most_elements:

@@ -6,9 +6,9 @@ Procedures, 2014, section 4.4.3). With strain eps, the energy is
 
     1/2 integral of  2 mu eps : eps  +  lambda (P div u)^2,
 
-P the projection onto {1, x, y, z} on each element. The sheet is uniform in its plane and its mesh is a tensor
-product, so the stiffness is  K = sum_k  Z_k (x) P_k:  small matrices Z_k across the thickness, which carry the
-materials, times matrices P_k in the plane.
+where P is the projection onto {1, x, y, z} on each element. The sheet is uniform in its plane and its mesh is a
+tensor product, so the stiffness is  K = sum_k  Z_k (x) P_k:  small matrices Z_k across the thickness, which contain
+the materials, times matrices P_k in the plane.
 
 Planes of nodes are numbered from the clamped base (0) to the surface; within a plane, degrees of freedom are
 ordered (component, y, x).
@@ -85,7 +85,7 @@ class Stiffness:
 
 
 def assemble(mesh: SheetMesh) -> Stiffness:
-    """Stiffness of a mesh, of the whole sheet or of its quarter."""
+    """Stiffness of the mesh of a whole sheet or of its quarter."""
     x, y = _InPlaneFactors(mesh.x), _InPlaneFactors(mesh.y)
     shear = _shear_terms(mesh, x, y)
     volume = _volume_terms(mesh, x, y)

@@ -56,7 +56,7 @@ class StressSampler:
 
     def __init__(self, mesh: SheetMesh, parity: Parity, points: Array, columns: int = 0) -> None:
         x, x_of_pair, y_of_pair, self._pair = _distinct_pairs(points)
-        #: Pairs of (x, y) that share an x are neighbours: (x, first pair, end of pairs).
+        #: For each distinct x, the range (first, end) of the pairs (x, y) with this x; pairs are ordered by x.
         self._runs = list(itertools.pairwise(np.searchsorted(x_of_pair, np.arange(len(x) + 1))))
         z, self._height = np.unique(points[:, 2], return_inverse=True)
         self._rows_x = point_rows(mesh.x, x)

@@ -16,7 +16,7 @@ from mjtactile.fem.line import Line, quadratic_shapes
 
 #: The two Gauss points of an element, in its coordinate from -1 to 1.
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-#: Gauss points a recovered value is interpolated from: a cubic.
+#: Number of Gauss points from which a value is interpolated, by a cubic.
 _WINDOW = 4
 
 #: Names of the rows of `point_rows`.
@@ -64,7 +64,13 @@ def _scatter(line: Line, element: np.ndarray, local_rows: Array) -> Array:
 
 
 def gauss_weights(line: Line, positions: Array, jumps: tuple[int, ...] = ()) -> Array:
-    """Lagrange weights of all Gauss points for each position, shape (positions, 2 elements); see `point_rows`."""
+    """Lagrange weights of all Gauss points for each position [-], shape (positions, 2 * elements).
+
+    Args:
+        line: elements.
+        positions: where values are interpolated [m], shape (positions,).
+        jumps: interior vertices, by index, across which nothing is interpolated.
+    """
     element = line.locate(positions)[0]
     middles = (line.vertices[:-1] + line.vertices[1:]) / 2
     gauss = (middles[:, None] + line.sizes[:, None] / 2 * GAUSS).ravel()

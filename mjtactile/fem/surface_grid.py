@@ -88,8 +88,8 @@ class SurfaceGrid:
         """Consistent nodal forces of tractions that are constant on polygons.
 
         Args:
-            edges: of all polygons, polygon on the left, shape (edges, 2 ends, 2) [m].
-            tractions: of the polygon each edge belongs to, shape (edges, 3) [Pa].
+            edges: of all polygons, each with its polygon on the left, pad frame [m], shape (edges, 2 ends, 2).
+            tractions: for each edge, the traction on its polygon, pad frame [Pa], shape (edges, 3).
 
         Returns:
             shape (nodes along y, nodes along x, 3) [N].
@@ -161,7 +161,7 @@ class SurfaceGrid:
         return _powers(xi, _DEGREE + 1)[:, 1:]
 
     def _split(self, edges: Array) -> tuple[Array, Array]:
-        """Cut edges (count, 2 ends, 2) at the grid lines; drop level ones and those off the sheet along y.
+        """Cut edges (count, 2 ends, 2) at the grid lines; drop those parallel to x and those off the sheet along y.
 
         Returns: starts and ends of the pieces.
         """
@@ -196,7 +196,7 @@ def _powers(values: Array, degree: int) -> Array:
 
 
 def oriented_edges(region: Polygon | MultiPolygon) -> Array:
-    """Edges of all rings, shape (edges, 2 ends, 2), with the area on their left."""
+    """Edges of all rings of an area [m], with the area on their left, shape (edges, 2 ends, 2)."""
     rings = [ring for polygon in polygons_of(region) for ring in rings_of(polygon)]
     edges = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
     return np.concatenate(edges) if edges else np.zeros((0, 2, 2))

@@ -78,7 +78,7 @@ def fold_forces(forces: Array, parity: Parity) -> Array:
 
 
 def unfold_field(classes: list[Array], mirrors: MirrorPlanes = BOTH) -> Array:
-    """A vector field on the whole surface from its four classes on the quarter.
+    """A vector field on the whole surface from its symmetry classes on the quarter.
 
     Args:
         classes: one array (..., 3, quarter nodes y, quarter nodes x) per class, in the order of the mirrors' classes.

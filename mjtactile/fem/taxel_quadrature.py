@@ -69,7 +69,7 @@ def layer_sampling(pad: Pad, sensing_layer: int, points_per_axis: int) -> Sampli
 
 
 def folded_sampling(pad: Pad, positions: Array, weights: Array, taxels: Indices) -> tuple[Sampling, FoldedPoints]:
-    """Sampling of one sensing layer from its points, and the points folded by the pad's mirrors.
+    """Sampling of one sensing layer from its sample points, and these points folded by the pad's mirrors.
 
     Args:
         pad: the sheet.
@@ -110,8 +110,8 @@ def stored_average(tables: Tables, sensing_layer: int, mirrors: MirrorPlanes = B
         and indices.max() < columns
     ):
         raise CorruptInfluenceError(
-            f"the sample points of sensing layer {sensing_layer} are wrong: expected that every taxel has some of the "
-            f"{columns} there are. Build the table anew: mjtactile build"
+            f"the sample points of sensing layer {sensing_layer} are damaged: expected at least one of the {columns} "
+            "stored points for every taxel, and no others. Build the table anew: mjtactile build"
         )
     average = sparse.csr_array((data, indices, starts), shape=(len(starts) - 1, columns))
     if not np.allclose(average.sum(axis=1), 1.0, rtol=0.0, atol=_MEAN_TOLERANCE):
@@ -144,7 +144,7 @@ def _taxel_rule(pad: Pad, foot: Array, radius: float, points_per_axis: int) -> t
 
 
 def _curved_taxel_rule(pad: Pad, foot: Array, radius: float, points_per_axis: int) -> tuple[Array, Array]:
-    """The same under a curved surface."""
+    """Offsets [m] and volumes [m^3] as in `_taxel_rule`, for a taxel under a curved surface."""
     height = -foot[2]
     slabs = _slabs(pad, height, radius)
     axes, bending, lower, upper = _local_frame(pad, foot, radius)

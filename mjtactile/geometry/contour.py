@@ -18,10 +18,12 @@ from shapely import MultiPolygon, Polygon
 from mjtactile._types import Array, Mask
 from mjtactile.geometry.planar import areal
 
+#: Height [m] as a function of arrays x and y [m] of one shape; infinite where it is undefined.
 PlaneFunction = Callable[[Array, Array], npt.ArrayLike]
 
 #: Grid lines along the region's longer side.
 _LINES = 120
+#: Bisections of a grid step that the boundary crosses; each halves the error.
 _BISECTIONS = 22
 #: A region smaller than this many grid cells is traced again on a finer grid of its own.
 _FEW_CELLS = 40
@@ -36,8 +38,11 @@ def region_below(
 
     Args:
         function: height [m] of x and y [m], arrays of one shape; infinite where it is undefined.
-        level: [m].
+        level: largest height that belongs to the region [m].
         bounds: rectangle to search (low x, low y, high x, high y) [m].
+
+    Returns:
+        The region [m]; an empty polygon if the function is above the level at all grid points.
     """
     x, y = _grid_lines(bounds)
     inside = _inside(function, level, *np.meshgrid(x, y))
@@ -50,6 +55,7 @@ def region_below(
         float(x[min(columns[-1] + 1, len(x) - 1)]),
         float(y[min(rows[-1] + 1, len(y) - 1)]),
     )
+    # Search again only on a clearly finer grid, so that the recursion ends.
     if max(np.ptp(rows), np.ptp(columns)) < _FEW_CELLS and max(
         closer[2] - closer[0], closer[3] - closer[1]
     ) < 0.6 * max(bounds[2] - bounds[0], bounds[3] - bounds[1]):
@@ -99,7 +105,7 @@ def _crossings(function: PlaneFunction, level: float, x: Array, y: Array, places
     low, high = np.floor(places).astype(int), np.ceil(places).astype(int)
 
     def on_grid(place: npt.NDArray[np.int_]) -> Array:
-        # The frame counts as lying on the bounds.
+        # Points of the frame are moved onto the bounds.
         return np.column_stack([x[np.clip(place[:, 0], 0, len(x) - 1)], y[np.clip(place[:, 1], 0, len(y) - 1)]])
 
     framed = np.pad(inside, 1)

@@ -24,7 +24,7 @@ from mjtactile.geometry.triangle_mesh import TriangleSurface
 _FARTHEST = 1.0
 #: Directions of faces in their body's frame are rounded to this [-], so that rounding errors make no second face.
 _DIRECTION = 1e-7
-#: Fraction of the facing gap by which a face may always tilt over its own width [-].
+#: A face may always tilt until one end is higher than the other by this fraction of the facing gap [-].
 _LEAN = 0.5
 #: A body that may tilt presses with a face whose slope is up to the first number [-], about 12 degrees, and up to the
 #: second number times the slope at which another part of the body would touch.
@@ -74,8 +74,8 @@ class BodyFaces:
     """The flat faces of one body.
 
     Args:
-        shapes: of the body's geoms.
-        local: their poses in the body's frame.
+        shapes: of the body's geoms, by a number for each geom.
+        local: poses of these geoms in the body's frame.
         facing_gap: parts up to this height above the first contact point belong to the contact face [m].
 
     Attributes:
@@ -147,7 +147,12 @@ class BodyFaces:
 
 
 def composed(body: Pose, local: Pose) -> Pose:
-    """Pose of a geom in the pad frame, from its body's and its own in the body's frame."""
+    """Pose of a geom in the pad frame.
+
+    Args:
+        body: pose of the geom's body in the pad frame.
+        local: pose of the geom in its body's frame.
+    """
     return Pose(body.position + body.rotation @ local.position, body.rotation @ local.rotation)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjtactile._types import Array, Mask
 
+#: Height [m] as a function of x and y [m], arrays of shape (n,); infinite where there is no shape.
 HeightFunction = Callable[[Array, Array], Array]
 
 #: Points along each axis of the first grid, and of each finer grid.
@@ -28,18 +29,18 @@ class Rectangle(NamedTuple):
     north: float
 
     def shrunk(self, margin: float) -> Rectangle:
-        """The rectangle with its sides moved inwards by a margin [m]."""
+        """The rectangle with each side moved inwards by a margin [m]."""
         return Rectangle(self.west + margin, self.south + margin, self.east - margin, self.north - margin)
 
     @property
     def corners(self) -> Array:
-        """Counter-clockwise, shape (4, 2) [m]."""
+        """Corners (x, y), counter-clockwise from the south-west [m], shape (4, 2)."""
         return np.array(
             [[self.west, self.south], [self.east, self.south], [self.east, self.north], [self.west, self.north]]
         )
 
     def holds(self, x: Array, y: Array) -> Mask:
-        """Whether points lie in it, its sides included, shape (n,)."""
+        """Whether points (x, y) [m] lie in the rectangle or on its sides, shape (n,)."""
         return (x >= self.west) & (x <= self.east) & (y >= self.south) & (y <= self.north)
 
     def crossings(self, tails: Array, heads: Array) -> Array:

@@ -31,6 +31,7 @@ MOST_TRIANGLES = 200_000
 #: Largest size of a mesh file [bytes]: enough for that many triangles in any format.
 MOST_BYTES = 100_000_000
 
+#: Default height of a punch's body above its face [m].
 _PUNCH_HEIGHT = 5e-3
 #: Names of bodies in press scenes, which an indenter cannot have.
 _TAKEN = ("pad", "press", "world")
@@ -89,7 +90,7 @@ class Indenter:
 
     @cached_property
     def convex_solids(self) -> list[trimesh.Trimesh]:
-        """The solid in convex parts, if it is the prism over a flat face with notches or holes; none otherwise.
+        """The solid in convex parts if it is the prism over a flat face with notches or holes; otherwise an empty list.
 
         MuJoCo collides convex hulls, which would fill notches and holes. The parts are of about one size: MuJoCo places
         up to four contact points on each, so that many small parts on one side would draw the force there.
@@ -117,15 +118,15 @@ def indenter_outline(
 
     Args:
         name: one of `INDENTER_NAMES`.
-        shift: where the centre goes, after the rotation [m].
-        rotate_deg: turned counter-clockwise about the centre by this [deg].
+        shift: position of the centre in the pad frame, after the rotation [m].
+        rotate_deg: counter-clockwise rotation about the centre [deg].
         scale: size relative to the 10 mm original [-].
 
     Returns:
         A counter-clockwise polygon; the doughnut's has a hole. Curves are polygons of the same area.
 
     Raises:
-        IndenterError: unknown name, or numbers that place nothing.
+        IndenterError: the name is unknown, the scale is not positive, or the shift or rotation is not finite.
     """
     if not (math.isfinite(scale) and scale > 0.0):
         raise IndenterError(f"scale = {scale}; expected a positive number, 1 for the 10 mm original.")
@@ -141,7 +142,7 @@ def indenter_solid(name: str, *, height: float = _PUNCH_HEIGHT, scale: float = 1
         scale: size of the face relative to the 10 mm original [-].
 
     Raises:
-        IndenterError: unknown name, or a height or scale that is not positive.
+        IndenterError: the name is unknown, or the height or scale is not positive.
     """
     return extrude(indenter_outline(name, scale=scale), height)
 
@@ -153,12 +154,12 @@ def convex_pieces(
 
     Args:
         name: one of `INDENTER_NAMES`.
-        shift: where the centre goes in the pad frame, after the rotation [m].
-        rotate_deg: turned counter-clockwise about the centre by this [deg].
+        shift: position of the centre in the pad frame, after the rotation [m].
+        rotate_deg: counter-clockwise rotation about the centre [deg].
         scale: size relative to the 10 mm original [-].
 
     Raises:
-        IndenterError: unknown name, or numbers that place nothing.
+        IndenterError: the name is unknown, the scale is not positive, or the shift or rotation is not finite.
     """
     return convex_parts(indenter_outline(name, shift=shift, rotate_deg=rotate_deg, scale=scale))
 
@@ -172,7 +173,7 @@ def punch(name: str, *, height: float = _PUNCH_HEIGHT, scale: float = 1.0) -> In
         scale: size of the face relative to the 10 mm original [-].
 
     Raises:
-        IndenterError: unknown name, or a height or scale that is not positive.
+        IndenterError: the name is unknown, or the height or scale is not positive.
     """
     return Indenter(
         name=name, solid=indenter_solid(name, height=height, scale=scale), outline=indenter_outline(name, scale=scale)
@@ -183,7 +184,7 @@ def sphere(radius: float) -> Indenter:
     """A sphere of this radius [m].
 
     Raises:
-        IndenterError: a radius that is not positive.
+        IndenterError: the radius is not positive.
     """
     _require_positive("radius", radius)
     # Unit size first: trimesh drops triangles of millimetre size as degenerate while it revolves a profile.
@@ -195,12 +196,12 @@ def cylinder(radius: float, length: float, axis: Literal["x", "y", "z"] = "x") -
     """A cylinder that presses with its side ("x", "y") or with its flat end ("z").
 
     Args:
-        radius: [m].
-        length: [m].
+        radius: of the cylinder [m].
+        length: of the cylinder along its axis [m].
         axis: direction of the cylinder's axis, "x", "y" or "z".
 
     Raises:
-        IndenterError: a radius or length that is not positive, or another axis.
+        IndenterError: the radius or length is not positive, or the axis is unknown.
     """
     _require_positive("radius", radius)
     _require_positive("length", length)
@@ -225,7 +226,7 @@ def box(size: tuple[float, float, float]) -> Indenter:
     """A box of this full size along (x, y, z) [m].
 
     Raises:
-        IndenterError: a size that is not positive.
+        IndenterError: a length is not positive.
     """
     for length, name in zip(size, ("size x", "size y", "size z"), strict=True):
         _require_positive(name, length)
@@ -244,8 +245,8 @@ def mesh_indenter(mesh: trimesh.Trimesh | str | Path, *, name: str = "mesh", sca
 
     Args:
         mesh: a trimesh mesh, or the path of a file trimesh can read.
-        name: what its MuJoCo body is called.
-        scale: multiplies every length: 1e-3 for a mesh drawn in millimetres.
+        name: of the indenter's MuJoCo body.
+        scale: metres per unit of the mesh: 1e-3 for a mesh drawn in millimetres.
 
     Raises:
         IndenterError: the file cannot be read, or the mesh is not a solid, or has more than `MOST_TRIANGLES`; the
@@ -280,7 +281,7 @@ def _loaded(path: Path) -> trimesh.Trimesh:
     try:
         loaded: Any = trimesh.load_mesh(path)
         return loaded if isinstance(loaded, trimesh.Trimesh) else loaded.to_mesh()
-    except Exception as error:  # readers raise what their format raises
+    except Exception as error:  # readers of file formats raise many types
         why = str(error) or type(error).__name__
         raise IndenterError(
             f"cannot read {path} as a mesh: {why}. Is it a closed surface, such as an STL file?"

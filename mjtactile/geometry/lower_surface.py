@@ -23,7 +23,8 @@ from mjtactile.geometry.triangle_mesh import TriangleSurface
 
 #: A face is flat if all its corners are within this distance of one plane [m].
 FLATNESS = 1e-7
-#: Area near the pad besides the flat face, over the face's area [-]; with more, such as chamfers, the face is curved.
+#: Area near the pad besides the flat face, over the face's area [-]. With more, such as that of chamfers, the face
+#: counts as curved.
 _BESIDE = 1e-3
 
 
@@ -38,8 +39,8 @@ class FlatPart(NamedTuple):
 class LowerSurface:
     """Lower surface of a body over a sheet, in the pad frame."""
 
-    shapes: Sequence[tuple[Shape, Pose]]
-    sheet: Rectangle
+    shapes: Sequence[tuple[Shape, Pose]]  #: of the body, with their poses in the pad frame
+    sheet: Rectangle  #: the sensing surface [m]
     floor: float  #: parts below this height are beside the pad and ignored [m]
     touch: float  #: least height over the sheet, that of the first contact point [m]
 
@@ -84,8 +85,8 @@ def lower_surface(
     """Lower surface of a body over a pad.
 
     Args:
-        shapes: with their poses in the pad frame.
-        sheet: the sensing surface.
+        shapes: of the body, with their poses in the pad frame.
+        sheet: the sensing surface [m].
         depth: thickness of the pad [m]; parts below its underside, or higher than this above it, are ignored.
         facing_gap: parts within half this distance of the sheet's rim that are lower than the rest by more than this
             are beside the pad and ignored [m].
@@ -152,8 +153,8 @@ def _triangle_face(
     flat = (high <= ceiling) & (low >= floor)
     slanted = (low < ceiling) & (high > ceiling)
     areas = np.asarray(shapely.area(shapely.polygons(corners[..., :2])))
-    # A triangle's part below the ceiling is at most this share of it, squared, or its complement; this bounds neither
-    # by much and needs no cutting.
+    # With t = (ceiling - low) / (high - low), between t^2 and 1 - (1 - t)^2 of a triangle's area is below the ceiling.
+    # The share t is close enough, and triangles need not be cut.
     beside = (areas[slanted] * (ceiling - low[slanted]) / (high[slanted] - low[slanted])).sum()
     if not flat.any() or beside > _BESIDE * areas[flat].sum():
         return None

@@ -20,7 +20,7 @@ from mjtactile.errors import IndenterError
 SIDES = 256
 
 _HALF_BOX = 5e-3  # half the circumscribed square
-_STAR_INNER_RADIUS = 1.91e-3  # a regular pentagram's, to four digits
+_STAR_INNER_RADIUS = 1.91e-3  # that of a regular pentagram, to three digits
 
 
 def ellipse(semi_x: float, semi_y: float) -> Polygon:

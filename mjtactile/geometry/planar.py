@@ -22,8 +22,8 @@ from mjtactile.errors import FootprintError, IndenterError
 MAXIMUM_SUPPORT_POINTS = 8
 #: Corners whose angle differs from straight by less than this (its sine) are ignored [-].
 STRAIGHT = 1e-9
-#: Even parts: squares along an area's longer side; how far their rims may leave the area's, over a square's side [-];
-#: and the least area of a part over a square's [-].
+#: For `even_parts`: number of squares along an area's longer side; largest distance between the rims of parts and area
+#: over a square's side [-]; and least area of a part over a square's [-].
 _SQUARES, _OFF_RIM, _LEAST_PART = 8, 0.02, 0.01
 
 
@@ -119,10 +119,11 @@ def convex_parts(polygon: Polygon) -> list[Polygon]:
 
 
 def even_parts(area: Polygon | MultiPolygon) -> list[Polygon]:
-    """Convex parts of about one size that cover an area, notches and holes left open.
+    """Convex parts of about one size that cover an area and leave its notches and holes open.
 
-    Squares about the middle of the area's bounds cut it, and `convex_parts` cuts what is not convex in them. Slivers
-    under a hundredth of a square are left out. Chords replace arcs that they leave by up to a fiftieth of its side.
+    A grid of squares, centred on the area's bounds, cuts the area into pieces. `convex_parts` cuts those pieces that
+    are not convex. Pieces smaller than a hundredth of a square are left out. Arcs are replaced by chords that deviate
+    from them by up to a fiftieth of a square's side.
 
     Args:
         area: with its longer side along x or y if possible [m].
@@ -143,9 +144,10 @@ def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon 
     """A few points at an area's rim whose mean is the area's centroid.
 
     A rigid face that cannot tilt presses with equal force at each point, so the points must balance about the centroid.
-    Start with the corners of the convex hull if they are few, otherwise with points of the rim at equal angles. With
-    r_i from the centroid to such a point, the result is centroid + t_i r_i, where t is the smallest change from all
-    ones (least squares) with sum t_i r_i = 0, scaled so that the largest t is 1: no point leaves the hull.
+    The candidates are the corners of the convex hull if they are few, otherwise points of its rim at equal angles. Let
+    r_i be the vector from the centroid to candidate i. The result is centroid + t_i r_i. The factors t_i satisfy
+    sum t_i r_i = 0 and are as close to 1 as possible (least squares). They are then scaled so that the largest is 1:
+    no point leaves the hull.
 
     Args:
         area: the loaded area [m].
@@ -171,7 +173,7 @@ def support_points(area: Polygon | MultiPolygon, within: Polygon | MultiPolygon 
 
 
 def _even_lines(low: float, high: float, distance: float) -> list[float]:
-    """Coordinates at a distance from each other, about the middle of two limits and not short of them [m]."""
+    """Coordinates at equal distances, symmetric about the middle of two limits, that reach both limits [m]."""
     count = max(1, math.ceil((high - low) / distance - STRAIGHT))
     return ((low + high) / 2 + distance * (np.arange(count + 1) - count / 2)).tolist()
 

@@ -40,8 +40,8 @@ class Shape(Protocol):
 
         Args:
             pose: of the shape in the pad frame.
-            x: coordinates of the points [m], shape (n,).
-            y: likewise.
+            x: x coordinates of the points [m], shape (n,).
+            y: y coordinates of the points [m], shape (n,).
             floor: parts below this height are ignored [m].
 
         Returns:
@@ -50,7 +50,13 @@ class Shape(Protocol):
         ...
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """The least height over a rectangle [m]; infinite where no part of the shape is above it."""
+        """The least height over a rectangle [m]; infinite if no part of the shape is above it.
+
+        Args:
+            pose: of the shape in the pad frame.
+            sheet: the rectangle, in the pad frame [m].
+            floor: parts below this height are ignored [m].
+        """
         ...
 
 
@@ -62,7 +68,7 @@ class Facet:
     plane: tuple[float, float, float]  #: its height is plane[0] + plane[1] x + plane[2] y [m]
 
     def heights(self, x: Array, y: Array) -> Array:
-        """Height of its plane [m], shape (n,)."""
+        """Height of the facet's plane at points (x, y) [m], shape (n,)."""
         return self.plane[0] + self.plane[1] * x + self.plane[2] * y
 
     @classmethod
@@ -79,13 +85,13 @@ class Ellipsoid:
     semi_axes: tuple[float, float, float]  #: [m]
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """See Shape."""
+        """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
         origins, direction = _rays(pose, x, y)
         enter, leave = _through_unit_ball(origins / self.semi_axes, direction / np.array(self.semi_axes))
         return _above(_entry(enter, leave), floor)
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """See Shape."""
+        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
         down = -pose.rotation[2]
         scaled = np.array(self.semi_axes) * down
         bottom = pose.points((np.array(self.semi_axes) * scaled / np.linalg.norm(scaled))[None])
@@ -103,7 +109,7 @@ class Capsule:
     half_length: float  #: of the cylindrical part [m]
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """See Shape."""
+        """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
         origins, direction = _rays(pose, x, y)
         height = _entry(*_common(_through_barrel(origins, direction, self.radius), self._slab(origins, direction)))
         for end in (-self.half_length, self.half_length):
@@ -112,7 +118,7 @@ class Capsule:
         return _above(height, floor)
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """See Shape."""
+        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
         axis = pose.points(np.array([[0.0, 0.0, -self.half_length], [0.0, 0.0, self.half_length]]))
         bottom = _lower(axis) - (0.0, 0.0, self.radius)
         return lowest_near(lambda x, y: self.heights(pose, x, y, floor), sheet, floor, bottom, axis)
@@ -129,13 +135,13 @@ class Cylinder:
     half_length: float  #: [m]
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """See Shape."""
+        """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
         origins, direction = _rays(pose, x, y)
         slab = _through_slab(origins[:, 2], direction[2], self.half_length)
         return _above(_entry(*_common(_through_barrel(origins, direction, self.radius), slab)), floor)
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """See Shape."""
+        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
         axis = pose.points(np.array([[0.0, 0.0, -self.half_length], [0.0, 0.0, self.half_length]]))
         sideways = -pose.rotation[2, :2]
         length = float(np.linalg.norm(sideways))
@@ -160,13 +166,13 @@ class Box:
     half_sizes: tuple[float, float, float]  #: [m]
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """See Shape."""
+        """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
         origins, direction = _rays(pose, x, y)
         slabs = [_through_slab(origins[:, k], direction[k], self.half_sizes[k]) for k in range(3)]
         return _above(_entry(*_common(*slabs)), floor)
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """See Shape."""
+        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
         bottom = pose.position - pose.rotation @ (np.sign(pose.rotation[2]) * self.half_sizes)
         if sheet.holds(bottom[0], bottom[1]) and bottom[2] >= floor:
             return float(bottom[2])
@@ -200,12 +206,12 @@ class HalfSpace:
     """All points with z < 0 in its frame, as MuJoCo's infinite plane."""
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """See Shape."""
+        """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
         facets = self.facets(pose)
         return _above(facets[0].heights(x, y), floor) if facets else np.full(np.shape(x), np.inf)
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """See Shape."""
+        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
         return float(self.heights(pose, sheet.corners[:, 0], sheet.corners[:, 1], floor).min())
 
     def facets(self, pose: Pose) -> list[Facet]:
@@ -242,6 +248,7 @@ def _through_barrel(origins: Array, direction: Array, radius: float) -> tuple[Ar
 
 
 def _around(nearest: Array, within: Array, square: float) -> tuple[Array, Array]:
+    """Interval about the parameter nearest to an axis; empty (infinity, minus infinity) where `within` is negative."""
     half = np.sqrt(np.maximum(within, 0.0) / square)
     return np.where(within >= 0.0, nearest - half, np.inf), np.where(within >= 0.0, nearest + half, -np.inf)
 

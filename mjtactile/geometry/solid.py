@@ -52,7 +52,15 @@ def checked(solid: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def extrude(area: Polygon | MultiPolygon, height: float) -> trimesh.Trimesh:
-    """The prism over `area` from z = 0 to z = height [m], watertight; its corners are the area's own corners."""
+    """The prism over `area` from z = 0 to z = height [m], watertight; its corners are the area's own corners.
+
+    Args:
+        area: outline of the prism [m].
+        height: of the prism [m].
+
+    Raises:
+        IndenterError: the height is not positive, the area is empty, or the prism is no valid solid.
+    """
     if not (np.isfinite(height) and height > 0.0):
         raise IndenterError(f"height = {height} m; expected a positive length in metres (5 mm is 5e-3).")
     prisms = [_prism(polygon, height) for polygon in polygons_of(area)]
@@ -101,13 +109,13 @@ def face_outline(
 ) -> Polygon | MultiPolygon:
     """Section of a solid by the plane z = height; concave outlines and holes are preserved.
 
-    The solid counts as closed, so a flat face that lies in the plane belongs to the section. Where the plane meets
-    vertices within `tolerance`, the section is the union of those just above and just below, each of which crosses
-    edges only; no case distinction on vertices or edges in the plane is left.
+    The solid includes its surface, so a flat face that lies in the plane belongs to the section. Where vertices lie
+    within `tolerance` of the plane, the section is the union of the sections just above and just below it. Both cross
+    edges only, so that vertices and edges in the plane need no special cases.
 
     Args:
         solid: a watertight mesh in the frame in which the plane is z = height [m].
-        height: [m].
+        height: of the plane [m].
         tolerance: vertices within this distance of the plane lie in it [m].
     Returns: the section [m]; an empty polygon where the plane misses the solid.
 

@@ -27,7 +27,7 @@ _LEAST_CELLS_PER_SIDE, _MOST_CELLS_PER_SIDE = 16, 256
 
 @dataclass(frozen=True, eq=False)
 class ShadowGrid:
-    """Triangles sorted into cells of the plane.
+    """Triangles sorted into the cells of a grid, by their projection onto a plane with coordinates u and v.
 
     Attributes:
         corner: least u and v [m], (2,).
@@ -45,7 +45,7 @@ class ShadowGrid:
 
     @classmethod
     def of(cls, shadow: Array, numbers: Indices, margin: float) -> ShadowGrid:
-        """Sort triangles into all cells that are within a margin of them.
+        """Sort each triangle into all cells within a margin of it.
 
         Args:
             shadow: projected corners (u, v) of the triangles [m], (m, 3, 2).
@@ -71,7 +71,11 @@ class ShadowGrid:
         return cls(corner, cell, count, starts, numbers[owner[order]])
 
     def candidates(self, points: Array) -> tuple[Indices, Indices]:
-        """Pairs (point index, triangle index) where the triangle may be over the point; points (n, 2) [m], in order."""
+        """Pairs (point index, triangle index) where the triangle may be over the point, in the order of points.
+
+        Args:
+            points: coordinates (u, v) [m], shape (n, 2).
+        """
         place = (points - self.corner) / self.cell
         over = np.flatnonzero(((place >= 0.0) & (place <= self.count)).all(axis=1))
         column, row = np.minimum(place[over].astype(np.int64), self.count - 1).T
@@ -183,7 +187,7 @@ class TriangleSurface:
         return (points @ axes) @ pose.rotation.T + self._centre(pose)
 
     def heights(self, pose: Pose, x: Array, y: Array, floor: float) -> Array:
-        """See Shape."""
+        """Height of the lower surface over points (x, y) of the pad frame [m], shape (n,); see `Shape.heights`."""
         view, centre = self.view(pose), self._centre(pose)
         assert self._grid is not None  # view has made it
         across = (pose.rotation @ view.axes[:2].T)[:2]  # (x, y) of u and v: neither has a component along z
@@ -204,7 +208,7 @@ class TriangleSurface:
         return found
 
     def lowest(self, pose: Pose, sheet: Rectangle, floor: float) -> float:
-        """See Shape."""
+        """The least height over a rectangle of the pad frame [m]; see `Shape.lowest`."""
         view = self.view(pose)
         bottom = self.in_pad(pose, view.bottom)
         if sheet.holds(*bottom[:2]) and bottom[2] >= floor:

@@ -49,6 +49,8 @@ def build_steps(pad: Pad, density: MeshDensity) -> int:
 
 
 class _Rows(Protocol):
+    """Reduces the rows of a stress matrix, see `build_tables`."""
+
     def __call__(
         self, kind: str, parity: Parity, sensing_layer: int, matrix: npt.NDArray[Any], /
     ) -> npt.NDArray[Any]: ...
@@ -127,7 +129,10 @@ def build_swept_tables(
     rows: _Rows = lambda _kind, _parity, _layer, matrix: matrix,
     columns: Callable[[Parity, npt.NDArray[Any]], npt.NDArray[Any]] = lambda _parity, matrix: matrix,
 ) -> Iterator[Tables]:
-    """`build_tables` with the elements and equations of curved pads; it solves flat pads too, for comparison."""
+    """Build tables with the elements and equations of curved pads; they solve flat pads too, for comparison.
+
+    Arguments, results and errors are those of `build_tables`.
+    """
     mesh = sheet_mesh(pad, density)
     layers, storage = _sample_points(pad, density), _Storage(np.dtype(dtype), rows, columns)
     swept = SweptPad(mesh, np.concatenate(layers))
@@ -317,8 +322,8 @@ class _ClassTables:
         self._tables[table_name("compliance", parity)] = self._columns.share * compliance[np.ix_(order, order)]
         if not all(np.isfinite(table).all() for table in self._tables.values()):
             raise MeshError(
-                f"the stress in the pad is beyond what {self._storage.dtype.name} holds. Its sizes or moduli are too "
-                "far apart, or from what pads are made of: lengths are metres (5 mm is 5e-3), moduli pascals (3 MPa "
-                "is 3e6)."
+                f"the stress in the pad exceeds the range of {self._storage.dtype.name}. The pad's sizes or moduli "
+                "differ too much from each other, or from those of real pads: lengths are metres (5 mm is 5e-3), "
+                "moduli pascals (3 MPa is 3e6)."
             )
         return self._tables

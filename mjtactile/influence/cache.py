@@ -184,7 +184,17 @@ def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
 
 
 def build_influence(pad: Pad, fidelity: str | Fidelity, *, progress: bool = True) -> InfluenceMatrices:
-    """Build influence matrices without reading or writing the cache; see `influence_matrices`."""
+    """Build influence matrices without reading or writing the cache.
+
+    Args:
+        pad: the sheet and its taxels.
+        fidelity: preset by name, or a Fidelity.
+        progress: report progress on standard error, see `influence_matrices`.
+
+    Raises:
+        MeshError: the mesh does not exist, cannot be solved, or needs more memory than the machine has.
+        PresetError: there is no such fidelity.
+    """
     # Imported here because a cached table does not need scikit-fem.
     from mjtactile.fem.taxel_quadrature import layer_sampling, sampling_tables
     from mjtactile.influence.build import build_steps, build_tables

@@ -31,7 +31,6 @@ class CorePad:
 
     Attributes:
         handle: pointer to the core's object, an argument of the core's functions.
-
     """
 
     def __init__(self, influence: PadTables) -> None:

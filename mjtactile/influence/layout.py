@@ -26,8 +26,8 @@ from mjtactile.influence.table import table_name
 from mjtactile.pad import Pad
 
 _INDICES = (np.int32, np.int64)
+#: Lengths along the axes; None where any length of at least 1 is accepted.
 _Shape = tuple[int | None, ...]
-"""Lengths along the axes; None where any will do, from 1 on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +188,8 @@ class _Layout:
     def require_nothing_else(self) -> None:
         """Refuse tables that were not passed to `take`."""
         if self._left:
-            raise CorruptInfluenceError(f"it holds {', '.join(map(repr, sorted(self._left)))} besides. {_CURE}")
+            unknown = ", ".join(map(repr, sorted(self._left)))
+            raise CorruptInfluenceError(f"it holds arrays that this table does not have: {unknown}. {_CURE}")
 
 
 _CURE = "Delete the table and build it anew: mjtactile build"

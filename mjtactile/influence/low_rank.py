@@ -7,14 +7,15 @@ leading right singular vectors of these responses, each scaled to norm 1. Singul
 decomposition of the whole matrix and, at equal rank, lose up to twice as much accuracy on real contacts, because some
 of them represent loads that alternate from node to node.
 
-The tolerance is tested on discs between those. It bounds the root mean square error of a layer's stress at its sample
-points over the root mean square of that stress, each point weighted as in the readings. That bounds the error of the
-readings in the same norm.
+The tolerance is tested on further discs between these. It bounds the root mean square error of a layer's stress at its
+sample points over the root mean square of that stress, each point weighted as in the readings. That bounds the error of
+the readings in the same norm.
 
-On the paper's pad, mesh "default", punches, 2 mm discs and loads half off the rim, none of them used
-here, gave up to 0.7 of the tolerance in the L2 norm of a layer's readings, and up to 1.3 of it in the worst taxel over
-the layer's peak. It does not bound the relative error of taxels far from the load, loads narrower than the discs (1 mm
-wide ones come to one and a half tolerances), or what the mesh itself gets wrong.
+The error was measured on the paper's pad with mesh "default", under punches, 2 mm discs and loads half off the rim,
+none of which the reduction uses. It was at most 0.7 of the tolerance in the L2 norm of a layer's readings, and at most
+1.3 of it in the worst taxel relative to the layer's peak. The tolerance does not bound the relative error of taxels far
+from the load, the error under loads narrower than the discs (one and a half tolerances under discs 1 mm wide), or the
+error of the mesh itself.
 
 A matrix stays whole unless its factors are faster for a load that covers a third of the columns; factors that are
 faster are smaller, too. The shallowest layer usually stays whole.

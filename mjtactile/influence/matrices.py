@@ -42,7 +42,7 @@ EVEN = np.zeros(1, dtype=bool)
 
 @dataclass(frozen=True, eq=False)
 class InfluenceMatrices(PadTables):
-    """Influence matrices of one pad; make them with `influence_matrices`."""
+    """Influence matrices of one pad, which turn loads into readings; make them with `influence_matrices`."""
 
     @cached_property
     def _deviatoric_matrices(self) -> list[list[StressMatrix]]:
@@ -72,6 +72,9 @@ class InfluenceMatrices(PadTables):
         Returns:
             (layers, rows, columns) [Pa], top layer first, or (taxels,) for free taxels; with a leading batch axis for
             a sequence of loads.
+
+        Raises:
+            InfluenceError: a load belongs to another surface or is not finite.
         """
         if _is_empty(load):
             return np.zeros((0, *self.pad.reading_shape))
@@ -89,6 +92,9 @@ class InfluenceMatrices(PadTables):
         Returns:
             (points, 5) [Pa], pad frame, coordinates as in fem/stress.py, points of layer k at `sample_slices[k]`; with
             a leading batch axis for a sequence of loads.
+
+        Raises:
+            InfluenceError: a load belongs to another surface or is not finite.
         """
         points = self.sample_slices[-1].stop
         if _is_empty(load):
@@ -107,6 +113,9 @@ class InfluenceMatrices(PadTables):
 
         Returns:
             (..., layers, rows, columns) [Pa], or (..., taxels) for free taxels.
+
+        Raises:
+            InfluenceError: the response was made with other influence matrices.
         """
         expected = (self.sample_slices[-1].stop, DEVIATORIC_COUNT)
         if response.shape[-2:] != expected:
@@ -127,6 +136,9 @@ class InfluenceMatrices(PadTables):
         Returns:
             Components xx, yy, zz, xy, yz, zx [Pa], shape (6, layers, rows, columns), or (6, taxels) for free taxels;
             with a leading batch axis for a sequence of loads.
+
+        Raises:
+            InfluenceError: a load belongs to another surface or is not finite.
         """
         if _is_empty(load):
             return np.zeros((0, 6, *self.pad.reading_shape))
@@ -140,7 +152,11 @@ class InfluenceMatrices(PadTables):
         return stress[0] if single else stress
 
     def surface_displacement(self, load: SurfaceLoad) -> Array:
-        """Displacement of the surface's nodes under a load, shape (nodes y, nodes x, 3) [m], pad frame."""
+        """Displacement of the surface's nodes under a load, shape (nodes y, nodes x, 3) [m], pad frame.
+
+        Raises:
+            InfluenceError: the load belongs to another surface or is not finite.
+        """
         loads = folded_loads(nodal_batch([load], self.surface), self.free, "float64", self.mirrors)
         quarter = self.mesh.quarter()
         shape = (3, quarter.y.node_count, quarter.x.node_count)
@@ -210,7 +226,19 @@ def load_influence(
 def read_influence(
     path: str | Path, pad: Pad | None = None, fidelity: str | Fidelity | None = None
 ) -> InfluenceMatrices:
-    """`load_influence` without the warning."""
+    """Load saved influence matrices as `load_influence` does, but without its warning.
+
+    Args:
+        path: file written by `InfluenceMatrices.save`.
+        pad: the pad that the file must be for; by default the one it describes.
+        fidelity: the fidelity that the file must have; by default the one it describes.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        CorruptInfluenceError: the file is damaged, not an influence table, or lacks an array its fidelity needs.
+        StaleInfluenceError: the file is for another pad, mesh, storage or format version.
+        PresetError: there is no such fidelity.
+    """
     tables, metadata = read_tables(Path(path))
     pad, chosen = check_provenance(path, metadata, pad, fidelity)
     influence = InfluenceMatrices(pad, chosen, tables)

@@ -31,7 +31,7 @@ def check_provenance(
     pad: Pad | None,
     fidelity: str | Fidelity | None,
 ) -> tuple[Pad, Fidelity]:
-    """The pad and the fidelity of a table, by default those it names itself; see `matrices.load_influence`.
+    """The pad and the fidelity of a table, by default those that its metadata name; see `matrices.load_influence`.
 
     Raises:
         CorruptInfluenceError: the metadata is not in the form that `influence_metadata` writes.
@@ -49,8 +49,8 @@ def check_provenance(
     wanted = own_fidelity if fidelity is None else as_fidelity(fidelity)
     if fingerprint != influence_fingerprint(pad, wanted):
         raise StaleInfluenceError(
-            f"{path} was built for a {own_pad.summary} by another mesh, storage, pad or version, but a {pad.summary} "
-            "was asked for. Rebuild it: mjtactile build"
+            f"{path} was built for a {own_pad.summary}, and does not fit the {pad.summary} that was asked for: the "
+            "pad, the mesh, the storage or the version of mjtactile differs. Rebuild it: mjtactile build"
         )
     return pad, wanted
 
@@ -63,7 +63,7 @@ def influence_fingerprint(pad: Pad, fidelity: Fidelity) -> str:
     if fidelity.averaging != "points":
         description.append({"averaging": fidelity.averaging})
     if fidelity.loads != "nodes":
-        # Columns of corners are fitted to loads that a class feels, no longer to rounding.
+        # "fitted" distinguishes these tables from those of a version that fitted columns to rounding errors, too.
         description.append({"loads": fidelity.loads, "fitted": "to what is felt"})
     if fidelity.reduction > 0.0:
         description.append({"ranks": "part no pairs"})

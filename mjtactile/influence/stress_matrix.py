@@ -8,8 +8,8 @@ two, so scaling itself loses nothing: entries down to 4e-9 of the row's largest 
 error of at most 2e-12 of it, whatever the magnitude of the matrix. In int8 a row keeps an error of at most 1/254 of its
 largest entry, which suits rows whose entries matter as much as they are large: stress at all points under one force.
 
-numpy has no fast product in either. Matrices are widened to float32 when they are first used and kept, so
-that narrow storage shrinks the file and what is mapped of it, while what has been used costs float32's memory besides.
+numpy has no fast product in either type. Matrices are therefore widened to float32 when they are first used, and kept.
+Narrow storage makes the file and its memory map smaller, but every matrix in use takes the memory of float32 as well.
 """
 
 from __future__ import annotations

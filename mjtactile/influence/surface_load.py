@@ -92,7 +92,11 @@ class SurfaceLoad:
         return np.array([fx.sum(), fy.sum(), fz.sum()]), moment
 
     def __add__(self, other: SurfaceLoad) -> SurfaceLoad:
-        """The sum of the loads of two bodies on one pad; indentation and tilts become NaN."""
+        """The sum of the loads of two bodies on one pad; indentation and tilts become NaN.
+
+        Raises:
+            ContactError: the loads are on different surface grids.
+        """
         if self.forces.shape != other.forces.shape:
             raise ContactError(
                 f"loads on different surface grids do not add: {self.forces.shape} and {other.forces.shape} nodes. "

@@ -26,7 +26,6 @@ FORMAT_VERSION = 3
 #: Incremented whenever the numbers in curved pads' tables change; tables of flat pads stay valid.
 SWEPT_VERSION = 1
 
-
 _DTYPES = {
     "F64": np.float64,
     "F32": np.float32,
@@ -59,7 +58,7 @@ def write_tables(path: Path, tables: Tables, metadata: dict[str, Any]) -> None:
     tables = {name: np.ascontiguousarray(table) for name, table in tables.items()}
     about = with_checksums(tables, json.dumps(metadata))
     path.parent.mkdir(parents=True, exist_ok=True)
-    # The cache removes what builders left that were killed, and knows by the name whose it was.
+    # The prefix names the table, so that the cache can remove the partial files of processes that were killed.
     with replacing(path, prefix=f".{path.stem}-") as file:
         try:
             save_file(tables, file.name, metadata=about)
@@ -96,10 +95,10 @@ def read_tables(path: Path) -> tuple[Tables, dict[str, Any]]:
             return tables, json.loads(about[METADATA])
     except (SafetensorError, KeyError, TypeError, ValueError, OverflowError) as error:
         raise CorruptInfluenceError(
-            f"{path} is not a whole influence table ({type(error).__name__}: {error}). Bring back a copy of it, or "
+            f"{path} is not a whole influence table ({type(error).__name__}: {error}). Restore it from a copy, or "
             "delete it and rebuild: mjtactile build"
         ) from error
-    raise StaleInfluenceError(f"{path} is of an earlier version, which kept no checksums. Rebuild it: mjtactile build")
+    raise StaleInfluenceError(f"{path} was written by a version without checksums. Rebuild it: mjtactile build")
 
 
 def read_metadata(path: Path) -> dict[str, Any]:

@@ -44,7 +44,14 @@ class CoreSurface:
         weakref.finalize(self, library().mjt_outer_free, self.handle)
 
     def centre_of_pressure(self, wrench: Array) -> Array | None:
-        """Point where a wrench about the pad's origin, (6,) [N, N m], presses [m], (3,); None if its force misses."""
+        """Point of the surface at which a wrench presses, pad frame [m], shape (3,).
+
+        Args:
+            wrench: force [N] and moment about the pad's origin [N m], pad frame, shape (6,).
+
+        Returns:
+            The point; None if the line of the force does not meet the surface.
+        """
         centre = np.empty(3)
         found = library().mjt_centre_of_pressure(self.handle, pointer(contiguous(wrench)), pointer(centre))
         return centre if found else None

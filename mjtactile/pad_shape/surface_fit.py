@@ -104,7 +104,7 @@ def _triangles_in_frame(mesh: Any, frame: npt.ArrayLike | None, scale: float) ->
         except Exception as error:  # readers of file formats raise many types
             raise PadError(f"{path} cannot be read as a mesh: {error}. Export it as STL, OBJ or PLY.") from error
         if isinstance(mesh, trimesh.Trimesh) and not len(mesh.faces):
-            raise PadError(f"{path} holds no triangles: it is empty, cut short, or no mesh. Export it again.")
+            raise PadError(f"{path} holds no triangles: it is empty, truncated, or not a mesh. Export it again.")
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise PadError("expected a mesh with triangles, or the name of a file of one.")
     corners = np.asarray(mesh.triangles, dtype=float) * positive_number("scale", scale, _SCALE)
@@ -194,8 +194,8 @@ def _refuse_holes(heights: Array, lines: list[Array], triangles: Array) -> None:
     raise PadError(
         f"the mesh has nothing over x = {1e3 * x[place]:.4g} mm, y = {1e3 * y[place]:.4g} mm: it has a hole there, "
         f"or ends. {int(missing.sum())} of {missing.size} rays hit nothing. In the frame the mesh reaches "
-        f"{_reaches(triangles)}. Move the frame, whose z points out of the pad; give a smaller size; or a scale: "
-        "lengths are metres, and of a mesh in millimetres 1e-3."
+        f"{_reaches(triangles)}. Move the frame, whose z points out of the pad; or give a smaller size; or, if the "
+        "mesh is in millimetres, give scale=1e-3."
     )
 
 

@@ -36,9 +36,9 @@ class Jet(NamedTuple):
     z: Array  #: height [m]
     x: Array  #: dz/dx [-]
     y: Array  #: dz/dy [-]
-    xx: Array  #: second derivatives [1/m]
-    xy: Array
-    yy: Array
+    xx: Array  #: d^2z/dx^2 [1/m]
+    xy: Array  #: d^2z/dx dy [1/m]
+    yy: Array  #: d^2z/dy^2 [1/m]
 
 
 class Surface(ABC):
@@ -49,7 +49,7 @@ class Surface(ABC):
 
     @abstractmethod
     def jet(self, x: Array, y: Array) -> Jet:
-        """Height and derivatives at points (x, y) [m]; NaN where there is no surface."""
+        """Height and derivatives at points (x, y) in the pad frame [m]; NaN where there is no surface."""
 
     @property
     @abstractmethod
@@ -59,7 +59,7 @@ class Surface(ABC):
     @property
     @abstractmethod
     def numbers(self) -> dict[str, Any]:
-        """Constructor arguments of this surface by name, as plain numbers and lists."""
+        """Constructor arguments of this surface by name, as plain numbers and lists; lengths in metres."""
 
     @property
     def description(self) -> dict[str, Any]:
@@ -76,13 +76,16 @@ class Surface(ABC):
         return self.jet(*_points(x, y)).z
 
     def normals(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Unit normals out of the pad, shape (..., 3)."""
+        """Unit normals out of the pad at points (x, y) [m], pad frame, shape (..., 3)."""
         jet = self.jet(*_points(x, y))
         upright = np.stack([-jet.x, -jet.y, np.ones_like(jet.x)], axis=-1)
         return upright / np.linalg.norm(upright, axis=-1, keepdims=True)
 
     def frames(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Orthonormal axes as rows, shape (..., 3, 3): the tangent above the x axis, the other tangent, the normal."""
+        """Orthonormal axes at points (x, y) [m] in the pad frame, as rows, shape (..., 3, 3).
+
+        They are the tangent above the x axis, the other tangent, and the normal out of the pad.
+        """
         jet, normals = self.jet(*_points(x, y)), self.normals(x, y)
         tangent = np.stack([np.ones_like(jet.x), np.zeros_like(jet.x), jet.x], axis=-1)
         tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
@@ -90,18 +93,18 @@ class Surface(ABC):
         return np.stack([tangent, across, normals], axis=-2)
 
     def stretch(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Area of the surface over the area of its projection [-], at least 1."""
+        """Area of the surface over the area of its projection at points (x, y) [m], at least 1 [-]."""
         jet = self.jet(*_points(x, y))
         return np.sqrt(1.0 + jet.x**2 + jet.y**2)
 
     def positions(self, x: npt.ArrayLike, y: npt.ArrayLike, depth: npt.ArrayLike = 0.0) -> Array:
-        """Points at a depth along the inward normals [m], shape (..., 3)."""
+        """Points at a depth [m] along the inward normals below (x, y) [m], pad frame [m], shape (..., 3)."""
         x, y, depth = np.broadcast_arrays(*_points(x, y), np.asarray(depth, dtype=float))
         outer = np.stack([x, y, self.height(x, y)], axis=-1)
         return outer - depth[..., None] * self.normals(x, y)
 
     def derivatives(self, x: npt.ArrayLike, y: npt.ArrayLike, depth: npt.ArrayLike = 0.0) -> Array:
-        """Derivatives of `positions` by x, y and depth (last axis) [-], shape (..., 3, 3)."""
+        """Derivatives of `positions` with respect to x, y and depth (last axis) [-], shape (..., 3, 3)."""
         x, y, depth = np.broadcast_arrays(*_points(x, y), np.asarray(depth, dtype=float))
         jet = self.jet(x, y)
         one, zero = np.ones_like(jet.z), np.zeros_like(jet.z)
@@ -118,7 +121,7 @@ class Surface(ABC):
         return np.stack([*columns, -normal], axis=-1)
 
     def curvatures(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
-        """Principal curvatures [1/m], the larger first, positive for a convex surface; shape (..., 2)."""
+        """Principal curvatures at points (x, y) [m], the larger first, positive if convex [1/m], shape (..., 2)."""
         jet = self.jet(*_points(x, y))
         square = 1.0 + jet.x**2 + jet.y**2
         # First and second fundamental form of a graph, do Carmo, section 3-3, example 5.
@@ -236,21 +239,21 @@ class Flat(Surface):
 
     @property
     def mirrors(self) -> tuple[bool, bool]:
-        """Both."""
+        """True for both: a plane is symmetric under x -> -x and under y -> -y."""
         return True, True
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """None are needed."""
+        """Constructor arguments: none."""
         return {}
 
     @property
     def is_flat(self) -> bool:
-        """It is."""
+        """True: the surface is the plane z = 0."""
         return True
 
     def jet(self, x: Array, y: Array) -> Jet:
-        """Zero everywhere."""
+        """Height and derivatives: zero everywhere."""
         zero = np.zeros(np.broadcast_shapes(x.shape, y.shape))
         return Jet(zero, zero, zero, zero, zero, zero)
 
@@ -261,11 +264,11 @@ class Quadric(Surface):
     @property
     @abstractmethod
     def principal_axes(self) -> tuple[float, float, float]:
-        """a, b and c [m]."""
+        """Half the quadric's widths a, b and c along x, y and z [m]."""
 
     @property
     def mirrors(self) -> tuple[bool, bool]:
-        """Both."""
+        """True for both: quadrics about their axes are symmetric under x -> -x and under y -> -y."""
         return True, True
 
     def jet(self, x: Array, y: Array) -> Jet:
@@ -298,12 +301,12 @@ class SphereCap(Quadric):
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """The radius."""
+        """Constructor arguments by name: the radius [m]."""
         return {"radius": self.radius}
 
     @property
     def principal_axes(self) -> tuple[float, float, float]:
-        """Half the quadric's widths along x, y and z [m]."""
+        """Half the quadric's widths a, b and c along x, y and z [m]."""
         return self.radius, self.radius, self.radius
 
 
@@ -324,12 +327,12 @@ class CylinderSector(Quadric):
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """The radius."""
+        """Constructor arguments by name: the radius [m]."""
         return {"radius": self.radius}
 
     @property
     def principal_axes(self) -> tuple[float, float, float]:
-        """Half the quadric's widths along x, y and z [m]."""
+        """Half the quadric's widths a, b and c along x, y and z [m]."""
         return self.radius, math.inf, self.radius
 
 
@@ -354,12 +357,12 @@ class EllipsoidCap(Quadric):
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """The semi-axes."""
+        """Constructor arguments by name: the semi-axes [m]."""
         return {"semi_axes": list(self.semi_axes)}
 
     @property
     def principal_axes(self) -> tuple[float, float, float]:
-        """Half the quadric's widths along x, y and z [m]."""
+        """Half the quadric's widths a, b and c along x, y and z [m]."""
         return self.semi_axes
 
 
@@ -413,7 +416,7 @@ class SurfacePatch(Surface):
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """Knots, coefficients and degree."""
+        """Constructor arguments by name: knots [m], coefficients [m] and degree."""
         return {
             "knots_x": list(self.knots_x),
             "knots_y": list(self.knots_y),

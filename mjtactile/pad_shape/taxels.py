@@ -32,7 +32,7 @@ class FreeTaxels:
     """Taxels at arbitrary points; readings of such a pad have the shape (taxels,).
 
     Args:
-        points: centres in the pad frame [m], (n, 3); z is 0 in the middle of the sensing surface, negative inside.
+        points: centres in the pad frame [m], (n, 3); z is 0 in the middle of the sensing surface and negative below it.
         radii: radius of the ball that each taxel averages over [m], (n,); None for the pad's sampling radius.
 
     Raises:

@@ -16,7 +16,7 @@ from mjtactile.pad_names import named_pad, names_file
 
 
 def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str | Fidelity | None) -> InfluenceMatrices:
-    """Influence matrices of a pad, of a registered pad by name, or from a file; given matrices are returned.
+    """Influence matrices of a pad, of a registered pad by name, or from a file; given matrices are returned unchanged.
 
     Raises:
         PresetError: the fidelity does not exist, or is given together with matrices, which have their own.
@@ -25,7 +25,8 @@ def matrices_of(pad: Pad | str | Path | InfluenceMatrices | None, fidelity: str 
     is_file = isinstance(pad, Path) or (isinstance(pad, str) and names_file(pad))
     if fidelity is not None and (is_file or isinstance(pad, InfluenceMatrices)):
         raise PresetError(
-            f"fidelity {fidelity!r} was given beside influence matrices, which have their own. Drop it, or give a pad."
+            f"fidelity {fidelity!r} was given with influence matrices, which have their own. Leave it out, or give a "
+            "pad."
         )
     if isinstance(pad, InfluenceMatrices):
         return pad
@@ -59,5 +60,5 @@ def floating(dtype: torch.dtype) -> torch.dtype:
         InfluenceError: it is another type.
     """
     if dtype not in (torch.float32, torch.float64):
-        raise InfluenceError(f"dtype {dtype} does not do for stress; expected torch.float32 or torch.float64.")
+        raise InfluenceError(f"dtype {dtype} is not supported; expected torch.float32 or torch.float64.")
     return dtype

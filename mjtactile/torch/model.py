@@ -25,7 +25,7 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 from mjtactile.torch.arguments import existing_layers, floating, matrices_of
 from mjtactile.torch.symmetry import Folded, LayerStress, as_buffer, element_integrals
 
-#: Why there is no wrench basis on a curved pad, and what there is, for error messages.
+#: For error messages: why there is no wrench basis on a curved pad, and what to use instead.
 _NOT_LINEAR = (
     "On a curved pad a load is not linear in its wrench: make each with contact_load, and its tensor with "
     "nodal_forces(load)."
@@ -132,10 +132,19 @@ class PadModel(nn.Module):
         return self.readings_of(self.point_response(forces))
 
     def point_response(self, forces: Tensor) -> Tensor:
-        """Deviatoric stress at all sample points of the layers [Pa], (..., points, 5): linear in the forces.
+        """Deviatoric stress at all sample points of the layers, linear in the forces.
 
         Responses add up. For a body at a fixed position, compute the response of each part of its load once (for
         example of `wrench_basis`), combine them linearly, and take `readings_of` the sum.
+
+        Args:
+            forces: on the surface's nodes [N], pad frame, (..., nodes y, nodes x, 3).
+
+        Returns:
+            (..., points, 5) [Pa], coordinates as in fem/stress.py.
+
+        Raises:
+            InfluenceError: the tensor has another shape, type or device.
         """
         batch, flat = self._batch(forces)
         with _full_precision(flat):
@@ -144,7 +153,17 @@ class PadModel(nn.Module):
         return response.unflatten(0, batch) if batch else response[0]
 
     def readings_of(self, response: Tensor) -> Tensor:
-        """Readings (..., layers, rows, columns) [Pa] of a response, or of a sum of responses."""
+        """Readings of a response, or of a sum of responses.
+
+        Args:
+            response: (..., points, 5) [Pa], see `point_response`.
+
+        Returns:
+            (..., layers, rows, columns) [Pa].
+
+        Raises:
+            InfluenceError: the response has another shape.
+        """
         averages = [self.get_buffer(f"average_{place}") for place in range(len(self.layers))]
         points = [average.shape[1] for average in averages]
         if response.shape[-2:] != (sum(points), 5):
@@ -161,18 +180,25 @@ class PadModel(nn.Module):
         """Mean stress tensor over every taxel's ball, pad frame, tension positive.
 
         Args:
-            forces: as for readings.
+            forces: on the surface's nodes [N], pad frame, (..., nodes y, nodes x, 3).
 
         Returns:
             (..., 6, layers, rows, columns) [Pa]: components xx, yy, zz, xy, yz, zx.
 
         Raises:
-            InfluenceError: as for readings, or the model was made without `stress=True`.
+            InfluenceError: the tensor has another shape, type or device, or the model was made without `stress=True`.
         """
         return self.readings_and_stress(forces).stress
 
     def readings_and_stress(self, forces: Tensor) -> PadOutput:
-        """Readings and stress tensors in one pass, faster than two; arguments and errors as in `stress`."""
+        """Readings and stress tensors in one pass, which is faster than two.
+
+        Args:
+            forces: on the surface's nodes [N], pad frame, (..., nodes y, nodes x, 3).
+
+        Raises:
+            InfluenceError: the tensor has another shape, type or device, or the model was made without `stress=True`.
+        """
         if self._mean is None:
             raise InfluenceError("this model was made for readings alone. For stress: PadModel(..., stress=True).")
         batch, flat = self._batch(forces)
@@ -208,9 +234,10 @@ class PadModel(nn.Module):
         """Nodal forces (..., nodes y, nodes x, 3) [N] of tractions that are constant on each cell of the surface grid.
 
         Args:
-            tractions: in the pad frame [Pa], (..., cells y, cells x, 3); cells lie between `surface.y.vertices` and
-                `surface.x.vertices`; pressing is -z. On a curved pad, forces per area of the surface, seen from above
-                on these cells; a pressure p is -p times `surface.outer.normals`.
+            tractions: on the pad, in the pad frame [Pa], (..., cells y, cells x, 3); pressing is -z. The boundaries of
+                the cells are `surface.y.vertices` and `surface.x.vertices`. On a curved pad these are the cells seen
+                from above, tractions are forces per area of the surface, and a pressure p is -p times
+                `surface.outer.normals`.
 
         Raises:
             InfluenceError: the tensor has another shape, type or device.

@@ -93,7 +93,7 @@ class LayerStress(nn.Module):
         as_buffer(self, "flips", flips[:, None, :])
 
     def forward(self, classes: list[Tensor]) -> Tensor:
-        """Forces of each class (batch, columns) [N] to stress (batch, points, coordinates) [Pa] in all images."""
+        """Stress (batch, points, coordinates) [Pa] in all images, from forces of each class (batch, columns) [N]."""
         responses = []
         for names, of_class in zip(self.factors, classes, strict=True):
             for name in names:

@@ -54,7 +54,7 @@ class Transducer:
         seed: of everything drawn.
 
     Raises:
-        TransducerError: for a shape that is no array of taxels, a dead taxel outside it, or crosstalk between free
+        TransducerError: the shape is no array of taxels, a dead taxel is outside it, or there is crosstalk between free
             taxels, which have no neighbours.
     """
 
@@ -89,7 +89,7 @@ class Transducer:
         self._delayed: deque[Array] = deque()
 
     def __call__(self, readings: npt.ArrayLike) -> Array:
-        """What the array reports of readings, decoded with the nominal element's calibration.
+        """The stress that the array reports for readings, decoded with the nominal element's calibration.
 
         Args:
             readings: von Mises stress [Pa], shape `shape` or (batch, *shape).
@@ -98,8 +98,8 @@ class Transducer:
             The same shape [Pa]. Noise and offsets at rest may make it a little less than zero.
 
         Raises:
-            TransducerError: for another shape, or readings that are not finite; with memory, for another batch size
-                than before.
+            TransducerError: the readings have another shape or are not finite; or, with hysteresis or delay, the batch
+                has another size than in the call before.
         """
         return self.element.stress(self.volts(readings))
 
@@ -171,7 +171,7 @@ class Transducer:
         known = self._lagged if self._lagged is not None else next(iter(self._delayed), None)
         if known is not None and known.shape != stress.shape:
             raise TransducerError(
-                f"the readings have shape {stress.shape}, but {known.shape} before, and this transducer remembers. "
-                "Call reset() before a batch of another size."
+                f"the readings have shape {stress.shape}, but had {known.shape} in the call before, and hysteresis or "
+                "delay needs the same. Call reset() before a batch of another size."
             )
         return stress

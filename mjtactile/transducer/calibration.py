@@ -46,12 +46,13 @@ class Calibration:
             readings: as the array reports them [Pa], shape (..., *offsets.shape).
 
         Raises:
-            TransducerError: for another shape.
+            TransducerError: the readings have another shape.
         """
         given = np.asarray(readings, dtype=float)
         if given.shape[-self.offsets.ndim :] != self.offsets.shape:
             raise TransducerError(
-                f"the readings have shape {given.shape}; this array was calibrated with {self.offsets.shape}."
+                f"the readings have shape {given.shape}; expected that of the calibration, "
+                f"{self.offsets.shape}, or batches of it."
             )
         signal = (self.element.signal(given) - self.offsets) / np.where(self.dead, 1.0, self.gains)
         return np.where(self.dead, 0.0, self.element.stress(signal))
@@ -80,7 +81,10 @@ def calibrate(
     """
     nominal = float(element.signal(float(pressure)))
     if not (nominal > 0.0 and readings > 0):
-        raise TransducerError(f"pressure {pressure} Pa, {readings} readings: expected a positive pressure and number.")
+        raise TransducerError(
+            f"pressure = {pressure} Pa, readings = {readings}; expected a positive pressure and a positive number of "
+            "readings, such as 1e3 Pa and 100."
+        )
     rest = _mean_signal(array, element, np.zeros(shape), readings)
     loaded = _mean_signal(array, element, np.full(shape, float(pressure)), readings)
     gains = (loaded - rest) / nominal

@@ -5,10 +5,11 @@ A pressure p deflects the cover by p / k on average; the upper electrode moves w
 
     C = eps0 a^2 / (g - p / k),    1 / k = 3.891e-4 a^4 / D + 0.03514 a^2 / (5/6 G t),    D = E t^3 / (12 (1 - nu^2))
 
-The first term is the mean deflection of a clamped square plate in bending, the second that in shear, large for so
-thick a cover. Sources: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells (1959), section 44,
+The first term is the mean deflection of a clamped square plate in bending, the second that in shear, which is large
+because the cover is thick. Sources: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells (1959), section 44,
 whose series gives the mean; Mindlin (1951) for the shear, whose shape is Saint-Venant's function of a square (0.1406
-a^4 / 4, Timoshenko and Goodier). Edges of the field, the electrodes' stiffness and air shut in the gap are left out.
+a^4 / 4, Timoshenko and Goodier). Fringe fields, the electrodes' stiffness and the air enclosed in the gap are
+neglected.
 """
 
 from __future__ import annotations

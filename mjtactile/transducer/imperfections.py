@@ -54,7 +54,7 @@ class Imperfections:
             raise TransducerError(f"adc_bits = {self.adc_bits!r}; expected 1 to 32, or None for signals not rounded.")
 
 
-#: All imperfections of a good array of today; an assumption as a starting point, not a measurement.
+#: Imperfections assumed for a good array of today: a starting point, not a measurement.
 TYPICAL = Imperfections(
     noise=2e-3, gain_spread=0.01, offset_spread=1e-3, crosstalk=0.01, hysteresis=0.01, dead=0.003, adc_bits=12
 )

@@ -149,7 +149,7 @@ def test_odd_command_lines_are_refused_in_one_line_or_done(files, start, stop, m
         ("press star --shift 20,0", r"by \(20, 0\) mm misses the pad, which reaches to \(7.5, 7.5\) mm"),
         ("press star --pad nowhere.toml", "'nowhere.toml'.*: there is no such file. Expected lines such as size ="),
         ("press star --pad pipe", "it is a pipe"),
-        ("press star --pad binary.md", "it is no text"),
+        ("press star --pad binary.md", "it is not UTF-8 text"),
         ("press missing.stl", "Give the path of one"),
         ("preview nowhere.xml", "cannot open nowhere.xml: there is no such file. Give the path of a model with pads"),
         ("preview folder.npz", "cannot open folder.npz"),

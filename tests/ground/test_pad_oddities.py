@@ -139,7 +139,7 @@ def test_any_pad_that_is_made_is_built_or_refused(size, thicknesses, young, pois
         (lambda: Pad(layers=(Layer(thickness=1e-6, young=1e6, poisson=0.4),) * 100_000), "more than 64 layers"),
         (lambda: Pad(depths=tuple(np.linspace(0.0, 5e-3, 100_000))), "more than 64 sensing depths"),
         (lambda: Pad(size=(9.0, 5e-3), taxels=TaxelGrid(rows=1, columns=1)), "1000 times as long as wide"),
-        (lambda: Pad(sampling_radius=1.0), "what the sheet measures, 0.015 m"),
+        (lambda: Pad(sampling_radius=1.0), "the sheet's largest dimension, 0.015 m"),
         (lambda: Pad(layers=(Layer(thickness=6.0, young=1e6, poisson=0.4),) * 2), "12 m thick"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",

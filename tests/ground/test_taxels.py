@@ -46,7 +46,7 @@ def test_a_file_that_cannot_be_read_is_refused_in_words(tmp_path):
     for name, says in (
         ("none.csv", "there is no such file"),
         (".", "it is a folder"),
-        ("bytes.csv", "it is no text in UTF-8"),
+        ("bytes.csv", "it is not UTF-8 text"),
     ):
         with pytest.raises(PadError, match=f"cannot be read: {says}"):
             Pad(taxels=str(tmp_path / name))  # type: ignore[arg-type]

@@ -165,7 +165,7 @@ def test_missing_misshapen_and_foreign_arrays_are_refused_by_name(chosen):
             tables = others if damaged is None else {**others, name: damaged}
             with pytest.raises(CorruptInfluenceError, match=r"array '.*(missing|expected).*mjtactile build"):
                 replace(whole, tables=tables).check()
-    with pytest.raises(CorruptInfluenceError, match="holds 'compliance' besides"):
+    with pytest.raises(CorruptInfluenceError, match="does not have: 'compliance'"):
         replace(whole, tables={**whole.tables, "compliance": np.zeros(2)}).check()
 
 

@@ -327,7 +327,7 @@ def test_what_the_model_cannot_do_is_said(layered, draft):
         ({"layers": ()}, InfluenceError, r"layers = \(\); expected some of \(0, 1, 2\)"),
         ({"layers": (0, 3)}, InfluenceError, "each once, counted from the top"),
         ({"layers": (1, 1)}, InfluenceError, "each once"),
-        ({"dtype": torch.float16}, InfluenceError, r"torch\.float16 does not do.*torch\.float32 or torch\.float64"),
+        ({"dtype": torch.float16}, InfluenceError, r"float16 is not supported.*torch\.float32 or torch\.float64"),
         ({"fidelity": "fast"}, PresetError, "which have their own"),
     ],
 )

@@ -25,10 +25,10 @@ from mjtactile.fem.symmetry import fold_forces
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.table import table_name
 
-#: Least number of patches along a side; otherwise there are half as many as elements, because the remainder varies over
-#: lengths of the sheet's thickness. Twice as many patches change readings by .1 to .2 %, on the draft mesh by .4 %.
+#: Least number of patches along a side. Otherwise there are half as many as elements, because the remainder varies over
+#: lengths of the sheet's thickness. Twice as many patches change readings by 0.1 to 0.2 %, on the draft mesh by 0.4 %.
 #: With several layers the remainder varies over lengths of the top layer's thickness: for a top layer of 1 mm, patches
-#: of 2 mm cause errors of 15 %, patches of 1 mm 3 %.
+#: of 2 mm cause errors of 15 %, and patches of 1 mm errors of 3 %.
 _LEAST_PATCHES = 6
 #: The half space has the top layer's modulus unless that layer is thinner than this many patches [-].
 _THIN_LAYER = 0.5
@@ -72,7 +72,7 @@ _known: weakref.WeakKeyDictionary[InfluenceMatrices, SurfaceCompliance] = weakre
 
 
 def surface_compliance(influence: InfluenceMatrices) -> SurfaceCompliance:
-    """Compliance of the surface of an influence matrices' pad; computed once for each."""
+    """Compliance of the surface of a pad, from its influence matrices; computed once for each."""
     if influence not in _known:
         _known[influence] = _make_compliance(influence)
     return _known[influence]

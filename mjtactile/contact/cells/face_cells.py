@@ -37,14 +37,17 @@ def placed_cells(outline: Area, count: int) -> tuple[CoreCells, Array]:
     aligned with the outline.
 
     Raises:
-        ContactError: the outline is too narrow for any cell.
+        ContactError: the outline is too narrow for any cell, or crosses itself.
     """
     (begins, corners), place = rings_of(outline), np.empty(3)
     handle = library().mjt_placed_cells(
         ctypes.c_size_t(len(begins) - 1), pointer(begins), pointer(corners), ctypes.c_size_t(count), pointer(place)
     )
     if handle is None:
-        raise ContactError("the outline is too narrow for contact cells. shapely.make_valid mends what crosses itself.")
+        raise ContactError(
+            "the outline is too narrow for contact cells, or it crosses itself. Give a wider one, or mend it with "
+            "shapely.make_valid."
+        )
     return CoreCells(handle), place
 
 

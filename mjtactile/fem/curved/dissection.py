@@ -74,20 +74,20 @@ class DissectedPad:
         nodes = 2 * rows + 1, 2 * columns + 1
         in_plane = free.reshape(3, *nodes).transpose(1, 2, 0)
         mask = np.broadcast_to(in_plane[:, :, None, :], (*nodes, self._planes, 3))
+        #: Number of each unknown, (nodes y, nodes x, planes above the base, 3); -1 where symmetry fixes it at zero.
         self.number: Indices = np.where(mask, (np.cumsum(mask) - 1).reshape(mask.shape), -1)
-        """Number of each unknown, (nodes y, nodes x, planes above the base, 3); -1 where a mirror holds it."""
+        #: Number of all unknowns.
         self.count = int(mask.sum())
-        """Unknowns in all."""
         self._rows: dict[int, Array] = {}
         remaining, _, whole = self._eliminated(0, columns, 0, rows, executor)
         assert not len(remaining)
+        #: Unions of element columns, each after those that it was merged from.
         self._fronts = _in_order(whole)
-        """Unions, each after those it was made of."""
         self._place = {id(front): place for place, front in enumerate(self._fronts)}
         self._rows.clear()
         on_top = self.number[:, :, -1].transpose(2, 0, 1).ravel()
+        #: Unknowns of the surface, in the order (component, y, x).
         self.surface: Indices = on_top[on_top >= 0]
-        """Unknowns of the surface, in the order (component, y, x)."""
 
     def blocks(self) -> list[Indices]:
         """Indices of the surface's unknowns in blocks of neighbours, each solved at once."""
@@ -108,7 +108,11 @@ class DissectedPad:
         return self.solve(forces)
 
     def solve(self, forces: Array) -> Array:
-        """Displacements [m] under forces (unknowns, columns) [N], which are overwritten."""
+        """Displacements [m] under forces, shape (unknowns, columns).
+
+        Args:
+            forces: on all unknowns [N], shape (unknowns, columns). The array is overwritten with the displacements.
+        """
         loaded = np.zeros(len(self._fronts), dtype=bool)
         for place, front in enumerate(self._fronts):
             below = any(loaded[self._place[id(child)]] for child in front.children)
