@@ -72,9 +72,9 @@ def heat_map_html(name: str, said: str, picture: Picture, outline: Array, tiles:
     """HTML of a heat map with the contact outline on every layer.
 
     Args:
-        name: of the pad, in the attribute `data-pad`.
-        said: text above it.
-        picture: from `heat_map`.
+        name: name of the pad, for the attribute `data-pad`.
+        said: text above the image.
+        picture: the image, from `heat_map`.
         outline: line segments in the pad frame [m], (segments, 2, 2).
         tiles: layout of the image.
     """

@@ -7,7 +7,7 @@ import numpy as np
 
 from mjtactile._types import Array
 
-#: Stiffness over that of MuJoCo's spring [-], since contacts of pads are a matter of millimetres and newtons.
+#: Stiffness relative to that of MuJoCo's spring [-]. It is higher because forces on pads are newtons over millimetres.
 _FIRMNESS = 10.0
 _LEAST_INVERSE = 1e-9
 

@@ -49,7 +49,7 @@ class Viewer:
         recording: the last recording.
 
     Raises:
-        ViewError: the model has no pads, data or pads belong to another model, the rate is no positive number, this
+        ViewError: the model has no pads, data or pads belong to another model, the rate is not a positive number, this
             machine cannot listen on the address, or other machines could reach it.
     """
 

@@ -215,7 +215,7 @@ def test_what_does_not_belong_together_is_refused(model: mujoco.MjModel):
         with pytest.raises(ViewError, match="data does not belong to the model"):
             Viewer(model, strange, port=0)  # type: ignore[arg-type]
     for pads in ({}, ["pad0"], {"pad0": "pad0"}):
-        with pytest.raises(ViewError, match="no sensors by name"):
+        with pytest.raises(ViewError, match="not a dict of sensors by name"):
             Viewer(model, data, pads=pads, port=0)  # type: ignore[arg-type]
     with pytest.raises(ViewError, match="'mine' belongs to another model"):
         Viewer(model, data, pads={"mine": sensor}, port=0)
