@@ -28,7 +28,7 @@ def oblique_readings(influence: InfluenceMatrices, law: str, angles_deg: Sequenc
 
 
 def force_along(angle_deg: float) -> Array:
-    """The force of 1 N on the pad at an angle from its normal, in the x-z plane [N]."""
+    """A force of 1 N on the pad at an angle from its inward normal, in the x-z plane [N], (3,)."""
     angle = np.radians(angle_deg)
     return np.array([np.sin(angle), 0.0, -np.cos(angle)])
 
