@@ -162,7 +162,7 @@ def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> He
     numbers = np.zeros(HEALTH_NUMBERS)
     instance = int(model.sensor_plugin[model.sensor(sensor).id])
     if not library().mjt_plugin_health(ctypes.c_void_p(int(data._address)), ctypes.c_int(instance), pointer(numbers)):
-        raise SceneError(f"data has no sensor '{sensor}' of the plugin. Pass mujoco.MjData(model) of the same model.")
+        raise SceneError(f"data has no sensor '{sensor}' of the plugin. Pass data that was made from this model.")
     return Health.of(numbers)
 
 

@@ -263,7 +263,7 @@ def test_the_command_says_what_is_wrong(tmp_path: Path):
     assert isinstance(run(app, ["view", "--scene", "grasp", "--host", "0.0.0.0"]).exception, ViewError)
     assert run(app, ["view"]).exit_code == 2
     assert "there is no such file" in str(run(app, ["view", str(tmp_path / "missing.xml")]).exception)
-    assert "it is no file" in str(run(app, ["view", str(tmp_path)]).exception)
+    assert "it is not a file" in str(run(app, ["view", str(tmp_path)]).exception)
     (tmp_path / "text.xml").write_text("no")
     assert "Expected a model in MJCF" in str(run(app, ["view", str(tmp_path / "text.xml")]).exception)
     refused = run(app, ["view", "--scene", "grasp", "--seconds", "-1"])
