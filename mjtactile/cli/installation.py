@@ -39,7 +39,7 @@ class Finding:
     Attributes:
         about: the subject of the check.
         says: the result.
-        cure: how to solve the problem; None if there is none.
+        cure: how to solve a problem; None if there is no problem.
     """
 
     about: str

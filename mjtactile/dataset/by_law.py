@@ -44,7 +44,13 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
 
 
 def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: PosePresses) -> Footprint:
-    """Footprint of the body at a pose on a flat pad."""
+    """Footprint of the body at a pose on a flat pad.
+
+    Args:
+        influence: influence matrices of the pad.
+        presses: presses with the body's shape and size.
+        pose: position and rotation of the body.
+    """
     if presses.shape == "sphere":
         return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence.surface, lowest=0.0)
     return Footprint.from_outline(

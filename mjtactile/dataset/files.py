@@ -188,7 +188,15 @@ def _is_foreign(content: bytes) -> bool:
 
 
 def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
-    """Labels and readings of the presses of one outline as columns, without presses that did not settle."""
+    """Make the presses of one outline.
+
+    Args:
+        spec: specification of the dataset.
+        presses: the presses.
+
+    Returns:
+        Labels and readings as columns by name, (presses, ...), without presses that did not settle.
+    """
     influence = _influence(spec.pad, presses.preset)
     if spec.backend == "mujoco":
         from mjtactile.dataset.by_scene import mujoco_readings as readings_of

@@ -43,12 +43,22 @@ _GAP = 1e-4
 
 
 def least_grip(mass: Array, friction: Array) -> Array:
-    """Least grip of each finger that holds an object at rest by the friction of two pads [N]."""
+    """Least grip of each finger that holds an object at rest by the friction of two pads [N], (n,).
+
+    Args:
+        mass: mass of each object [kg], (n,).
+        friction: friction of each object [-], (n,).
+    """
     return mass * _GRAVITY / (2.0 * friction)
 
 
 def crushing_grip(mass: Array, friction: Array) -> Array:
-    """Grip of each finger at which the object breaks [N]."""
+    """Grip of each finger at which an object breaks [N], (n,).
+
+    Args:
+        mass: mass of each object [kg], (n,).
+        friction: friction of each object [-], (n,).
+    """
     return within(FRAGILITY * least_grip(mass, friction), HARMLESS, CRUSHING)
 
 

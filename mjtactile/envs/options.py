@@ -92,6 +92,10 @@ _MOST_PIXELS = 16384
 def refuse_unknown(options: Mapping[str, Any], task: str) -> None:
     """Refuse options that `TouchOptions` does not have.
 
+    Args:
+        options: options by name.
+        task: name of the task, for the message.
+
     Raises:
         EnvError: an option is unknown; the message lists the known ones.
     """

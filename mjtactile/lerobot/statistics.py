@@ -34,7 +34,10 @@ def column_statistics(values: npt.NDArray[Any]) -> Statistics:
 
 
 def joined(first: Statistics, second: Statistics) -> Statistics:
-    """Joint statistics of two sets of frames; quantiles are averaged with weights as in LeRobot itself."""
+    """Joint statistics of two sets of frames.
+
+    Quantiles are averaged with the numbers of frames as weights, as in LeRobot itself.
+    """
     n, m = float(first["count"][0]), float(second["count"][0])
     share = m / (n + m)
     mean = first["mean"] + share * (second["mean"] - first["mean"])

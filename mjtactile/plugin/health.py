@@ -151,7 +151,12 @@ def deliver(library: ctypes.CDLL) -> None:
 
 
 def message(names: Names, note: Note) -> str:
-    """Text of a warning; the same for the same pad, body and kind of problem."""
+    """Text of a warning; the same for the same pad, body and kind of problem.
+
+    Args:
+        names: texts of the pad.
+        note: the problem that the core has noted.
+    """
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
         f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), and the readings of this "

@@ -54,8 +54,8 @@ class TypeSize(NamedTuple):
 class MujocoLayout(NamedTuple):
     """Offsets and sizes of the running MuJoCo's structures."""
 
-    offsets: dict[str, dict[str, int]]  #: by structure and field [bytes]
-    sizes: dict[str, int]  #: of structures [bytes]
+    offsets: dict[str, dict[str, int]]  #: offset by structure and field [bytes]
+    sizes: dict[str, int]  #: size by structure [bytes]
 
     def packed(self) -> np.ndarray:
         """The layout as integers in the order of `Layout`, for the plugin."""

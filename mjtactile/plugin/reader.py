@@ -25,7 +25,7 @@ class Found(NamedTuple):
     Attributes:
         readings: von Mises stress [Pa], of shape `Pad.reading_shape`.
         forces: on the surface grid's nodes, pad frame [N], (nodes y, nodes x, 3).
-        wrench: of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,).
+        wrench: wrench of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,).
         carried: the part of the wrench that the readings carry, likewise, (6,).
         range: largest ratio of a contact's strain to the limit of small strains [-].
         indentation: largest indentation of the surface [m].

@@ -108,6 +108,10 @@ def read_weights(path: Path) -> Stored:
 def check_pad(stored: Stored, pad: Pad | None) -> None:
     """Check that weights are for a pad, or for that pad with only the sensing layers that they use.
 
+    Args:
+        stored: the weights.
+        pad: the pad; None: nothing is checked.
+
     Raises:
         RecognitionError: the weights are for another pad; the message names both.
     """

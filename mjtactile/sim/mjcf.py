@@ -134,7 +134,12 @@ def press_mjcf(
 
 
 def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
-    """Root element of a model, with a comment on its origin."""
+    """Root element of a model, with a comment that names the Python file that writes it.
+
+    Args:
+        model: name of the model.
+        module: path of that file in the package.
+    """
     root = ET.Element("mujoco", model=model)
     root.append(ET.Comment(f" Made by mjtactile/{module}. Metres, kilograms, newtons. "))
     return root
@@ -169,7 +174,7 @@ def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
     """Add the meshes of a curved pad, `<name>`, `<name>_piece_1` and so on; none for a flat pad.
 
     Args:
-        root: of the model.
+        root: root element of the model.
         pad: the pad; the meshes are in its frame.
         name: name of the first mesh.
     """

@@ -174,7 +174,7 @@ def pad_geoms(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsGeom]:
 
     Args:
         spec: model specification.
-        name: of the pad's sensor.
+        name: name of the pad's sensor.
     """
     first = f"{name}_pad"
     return [geom for geom in spec.geoms if geom.name == first or geom.name.startswith(f"{first}{PIECE}")]
@@ -200,7 +200,12 @@ def pad_pieces(model: Any, geom: int) -> list[int]:
 
 
 def piece_names(pad: str, solid: PadSolid) -> list[str]:
-    """Names of the geoms and meshes of a curved pad: its own, and `<name>_piece_1` and so on."""
+    """Names of the geoms or meshes of a curved pad: its own, and `<name>_piece_1` and so on.
+
+    Args:
+        pad: name of the first geom or mesh.
+        solid: the pad's solid.
+    """
     return [pad, *(f"{pad}{PIECE}{number}" for number in range(1, len(solid.pieces)))]
 
 

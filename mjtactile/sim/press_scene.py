@@ -81,8 +81,8 @@ def press_scene(
         shape: one of the seven punches by name, an `Indenter`, or a watertight mesh in metres.
         shift: position of the indenter's origin in the pad frame [m].
         rotate_deg: counter-clockwise rotation about the indenter's origin, before the shift [deg].
-        pad: the pad, of which only the shape is used; the default pad if None. Flat punches have feet on a flat pad,
-            and collide with their solid on a curved pad, in convex parts if the face has notches or holes.
+        pad: the pad, of which only the shape is used; the default pad if None. On a flat pad, flat punches have feet.
+            On a curved pad their solid collides, in convex parts if the face has notches or holes.
         tilt_free: whether the indenter may rotate about its origin, through which the force then passes.
 
     Raises:

@@ -48,7 +48,7 @@ def demonstration(name: str) -> tuple[Demonstration, mujoco.MjModel]:
     """A demonstration by name, and its compiled scene.
 
     Raises:
-        ViewError: there is none of that name.
+        ViewError: there is no demonstration of that name.
     """
     from mjtactile.plugin.registration import ensure_registered
 

@@ -25,7 +25,7 @@ class ShownPad:
     Attributes:
         readings: von Mises stress (layers, rows, columns) [Pa], float32; (taxels,) for free taxels.
         wrench: contact force [N] and moment about the pad's origin [N m], pad frame, (6,).
-        position: of the pad frame's origin in the world [m], (3,).
+        position: position of the pad frame's origin in the world [m], (3,).
         quat: orientation of the pad frame in the world, (w, x, y, z).
         outline: line segments around the contact, pad frame [m], (segments, 2, 2); empty without contact.
     """
@@ -47,7 +47,7 @@ class Frame:
         xmat: bodies' rotation matrices, (nbody, 3, 3).
         mocap_pos: positions of mocap bodies [m], (nmocap, 3).
         mocap_quat: orientations of mocap bodies, (nmocap, 4).
-        pads: by name, in the order of the model's sensors.
+        pads: the pads by name, in the order of the model's sensors.
     """
 
     time: float
@@ -62,7 +62,7 @@ def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
     """Every sensor of the plugin in a model, by name.
 
     Raises:
-        ViewError: there is none.
+        ViewError: the model has no such sensor.
     """
     found = {name: TactileSensor(model, name) for name in pad_sensor_names(model)}
     if not found:

@@ -43,7 +43,7 @@ class Scale:
         """Update the scale with the readings of a frame.
 
         Args:
-            readings: of each pad [Pa].
+            readings: readings of each pad [Pa].
 
         Returns:
             The new upper end of the scale [Pa].
@@ -58,7 +58,7 @@ def heat_map(readings: npt.NDArray[np.float32], peak: float) -> Picture:
     """RGB image of shape (rows, tiles * (columns + 1) - 1, 3): tiles side by side with a white line between them.
 
     Args:
-        readings: of `Tiles.laid_out`, (tiles, rows, columns) [Pa]; NaN where there is no taxel.
+        readings: readings from `Tiles.laid_out`, (tiles, rows, columns) [Pa]; NaN where there is no taxel.
         peak: upper end of the colour scale [Pa].
     """
     nothing = np.isnan(readings)

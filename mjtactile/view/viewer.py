@@ -118,7 +118,7 @@ class Viewer:
         """Show a recording in the page; the next `sync` replays it and returns at its end.
 
         Args:
-            recording: of this model; by default the last one.
+            recording: a recording of this model; by default the last one.
 
         Raises:
             ViewError: nothing was recorded, or the recording is of another model.

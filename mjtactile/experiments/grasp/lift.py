@@ -45,9 +45,9 @@ _BLIND_TIME = 0.9
 class LiftTask:
     """One trial: an object and its pose."""
 
-    size: tuple[float, float, float]  #: of the object: between the fingers, along the pads, upright [m]
-    mass: float  #: of the object [kg]
-    friction: float  #: of the object [-]
+    size: tuple[float, float, float]  #: size of the object: between the fingers, along the pads, upright [m]
+    mass: float  #: mass of the object [kg]
+    friction: float  #: friction of the object [-]
     pose: tuple[float, float, float]  #: (x, y) on the table [m] and rotation about the vertical [rad]
     grasp_height: float  #: height of the pads' centres above the table [m]
 

@@ -90,7 +90,12 @@ class HandModel:
 
 
 def pad_sensor(name: str, pads: FingertipPads) -> ET.Element:
-    """A sensor of the plugin on geom `<name>_pad`."""
+    """A sensor of the plugin on geom `<name>_pad`.
+
+    Args:
+        name: name of the sensor.
+        pads: the pad and its fidelity.
+    """
     sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
     for key, value in (("pad", pads.name), ("fidelity", fidelity_text(pads.fidelity)), ("output", "von_mises")):
         ET.SubElement(sensor, "config", key=key, value=value)

@@ -34,8 +34,8 @@ class NetworkDesign:
     """Architecture and initialisation of a network."""
 
     hidden: tuple[int, ...]  #: units of each hidden layer
-    output: str = "linear"  #: of the last layer: "linear" or "sigmoid"
-    activation: str = "sigmoid"  #: of hidden units: "sigmoid" or "tanh"
+    output: str = "linear"  #: activation of the last layer: "linear" or "sigmoid"
+    activation: str = "sigmoid"  #: activation of hidden units: "sigmoid" or "tanh"
     initial: str = "fan-in"  #: initial weights: one of INITIALS
     #: First step of every weight. Riedmiller and Braun use 0.1, with which a unit with 676 inputs saturates at once and
     #: does not learn, as the training error shows.

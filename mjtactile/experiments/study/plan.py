@@ -54,9 +54,9 @@ class StudySettings:
 
     seeds: int = INITIALISATIONS  #: initialisations of every network
     preset: str = "precise"  #: fidelity of the readings
-    magnitude_iterations: int = MAGNITUDE_ITERATIONS  #: of the magnitude networks
-    variant_iterations: int = VARIANT_ITERATIONS  #: of the magnitude networks of variants
-    shape_iterations: int = SHAPE_ITERATIONS  #: of the shape networks
+    magnitude_iterations: int = MAGNITUDE_ITERATIONS  #: training iterations of the magnitude networks
+    variant_iterations: int = VARIANT_ITERATIONS  #: the same for the variants
+    shape_iterations: int = SHAPE_ITERATIONS  #: training iterations of the shape networks
     variants: bool = True  #: whether to run the variants
 
 
@@ -143,7 +143,7 @@ def kept_path(unit: Unit, influence: InfluenceMatrices) -> Path:
 
 
 def kept(path: Path) -> dict[str, Any] | None:
-    """A stored result; None if there is none that can be read."""
+    """The stored result in a file; None if the file does not exist or cannot be read."""
     try:
         return json.loads(path.read_text())
     except (OSError, ValueError):

@@ -116,12 +116,18 @@ def fit(
 
 
 def rate(right: np.ndarray) -> str:
-    """Fraction of correct answers as text."""
+    """Fraction of correct answers as text; `right` is bool, (answers,)."""
     return f"{right.mean():.2%} of {len(right)}" if len(right) else "none asked"
 
 
 def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """Metadata of trained weights: configuration, versions, dataset and time."""
+    """Metadata of trained weights: configuration, versions, dataset and time.
+
+    Args:
+        config: a dataclass with the script's options; paths are left out.
+        dataset: metadata of the dataset.
+        seconds: duration of the training [s].
+    """
     import platform
 
     import mujoco
