@@ -11,14 +11,14 @@ import typer
 from mjtactile.cli.options import AsJson, PageOption
 from mjtactile.errors import OutputError
 
-bench_app = typer.Typer(help="Measure cost and error on this machine.", no_args_is_help=True)
+bench_app = typer.Typer(help="Measure time, size and error on this machine.", no_args_is_help=True)
 
 Out = Annotated[Path | None, typer.Option(help="Write the result to this JSON file.")]
 
 
 @bench_app.command("mesh")
 def bench_mesh(as_json: AsJson = False, page: PageOption = None) -> None:
-    """Build time, size, memory, update time and error of each mesh, beside MuJoCo's `<tactile>`."""
+    """Measure build time, size, memory, update time and error of each mesh, compared with MuJoCo's `<tactile>`."""
     from mjtactile.cli.benchmarks.mesh import mesh_benchmark
     from mjtactile.cli.benchmarks.tables import mesh_table, table_on_page
 
@@ -31,11 +31,11 @@ def bench_mesh(as_json: AsJson = False, page: PageOption = None) -> None:
 @bench_app.command("plugin")
 def bench_plugin(
     as_json: AsJson = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Preset fast and few runs only.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure preset fast alone, in few runs.")] = False,
     out: Out = None,
     page: PageOption = None,
 ) -> None:
-    """What the MuJoCo sensor plugin adds to a step, beside MuJoCo's `<tactile>`, and many simulations at once."""
+    """Measure the time that the sensor plugin adds to a MuJoCo step, compared with MuJoCo's `<tactile>`."""
     from mjtactile._files import check_apart, check_writable
     from mjtactile.cli.benchmarks.plugin import plugin_benchmark, plugin_table
     from mjtactile.cli.benchmarks.tables import rounded, table_on_page
@@ -54,15 +54,15 @@ def bench_plugin(
 @bench_app.command("trade")
 def bench_trade(
     as_json: AsJson = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Mesh draft and three cases only.")] = False,
-    measured: Annotated[Path | None, typer.Option(help="Show this earlier result (JSON), measure nothing.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure mesh draft alone, in three cases.")] = False,
+    measured: Annotated[Path | None, typer.Option(help="Show this stored result (JSON); measure nothing.")] = None,
     out: Out = None,
     page: PageOption = None,
     figure: Annotated[Path | None, typer.Option(help="Draw error against time to this file.")] = None,
 ) -> None:
-    """Error and time per update of every fidelity, which of them nothing beats, and the presets among them.
+    """Measure error and time per update of every fidelity, and show the presets and the Pareto front.
 
-    Ten minutes on an idle machine, most of it for tables, which stay in the cache (some 3 GB).
+    This takes ten minutes on an idle machine, mostly for building tables, which stay in the cache (about 3 GB).
     """
     from mjtactile._files import check_apart, check_figure, check_writable
     from mjtactile.cli.benchmarks.tables import rounded, table_on_page, trade_table
@@ -87,10 +87,10 @@ def bench_trade(
 @bench_app.command("envs")
 def bench_envs(
     as_json: AsJson = False,
-    quick: Annotated[bool, typer.Option("--quick", help="One environment and few runs only.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Measure one environment alone, in few runs.")] = False,
     page: PageOption = None,
 ) -> None:
-    """Steps per second of one environment and of many, with and without pads, beside a plain step of MuJoCo."""
+    """Measure steps per second of one environment and of many, with and without pads, compared with MuJoCo alone."""
     from mjtactile.cli.benchmarks.envs import envs_benchmark, envs_table
     from mjtactile.cli.benchmarks.tables import table_on_page
 
@@ -102,7 +102,7 @@ def bench_envs(
 
 @bench_app.command("extremes")
 def bench_extremes(as_json: AsJson = False) -> None:
-    """What comes out, or which error, at the ends of what may be asked."""
+    """Measure the error at the limits of pads, loads and inputs, or show the error message there."""
     from mjtactile.cli.benchmarks.extremes import extremes_benchmark, extremes_table
 
     result = extremes_benchmark()
@@ -111,7 +111,7 @@ def bench_extremes(as_json: AsJson = False) -> None:
 
 @bench_app.command("today")
 def bench_today(page: PageOption = None) -> None:
-    """What people use today, beside mjtactile: from the stored runs of `trade` and `plugin`, measures nothing."""
+    """Compare mjtactile with other sensors, from the stored results of `trade` and `plugin`; measure nothing."""
     from mjtactile.cli.benchmarks.tables import stored_runs, table_on_page, today_table
 
     write = table_on_page(page, "today")
@@ -136,7 +136,7 @@ def _earlier(path: Path) -> dict[str, Any]:
         trade_table(result)
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise OutputError(
-            f"{path} holds no result of an earlier run: {error or type(error).__name__}. Write one with --out."
+            f"{path} holds no result of `bench trade`: {error or type(error).__name__}. Write one with --out."
         ) from error
     return result
 

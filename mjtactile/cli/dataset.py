@@ -18,21 +18,23 @@ _LIFT = "lift"
 
 
 def dataset(
-    spec: Annotated[Path, typer.Option(help="TOML file that says what to press; see docs/datasets.md.")],
+    spec: Annotated[Path, typer.Option(help="TOML file that specifies the presses; see docs/datasets.md.")],
     out: Annotated[
         Path | None, typer.Option(help="Folder to write to.  [default: the file's name without .toml]")
     ] = None,
     presses: Annotated[
-        int | None, typer.Option(min=1, max=MOST_PRESSES, help="How many, in place of the file's number.")
+        int | None, typer.Option(min=1, max=MOST_PRESSES, help="Number of presses, instead of the file's.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, max=MOST_SEED, help="In place of the file's.")] = None,
-    form: Annotated[str, typer.Option("--format", help="parquet, or lerobot: an episode per outline.")] = "parquet",
-    flat: Annotated[bool, typer.Option("--flat", help="Of lerobot: readings as vectors.")] = False,
+    seed: Annotated[int | None, typer.Option(min=0, max=MOST_SEED, help="Seed, instead of the file's.")] = None,
+    form: Annotated[
+        str, typer.Option("--format", help="parquet, or lerobot with one episode per outline.")
+    ] = "parquet",
+    flat: Annotated[bool, typer.Option("--flat", help="For lerobot: store readings as vectors.")] = False,
     workers: WorkersOption = 2,
     ray: RayOption = False,
     ray_address: RayAddressOption = None,
 ) -> None:
-    """Make a dataset of presses; call again to go on where it was interrupted."""
+    """Make a dataset of presses; run it again to continue after an interruption."""
     from dataclasses import replace
     from time import perf_counter
 
@@ -63,10 +65,10 @@ def dataset(
 
 
 def _presses_folder(folder: Path, form: str) -> Path:
-    """Where presses are made: another dataset than Parquet's is written from them once they are all there.
+    """Folder in which the presses are made. For other formats than Parquet, it is a temporary one beside `folder`.
 
     Raises:
-        DatasetError: there is no such format, or the other dataset is there already.
+        DatasetError: there is no such format, or the dataset of another format exists already.
     """
     from mjtactile.errors import DatasetError
 
@@ -75,16 +77,16 @@ def _presses_folder(folder: Path, form: str) -> Path:
     if form == "parquet":
         return folder
     if folder.exists():
-        raise DatasetError(f"{folder} is there already. Name another folder with --out, or delete that one.")
+        raise DatasetError(f"{folder} exists already. Name another folder with --out, or delete that one.")
     return folder.with_name(f"{folder.name}.presses")
 
 
 def _check_folder(folder: Path) -> None:
-    """Refuse what is there and is no folder, and names that no folder can have."""
+    """Make the folder; refuse existing files and names that no folder can have."""
     try:
         there = folder.exists()
         if there and not folder.is_dir():
-            raise OutputError(f"{folder} is there and is no folder. Name the folder of the dataset with --out.")
+            raise OutputError(f"{folder} exists but is not a folder. Name the folder of the dataset with --out.")
         folder.mkdir(parents=True, exist_ok=True)
     except OutputError:
         raise
@@ -94,13 +96,15 @@ def _check_folder(folder: Path) -> None:
 
 
 def record(
-    what: Annotated[str, typer.Argument(help='"lift", the grasp experiment, or an environment\'s id.')],
-    out: Annotated[Path, typer.Option(help="Folder to make.")],
-    episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 50,
-    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of everything.")] = 0,
-    touch: Annotated[str, typer.Option(help="What lift's controller is told: true or recognised.")] = "true",
-    fps: Annotated[int, typer.Option(min=1, help="Frames per second of lift; touch has 250 readings.")] = 50,
-    flat: Annotated[bool, typer.Option("--flat", help="Readings as vectors, not (layers, rows, columns).")] = False,
+    what: Annotated[str, typer.Argument(help='"lift" for the grasp experiment, or the id of an environment.')],
+    out: Annotated[Path, typer.Option(help="Folder of the new dataset.")],
+    episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 50,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of all random numbers.")] = 0,
+    touch: Annotated[str, typer.Option(help="Forces that lift's controller gets: true or recognised.")] = "true",
+    fps: Annotated[int, typer.Option(min=1, help="Frames per second of lift; it must divide 250.")] = 50,
+    flat: Annotated[
+        bool, typer.Option("--flat", help="Store readings as vectors, not (layers, rows, columns).")
+    ] = False,
     fidelity: FidelityOption = "fast",
 ) -> None:
     """Record grasps, or an environment under random actions, as a LeRobotDataset."""
@@ -121,7 +125,7 @@ def record(
 
 
 def _record_environment(name: str, out: Path, episodes: int, settings: TrialSettings, flat: bool) -> None:
-    """Random actions; for a policy of one's own there is `LeRobotRecorder`."""
+    """Record an environment under random actions; to record a policy, use `LeRobotRecorder`."""
     from mjtactile._progress import progress_bar
     from mjtactile.envs.single import TactileEnv
     from mjtactile.lerobot.environment import LeRobotRecorder

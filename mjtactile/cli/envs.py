@@ -8,7 +8,7 @@ from mjtactile.cli.options import PageOption
 
 
 def envs(page: PageOption = None) -> None:
-    """Print what goes into and comes out of each gymnasium environment, with units."""
+    """Print actions and observations of each gymnasium environment, with units."""
     from mjtactile.cli.benchmarks.tables import table_on_page
 
     write = table_on_page(page, "environments")

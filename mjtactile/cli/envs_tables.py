@@ -1,4 +1,4 @@
-"""What goes into and comes out of each environment, as Markdown: docs/environments.md holds what this says."""
+"""Actions and observations of each environment as Markdown tables, which docs/environments.md contains."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mjtactile.envs.registration import ENTRY_POINTS, task_of
 from mjtactile.envs.task import Channel, Task
 from mjtactile.envs.touch import READING_SCALE
 
-#: What stands in the rows of `tactile`, by observation.
+#: Shape, unit and meaning in the rows of `tactile`, by observation.
 _TACTILE = {
     "readings": (
         "(pads, layers, rows, columns)",
@@ -24,7 +24,7 @@ _TACTILE = {
 
 
 def environment_tables() -> str:
-    """Every environment: what it is about, its actions, its observations, its episodes."""
+    """Summary, actions, observations and episodes of every environment."""
     return "\n\n".join(_environment(name, task_of(name)) for name in ENTRY_POINTS)
 
 
@@ -37,7 +37,7 @@ def _environment(name: str, kind: type[Task]) -> str:
             kind.SUMMARY,
             "",
             f"Pads: {', '.join(kind.PADS)}. A step is {period * 1e3:g} ms ({kind.SUBSTEPS} of MuJoCo's), an episode at "
-            f"most {kind.EPISODE_STEPS} steps. Noise where none is asked for: {kind.NOISE:.0%}.",
+            f"most {kind.EPISODE_STEPS} steps. Default noise: {kind.NOISE:.0%}.",
             "",
             "| action | from | to | meaning |",
             "| --- | --- | --- | --- |",
@@ -73,7 +73,7 @@ def _tactile_rows(kind: type[Task]) -> list[str]:
 
 
 def _ends(limits: Any) -> str:
-    """The limits of a space's channels, each run of equal ones once."""
+    """The limits of a space's components as text; neighbouring equal limits are given once."""
     row: Sequence[float] = limits.reshape(limits.shape[0], -1)[0].tolist()
     runs = [value for k, value in enumerate(row) if k == 0 or value != row[k - 1]]
     return ", ".join(f"{value:g}" for value in runs)

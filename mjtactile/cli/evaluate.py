@@ -13,30 +13,30 @@ from mjtactile.cli.options import AsJson, PageOption
 from mjtactile.experiments.markdown import markdown_table
 from mjtactile.units import MOST_SEED
 
-#: All presses are in memory together, some 20 kB each.
+#: All presses are in memory together, about 20 kB each.
 _MOST_PRESSES = 100_000
 
 
 def evaluate(
-    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of the presses and the noise.")] = 1,
-    presses: Annotated[int, typer.Option(min=20, max=_MOST_PRESSES, help="How many in MuJoCo.")] = 2000,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of the presses and the noise.")] = 1,
+    presses: Annotated[int, typer.Option(min=20, max=_MOST_PRESSES, help="Number of presses in MuJoCo.")] = 2000,
     fidelity: Annotated[
         list[str] | None,
         typer.Option(
-            help="Fidelity of the sensor: fast, balanced, precise or accurate; several, side by side.  "
+            help="Fidelity of the sensor: fast, balanced, precise or accurate. Repeat the option to compare several.  "
             "[default: precise]"
         ),
     ] = None,
     law: Annotated[
         list[str] | None,
-        typer.Option(help="Contact law: uniform, foundation or elastic; several.  [default: the fidelity's own]"),
+        typer.Option(help="Contact law: uniform, foundation or elastic; may be repeated.  [default: the fidelity's]"),
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
-    weights: Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")] = None,
+    weights: Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")] = None,
     as_json: AsJson = False,
     page: PageOption = None,
 ) -> None:
-    """Measure the recognisers on fresh presses: the paper's protocol, and random presses in MuJoCo with noise."""
+    """Measure the recognisers on new presses: the paper's protocol, and random presses in MuJoCo with noise."""
     from dataclasses import replace
 
     from mjtactile.cli.benchmarks.tables import table_on_page
@@ -64,7 +64,11 @@ def evaluate(
 
 
 def tables(result: dict[str, Any]) -> str:
-    """All tables of one sensor with their titles, Markdown."""
+    """All tables of one sensor with their titles, as Markdown.
+
+    Args:
+        result: result of `recognition.evaluation.recognisers.evaluate`.
+    """
     parts = (
         f"Seed {result['seed']}, preset {result['preset']}, law {result['law']}, "
         f"{result['presses']} presses in MuJoCo.",
@@ -86,7 +90,11 @@ def tables(result: dict[str, Any]) -> str:
 
 
 def side_by_side(results: list[dict[str, Any]]) -> str:
-    """Every figure with its bound for several sensors, Markdown."""
+    """Table of every quantity with its bound, with a column for each sensor, as Markdown.
+
+    Args:
+        results: a result of `recognition.evaluation.recognisers.evaluate` for each sensor.
+    """
     head = ("figure", "unit", "bound", *(f"{result['preset']}, {result['law']}" for result in results))
     rows = [
         (*names, *(" / ".join(text(result[part][layers]) for layers in ("all", "top")) for result in results))
@@ -100,7 +108,7 @@ def side_by_side(results: list[dict[str, Any]]) -> str:
 
 
 def _summary_rows(three: str = " / ") -> list[tuple[tuple[str, str, str], str, Callable[[dict[str, Any]], str]]]:
-    """Every figure: its name, unit and bound; which part of a result it is in; its text."""
+    """Name, unit and bound of every quantity; the part of a result that contains it; and its value as text."""
 
     def of_three(figures: dict[str, Any]) -> str:
         return three.join(f"{100 * rate:.4g}" for rate in figures["three_rate"].values())
@@ -127,7 +135,7 @@ def _summary_rows(three: str = " / ") -> list[tuple[tuple[str, str, str], str, C
 
 
 def shape_table(result: dict[str, Any]) -> str:
-    """Each contact by itself, Markdown."""
+    """Table of the errors for each shape, as Markdown."""
     both = [result["mujoco"][layers]["by_shape"] for layers in ("all", "top")]
     cells = [
         (
@@ -149,7 +157,7 @@ def shape_table(result: dict[str, Any]) -> str:
     return markdown_table(head, cells)
 
 
-#: Columns of tables with a row for each noise or array: title and text of a row's figures.
+#: Columns of tables with a row for each noise or array: title, and function from a row's results to text.
 _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "direction, median deg": lambda r: f"{r['direction_median_deg']:.3f}",
     "magnitude, gf": lambda r: f"{r['magnitude_mean_gf']:.2f}",
@@ -160,12 +168,12 @@ _FIRM_COLUMN = {"from 50 gf on, %": lambda r: f"{100 * r['shape_rate_firm']:.2f}
 
 
 def noise_table(result: dict[str, Any]) -> str:
-    """Four layers and one under noises, Markdown."""
+    """Table of the errors at each level of noise, for four layers and for one, as Markdown."""
     return _rows_table("noise", [(f"{100 * row['noise']:g} %", row) for row in result["noise"]], _COLUMNS)
 
 
 def transducer_table(result: dict[str, Any]) -> str:
-    """Four layers and one with transducers, Markdown."""
+    """Table of the errors with each kind of transducer array, for four layers and for one, as Markdown."""
     rows = [(row["transducer"], row) for row in result["transducers"]]
     return _rows_table("transducers", rows, _COLUMNS | _FIRM_COLUMN)
 

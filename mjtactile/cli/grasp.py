@@ -19,23 +19,25 @@ if TYPE_CHECKING:
     from mjtactile.workers import Workers
 
 grasp_app = typer.Typer(
-    help="Grasp experiments: hands that know what their pads feel, against blind ones and ones that know all.",
+    help="Grasp experiments: hands with recognised touch, compared with hands without touch and with true forces.",
     no_args_is_help=True,
 )
 
 #: All results are in memory together.
 _MOST_TRIALS = 1_000_000
 
-Seed = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of objects, disturbances and noise.")]
-Trials = Annotated[int, typer.Option(min=1, max=_MOST_TRIALS, help="How many of each kind.")]
+Seed = Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of objects, disturbances and noise.")]
+Trials = Annotated[int, typer.Option(min=1, max=_MOST_TRIALS, help="Number of trials of each condition.")]
 Noise = Annotated[
     float,
-    typer.Option(min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation over a pad's largest reading [-]."),
+    typer.Option(
+        min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation of noise over a pad's largest reading [-]."
+    ),
 ]
-Fidelity = Annotated[str, typer.Option(help="Of the readings: fast, balanced, precise or accurate.")]
-Weights = Annotated[Path | None, typer.Option(help="Folder of weights of one's own.  [default: shipped]")]
-Out = Annotated[Path | None, typer.Option(help="Keep results in this file; call again to go on with it.")]
-Figure = Annotated[Path | None, typer.Option(help="Draw to this file; lift alone: grips over what they had to be.")]
+Fidelity = Annotated[str, typer.Option(help="Fidelity of the readings: fast, balanced, precise or accurate.")]
+Weights = Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")]
+Out = Annotated[Path | None, typer.Option(help="Store results in this file; run again to continue it.")]
+Figure = Annotated[Path | None, typer.Option(help="Draw grip against least grip to this file; lift only.")]
 
 
 def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
@@ -69,9 +71,9 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
     grasp_app.command(experiment, help=told)(command)
 
 
-_add_command("lift", "Lift objects of unknown mass and friction with the least grip that holds.")
-_add_command("slip", "Notice what slips before it has gone 2 mm, and hold it.")
-_add_command("handover", "Put down on contact: onto shelves of unknown height, neither dropped nor pushed.")
+_add_command("lift", "Lift objects of unknown mass and friction with little more than the least grip that holds.")
+_add_command("slip", "Detect slip, and stop the object before it has slid 2 mm.")
+_add_command("handover", "Put objects down on shelves of unknown height, without dropping or pushing them.")
 _add_command("sort", "Sort blocks by the shape that the fingers recognise.", fidelity="precise")
 
 
@@ -97,7 +99,7 @@ def _run(experiment: Experiment, settings: TrialSettings, workers: Workers, outp
     table = f"grasp {experiment.name}"
     out, figure = output.out, output.figure
     if figure is not None and experiment.figure is None:
-        raise typer.BadParameter(f"{table} has no figure, only lift has one. Drop --figure.")
+        raise typer.BadParameter(f"{table} has no figure, only lift has one. Leave out --figure.")
     check_apart({"--out": out, "--figure": figure, "--page": output.page})
     if out is not None:
         check_writable(out)

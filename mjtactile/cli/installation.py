@@ -1,4 +1,4 @@
-"""The command line: what is installed and what is kept: `doctor`, `info`, `build` and `cache`."""
+"""The command line: `mjtactile doctor`, `info`, `build` and `cache`, on the installation and its tables."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _MODEL = (
     '<config key="fidelity" value="fast"/></plugin></sensor></mujoco>'
 )
 
-cache_app = typer.Typer(help="Tables kept for this user: list them, or make room.", no_args_is_help=True)
+cache_app = typer.Typer(help="List or remove the tables in the cache of this user.", no_args_is_help=True)
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Finding:
     Attributes:
         about: the subject of the check.
         says: the result.
-        cure: how to solve the problem; None if there is none.
+        cure: how to solve a problem; None if there is no problem.
     """
 
     about: str
@@ -48,7 +48,7 @@ class Finding:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Say what is installed, whether it works, and how to mend what does not."""
+    """Show what is installed, whether it works, and how to repair what does not."""
     findings = [_examined(about, look) for about, look in _LOOKS.items()]
     if as_json:
         typer.echo(json.dumps([asdict(finding) for finding in findings], indent=2))
@@ -64,9 +64,9 @@ def doctor(as_json: AsJson = False) -> None:
 def build(
     fidelity: FidelityOption = DEFAULT,
     pad: PadOption = None,
-    force: Annotated[bool, typer.Option("--force", help="Build even if there is one.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Build it even if it exists.")] = False,
 ) -> None:
-    """Build a pad's influence matrices into the cache."""
+    """Build a pad's influence matrices and store them in the cache."""
     from time import perf_counter
 
     from mjtactile.influence.cache import build_influence, cached_path, influence_matrices, stored_path
@@ -244,7 +244,7 @@ def _look_at_the_recognisers() -> Finding:
     names = ("force", "shape", "grasp")
     for name in names:
         recognition.load(name)
-    return Finding("recognisers", f"weights of {', '.join(names)} are whole")
+    return Finding("recognisers", f"weights of {', '.join(names)} are complete")
 
 
 def _look_at_the_extras() -> Finding:

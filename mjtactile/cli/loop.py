@@ -19,32 +19,34 @@ if TYPE_CHECKING:
     from mjtactile.experiments.loop.run import LoopResult
     from mjtactile.experiments.loop.video import LoopVideo
 
-#: Of the cells of --transducer [Pa]: the loop's punches read up to 33 kPa under 150 gf.
+#: Full scale of the cells of --transducer [Pa]: under 150 gf, readings of the loop's punches are at most 33 kPa.
 _FULL_SCALE = 40e3
-#: A video of more would not fit into memory: a press takes some 10 frames.
+#: With more presses, the video would not fit into memory: each press takes about 10 frames.
 _MOST_PRESSES = 200
 
 
 def loop(
-    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Of punches, poses, commanded forces and noise.")] = 0,
-    presses: Annotated[int, typer.Option(min=0, max=_MOST_PRESSES, help="Commanded forces.")] = 4,
+    seed: Annotated[int, typer.Option(min=0, max=MOST_SEED, help="Seed of punches, poses, forces and noise.")] = 0,
+    presses: Annotated[int, typer.Option(min=0, max=_MOST_PRESSES, help="Number of commanded forces.")] = 4,
     sort: Annotated[bool, typer.Option(help="Sort the seven punches.")] = True,
-    rate: Annotated[int, typer.Option(help="Of readings and recognition, in simulated time [Hz].")] = 200,
+    rate: Annotated[int, typer.Option(help="Rate of readings and recognition in simulated time [Hz].")] = 200,
     noise: Annotated[
         float,
-        typer.Option(min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation over the largest reading [-]."),
+        typer.Option(
+            min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation of noise over the largest reading [-]."
+        ),
     ] = 0.01,
     transducer: Annotated[bool, typer.Option("--transducer", help="Read through imperfect capacitive cells.")] = False,
     fidelity: FidelityOption = "precise",
-    layers: Annotated[str, typer.Option(help="What recognisers see: all or top.")] = "all",
-    weights: Annotated[Path | None, typer.Option(help="Folder of weights.  [default: those shipped]")] = None,
-    figure: Annotated[Path, typer.Option(help="Draw what happened to this file.")] = Path("loop.png"),
-    video: Annotated[Path, typer.Option(help="Film it to this file, .gif or .webp.")] = Path("loop.gif"),
-    record: Annotated[bool, typer.Option(help="Whether figure and video are made.")] = True,
-    view: Annotated[bool, typer.Option("--view", help="Show it live in MuJoCo's viewer.")] = False,
+    layers: Annotated[str, typer.Option(help="Sensing layers that recognisers use: all or top.")] = "all",
+    weights: Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")] = None,
+    figure: Annotated[Path, typer.Option(help="Draw forces and shapes to this file.")] = Path("loop.png"),
+    video: Annotated[Path, typer.Option(help="Write a video to this file, .gif or .webp.")] = Path("loop.gif"),
+    record: Annotated[bool, typer.Option(help="Make figure and video.")] = True,
+    view: Annotated[bool, typer.Option("--view", help="Show the scene live in MuJoCo's viewer.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Close the loop on touch: press with commanded forces and sort seven unknown punches by recognised shape."""
+    """Control by touch: press with commanded forces, and sort seven unknown punches by recognised shape."""
     from mjtactile._files import check_apart, check_figure, check_writable
     from mjtactile.experiments.loop.clock import LoopSettings, steps_between
     from mjtactile.experiments.loop.run import loop_recognisers, run_loop
@@ -96,7 +98,7 @@ def _all_of(watchers: list[Callable[[Loop], None]]) -> Callable[[Loop], None]:
 
 
 def _film(settings: LoopSettings, open_things: ExitStack) -> LoopVideo | None:
-    """A video, where rendering is there; else a line that says why not."""
+    """A video if rendering works; otherwise None, and a line on standard error says why."""
     from mjtactile.errors import RenderError
     from mjtactile.experiments.loop.scene import loop_scene
     from mjtactile.experiments.loop.video import LoopVideo
@@ -109,7 +111,7 @@ def _film(settings: LoopSettings, open_things: ExitStack) -> LoopVideo | None:
 
 
 def _viewer(open_things: ExitStack) -> Callable[[Loop], None]:
-    """Shows the scene as fast as real time allows.
+    """A function that shows the scene in a window, in real time at most.
 
     Raises:
         RenderError: there is no display.
@@ -123,10 +125,10 @@ def _viewer(open_things: ExitStack) -> Callable[[Loop], None]:
     from mjtactile.errors import RenderError
 
     with warnings.catch_warnings():
-        # What glfw has to say comes as a warning; the error below says it better.
+        # glfw warns when it fails; the error below is clearer.
         warnings.simplefilter("ignore")
         if not glfw.init():
-            raise RenderError("--view needs a display, and there is none. Drop it: the video shows the same.")
+            raise RenderError("--view needs a display, and there is none. Leave it out: the video shows the same.")
     shown: dict[str, Any] = {}
 
     def show(loop: Loop) -> None:

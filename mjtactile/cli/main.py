@@ -37,11 +37,11 @@ from mjtactile.fidelity import DEFAULT, fidelity_text
 _EXAMPLES = """
 Examples:
 
-    mjtactile press star --force 100gf --tilt 15   # a punch into the pad
-    mjtactile press tool.stl --force 0.5N --json   # a mesh of your own
-    mjtactile press sphere --pad dome.toml --figure dome.png   # a pad of your own
-    mjtactile doctor                               # is all in place?
-    mjtactile COMMAND --help                       # a command's options
+    mjtactile press star --force 100gf --tilt 15   # press a punch into the pad
+    mjtactile press tool.stl --force 0.5N --json   # press a mesh of your own
+    mjtactile press sphere --pad dome.toml --figure dome.png   # use a pad of your own
+    mjtactile doctor                               # check the installation
+    mjtactile COMMAND --help                       # show a command's options
 """
 _MEASURE, _INSTALLATION = "Experiments and measurements", "This installation"
 
@@ -61,18 +61,26 @@ def press(
     ],
     force: Annotated[str, typer.Option(help="Magnitude with unit: 100gf, 0.98N.")] = "100gf",
     tilt: Annotated[
-        float, typer.Option(callback=into_pad, help="Of the force, from straight into the pad [deg].")
+        float, typer.Option(callback=into_pad, help="Angle of the force to the pad's inward normal [deg].")
     ] = 0.0,
-    azimuth: Annotated[float, typer.Option(callback=finite, help="Of the tilt, from +x towards +y [deg].")] = 0.0,
-    shift: Annotated[str, typer.Option(help="Of the indenter, x,y [mm].")] = "0,0",
-    rotate: Annotated[float, typer.Option(callback=finite, help="Of the indenter, counter-clockwise [deg].")] = 0.0,
+    azimuth: Annotated[
+        float, typer.Option(callback=finite, help="Direction of the tilt, from +x towards +y [deg].")
+    ] = 0.0,
+    shift: Annotated[str, typer.Option(help="Position x,y of the indenter [mm].")] = "0,0",
+    rotate: Annotated[
+        float, typer.Option(callback=finite, help="Rotation of the indenter, counter-clockwise [deg].")
+    ] = 0.0,
     free: Annotated[bool, typer.Option("--free", help="Let the indenter tilt.")] = False,
     fidelity: FidelityOption = DEFAULT,
-    law: Annotated[str | None, typer.Option(help="uniform, foundation or elastic.  [default: the fidelity's]")] = None,
+    law: Annotated[
+        str | None, typer.Option(help="Contact law: uniform, foundation or elastic.  [default: the fidelity's]")
+    ] = None,
     tangential: Annotated[str, typer.Option(help="Shear: proportional, stick or coulomb.")] = "proportional",
-    friction: Annotated[float | None, typer.Option(help="Bound of the shear.  [default: none, or MuJoCo's]")] = None,
+    friction: Annotated[
+        float | None, typer.Option(help="Coefficient that bounds the shear [-].  [default: none; coulomb: MuJoCo's]")
+    ] = None,
     pad: PadOption = None,
-    out: Annotated[Path | None, typer.Option(help="Write arrays to this .npz file.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write readings and wrench to this .npz file.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw readings, section and scene to this file.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -112,7 +120,7 @@ def press(
         _print_press(report)
     sys.stdout.flush()
     if figure is not None:
-        _draw_press(report, figure)  # takes a second or two, so the figures in numbers come first
+        _draw_press(report, figure)  # takes a second or two, so the numbers are printed first
     for path in (out, figure):
         if path is not None and not as_json:
             typer.echo(f"wrote {path}")
@@ -138,18 +146,18 @@ app.add_typer(cache_app, name="cache", rich_help_panel=_INSTALLATION)
 def main() -> None:
     """Entry point: errors are one line, exit code 2; warnings are one line each."""
     warnings.showwarning = partial(_show_warning, set())
-    if isinstance(sys.stdout, io.TextIOWrapper):  # names of files may hold what the terminal cannot show
+    if isinstance(sys.stdout, io.TextIOWrapper):  # file names may contain characters that the terminal cannot show
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         code = _command()(prog_name="mjtactile", standalone_mode=False)
         sys.stdout.flush()
-        if code:  # of a command that found something wrong and has said it
+        if code:  # the command has reported a problem itself
             sys.exit(code)
     except MjTactileError as error:
         _fail(f"{_sentence(str(error))} More: {page_address(error.page)}" if error.page else str(error))
     except KeyboardInterrupt:
         _fail("interrupted", code=130)
-    except BrokenPipeError:  # whoever read the output has seen enough
+    except BrokenPipeError:  # the reader of the output, such as `head`, has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except OSError as error:  # a full disk, a folder that went away
@@ -162,7 +170,7 @@ def main() -> None:
         if message is None:
             raise
         text = message()
-        if not text:  # a group of commands without one of them: its help has been shown
+        if not text:  # a group without a command: its help has been shown
             sys.exit(2)
         context = getattr(error, "ctx", None)
         _fail(f"{_sentence(text)} See `{context.command_path} --help`." if context is not None else text)
@@ -170,12 +178,12 @@ def main() -> None:
 
 @lru_cache(maxsize=1)
 def _command() -> Callable[..., Any]:
-    """All commands with their options; typer takes longer to gather them than most commands to refuse an option."""
+    """All commands with their options. Cached, because typer takes longer to collect them than to refuse an option."""
     return typer.main.get_command(app)
 
 
 def _sentence(text: str) -> str:
-    """A text that others may follow."""
+    """The text with a full stop if it has no end mark, so that another sentence can follow."""
     return text if text.endswith((".", "?", "!")) else f"{text}."
 
 
@@ -185,7 +193,7 @@ def _fail(message: str, code: int = 2) -> None:
 
 
 def _show_warning(shown: set[str], message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
-    """Print a warning, unless it is among those that were shown: several places may give the same."""
+    """Print a warning once, because several places may issue the same one."""
     line = f"{category.__name__}: {' '.join(str(message).split())}"
     if line not in shown:
         shown.add(line)
@@ -201,9 +209,9 @@ def _draw_press(report: Any, path: Path) -> None:
     try:
         picture = render_scene(report.model, report.data, 640, 480, camera="oblique")
     except RenderError as error:
-        print(f"mjtactile: the figure goes without the scene: {error}", file=sys.stderr)
+        print(f"mjtactile: the figure is drawn without the scene: {error}", file=sys.stderr)
         picture = None
-    shape = report.shape.replace("$", r"\$")  # which is not to be set as a formula
+    shape = report.shape.replace("$", r"\$")  # a bare dollar sign would begin a formula
     title = f"{shape}, {report.force_reached / GRAM_FORCE:.4g} gf"
     drawn = press_figure(report.influence.pad, report.readings, report.outline, title=title, picture=picture)
     save_figure(path, drawn, dpi=130)

@@ -12,33 +12,43 @@ from mjtactile.fidelity import PRESETS
 
 
 def finite(value: float | None) -> float | None:
-    """Refuse "nan" and "inf", which typer's parser accepts; use it as `typer.Option(callback=finite)`."""
+    """Refuse "nan" and "inf", which typer's parser accepts; use it as `typer.Option(callback=finite)`.
+
+    Raises:
+        BadParameter: the number is not finite.
+    """
     if value is not None and not math.isfinite(value):
         raise typer.BadParameter(f"{value} is not a finite number.")
     return value
 
 
 def into_pad(tilt: float) -> float:
-    """The same angle [deg], for `typer.Option(callback=into_pad)`: one that presses into the pad."""
+    """Refuse a tilt [deg] with which a force does not press; use it as `typer.Option(callback=into_pad)`.
+
+    Raises:
+        BadParameter: the angle is not between -90 and 90 degrees.
+    """
     finite(tilt)
     if not abs(tilt) < 90.0:
         raise typer.BadParameter(f"{tilt:g} degrees do not press; expected more than -90 and less than 90.")
     return tilt
 
 
-PageOption = Annotated[Path | None, typer.Option(help="Rewrite the table in this Markdown file.")]
+PageOption = Annotated[Path | None, typer.Option(help="Write the table into this Markdown file, between its markers.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
 FidelityOption = Annotated[
     str,
-    typer.Option(help="Of the readings: fast, balanced, precise or accurate.", autocompletion=lambda: list(PRESETS)),
+    typer.Option(
+        help="Fidelity of the readings: fast, balanced, precise or accurate.", autocompletion=lambda: list(PRESETS)
+    ),
 ]
 PadOption = Annotated[
     Path | None,
-    typer.Option("--pad", help="TOML file of the pad: see the docs, curved pads.  [default: the paper's pad]"),
+    typer.Option("--pad", help="TOML file of the pad; see docs/curved.md.  [default: the paper's pad]"),
 ]
 WorkersOption = Annotated[int, typer.Option(min=1, help="Processes, one core each; the results do not depend on it.")]
-RayOption = Annotated[bool, typer.Option("--ray", help="Let Ray distribute the work; a worker lost costs only time.")]
+RayOption = Annotated[bool, typer.Option("--ray", help="Distribute the work with Ray; a lost worker costs only time.")]
 RayAddressOption = Annotated[
     str | None,
-    typer.Option(help='Of a running Ray cluster, "auto" for the one here.  [default: one on this machine]'),
+    typer.Option(help='Address of a running Ray cluster; "auto" finds one on this machine.  [default: start one]'),
 ]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _MILLI = 1e3
 _KILO = 1e-3
 _COLOURS = "magma"
-#: Of a line along a pad's surface.
+#: Number of points of a line along a pad's surface.
 _CURVE_POINTS = 121
 
 
@@ -40,9 +40,12 @@ def press_figure(
     Args:
         pad: the pad.
         readings: (layers, rows, columns) [Pa]; or (taxels,) for free taxels, which are drawn by bands of depth.
-        outline: of the body in the pad frame [m].
-        title: of the figure.
+        outline: outline of the body in the pad frame [m].
+        title: title of the figure.
         picture: RGB image (height, width, 3) of the scene; without it that panel is omitted.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
     """
     require("figures")
     from matplotlib.figure import Figure
@@ -92,7 +95,7 @@ def _draw_map(axes: Axes, pad: Pad, readings: Array, layer: int, outline: Polygo
 
 
 def _discs(feet: Array, radii: Array, values: Array) -> PatchCollection:
-    """Taxels as discs as large as their balls, seen from above [mm], the uppermost on top."""
+    """Taxels seen from above, as discs with the radii of their balls [mm]; upper taxels cover lower ones."""
     require("figures")
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
@@ -106,7 +109,7 @@ def _discs(feet: Array, radii: Array, values: Array) -> PatchCollection:
 
 
 def _grid_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
-    """Readings of the row with the highest one, where they are taken."""
+    """Draw the readings of the taxel row with the largest reading, at the taxels' positions."""
     row = int(np.unravel_index(np.argmax(readings), readings.shape)[1])
     y = float(pad.grid.y[row])
     _draw_stack(axes, pad, y)
@@ -121,7 +124,7 @@ def _grid_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
 
 
 def _free_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | MultiPolygon) -> None:
-    """Free taxels whose balls the plane through the highest reading cuts, seen along y."""
+    """Draw the free taxels whose balls intersect the plane y = const. through the taxel with the largest reading."""
     assert isinstance(pad.taxels, FreeTaxels)
     feet, radii = pad.taxel_feet(0), pad.taxels.ball_radii(pad.sampling_radius)
     y = float(feet[np.argmax(readings), 1])
@@ -133,7 +136,7 @@ def _free_section(axes: Axes, pad: Pad, readings: Array, outline: Polygon | Mult
 
 
 def _draw_stack(axes: Axes, pad: Pad, y: float) -> None:
-    """Surface, base and layers in a plane across the pad."""
+    """Draw surface, base and layers of the pad in the plane at y [m]."""
     half_width = pad.size[0] / 2
     across = np.linspace(-half_width, half_width, _CURVE_POINTS)
     top, base = _curve(pad, across, y, 0.0), _curve(pad, across, y, pad.thickness)
@@ -152,7 +155,7 @@ def _draw_stack(axes: Axes, pad: Pad, y: float) -> None:
 
 
 def _finish_section(axes: Axes, pad: Pad, y: float, outline: Polygon | MultiPolygon, shading: ScalarMappable) -> None:
-    """What presses, drawn on top of the pad, and the scale."""
+    """Draw the body's outline as a line on the surface, and the colour scale."""
     cut = outline.intersection(_line_at(pad, y))
     for part in getattr(cut, "geoms", [cut]):
         if not part.is_empty:

@@ -1,4 +1,4 @@
-"""One press from scene to readings, measured, as arrays, JSON and text."""
+"""One press from the scene to the readings, and its report as arrays and as plain numbers."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class Peak:
     """The highest reading of a layer.
 
     Attributes:
-        layer: its depth, for people.
-        reading: [Pa].
-        place: of the taxel, seen from above [m].
-        depth: of the taxel [m].
+        layer: text with the depth of the layer.
+        reading: von Mises stress [Pa].
+        place: position (x, y) of the taxel in the pad frame [m].
+        depth: depth of the taxel [m].
     """
 
     layer: str
@@ -57,17 +57,17 @@ class Peak:
 
 @dataclass(frozen=True, eq=False)
 class PressReport:
-    """A settled press and what the pad reads.
+    """A settled press and the pad's readings.
 
     Attributes:
         shape: name of the indenter.
-        model, data: the scene, settled.
+        model, data: the scene in its settled state.
         commanded: force on the indenter [N], pad frame, shape (3,).
-        settled: how the press ended.
-        readings: (layers, rows, columns) [Pa], or (taxels,) of free taxels.
+        settled: time, wrench and error of the settled press.
+        readings: von Mises stress [Pa], (layers, rows, columns), or (taxels,) for free taxels.
         load: tractions on the pad and the state of the contact.
-        outline: what faces the pad [m].
-        influence: of the pad.
+        outline: outline of the body's part that faces the pad, pad frame [m].
+        influence: influence matrices of the pad.
         law: contact law.
         update_time: median time of an update [s].
     """
@@ -86,7 +86,7 @@ class PressReport:
 
     @property
     def contact(self) -> Polygon | MultiPolygon:
-        """The part of the surface under pressure [m]."""
+        """The part of the surface under pressure, pad frame [m]."""
         return self.load.contact
 
     @property
@@ -96,7 +96,7 @@ class PressReport:
 
     @property
     def peaks(self) -> list[Peak]:
-        """Highest reading of each sensing layer; of free taxels, of each band of depths that is drawn."""
+        """Highest reading of each sensing layer; for free taxels, of each band of depths that is drawn."""
         pad, found = self.influence.pad, []
         feet = np.concatenate([pad.taxel_feet(layer) for layer in range(pad.sensing_layers)])
         for number, layer in enumerate(pad.layers_drawn):
@@ -106,7 +106,7 @@ class PressReport:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """Every figure of the report as plain numbers, SI units unless the name says otherwise."""
+        """The report as plain numbers, in SI units unless the name says otherwise."""
         peaks = self.peaks
         return {
             "shape": self.shape,
@@ -131,7 +131,7 @@ class PressReport:
         """Write readings, wrench and geometry to a compressed .npz; it appears complete or not at all.
 
         Raises:
-            OutputError: when the file cannot be written.
+            OutputError: the file cannot be written.
         """
         pad = self.influence.pad
         arrays = {
@@ -149,18 +149,18 @@ class PressReport:
 
 @dataclass(frozen=True, kw_only=True)
 class PressProblem:
-    """What presses on a pad, how hard, and how the pad is read.
+    """An indenter, its force and position on a pad, and the options of the readings.
 
     Attributes:
         shape: a punch, "sphere", "cylinder", "box", or the path of a mesh file in metres.
-        force: on the indenter [N], pad frame, shape (3,).
-        pad: by default the paper's.
-        fidelity: of the readings, a preset by name or a Fidelity; its tables are built if the cache lacks them.
-        law: of the contact; by default the fidelity's.
-        tangential: how shear spreads, see `contact_load`.
-        friction: see `TactileSensor`.
-        shift: of the indenter's origin in the pad frame [m].
-        rotate_deg: counter-clockwise about its origin, before the shift [deg].
+        force: force on the indenter [N], pad frame, shape (3,).
+        pad: the pad; by default the paper's.
+        fidelity: a preset by name or a Fidelity; its tables are built if the cache lacks them.
+        law: contact law; by default the fidelity's.
+        tangential: distribution of shear, see `contact_load`.
+        friction: coefficient that bounds the shear [-], see `TactileSensor`.
+        shift: position (x, y) of the indenter's origin in the pad frame [m].
+        rotate_deg: counter-clockwise rotation about its origin, before the shift [deg].
         tilt_free: whether the indenter may tilt.
     """
 
@@ -180,12 +180,12 @@ def run_press(problem: PressProblem) -> PressReport:
     """Press an indenter into the pad until it settles, and read the pad.
 
     Raises:
-        IndenterError: unknown shape.
-        PresetError: unknown fidelity.
-        ContactError: unknown law, or one that does not go with the shear asked for.
+        IndenterError: there is no such shape.
+        PresetError: there is no such fidelity.
+        ContactError: there is no such law, or it does not allow the requested shear.
         SceneError: the indenter is off the pad, or the press does not settle.
     """
-    # The scene comes first: what is wrong with it shows before minutes may go into a table.
+    # The scene is made first, so that its errors appear before a table is built, which may take minutes.
     chosen = as_fidelity(problem.fidelity)
     contact = {"law": problem.law, "tangential": problem.tangential}
     contact_options(chosen, **contact, friction=problem.friction)
@@ -214,10 +214,10 @@ def run_press(problem: PressProblem) -> PressReport:
 
 
 def named_indenter(shape: str) -> Indenter:
-    """The indenter of that name, or of that mesh file.
+    """The indenter of a name or of a mesh file.
 
     Raises:
-        IndenterError: when there is neither; the message lists the names.
+        IndenterError: there is neither such an indenter nor such a file; the message lists the names.
     """
     if shape in OTHER_INDENTERS:
         return OTHER_INDENTERS[shape]()
@@ -246,12 +246,12 @@ def _scene(problem: PressProblem) -> mujoco.MjModel:
 
 
 def _places(pad: Pad) -> dict[str, Array]:
-    """Where the taxels are [m]: lines of a grid, or points in the pad frame."""
+    """Positions of the taxels in the pad frame [m]: x, y and depths of a grid, or points."""
     if isinstance(pad.taxels, FreeTaxels):
         return {"taxels": pad.taxels.positions}
     return {"x": pad.grid.x, "y": pad.grid.y, "depths": np.array(pad.depths)}
 
 
 def _known(value: float) -> float | None:
-    """JSON has no NaN."""
+    """The value, or None for NaN, which JSON does not have."""
     return None if math.isnan(value) else value

@@ -14,20 +14,20 @@ from mjtactile.cli.options import PageOption
 
 def reproduce(
     seeds: Annotated[
-        int | None, typer.Option(min=1, max=1000, help="Initialisations of every network.  [default: 10]")
+        int | None, typer.Option(min=1, max=1000, help="Number of initialisations of each network.  [default: 10]")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Little training, no reasons tested: to see it run.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Train briefly and without variants, as a test.")] = False,
     iterations: Annotated[
         int | None,
-        typer.Option(min=1, max=10**9, help="Of the magnitude networks' training, at most.  [default: 100000]"),
+        typer.Option(min=1, max=10**9, help="Most iterations of the magnitude networks.  [default: 100000]"),
     ] = None,
     fidelity: Annotated[str | None, typer.Option(help="Fidelity of the readings.  [default: precise]")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes, one core each.")] = 2,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Do again what an earlier run finished.")] = False,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write all figures to this JSON file.")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Ignore stored results of earlier runs.")] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write all results to this JSON file.")] = None,
     page: PageOption = None,
 ) -> None:
-    """Train and test the source paper's networks by its protocols; print its tables beside ours."""
+    """Train and test the networks of Aoyagi 2008 by the paper's protocol, and compare its tables with ours."""
     from mjtactile._files import check_apart, check_writable, write_atomically
     from mjtactile.cli.benchmarks.tables import table_on_page
     from mjtactile.experiments.study.plan import QUICK, StudySettings

@@ -1,4 +1,4 @@
-"""The command line: `mjtactile view`, `preview` and `hands`: models and their pads, and hands of the catalogue."""
+"""The command line: `mjtactile view`, `preview` and `hands`, which show models, pads and the catalogue of hands."""
 
 from __future__ import annotations
 
@@ -13,16 +13,18 @@ from mjtactile.cli.options import PageOption, finite
 
 def view(
     model: Annotated[Path | None, typer.Argument(help="MJCF file of a model with pads.")] = None,
-    scene: Annotated[str | None, typer.Option(help="A scene that moves by itself, in place of a model: grasp.")] = None,
+    scene: Annotated[str | None, typer.Option(help="Demonstration to show in place of a model: grasp.")] = None,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="The first to try; 0 for any that is free.")] = 8080,
-    anyone: Annotated[bool, typer.Option("--anyone", help="Let other machines open the page, and push.")] = False,
-    rate: Annotated[float, typer.Option(min=1.0, max=120.0, help="Renewals of the page per second.")] = 30.0,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 for any free port.")] = 8080,
+    anyone: Annotated[
+        bool, typer.Option("--anyone", help="Let other machines open the page and control the simulation.")
+    ] = False,
+    rate: Annotated[float, typer.Option(min=1.0, max=120.0, help="Updates of the page per second.")] = 30.0,
     seconds: Annotated[
-        float | None, typer.Option(callback=finite, help="End after so much simulated time.  [default: never]")
+        float | None, typer.Option(callback=finite, help="End after this simulated time [s].  [default: never]")
     ] = None,
-    record: Annotated[Path | None, typer.Option(help="Record from the beginning, to this .npz file.")] = None,
-    replay: Annotated[Path | None, typer.Option(help="Begin with a recording of this model.")] = None,
+    record: Annotated[Path | None, typer.Option(help="Record from the beginning to this .npz file.")] = None,
+    replay: Annotated[Path | None, typer.Option(help="Replay this recording of the model first.")] = None,
 ) -> None:
     """Show a model and its pads live in a browser."""
     from mjtactile._files import check_npz
@@ -32,9 +34,9 @@ def view(
     from mjtactile.view.viewer import Viewer
 
     if (model is None) == (scene is None):
-        raise typer.BadParameter("name either a model's file or --scene.")
+        raise typer.BadParameter("expected either the file of a model or --scene, such as --scene grasp.")
     if seconds is not None and seconds <= 0.0:
-        raise typer.BadParameter(f"--seconds {seconds:g} is no time; expected a positive number.")
+        raise typer.BadParameter(f"--seconds {seconds:g}; expected a positive number of seconds.")
     if record is not None:
         check_npz(record)
     shown = None if replay is None else Recording.load(replay)
@@ -63,11 +65,11 @@ def view(
 
 
 def preview(
-    file: Annotated[Path, typer.Argument(help="A model with pads, in MJCF.")],
-    pad: Annotated[str | None, typer.Option(help="Its sensor or geom.  [default: the first pad]")] = None,
-    out: Annotated[Path, typer.Option(help="The picture to write.")] = Path("pad.png"),
+    file: Annotated[Path, typer.Argument(help="MJCF file of a model with pads.")],
+    pad: Annotated[str | None, typer.Option(help="Name of the pad's sensor or geom.  [default: the first pad]")] = None,
+    out: Annotated[Path, typer.Option(help="Picture to write.")] = Path("pad.png"),
 ) -> None:
-    """Draw where a pad stands on its body and which way it faces, without simulating anything."""
+    """Draw position and orientation of a pad on its body, without a simulation."""
     from mjtactile.errors import SceneError
     from mjtactile.sim.mujoco_library import pad_sensor_names
     from mjtactile.sim.preview import preview_pad
@@ -81,17 +83,17 @@ def preview(
 
 
 def _compiled(path: Path) -> mujoco.MjModel:
-    """The model in a file.
+    """The compiled model of a file.
 
     Raises:
-        SceneError: there is none that compiles.
+        SceneError: there is no such file, or it does not compile.
     """
     from mjtactile.errors import SceneError
     from mjtactile.plugin.registration import ensure_registered
 
     ensure_registered()
     if not path.is_file():
-        found = "it is no file" if path.exists() else "there is no such file"
+        found = "it is not a file" if path.exists() else "there is no such file"
         raise SceneError(f"cannot open {path}: {found}. Give the path of a model with pads in MJCF, such as hand.xml.")
     try:
         return mujoco.MjModel.from_xml_path(str(path))

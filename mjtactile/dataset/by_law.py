@@ -1,9 +1,9 @@
 """Presses computed by the contact laws alone, without MuJoCo; further forces at the same pose take little time.
 
-Under a flat face the load is linear in the force if shear is proportional to the pressure or sticks, so three loads
-give the response to every force at a pose. The contact of a curved body grows with the pressing force; its load is
-linear only for forces with the same pressing component, so all forces at a pose have the same one. For curved pads see
-on_surface.py.
+Under a flat face, the load is linear in the force if shear is proportional to the pressure or sticks. So three loads
+give the response to every force at a pose. The contact of a curved body grows with the pressing force, and its load is
+linear only among forces with the same pressing component. So all forces at a pose have the same pressing component. For
+curved pads see on_surface.py.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from mjtactile.dataset.shapes import SPHERE_RADIUS, placed, sized_face
 from mjtactile.errors import ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
 
-#: Tangential over pressing force of the loads from which the others follow [-].
+#: Ratio of tangential to pressing force of the probe loads, from which the other loads are combined [-].
 _PROBE = 0.3
 
 
@@ -30,7 +30,7 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
     """Readings of all presses that share an outline.
 
     Args:
-        influence: of the pad, at the presses' fidelity.
+        influence: influence matrices of the pad, at the presses' fidelity.
         presses: the presses.
 
     Returns:
@@ -44,7 +44,13 @@ def physics_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> t
 
 
 def pose_footprint(influence: InfluenceMatrices, presses: OutlinePresses, pose: PosePresses) -> Footprint:
-    """Footprint of the body at a pose."""
+    """Footprint of the body at a pose on a flat pad.
+
+    Args:
+        influence: influence matrices of the pad.
+        presses: presses with the body's shape and size.
+        pose: position and rotation of the body.
+    """
     if presses.shape == "sphere":
         return Footprint.from_gap(sphere_gap(SPHERE_RADIUS * presses.size, *pose.shift), influence.surface, lowest=0.0)
     return Footprint.from_outline(

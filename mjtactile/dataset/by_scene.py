@@ -19,10 +19,18 @@ from mjtactile.sim.wrench import centre_of_pressure
 
 
 def mujoco_readings(influence: InfluenceMatrices, presses: OutlinePresses) -> tuple[Array, Array, Array]:
-    """Readings of all presses that share an outline; arguments and results as in `physics_readings`.
+    """Readings of all presses that share an outline.
 
-    Forces and points are those of MuJoCo's contacts, not the commanded ones. A press that does not settle has NaN
-    readings; callers drop it. On a curved pad bodies are upright and approach along z.
+    On a curved pad, bodies are upright and approach along z.
+
+    Args:
+        influence: influence matrices of the pad, at the presses' fidelity.
+        presses: the presses.
+
+    Returns:
+        Readings [Pa], (presses, *reading_shape); forces of MuJoCo's contacts on the pad [N], (presses, 3), which may
+        differ from the commanded ones; and centres of pressure (x, y) [m], (presses, 2); in the pad frame. They are NaN
+        for a press that does not settle; callers drop it.
     """
     indenter = shape_indenter(presses.shape, presses.size)
     readings, forces, points = [], [], []

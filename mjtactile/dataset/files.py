@@ -61,7 +61,7 @@ class PartOf:
 
 
 def part_file(task: PartOf) -> bytes:
-    """Content of the Parquet file of one part."""
+    """Make one part of a dataset; return the content of its Parquet file."""
     require("dataset")
     import pyarrow.parquet as pq
 
@@ -72,8 +72,8 @@ def part_file(task: PartOf) -> bytes:
     wanted = columns["press"] < end
     table = _table(spec, task.part, {name: column[wanted] for name, column in columns.items()})
     file = io.BytesIO()
-    # No two readings are alike: a dictionary of them is larger than they are. Page checksums are for readers that know
-    # nothing of this package.
+    # No two readings are alike, so a dictionary of them would be larger than the readings themselves. Page checksums
+    # are for readers that do not know this package.
     writer = pq.ParquetWriter(
         file,
         table.schema,
@@ -92,7 +92,7 @@ class Part:
     """A part that was read and verified.
 
     Attributes:
-        path: of the file.
+        path: path of the file.
         metadata: pad, specification and range of presses.
         content: bytes of the file.
     """
@@ -149,7 +149,9 @@ def read_part(path: Path) -> Part:
     schema = pq.read_schema(pa.BufferReader(content))
     metadata = json.loads((schema.metadata or {}).get(_METADATA, b"{}"))
     if metadata.get("format") != FORMAT:
-        raise DatasetError(f"{path} is of another version of mjtactile. Read it with that, or make the dataset again.")
+        raise DatasetError(
+            f"{path} is of another version of mjtactile. Read it with that one, or make the dataset again."
+        )
     if not schema.equals(part_schema(metadata["reading_shape"])):
         raise DamagedPartError(f"{path} has other columns than a part of a dataset of presses.")
     part = Part(path, metadata, content)
@@ -186,7 +188,15 @@ def _is_foreign(content: bytes) -> bool:
 
 
 def press_columns(spec: DatasetSpec, presses: OutlinePresses) -> dict[str, np.ndarray]:
-    """Labels and readings of the presses of one outline as columns, without presses that did not settle."""
+    """Make the presses of one outline.
+
+    Args:
+        spec: specification of the dataset.
+        presses: the presses.
+
+    Returns:
+        Labels and readings as columns by name, (presses, ...), without presses that did not settle.
+    """
     influence = _influence(spec.pad, presses.preset)
     if spec.backend == "mujoco":
         from mjtactile.dataset.by_scene import mujoco_readings as readings_of
@@ -312,7 +322,7 @@ def make_dataset(spec: DatasetSpec, folder: Path, *, workers: int | Workers = 1,
 
     Args:
         spec: specification of the dataset.
-        folder: of the dataset, created if necessary. Existing parts of the same specification are kept.
+        folder: folder of the dataset, created if necessary. Existing parts of the same specification are kept.
         workers: number of processes, one core each, or a `Workers`. The files do not depend on it.
         progress: show a progress bar on a terminal.
 
@@ -361,8 +371,8 @@ def read_dataset(folder: Path, *, labels_only: bool = False, most: int | None = 
     """Read a dataset and verify all checksums.
 
     Args:
-        folder: of the dataset, as in `make_dataset`.
-        labels_only: do not read the readings; they are an empty array.
+        folder: folder of the dataset, as in `make_dataset`.
+        labels_only: do not read the readings; they are an empty array in the result.
         most: stop after the part in which this number of presses is reached; by default read all.
 
     Raises:
@@ -434,8 +444,8 @@ def _kept(spec: DatasetSpec, folder: Path) -> set[tuple[int, int]]:
         most = max(most, _least_asked(path))
     if spec.presses < most:
         raise DatasetError(
-            f"{folder} holds a dataset of {most} presses, but {spec.presses} were asked for. None are taken away: ask "
-            f"for at least {most}, or choose another folder."
+            f"{folder} holds a dataset of {most} presses, but {spec.presses} were asked for. Presses are never "
+            f"deleted: ask for at least {most}, or choose another folder."
         )
     for path, error in damaged:
         aside = _put_aside(path)

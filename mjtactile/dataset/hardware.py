@@ -28,8 +28,8 @@ def reported(values: dict[str, Any], readings: Array, rng: np.random.Generator) 
 
     Args:
         values: table [transducer] of the specification.
-        readings: ideal ones, (layers, rows, columns) or (taxels,) [Pa].
-        rng: from which the array's gains, offsets and noise are drawn.
+        readings: ideal readings, (layers, rows, columns) or (taxels,) [Pa].
+        rng: generator from which the array's gains, offsets and noise are drawn.
 
     Raises:
         DatasetError: the table names no transducer.
@@ -43,8 +43,8 @@ def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) ->
 
     Args:
         values: table [transducer] of the specification.
-        shape: of one set of readings, (layers, rows, columns) or (taxels,).
-        seed: of the array's gains, offsets and noise.
+        shape: shape of one set of readings, (layers, rows, columns) or (taxels,).
+        seed: seed of the array's gains, offsets and noise.
 
     Raises:
         DatasetError: the table names no transducer.
@@ -55,7 +55,15 @@ def transducer_for(values: dict[str, Any], shape: tuple[int, ...], seed: int) ->
 
 
 def transducer_of(values: dict[str, Any]) -> tuple[Imperfections, Element]:
-    """The imperfections and the element a table describes; errors as in `reported`."""
+    """The imperfections and the element that a table describes.
+
+    Args:
+        values: table [transducer] of the specification.
+
+    Raises:
+        DatasetError: the table names no transducer, or has an unknown entry.
+        TransducerError: a value is outside its range.
+    """
     if not isinstance(values, dict):
         raise DatasetError(f"transducer = {values!r}; expected a table [transducer] with a name.")
     unknown = set(values) - {"name", "full_scale", "imperfections"}

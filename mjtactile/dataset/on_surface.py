@@ -1,8 +1,8 @@
 """Presses on curved pads by the contact laws alone.
 
-A body touches the surface at the point above its shift and is oriented along the surface there: a flat punch lies in
-the tangent plane, tilt and azimuth of the force are relative to the normal, and the force acts at that point. Contacts
-on a curved pad are not linear in the force, so every force is solved separately.
+A body touches the surface at the point above its shift and is oriented along the surface there. A flat punch lies in
+the tangent plane at that point. The force acts at that point; its tilt and azimuth are relative to the normal there.
+Contacts on a curved pad are not linear in the force, so every force is solved separately.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def curved_pose_readings(
     """Readings of one pose on a curved pad.
 
     Args:
-        influence: of the pad.
+        influence: influence matrices of the pad.
         presses: the body and the contact law.
         pose: position of the body, and forces.
 
@@ -57,7 +57,13 @@ def curved_pose_readings(
 
 
 def footprint_on(surface: SurfaceGrid, presses: OutlinePresses, pose: PosePresses) -> Footprint:
-    """Footprint of a body that touches a curved surface at a pose, oriented along the surface."""
+    """Footprint of a body that touches a curved surface at a pose, oriented along the surface.
+
+    Args:
+        surface: surface grid of the pad.
+        presses: presses with the body's shape and size.
+        pose: position of the body, and its rotation about the surface's normal.
+    """
     outer = surface.outer
     point, axes = outer.positions(*pose.shift), outer.frames(*pose.shift)
     if presses.shape == "sphere":

@@ -22,10 +22,10 @@ _OUTLINE, _POSE, _PRESS, NOISE = range(4)
 class PosePresses:
     """One pose of a body, and the forces on it there."""
 
-    shift: tuple[float, float]  #: of the body's origin in the pad frame [m]
+    shift: tuple[float, float]  #: position (x, y) of the body's origin in the pad frame [m]
     rotation: float  #: counter-clockwise about the body's origin, before the shift [rad]
     directions: Array  #: unit vectors of the forces, pad frame, (presses, 3); pressing is -z
-    magnitudes: Array  #: of the forces [N], (presses,)
+    magnitudes: Array  #: magnitudes of the forces [N], (presses,)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,17 +33,23 @@ class OutlinePresses:
     """Presses that share one outline."""
 
     first: int  #: index of the first press
-    shape: str
-    size: float  #: relative to the shape's own [-]
-    preset: str
-    law: str
-    tangential: str
+    shape: str  #: name of the body's shape, or a mesh file
+    size: float  #: size relative to the shape's own [-]
+    preset: str  #: fidelity by name
+    law: str  #: contact law
+    tangential: str  #: distribution of shear
     free: bool  #: whether the body may tilt; the force then acts at its origin
     poses: tuple[PosePresses, ...]
 
 
 def stream(seed: int, kind: int, index: int) -> np.random.Generator:
-    """Random generator of one outline, pose or press, by the kind and its index."""
+    """Random generator of one outline, pose or press.
+
+    Args:
+        seed: seed of the dataset.
+        kind: kind of the stream, such as `NOISE`.
+        index: index of the outline, pose or press in the dataset.
+    """
     return np.random.default_rng([seed, kind, index])
 
 

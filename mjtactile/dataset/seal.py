@@ -1,8 +1,8 @@
 """A checksum of a Parquet file, stored inside the file.
 
-It is an entry of the file's key-value metadata, which other readers ignore: 64 digits that are zeros while the file is
-written, then replaced by the SHA-256 of the file with those zeros. So each file can be verified by itself, and any
-change of its columns, schema or checksum is detected.
+The checksum is an entry of 64 digits in the file's key-value metadata, which other readers ignore. The digits are zeros
+while the file is written. Then they are replaced by the SHA-256 of the file with those zeros. So each file can be
+verified by itself, and any change of its columns, schema or checksum is detected.
 """
 
 from __future__ import annotations
@@ -19,7 +19,11 @@ _SEAL = re.compile(_KEY + rb"\x18\x40([0-9a-f]{64})")
 
 
 def sealed(content: bytes) -> bytes:
-    """Replace the zeros in a Parquet file with metadata `UNSEALED` by its checksum."""
+    """Replace the zeros of `UNSEALED` in a Parquet file by its checksum.
+
+    Raises:
+        ValueError: the file does not have `UNSEALED` among its metadata, or has it more than once.
+    """
     places = list(_SEAL.finditer(content))
     if len(places) != 1 or places[0][1] != _ZEROS:
         raise ValueError("the file has no place for one checksum: was it written with UNSEALED among its metadata?")

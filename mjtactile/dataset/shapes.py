@@ -17,7 +17,7 @@ from mjtactile.geometry.indenter import Indenter, body_name, mesh_indenter, sphe
 from mjtactile.geometry.outlines import INDENTER_NAMES, ellipse, punch_outline
 from mjtactile.geometry.solid import extrude
 
-#: Radius of the paper's disc, through which forces are recognised [m].
+#: Radius of the disc of Aoyagi 2008, with which forces are applied for their recognition [m].
 DISC_RADIUS = 3e-3
 #: Radius of the sphere at size 1, that of models/xml/sphere.xml [m].
 SPHERE_RADIUS = 6e-3
@@ -83,13 +83,21 @@ def sized_face(shape: str, size: float) -> Polygon | MultiPolygon:
 
 
 def placed(face: Polygon | MultiPolygon, shift: tuple[float, float], rotation: float) -> Polygon | MultiPolygon:
-    """An outline rotated counter-clockwise about the origin [rad], then shifted [m]."""
+    """An outline [m], rotated counter-clockwise about the origin by `rotation` [rad], then shifted by (x, y) [m]."""
     turned = affinity.rotate(face, rotation, origin=(0, 0), use_radians=True)
     return affinity.translate(turned, *shift)
 
 
 def shape_indenter(shape: str, size: float = 1.0) -> Indenter:
-    """A shape at a size as an indenter for press scenes; errors as in `shape_face`."""
+    """A shape at a size as an indenter for press scenes.
+
+    Args:
+        shape: a name, or the path of a mesh file in metres.
+        size: factor of every length in the shape's plane [-].
+
+    Raises:
+        IndenterError: there is no such shape, or a mesh has no flat face.
+    """
     if shape_face(shape) is None:
         return sphere(SPHERE_RADIUS * size)
     outline = sized_face(shape, size)

@@ -1,7 +1,7 @@
 """Specification of a dataset of presses, read from a TOML file.
 
-The file has millimetres, gram-force and degrees, as in benchmarks/; the values here are in SI units. A range is two
-numbers, the limits of a uniform distribution, or a single number.
+The file has millimetres, gram-force and degrees, as the files in benchmarks/; the values here are in SI units. A range
+is a pair of numbers, the limits of a uniform distribution, or a single number.
 """
 
 from __future__ import annotations
@@ -111,11 +111,16 @@ def load_spec(path: Path) -> DatasetSpec:
 
 
 def parse_spec(values: dict[str, Any], folder: Path = Path()) -> DatasetSpec:
-    """A dataset from the values of a TOML file; errors as in `load_spec`.
+    """A dataset from the values of a TOML file.
 
     Args:
         values: entries of the file.
-        folder: that a file name in `pad` is relative to.
+        folder: folder that a file name in `pad` is relative to.
+
+    Raises:
+        DatasetError: an entry is invalid; the message names the entry.
+        IndenterError: there is no such shape.
+        PadError: the pad is invalid.
     """
     known = {"presses", "seed", "backend", "fidelity", "law", "tangential", "free", "poses", "forces", "noise"}
     _refuse_unknown("the dataset", values, {*known, "transducer", "pad", "contact"})
@@ -196,7 +201,7 @@ def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
 
     Args:
         values: entries by name, or the name of such a file.
-        folder: that file names are relative to.
+        folder: folder that file names are relative to.
 
     Raises:
         DatasetError: a value is unknown.
@@ -212,7 +217,7 @@ def pad_from(values: dict[str, Any] | str, folder: Path = Path()) -> Pad:
 
 
 def _check_on_pad(shift: Range, pad: Pad) -> None:
-    """Refuse positions beyond a curved pad, where there is no surface to touch."""
+    """Refuse positions beyond a curved pad's edge, where there is no surface to touch."""
     most = min(pad.size) / 2
     if max(abs(shift[0]), abs(shift[1])) > most:
         raise DatasetError(
@@ -291,5 +296,5 @@ def _range(
     if not (isinstance(pair, list | tuple) and len(pair) == 2 and all(map(_is_number, pair)) and pair[0] <= pair[1]):
         raise DatasetError(f"{name} = {_short(given)}; expected one number, or [low, high] with low <= high.")
     if pair[0] < least or pair[1] > most:
-        raise DatasetError(f"{name} = {_short(given)} is outside {least:g} to {most:g}.")
+        raise DatasetError(f"{name} = {_short(given)}; expected values from {least:g} to {most:g}.")
     return pair[0] * unit, pair[1] * unit

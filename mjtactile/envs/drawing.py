@@ -14,7 +14,7 @@ class Drawing:
 
     Args:
         camera: name of the model's camera.
-        width, height: of pictures [pixels].
+        width, height: size of pictures [pixels].
     """
 
     def __init__(self, camera: str, width: int, height: int) -> None:
@@ -22,7 +22,11 @@ class Drawing:
         self._forget()
 
     def picture(self, model: mujoco.MjModel, data: mujoco.MjData) -> npt.NDArray[np.uint8]:
-        """RGB image, shape (height, width, 3), top row first.
+        """An RGB image of a state, shape (height, width, 3), top row first.
+
+        Args:
+            model: compiled model.
+            data: its state.
 
         Raises:
             RenderError: OpenGL does not work.
@@ -42,7 +46,12 @@ class Drawing:
         return np.ascontiguousarray(picture[::-1])
 
     def show(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Update the window."""
+        """Show a state in the window, which is opened at the first call.
+
+        Args:
+            model: compiled model.
+            data: its state.
+        """
         if self._window is None:
             from mujoco import viewer
 

@@ -23,7 +23,8 @@ SPEED, TURN_SPEED, FORCE = 0.025, 2.0, 1.0
 OFFSET, HEADING = 2e-3, 0.4
 #: Distance of the pad's centre from the edge at which the edge is lost [m].
 LOST = 6e-3
-#: Rewards: for the whole way around, per step and distance from the edge [1/m], for a complete lap, for losing it.
+#: Rewards: in total for the way around, per step and distance from the edge [1/m], for a complete lap, for losing the
+#: edge.
 LAP, DISTANCE, DONE, LOSING = 10.0, -2.0, 1.0, -1.0
 _SPACING, _THICKNESS = 0.15, 6e-3
 _FRICTION = 0.3
@@ -61,27 +62,33 @@ class EdgeFollow(Task):
     PADS = (PAD,)
     TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 300
     ACTIONS = (
-        Channel("forward", "-", -1, 1, f"speed along the finger's x, up to {SPEED * 1e3:g} mm/s"),
-        Channel("left", "-", -1, 1, f"speed along the finger's y, up to {SPEED * 1e3:g} mm/s"),
-        Channel("turn", "-", -1, 1, f"speed of its turn about the vertical, up to {TURN_SPEED:g} rad/s"),
-        Channel("press", "-", -1, 1, f"pressing force: up to 0 none, the finger lifts; at 1, {FORCE:g} N"),
+        Channel("forward", "-", -1, 1, f"speed along the finger's x axis, up to {SPEED * 1e3:g} mm/s"),
+        Channel("left", "-", -1, 1, f"speed along the finger's y axis, up to {SPEED * 1e3:g} mm/s"),
+        Channel("turn", "-", -1, 1, f"rotation speed about the vertical, up to {TURN_SPEED:g} rad/s"),
+        Channel(
+            "press",
+            "-",
+            -1,
+            1,
+            f"pressing force: {FORCE:g} N at 1, proportionally less below; the finger lifts at 0 and below",
+        ),
     )
     PROPRIOCEPTION = (
-        Channel("x", "m", -0.1, 0.1, "of the finger, from where and as turned as it started"),
-        Channel("y", "m", -0.1, 0.1, "of the finger, from where and as turned as it started"),
-        Channel("turn", "rad", -20.0, 20.0, "of the finger, from how it started"),
-        Channel("height", "m", -2e-3, 5 * HOVER, "of the pad over the plane of the plates' faces"),
-        Channel("force", "N", 0.0, FORCE, "commanded"),
-        Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
+        Channel("x", "m", -0.1, 0.1, "displacement of the finger from its start, along its initial x axis"),
+        Channel("y", "m", -0.1, 0.1, "displacement of the finger from its start, along its initial y axis"),
+        Channel("turn", "rad", -20.0, 20.0, "rotation of the finger from its initial orientation"),
+        Channel("height", "m", -2e-3, 5 * HOVER, "height of the pad over the plane of the plates' faces"),
+        Channel("force", "N", 0.0, FORCE, "commanded pressing force"),
+        Channel("time left", "-", 0.0, 1.0, "remaining fraction of the episode's steps"),
     )
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         count = self.simulation.count
         self._plate = np.zeros(count, dtype=int)
-        # Where the finger starts, and its target: x, y [m], turn [rad]; the force commanded [N].
+        # Start of the finger, and its target: x, y [m], rotation [rad]; commanded force [N].
         self._start, self._target, self._force = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
-        # Along the rim [m]: where the finger is, how far it has come, and how far it ever was.
+        # Arc length of the finger on the rim [m], its way along the rim since the start, and the largest way so far.
         self._arc, self._way, self._farthest = np.zeros(count), np.zeros(count), np.zeros(count)
 
     @classmethod
@@ -100,7 +107,7 @@ class EdgeFollow(Task):
         names = list(PLATES)
         name = options.pop("plate", None)
         if (name is not None and name not in PLATES) or options:
-            raise EnvError(f"reset options plate={name!r}, {options}; expected none but plate, one of {names}.")
+            raise EnvError(f"reset options plate={name!r}, {options}; expected only plate, one of {names}.")
         draws = np.array(
             [
                 [
@@ -147,7 +154,8 @@ class EdgeFollow(Task):
         qpos, rims, lengths = self.simulation.qpos, _RIMS[self._plate], _LENGTHS[self._plate]
         here = shapely.points(qpos[:, 0] - self._plate * _SPACING, qpos[:, 1])
         distance, arc = shapely.distance(rims, here), shapely.line_locate_point(rims, here)
-        # The way along the rim since the last step, the short way round; back and forth pays once.
+        # The way since the last step is the shorter of the two ways around. Only new way is rewarded, so moving back
+        # and forth does not pay.
         self._way = self._way + (arc - self._arc + lengths / 2) % lengths - lengths / 2
         self._arc = arc
         gained = np.maximum(self._way - self._farthest, 0.0)

@@ -1,7 +1,7 @@
 """A finger with one pad facing down, on slides and a hinge: position control sideways, force control downwards.
 
-The finger's origin is the middle of the pad's surface or, on a pad with hollows, at the height of its highest point. At
-rest a weak spring holds it above the ground.
+The finger's origin is the middle of the pad's surface; for a pad with hollows, it is at the height of the pad's highest
+point. At rest, a weak spring holds the finger above the ground.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ HOVER, LIFT = 2e-3, 20.0
 #: Name of the finger's pad, and of the sensor of the total force on it (world frame, for rewards only).
 PAD, PAD_FORCE = "finger", "finger_force"
 
-#: Servos of x and y (2000 N/m) and of the turn (0.5 N m/rad) are critically damped for 50 g and 5e-5 kg m2; damping of
-#: the way up and down makes it a tenth of a second long; the pressing force rises in 10 ms.
+#: The servos of x and y (2000 N/m) and of the rotation (0.5 N m/rad) are critically damped for 50 g and 5e-5 kg m^2.
+#: With the vertical damping, the finger moves up or down in a tenth of a second. The pressing force rises in 10 ms.
 _WORLD = """
 <mujoco model="finger">
   <option timestep="{timestep}" integrator="implicitfast" cone="elliptic" impratio="10" jacobian="dense"/>
@@ -63,7 +63,7 @@ def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> m
 
     Args:
         options: observation of the pad.
-        timestep: of MuJoCo [s].
+        timestep: time step of MuJoCo [s].
         friction: sliding friction of the pad [-].
     """
     spec = mujoco.MjSpec.from_string(_WORLD.format(timestep=timestep, hover=HOVER, lift=LIFT))

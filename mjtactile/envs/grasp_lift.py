@@ -17,7 +17,7 @@ from mjtactile.envs.task import Channel, Task, Told, within
 from mjtactile.envs.touch import sensor_slice
 from mjtactile.experiments.hands.gripper import CLOSED_GAP, GRIPPER_PADS, STROKE
 
-#: Ranges of the random mass [kg], uniform in its logarithm, and friction [-], uniform.
+#: Ranges of the random mass [kg], which is uniform in its logarithm, and of the random friction [-], which is uniform.
 MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
 #: Initial grip [N], range of the grip [N], and largest factor of its change in a step [-].
 FIRST_GRIP, GRIPS, GRIP_FACTOR = 0.1, (0.1, 25.0), 1.35
@@ -25,8 +25,8 @@ FIRST_GRIP, GRIPS, GRIP_FACTOR = 0.1, (0.1, 25.0), 1.35
 LIFT_SPEED, REACH = 0.02, 0.02
 #: Rise at which the object is lifted [m], and slip in the hand at which it is dropped [m].
 LIFTED, SLIPPED = 0.01, 0.003
-#: The object breaks at this multiple of the least grip [-], and always at the second value [N], but never below the
-#: third [N].
+#: The object breaks at the first value times the least grip [-], and always at the second value [N], but never below
+#: the third [N].
 FRAGILITY, CRUSHING, HARMLESS = 2.5, 20.0, 0.5
 #: Rewards: for progress of the grip (logarithmic) towards the least grip, for progress of the object upwards, each paid
 #: once; for success.
@@ -43,12 +43,22 @@ _GAP = 1e-4
 
 
 def least_grip(mass: Array, friction: Array) -> Array:
-    """Least grip of each finger that holds an object at rest by the friction of two pads [N]."""
+    """Least grip of each finger that holds an object at rest by the friction of two pads [N], (n,).
+
+    Args:
+        mass: mass of each object [kg], (n,).
+        friction: friction of each object [-], (n,).
+    """
     return mass * _GRAVITY / (2.0 * friction)
 
 
 def crushing_grip(mass: Array, friction: Array) -> Array:
-    """Grip of each finger at which the object breaks [N]."""
+    """Grip of each finger at which an object breaks [N], (n,).
+
+    Args:
+        mass: mass of each object [kg], (n,).
+        friction: friction of each object [-], (n,).
+    """
     return within(FRAGILITY * least_grip(mass, friction), HARMLESS, CRUSHING)
 
 
@@ -59,7 +69,7 @@ class GraspLift(Task):
 
     Args:
         split: "all" masses and frictions, or the alternating bands of them for "train" or "test".
-        options: see `Task`.
+        options: other options, see `Task`.
 
     Options of `reset`: `mass` [kg] and `friction` [-]; by default they are drawn.
     """
@@ -76,14 +86,12 @@ class GraspLift(Task):
         Channel("lift", "-", -1, 1, f"speed of the hand upwards, up to {LIFT_SPEED * 1e3:g} mm/s"),
     )
     PROPRIOCEPTION = (
-        Channel(
-            "opening", "m", -0.001, 0.1, f"distance of the pads from each other, in steps of {OPENING_RESOLUTION:.3g} m"
-        ),
-        Channel("closing", "m/s", -0.5, 0.5, "its change in the last step over the step's time"),
-        Channel("height", "m", -0.01, 2 * REACH, f"of the hand, from where it started, in steps of {RESOLUTION:g} m"),
-        Channel("target", "m", 0.0, REACH, "commanded height"),
-        Channel("grip", "-", -3.0, 4.0, "natural logarithm of the commanded grip of each finger over 1 N"),
-        Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
+        Channel("opening", "m", -0.001, 0.1, f"distance between the pads, in steps of {OPENING_RESOLUTION:.3g} m"),
+        Channel("closing", "m/s", -0.5, 0.5, "rate of the opening over the last step"),
+        Channel("height", "m", -0.01, 2 * REACH, f"height of the hand above its start, in steps of {RESOLUTION:g} m"),
+        Channel("target", "m", 0.0, REACH, "commanded height of the hand above its start"),
+        Channel("grip", "-", -3.0, 4.0, "natural logarithm of each finger's commanded grip over 1 N"),
+        Channel("time left", "-", 0.0, 1.0, "remaining fraction of the episode's steps"),
     )
 
     def __init__(self, *, split: str = "all", **options: Any) -> None:
@@ -102,14 +110,14 @@ class GraspLift(Task):
         self._activation = int(model.actuator("wrist_z").actadr[0])
         self._shape = np.array(model.body_inertia[self._object]) / model.body_mass[self._object]
         count = self.simulation.count
-        # Of the objects: mass [kg], friction, and how far off their places they stand along y and z [m].
+        # Mass [kg] and friction of the objects, and their offsets along y and z [m].
         self._mass, self._friction, self._off = np.ones(count), np.ones(count), np.zeros((count, 2))
-        # The grips that just hold them, as logarithms over the first one, and those that crush them [N].
+        # Logarithm of the least grip over FIRST_GRIP, and grip that crushes the object [N].
         self._needed, self._crushing = np.ones(count), np.ones(count)
-        # Commanded: height [m], speed upwards [m/s], grip [N]. Sensed: opening [m], its change [m/s].
+        # Commanded height [m], upward speed [m/s] and grip [N]; sensed opening [m] and its rate [m/s].
         self._target, self._speed, self._grip = np.zeros(count), np.zeros(count), np.full(count, FIRST_GRIP)
         self._opening, self._closing = np.zeros(count), np.zeros(count)
-        # So far: the hardest grip [N], the highest rise [m], the share of the way to the grip that holds.
+        # Largest values so far: grip [N], rise [m], and progress towards the least grip [-].
         self._most, self._risen, self._firm = np.zeros(count), np.zeros(count), np.zeros(count)
 
     @classmethod
@@ -121,7 +129,7 @@ class GraspLift(Task):
         low = _BASE[2] - _HEIGHT
         contact = {name: getattr(handle, name) for name in ("condim", "solref", "solimp", "friction", "priority")}
         body.add_geom(name="base", type=box, size=_BASE, pos=[0, 0, low], mass=0.1, rgba=[0.55, 0.4, 0.3, 1], **contact)
-        # It collides too: a body's footprint is that of its geoms which do not, where it has some.
+        # The neck joins handle and base, and collides as they do.
         neck = [0.004, 0.003, (-low - _BASE[2]) / 2]
         body.add_geom(name="neck", type=box, size=neck, pos=[0, 0, -neck[2]], mass=0.0, rgba=handle.rgba, **contact)
         return spec.compile()
@@ -134,8 +142,8 @@ class GraspLift(Task):
         numbers = all(value is None or (isinstance(value, int | float) and value > 0.0) for value in (mass, friction))
         if options or not numbers:
             raise EnvError(
-                f"reset options mass={mass!r}, friction={friction!r}, {options}; expected none but mass [kg] and "
-                "friction [-], positive numbers."
+                f"reset options mass={mass!r}, friction={friction!r}, {options}; expected only mass [kg] and friction "
+                "[-], positive numbers."
             )
         self._mass[rows] = np.exp(draws[:, 0]) if mass is None else mass
         self._friction[rows] = draws[:, 1] if friction is None else friction
@@ -154,7 +162,7 @@ class GraspLift(Task):
 
     def _place(self, rows: Rows) -> None:
         qpos, off = self.simulation.qpos, self._off[rows]
-        # The object stands on the table; the hand is the one that is off in height.
+        # The object stands on the table, so an offset in height is one of the hand.
         qpos[rows, self._height - 1] = off[:, 0]
         qpos[rows, self._wrist] = self.simulation.act[rows, self._activation] = off[:, 1]
         qpos[rows[:, None], self._fingers] = (HANDLE[0] - CLOSED_GAP) / 2 + _GAP
@@ -200,7 +208,7 @@ class GraspLift(Task):
         return np.divide(np.minimum(come, needed), needed, out=share, where=needed > 0.0)
 
     def told(self) -> Told:
-        """Mass [kg] and friction of the objects, and the hardest grip so far [N]."""
+        """Mass [kg] and friction of the objects, and the largest grip so far [N], (n,) each."""
         return {"mass": self._mass, "friction": self._friction, "peak_grip": self._most}
 
 

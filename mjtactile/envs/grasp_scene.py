@@ -32,9 +32,9 @@ def gripper_spec(
 
     Args:
         options: observation of the pads.
-        wrist: driven axes.
+        wrist: driven axes of the wrist, such as "z" or "xyz".
         grasp_height: height of the pads' centres over the table [m].
-        timestep: of MuJoCo [s].
+        timestep: time step of MuJoCo [s].
         friction: sliding friction of the object [-].
     """
     table, pad = pad_table(options.pad)
@@ -44,8 +44,8 @@ def gripper_spec(
     spec.option.timestep = timestep
     spec.option.impratio = 10.0
     spec.body("object").pos = [0.0, 0.0, grasp_height]
-    # Sliding contacts separate by friction times speed times their time constant. With softer contacts the gripper's
-    # encoders would show that, unlike real ones.
+    # In sliding contacts, bodies separate by friction times speed times the contact's time constant. With softer
+    # contacts, this would show in the gripper's encoders, unlike in real ones.
     stiff = contact_constants("stiff")
     for geom in (spec.geom("object"), *(geom for name in GRIPPER_PADS for geom in pad_geoms(spec, name))):
         geom.solref, geom.solimp = stiff["solref"], stiff["solimp"]

@@ -1,4 +1,4 @@
-"""Vector environments: on `mujoco.batch` if this MuJoCo has it, otherwise one environment after the other."""
+"""Vector environments, which run on `mujoco.batch` if this MuJoCo has it, otherwise one after the other."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def make_vec(
         autoreset_mode: see `gymnasium.vector.AutoresetMode`.
         copy: whether returned observations are copies; if not, the next step may overwrite them.
         batched: whether to use `mujoco.batch`; None: if it exists.
-        options: of the environments, see `TactileEnv`.
+        options: options of the environments, see `TactileEnv`.
 
     Raises:
         EnvError: there is no such environment, `mujoco.batch` was requested but does not exist, or `num_envs` is less
@@ -82,7 +82,7 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         autoreset_mode: when a finished environment is reset.
         copy: whether returned observations are copies; if not, the next step may overwrite them.
         render_mode, width, height: see `TactileEnv`.
-        options: of the task.
+        options: options of the task.
 
     Attributes:
         task: the task with the simulations of all environments.
@@ -128,10 +128,10 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         """Begin episodes; the same seed begins the same episode.
 
         Args:
-            seed: of environment 0, incremented by one for each further environment; or a sequence of seeds. None
+            seed: seed of environment 0, incremented by one for each further environment; or a sequence of seeds. None
                 continues the present random streams.
-            options: of the task, for all environments; `reset_mask`, shape (num_envs,) bool, selects those that begin,
-                by default all.
+            options: options of the task for all environments. `reset_mask`, shape (num_envs,) bool, selects those that
+                begin; by default all.
 
         Raises:
             EnvError: an option is unknown, or the mask or the seeds have the wrong length.
@@ -144,7 +144,9 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         options = reset_options(options)
         mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
-            raise EnvError(f"reset_mask = {mask}; expected {self.num_envs} of bool, one of them true at least.")
+            raise EnvError(
+                f"reset_mask = {mask}; expected an array of {self.num_envs} bool, at least one of them True."
+            )
         for k, one in enumerate(seeds or ()):
             if one is not None and mask[k]:
                 self._drawn[k] = seeding.np_random(one)[0]
@@ -156,7 +158,10 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         return self._shown(), infos
 
     def step(self, actions: npt.NDArray[np.float32]) -> tuple[Observation, Array, Mask, Mask, dict[str, Any]]:
-        """Act in every environment for one control period; arguments and results as in gymnasium.
+        """Act in every environment for one control period; results are those of `gymnasium.vector.VectorEnv.step`.
+
+        Args:
+            actions: actions from -1 to 1, shape (num_envs, number of actions).
 
         Raises:
             EnvError: the actions do not have the space's shape or are not finite; or an environment was never reset,
@@ -164,7 +169,9 @@ class TactileVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArr
         """
         waiting = self._ended
         if self.autoreset_mode == AutoresetMode.DISABLED and waiting.any():
-            raise EnvError(f"environments {np.flatnonzero(waiting)} have ended: reset them, with reset_mask.")
+            raise EnvError(
+                f"environments {np.flatnonzero(waiting)} have ended. Reset them: reset(options={{'reset_mask': ...}})."
+            )
         rewards, terminated, truncated, told = self.task.step(actions, _rows(~waiting))
         rewards, terminated, truncated = np.where(waiting, 0.0, rewards), terminated & ~waiting, truncated & ~waiting
         ended, infos = terminated | truncated, {}

@@ -1,4 +1,4 @@
-"""Options of every environment, checked."""
+"""Options of every environment, and their checks."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ class TouchOptions:
         EnvError: a value is invalid; the message lists the valid ones.
     """
 
-    #: "readings": von Mises stress at every taxel over 10 kPa; "pascals": the same in Pa; "wrench": contact force and
-    #: moment on each pad; "recognised": force, position and confidence, recognised from the readings; "none": no
-    #: observation, and no pad is simulated.
+    #: "readings": von Mises stress at every taxel, divided by 10 kPa; "pascals": the same in Pa; "wrench": contact
+    #: force and moment on each pad; "recognised": force, position and confidence, recognised from the readings; "none":
+    #: no observation, and no pad is simulated.
     observation: str = "readings"
-    fidelity: str | Fidelity = "fast"  #: of the readings: a preset by name, or a Fidelity
-    transducer: str | None = None  #: readings of imperfect "capacitive" or "piezoresistive" cells; None: ideal ones
+    fidelity: str | Fidelity = "fast"  #: fidelity of the readings: a preset by name, or a Fidelity
+    transducer: str | None = None  #: imperfect "capacitive" or "piezoresistive" cells; None for ideal readings
     noise: float = 0.01  #: standard deviation of white noise over a pad's largest reading [-]
     randomise: float = 0.0  #: domain randomisation: 0 for none, 1 for the ranges in docs/environments.md
-    #: of every finger: a Pad, or what else `attach_pad` takes; None for the default pad
+    #: pad of every finger: a Pad, or another argument that `attach_pad` accepts; None for the default pad
     pad: Pad | str | Path | None = None
 
     def __post_init__(self) -> None:
@@ -92,14 +92,18 @@ _MOST_PIXELS = 16384
 def refuse_unknown(options: Mapping[str, Any], task: str) -> None:
     """Refuse options that `TouchOptions` does not have.
 
+    Args:
+        options: options by name.
+        task: name of the task, for the message.
+
     Raises:
-        EnvError: there is one; the message lists those there are.
+        EnvError: an option is unknown; the message lists the known ones.
     """
     known = [one.name for one in fields(TouchOptions)]
     if unknown := [name for name in options if name not in known]:
         raise EnvError(
             f"{task} has no option {unknown[0]!r}. Available: {', '.join(known)}, render_mode, width, height; "
-            "split is GraspLift's alone."
+            "split for GraspLift only."
         )
 
 
@@ -107,7 +111,7 @@ def reset_options(options: Any) -> dict[str, Any]:
     """A copy of the options of `reset`.
 
     Raises:
-        EnvError: they are no options by name.
+        EnvError: they are not a mapping of values by name.
     """
     if options is not None and not isinstance(options, Mapping):
         raise EnvError(f'reset options = {options!r}; expected values by name, such as {{"mass": 0.1}}, or None.')
@@ -115,10 +119,10 @@ def reset_options(options: Any) -> dict[str, Any]:
 
 
 def check_picture(width: Any, height: Any) -> None:
-    """Refuse a size that no picture has.
+    """Check the size of a picture [pixels].
 
     Raises:
-        EnvError: width or height is no whole number of pixels, or too large.
+        EnvError: width or height is not a whole number from 1 to 16384.
     """
     for name, value in (("width", width), ("height", height)):
         whole = isinstance(value, int | np.integer) and not isinstance(value, bool)

@@ -42,7 +42,7 @@ class PegInsert(Task):
 
     SUMMARY = (
         f"Put a square peg, {2e3 * PEG:g} mm wide and held by two pads, into a hole {CLEARANCE * 1e3:g} mm wider whose "
-        f"place is known to {OFFSET * 1e3:g} mm along each axis."
+        f"position is known to {OFFSET * 1e3:g} mm along each axis."
     )
     PADS = GRIPPER_PADS
     TIMESTEP, SUBSTEPS, EPISODE_STEPS = 2e-3, 20, 150
@@ -50,15 +50,15 @@ class PegInsert(Task):
         Channel("x", "-", -1, 1, f"speed of the hand along x, up to {SPEED * 1e3:g} mm/s"),
         Channel("y", "-", -1, 1, f"speed of the hand along y, up to {SPEED * 1e3:g} mm/s"),
         Channel("z", "-", -1, 1, f"speed of the hand upwards, up to {SPEED * 1e3:g} mm/s"),
-        Channel("grip", "-", -1, 1, f"change of the grip, which stays from {GRIPS[0]:g} to {GRIPS[1]:g} N"),
+        Channel("grip", "-", -1, 1, f"change of the grip, which stays between {GRIPS[0]:g} and {GRIPS[1]:g} N"),
     )
     PROPRIOCEPTION = (
-        Channel("x", "m", -2 * REACH, 2 * REACH, "of the hand, from where it started"),
-        Channel("y", "m", -2 * REACH, 2 * REACH, "of the hand, from where it started"),
-        Channel("z", "m", -2 * DEEP, DEEP, "of the hand, from where it started"),
-        Channel("opening", "m", -0.001, 0.1, "distance of the pads from each other"),
-        Channel("grip", "N", 0.0, GRIPS[1], "commanded, of each finger"),
-        Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
+        Channel("x", "m", -2 * REACH, 2 * REACH, "displacement of the hand along x from its start"),
+        Channel("y", "m", -2 * REACH, 2 * REACH, "displacement of the hand along y from its start"),
+        Channel("z", "m", -2 * DEEP, DEEP, "displacement of the hand upwards from its start"),
+        Channel("opening", "m", -0.001, 0.1, "distance between the pads"),
+        Channel("grip", "N", 0.0, GRIPS[1], "commanded grip of each finger"),
+        Channel("time left", "-", 0.0, 1.0, "remaining fraction of the episode's steps"),
     )
 
     def __init__(self, **options: Any) -> None:
@@ -73,7 +73,7 @@ class PegInsert(Task):
         self._grip_force = int(model.actuator("grip").actadr[0])
         self._opening = sensor_slice(model, "opening").start
         count = self.simulation.count
-        # Commanded: the hand's place [m] and grip [N]; and the deepest that the peg has been [m].
+        # Commanded displacement of the hand [m] and grip [N]; largest depth of the peg so far [m].
         self._target, self._grip, self._deepest = np.zeros((count, 3)), np.full(count, FIRST_GRIP), np.zeros(count)
 
     @classmethod
@@ -97,7 +97,7 @@ class PegInsert(Task):
         block = spec.worldbody.add_body(name="block", pos=[0, 0, _TOP / 2])
         inner = PEG + CLEARANCE / 2
         for k, (x, y) in enumerate(((1, 0), (-1, 0), (0, 1), (0, -1))):
-            # Two walls as wide as the block, two between them.
+            # Two walls are as wide as the block; the other two fit between them.
             size = [_WALL / 2, inner + _WALL, _TOP / 2] if x else [inner, _WALL / 2, _TOP / 2]
             off = inner + _WALL / 2
             block.add_geom(
@@ -114,7 +114,7 @@ class PegInsert(Task):
             hole = np.empty(0)  # refused below
         right = asked is None or (hole.shape == (2,) and (np.abs(hole) <= REACH).all())
         if not right or options:
-            raise EnvError(f"reset options hole={asked}, {options}; expected none but hole, (x, y) within {REACH} m.")
+            raise EnvError(f"reset options hole={asked}, {options}; expected only hole, (x, y) within {REACH} m.")
         self.simulation.field("body_pos")[rows, self._block, :2] = hole
         self._target[rows], self._grip[rows], self._deepest[rows] = 0.0, FIRST_GRIP, 0.0
 

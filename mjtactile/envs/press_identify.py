@@ -42,30 +42,38 @@ class PressIdentify(Task):
     ACTIONS = (
         Channel("move x", "-", -1, 1, f"speed of the finger along x, up to {SPEED * 1e3:g} mm/s"),
         Channel("move y", "-", -1, 1, f"speed of the finger along y, up to {SPEED * 1e3:g} mm/s"),
-        Channel("turn", "-", -1, 1, f"speed of its turn about the vertical, up to {TURN_SPEED:g} rad/s"),
-        Channel("press", "-", -1, 1, f"pressing force: up to 0 none, the finger lifts; at 1, {FORCE:g} N"),
-        Channel("answer", "-", -1, 1, "above 0: answer now, which ends the episode"),
+        Channel("turn", "-", -1, 1, f"rotation speed about the vertical, up to {TURN_SPEED:g} rad/s"),
+        Channel(
+            "press",
+            "-",
+            -1,
+            1,
+            f"pressing force: {FORCE:g} N at 1, proportionally less below; the finger lifts at 0 and below",
+        ),
+        Channel("answer", "-", -1, 1, "above 0, the agent answers, which ends the episode"),
         *(
-            Channel(f"score {name}", "-", -1, 1, f"how likely the punch is of shape {name}: the answer is the largest")
+            Channel(
+                f"score {name}", "-", -1, 1, f"score of shape {name}; the shape with the largest score is the answer"
+            )
             for name in INDENTER_NAMES
         ),
     )
     PROPRIOCEPTION = (
-        Channel("x", "m", -2 * REACH, 2 * REACH, "of the finger, from where it started"),
-        Channel("y", "m", -2 * REACH, 2 * REACH, "of the finger, from where it started"),
-        Channel("turn", "rad", -2 * TURN_REACH, 2 * TURN_REACH, "of the finger, from where it started"),
-        Channel("height", "m", -1e-3, 5 * HOVER, "of the pad over the plane of the punches' faces"),
-        Channel("force", "N", 0.0, FORCE, "commanded"),
-        Channel("time left", "-", 0.0, 1.0, "share of the episode's steps"),
+        Channel("x", "m", -2 * REACH, 2 * REACH, "displacement of the finger along x from its start"),
+        Channel("y", "m", -2 * REACH, 2 * REACH, "displacement of the finger along y from its start"),
+        Channel("turn", "rad", -2 * TURN_REACH, 2 * TURN_REACH, "rotation of the finger from its start"),
+        Channel("height", "m", -1e-3, 5 * HOVER, "height of the pad over the plane of the punches' faces"),
+        Channel("force", "N", 0.0, FORCE, "commanded pressing force"),
+        Channel("time left", "-", 0.0, 1.0, "remaining fraction of the episode's steps"),
     )
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         count = self.simulation.count
         self._shape = np.zeros(count, dtype=int)
-        # Where the finger starts, and its target from there: x, y [m], turn [rad]; the force commanded [N].
+        # Start of the finger, and its target relative to the start: x, y [m], rotation [rad]; commanded force [N].
         self._start, self._target, self._force = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
-        # The shape answered; -1 for none.
+        # Index of the answered shape; -1 for none.
         self._answer = np.full(count, -1)
 
     @classmethod
@@ -82,7 +90,7 @@ class PressIdentify(Task):
         name = options.pop("shape", None)
         if (name is not None and name not in INDENTER_NAMES) or options:
             raise EnvError(
-                f"reset options shape={name!r}, {options}; expected none but shape, one of {', '.join(INDENTER_NAMES)}."
+                f"reset options shape={name!r}, {options}; expected only shape, one of {', '.join(INDENTER_NAMES)}."
             )
         for row, one in zip(rows, drawn, strict=True):
             self._shape[row] = one.integers(len(INDENTER_NAMES))

@@ -32,7 +32,7 @@ def register_environments() -> None:
 
 
 def task_of(task: str | type[Task]) -> type[Task]:
-    """The task of an id; a task is returned unchanged.
+    """The task of an environment's id; a task is returned unchanged.
 
     Raises:
         EnvError: there is no such id.
@@ -43,6 +43,6 @@ def task_of(task: str | type[Task]) -> type[Task]:
         # Imported here, so that registering does not import SciPy.
         from mjtactile.envs.options import EnvError
 
-        raise EnvError(f"environment {task!r} does not exist here. Available: {', '.join(ENTRY_POINTS)}.")
+        raise EnvError(f"environment {task!r} does not exist in mjtactile. Available: {', '.join(ENTRY_POINTS)}.")
     module, name = ENTRY_POINTS[task].split(":")
     return getattr(import_module(module), name)

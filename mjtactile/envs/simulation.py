@@ -18,7 +18,7 @@ from mjtactile.errors import ContactWarning
 #: Indices of some of the simulations, shape (k,).
 Rows = npt.NDArray[np.int32]
 
-#: Flag of MjOption that disables sensors; they are computed in the last of several steps only.
+#: Flag of MjOption that disables sensors. Of several steps, only the last one computes them, to save time.
 SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
 
 
@@ -82,7 +82,11 @@ class Simulations(Protocol):
 
 
 class SingleSimulation:
-    """One simulation, in an MjData of its own; see `Simulations`."""
+    """One simulation, in an MjData of its own, with the interface `Simulations`.
+
+    Args:
+        model: its model.
+    """
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model, self.count = model, 1
@@ -91,45 +95,45 @@ class SingleSimulation:
 
     @property
     def qpos(self) -> Array:
-        """See `Simulations`."""
+        """Joint positions, to read and write, shape (1, nq)."""
         return self.data.qpos[None]
 
     @property
     def qvel(self) -> Array:
-        """See `Simulations`."""
+        """Joint velocities, to read and write, shape (1, nv)."""
         return self.data.qvel[None]
 
     @property
     def act(self) -> Array:
-        """See `Simulations`."""
+        """Activations of actuators, to read and write, shape (1, na)."""
         return self.data.act[None]
 
     @property
     def ctrl(self) -> Array:
-        """See `Simulations`."""
+        """Controls, to write, shape (1, nu)."""
         return self.data.ctrl[None]
 
     @property
     def sensordata(self) -> Array:
-        """See `Simulations`."""
+        """Sensor data of the last step or forward pass, shape (1, nsensordata)."""
         return self.data.sensordata[None]
 
     def field(self, name: str) -> Array:
-        """See `Simulations`."""
+        """A field of the model by its name, to read and write, shape (1, ...)."""
         return getattr(self.model, name)[None]
 
     def reset(self, rows: Rows) -> None:
-        """See `Simulations`."""
+        """Reset to the model's initial state; call it after writing model fields."""
         mujoco.mj_setConst(self.model, self.data)
         mujoco.mj_resetData(self.model, self.data)
 
     def forward(self, rows: Rows) -> None:
-        """See `Simulations`."""
+        """Run the forward pass, including sensors."""
         with quiet_contacts():
             mujoco.mj_forward(self.model, self.data)
 
     def step(self, rows: Rows, count: int) -> None:
-        """See `Simulations`."""
+        """Advance by `count` MuJoCo steps; sensor data is that of the last step."""
         with quiet_contacts():
             if count > 1:
                 self.model.opt.disableflags = self._flags | SENSORS_OFF
@@ -138,15 +142,15 @@ class SingleSimulation:
             mujoco.mj_step(self.model, self.data)
 
     def state(self, row: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """See `Simulations`."""
+        """Model and data of the simulation, for rendering."""
         return self.model, self.data
 
 
 class BatchSimulations:
-    """Many simulations that advance together, on threads; see `Simulations`.
+    """Many simulations that advance together, on threads, with the interface `Simulations`.
 
     Args:
-        model: of all simulations.
+        model: model of all simulations.
         count: number of simulations.
         threads: simulation threads, including the calling one; 0 for the number of processors.
 
@@ -167,21 +171,21 @@ class BatchSimulations:
         self._drawn: dict[int, tuple[mujoco.MjModel, mujoco.MjData]] = {}
 
     def field(self, name: str) -> Array:
-        """See `Simulations`."""
+        """A field of the simulations' models by its name, to read and write, shape (n, ...)."""
         return self.batch.expand(name)
 
     def reset(self, rows: Rows) -> None:
-        """See `Simulations`."""
+        """Reset some simulations to their model's initial state; call it after writing model fields."""
         self.batch.set_const(rows)
         self.batch.reset(rows, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
 
     def forward(self, rows: Rows) -> None:
-        """See `Simulations`."""
+        """Run the forward pass of some simulations, including sensors."""
         with quiet_contacts():
             self.batch.forward(rows)
 
     def step(self, rows: Rows, count: int) -> None:
-        """See `Simulations`."""
+        """Advance some simulations by `count` MuJoCo steps; sensor data is that of the last step."""
         with quiet_contacts():
             if count > 1:
                 self._flags[:] = self._sensing | SENSORS_OFF
@@ -190,7 +194,7 @@ class BatchSimulations:
             self.batch.step(rows)
 
     def state(self, row: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """See `Simulations`."""
+        """Model and data of one simulation for rendering; the same objects each time, updated."""
         model, data = self._drawn.get(row, (None, None))
         model, data = self.batch.get_model(row, model), self.batch.get_data(row, data)
         self._drawn[row] = model, data

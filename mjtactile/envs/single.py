@@ -33,8 +33,8 @@ def check_render_mode(render_mode: str | None) -> None:
     """
     if render_mode is not None and render_mode not in render_modes():
         raise EnvError(
-            f"render_mode = {render_mode!r} is not to be had here. Available: {', '.join(render_modes())}, or None. "
-            "'human' needs a screen."
+            f"render_mode = {render_mode!r} does not work here. Available: {', '.join(render_modes())}, or None. "
+            "'human' needs a display."
         )
 
 
@@ -44,10 +44,10 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     A copy, by `copy.deepcopy` or `pickle`, is a new environment with the same arguments: reset it first.
 
     Args:
-        task: its id, such as "mjtactile/GraspLift-v0", or a `Task` subclass.
+        task: id of the environment, such as "mjtactile/GraspLift-v0", or a `Task` subclass.
         render_mode: "rgb_array", "human" (with a display), or None.
-        width, height: of images [pixels].
-        options: of the task.
+        width, height: size of images [pixels].
+        options: options of the task, see `TouchOptions` and the task.
 
     Attributes:
         task: the task with its simulation.
@@ -81,6 +81,13 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode; the same seed begins the same episode.
 
+        Args:
+            seed: seed of the episode; None continues the present random stream.
+            options: options of the task by name; see the task's class.
+
+        Returns:
+            The first observation, and infos.
+
         Raises:
             EnvError: the task does not know an option.
         """
@@ -91,6 +98,12 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Act for one control period.
+
+        Args:
+            action: values from -1 to 1, shape (number of actions,).
+
+        Returns:
+            Observation, reward, whether the episode terminated, whether it was truncated, and infos.
 
         Raises:
             EnvError: the action does not have the space's shape or is not finite; or the environment was never reset.
@@ -109,7 +122,9 @@ class TactileEnv(EzPickle, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if self.render_mode == "rgb_array":
             return self._drawing.picture(*self.task.simulation.state(0))
         if self.render_mode is None:
-            gymnasium.logger.warn("render() without a render_mode draws nothing: make(..., render_mode='rgb_array').")
+            gymnasium.logger.warn(
+                "render() draws nothing without a render_mode. Use make(..., render_mode='rgb_array')."
+            )
         return None
 
     def close(self) -> None:

@@ -34,10 +34,10 @@ class Channel:
     """One component of actions or observations; spaces and documentation are made from these.
 
     Attributes:
-        name: of the component.
-        unit: of the number, "-" for none.
-        low, high: range; values outside are clipped.
-        meaning: a sentence; for an action, the meaning of -1 to 1.
+        name: name of the component.
+        unit: unit of its value, "-" for none.
+        low, high: range of its value; values outside are clipped.
+        meaning: description of the component; for an action, the meaning of -1 to 1.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Task(ABC):
     given generators, so that the seed determines everything.
 
     `_act` and `_judge` are called for all environments at each step. The simulation of an environment that waits for
-    its reset does not advance, and what they wrote for it is overwritten at the reset.
+    its reset does not advance, and the values that they wrote for it are overwritten at the reset.
 
     Args:
         simulate: function that makes the simulations of a model; by default a single one.
@@ -65,9 +65,9 @@ class Task(ABC):
     Attributes:
         options: observation of the pads.
         simulation: the simulations of all environments.
-        touch: observer of their pads.
+        touch: observer of the environments' pads.
         steps: number of steps since the episode began, shape (n,); -1 before the first reset.
-        action_space, observation_space: of one environment.
+        action_space, observation_space: spaces of one environment.
 
     Raises:
         EnvError: an option is invalid.
@@ -129,7 +129,7 @@ class Task(ABC):
         Args:
             rows: indices of the environments, shape (k,).
             drawn: k generators to draw from.
-            options: of `reset`; used ones are removed.
+            options: options of `reset`; used ones are removed.
 
         Raises:
             EnvError: an option of `reset` is invalid.
@@ -161,7 +161,7 @@ class Task(ABC):
         Args:
             rows: indices of the environments, shape (k,).
             drawn: k generators to draw from.
-            options: of `reset`, the same for all; see the tasks.
+            options: options of `reset`, the same for all; see the tasks.
 
         Raises:
             EnvError: the task does not know an option.
@@ -181,7 +181,7 @@ class Task(ABC):
         """Act for one control period.
 
         Args:
-            actions: of all environments, shape (n, number of actions).
+            actions: actions of all environments, shape (n, number of actions).
             rows: indices of the environments that advance, shape (k,).
 
         Returns:
@@ -203,7 +203,7 @@ class Task(ABC):
             raise EnvError(
                 f"action = {actions}; expected {shape[1]} finite numbers from -1 to 1: "
                 f"{', '.join(channel.name for channel in self.ACTIONS)}"
-                f"{', for each of so many environments: ' + str(shape[0]) if shape[0] > 1 else ''}."
+                f"{f', for each of {shape[0]} environments' if shape[0] > 1 else ''}."
             )
         if len(rows) < len(given):
             # Environments that do not advance get valid numbers.

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 #: Limits of observed readings [Pa], forces [N] and moments [N m]; larger values are clipped.
 LARGEST_READING, LARGEST_FORCE, LARGEST_MOMENT = 4e6, 100.0, 1.0
-#: Scale of observed readings [Pa]; contacts of the tasks, from a light touch to a firm grip, give about .1 to 10.
+#: Scale of observed readings [Pa]; contacts of the tasks, from a light touch to a firm grip, give about 0.1 to 10.
 READING_SCALE = 10e3
-#: Full scale of transducers [Pa]; readings under a grip of 20 N are some hundred kPa.
+#: Full scale of transducers [Pa]; readings under a grip of 20 N are a few hundred kPa.
 FULL_SCALE = 200e3
 #: Least mean of a pad's readings for recognition [Pa], about 3 gf.
 CONTACT_THRESHOLD = 50.0
@@ -51,7 +51,7 @@ def observe_pad(spec: mujoco.MjSpec, name: str, options: TouchOptions) -> None:
 
     Args:
         spec: model specification.
-        name: of the pad and its sensor.
+        name: name of the pad and its sensor.
         options: observation of the pad.
     """
     for sensor in [sensor for sensor in spec.sensors if sensor.name == name]:
@@ -74,8 +74,8 @@ def feel_force(spec: mujoco.MjSpec, name: str, body: str) -> None:
 
     Args:
         spec: model specification.
-        name: of the sensor.
-        body: that nothing but the pad collides of; a pad with hollows has several geoms.
+        name: name of the sensor.
+        body: name of a body on which only the pad collides; a pad with hollows has several geoms.
     """
     spec.add_sensor(
         name=name,
@@ -100,7 +100,7 @@ class PadObserver:
 
     Args:
         model: compiled model.
-        names: of the pads' sensors, in the order of the observation.
+        names: names of the pads' sensors, in the order of the observation.
         options: observation of the pads.
         count: number of environments, n.
     """
@@ -151,7 +151,7 @@ class PadObserver:
         """Current observations of some environments.
 
         Args:
-            sensordata: of all environments, shape (n, nsensordata).
+            sensordata: sensor data of all environments, shape (n, nsensordata).
             rows: indices of the environments, shape (k,).
 
         Returns:
@@ -215,7 +215,7 @@ def _transducer(kind: str, shape: tuple[int, ...], seed: int) -> Transducer:
         if kind == "capacitive"
         else PiezoresistiveElement(area=nominal.full_force / FULL_SCALE)
     )
-    # Free taxels have no neighbours.
+    # Free taxels have no neighbours, so there is no crosstalk between them.
     imperfections = replace(TYPICAL, crosstalk=0.0) if len(shape) == 1 else TYPICAL
     return Transducer(element, imperfections, shape=shape, seed=seed)
 
@@ -234,8 +234,8 @@ def moments(readings: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         readings: (..., layers, rows, columns) [Pa].
 
     Returns:
-        (..., layers, 4): log(1 + mean / 1 kPa), centroid, standard deviation and cube root of the third moment. The
-        last three are over half the number of rows, and 0 for a mean below 20 Pa.
+        (..., layers, 4) [-]: log(1 + mean / 1 kPa), centroid, standard deviation and cube root of the third moment. The
+        last three are divided by half the pad's number of rows, and 0 for a mean below 20 Pa.
     """
     profile = readings.mean(axis=-1)
     rows = profile.shape[-1]

@@ -24,9 +24,9 @@ class ForceServo:
     """Moves a compliant arm until the recognised force equals the commanded one.
 
     In contact, an arm of stiffness k presses with k times the distance of its target behind the surface. The target
-    moves by `gain` times (commanded - recognised) / k at each call. This integrator reduces the error by the factor
-    1 - gain per call for the correct k, and converges for an error of k by a factor up to 2 / gain. Before contact the
-    target approaches at a constant speed.
+    moves by `gain` times (commanded - recognised) / k at each call. With the correct k, this integrator multiplies the
+    error by 1 - gain at each call. It converges as long as the true stiffness is below 2 / gain times the assumed one.
+    Before contact, the target approaches at a constant speed.
 
     Raises:
         ControlError: the servo would not converge with these values.
@@ -79,12 +79,18 @@ class ShapeBelief:
         enough: mean probability at which the belief is settled [-].
         least: least number of recognitions.
         most: number of recognitions after which the belief is settled in any case.
+
+    Attributes:
+        looks: number of recognitions so far.
+
+    Raises:
+        ControlError: an argument is out of range.
     """
 
     def __init__(self, *, enough: float = 0.9, least: int = 10, most: int = 60) -> None:
         if not (0.0 < enough <= 1.0 and 1 <= least <= most):
             raise ControlError(
-                f"enough {enough}, least {least}, most {most}; expected a probability, and least <= most."
+                f"enough = {enough}, least = {least}, most = {most}; expected 0 < enough <= 1, and 1 <= least <= most."
             )
         self.enough, self.least, self.most = enough, least, most
         self.looks = 0
@@ -92,12 +98,22 @@ class ShapeBelief:
         self._shapes: tuple[str, ...] = ()
 
     def look(self, shapes: Sequence[str], probabilities: npt.ArrayLike) -> None:
-        """Add one recognition: names of the candidate shapes, and the probability of each, (shapes,)."""
+        """Add one recognition.
+
+        Args:
+            shapes: names of the candidate shapes, the same at every call.
+            probabilities: probability of each [-], (shapes,).
+
+        Raises:
+            ControlError: the candidates differ from those of earlier calls.
+        """
         seen = np.asarray(probabilities, dtype=float)
         if self._sum is None:
             self._shapes, self._sum = tuple(shapes), np.zeros(len(seen))
         if tuple(shapes) != self._shapes or seen.shape != self._sum.shape:
-            raise ControlError(f"recognised among {list(shapes)}, but among {list(self._shapes)} before. Begin anew.")
+            raise ControlError(
+                f"recognised among {list(shapes)}, but among {list(self._shapes)} before. Begin with a new ShapeBelief."
+            )
         self._sum = self._sum + seen
         self.looks += 1
 

@@ -1,4 +1,4 @@
-"""Markdown tables, as reports print them and pages hold them."""
+"""Markdown tables for reports and pages."""
 
 from __future__ import annotations
 

@@ -28,12 +28,12 @@ def attach_hand(
     Args:
         spec: model specification; compile it afterwards.
         name: name of the hand, one of `HANDS`; or a Hand.
-        fidelity: of all pads; their tables are built at the first use.
-        prefix: of the names of the hand's bodies in this model, such as "gripper0_right_" in robosuite; names of pads
-            get the same prefix.
+        fidelity: fidelity of all pads; their tables are built at the first use.
+        prefix: prefix of the names of the hand's bodies in this model, such as "gripper0_right_" in robosuite; names of
+            pads get the same prefix.
         only: names of the pads to attach, without prefix; all if None.
-        output: see `attach_pad`.
-        visual: see `attach_pad`.
+        output: outputs of the sensors, see `attach_pad`.
+        visual: whether heat maps are drawn on the pads, see `attach_pad`.
 
     Returns:
         The pads' geoms by the names of their sensors, including the prefix.
@@ -49,7 +49,7 @@ def attach_hand(
     if lacking := sorted({one.body for one in pads if prefix + one.body not in bodies}):
         raise SceneError(
             f"the model has no body '{prefix}{lacking[0]}', which hand '{chosen.name}' has: {chosen.model} "
-            f"({chosen.source}). Load that model, or pass prefix=... if its bodies are called otherwise here. "
+            f"({chosen.source}). Load that model, or pass prefix=... if its bodies have a prefix here. "
             f"Available: {sorted(body for body in bodies if body)}."
         )
     for expected in chosen.expects:

@@ -1,4 +1,4 @@
-"""Tables of hands: their pads with bodies and poses. Lengths are in metres."""
+"""The catalogue of hands: pads with their bodies and poses, read from TOML tables. Lengths are metres."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class HandPad:
     """A pad on a body of a hand.
 
     Attributes:
-        name: of the pad.
+        name: name of the pad.
         shape: name of its shape in the hand's table.
         pad: the pad.
         body: name of the body.
@@ -50,7 +50,7 @@ class ExpectedGeom:
         body: name of the geom's body.
         kind: "box" or "capsule".
         size: half lengths, or radius and half length [m].
-        pos: of its centre in the body's frame [m].
+        pos: position of its centre in the body's frame [m].
     """
 
     body: str
@@ -71,9 +71,9 @@ class Hand:
         hashes: SHA-256 of the files that the table was made for, by file name, if they were available.
         expects: geoms that the model must have.
         tested: how the table was tested.
-        contact: of its pads, see `attach_pad`.
+        contact: contact parameters of its pads by name, see `attach_pad`.
         proud: least and largest height of each shape's surface above the collision geoms under it [m].
-        pads: in the order in which they are attached.
+        pads: its pads, in the order in which they are attached.
     """
 
     name: str

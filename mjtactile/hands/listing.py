@@ -12,7 +12,7 @@ from mjtactile.hands.catalogue import HANDS, Hand, hand
 def catalogue_table() -> str:
     """Table of all hands: numbers of pads and taxels, source of the model, and tests."""
     rows = [
-        "| `attach_hand(spec, ...)` | hand | pads | taxels | model | get it from | tried |",
+        "| `attach_hand(spec, ...)` | hand | pads | taxels | model | source | tested |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name in HANDS:
@@ -27,7 +27,7 @@ def catalogue_table() -> str:
 def shapes_table() -> str:
     """Table of all pad shapes of all hands: size, surface, thickness, taxels, and height above the collision geoms."""
     rows = [
-        "| hand | pads | size, mm | surface, mm | thick, mm | taxels | depth, mm | proud of what collides, mm |",
+        "| hand | pads | size, mm | surface, mm | thickness, mm | taxels | depth, mm | above collision geoms, mm |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name in HANDS:

@@ -21,7 +21,7 @@ def check_model(name: str | Hand, path: str | Path) -> None:
 
     Args:
         name: name of the hand, one of `HANDS`; or a Hand.
-        path: of the file.
+        path: path of the file.
 
     Raises:
         SceneError: the table has no checksum for that file name, the file cannot be read, or its checksum differs.
@@ -30,7 +30,7 @@ def check_model(name: str | Hand, path: str | Path) -> None:
     path = Path(path)
     if path.name not in chosen.hashes:
         known = ", ".join(chosen.hashes) or f"none; it belongs to {chosen.model}"
-        raise SceneError(f"hand '{chosen.name}' knows no file {path.name!r}. Known: {known}.")
+        raise SceneError(f"the table of hand '{chosen.name}' knows no file {path.name!r}. Known: {known}.")
     try:
         found = hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:
@@ -50,7 +50,7 @@ def check_geom(spec: mujoco.MjSpec, chosen: Hand, expected: ExpectedGeom, prefix
         spec: specification of the model, which has the body.
         chosen: the hand.
         expected: the geom.
-        prefix: of the names of the hand's bodies in this model.
+        prefix: prefix of the names of the hand's bodies in this model.
 
     Raises:
         SceneError: the body has no such geom.

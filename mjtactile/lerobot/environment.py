@@ -27,9 +27,9 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     Args:
         env: a `TactileEnv`, wrapped or not, that observes "readings" or "pascals".
-        folder: of the new dataset; it must not exist.
+        folder: folder of the new dataset; it must not exist.
         task: description of the task; by default that of the environment's task.
-        flat: readings as vectors; see `tactile_features`.
+        flat: whether readings are stored as vectors; see `tactile_features`.
 
     Raises:
         DatasetError: the environment does not observe readings, its control rate is not an integer, or the folder
@@ -41,7 +41,7 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         inner = env.unwrapped
         if not isinstance(inner, TactileEnv) or inner.task.options.observation not in _READINGS:
             raise DatasetError(
-                "only environments of mjtactile that observe readings are recorded. Make one with "
+                "only environments of mjtactile that observe readings can be recorded. Make one with "
                 "observation='readings' or 'pascals'."
             )
         self._inner, self._flat = inner, flat
@@ -51,7 +51,7 @@ class LeRobotRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._seen: Observation | None = None
         rate = 1.0 / inner.task.period
         if abs(rate - round(rate)) > 1e-6:
-            raise DatasetError(f"the environment acts at {rate:.6g} Hz; LeRobotDataset takes whole numbers only.")
+            raise DatasetError(f"the environment acts at {rate:.6g} Hz; LeRobotDataset needs a whole number of hertz.")
         self._writer = LeRobotWriter(
             folder, fps=round(rate), features=self._features(round(rate)), robot=type(inner.task).__name__
         )

@@ -1,4 +1,4 @@
-"""Columns of a LeRobotDataset, and those of a pad."""
+"""Descriptions of the columns of a LeRobotDataset, among them those of a pad's readings."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _MOST_AXES = 5
 
 @dataclass(frozen=True, kw_only=True)
 class Feature:
-    """A column.
+    """Description of a column.
 
     Attributes:
         dtype: "float32", "int64" or "bool".
-        shape: of one frame's entry; (1,) for a number.
-        names: of its components, or of its axes; None for none.
+        shape: shape of one frame's entry; (1,) for a number.
+        names: names of the components of a vector, or of the axes of an array; None for none.
         info: units and further information for readers, as plain values.
 
     Raises:
@@ -76,14 +76,14 @@ def tactile_features(
     the frame's own.
 
     Args:
-        name: of the pad.
+        name: name of the pad.
         pad: the pad.
-        rate: of its readings [Hz]; None for single presses without a time.
+        rate: rate of its readings [Hz]; None for single presses without a time.
         per_frame: number of readings per frame.
-        flat: store each reading as a vector, for policies that take only vectors.
+        flat: whether each reading is stored as a vector, for policies that accept only vectors.
 
     Returns:
-        Features by column; their `info` has unit, positions of the taxels [m] and, for flat ones, the original shape.
+        Features by column; their `info` has the unit, the positions of the taxels [m] and the shape of a reading.
     """
     shape, axes = pad.reading_shape, _axes(pad)
     info = {
@@ -126,9 +126,9 @@ def tactile_columns(
     """Values of the columns of `tactile_features`.
 
     Args:
-        name: of the pad.
-        readings: (frames, readings per frame, *reading_shape) [Pa].
-        flat: see `tactile_features`.
+        name: name of the pad.
+        readings: readings of an episode, (frames, readings per frame, *reading_shape) [Pa].
+        flat: whether each reading is stored as a vector.
     """
     frames, per_frame = readings.shape[:2]
     entry = (-1,) if flat else readings.shape[2:]

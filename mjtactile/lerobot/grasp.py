@@ -30,7 +30,7 @@ _ACTIONS = ("grip", "wrist_x", "wrist_z")
 TOUCH_RATE = round(1.0 / (STEPS_PER_TICK * float(OPTION["timestep"])))
 
 
-#: Readings of both pads (pads, layers, rows, columns) [Pa], state and commands.
+#: Readings of both pads, (pads, layers, rows, columns) [Pa]; state, (4,); commands, (3,).
 Tick = tuple[npt.NDArray[np.float32], Array, Array]
 
 
@@ -68,12 +68,12 @@ def record_lifts(
     """Record trials of the lift experiment.
 
     Args:
-        folder: of the new dataset; it must not exist.
+        folder: folder of the new dataset; it must not exist.
         episodes: number of trials.
-        settings: of the trials.
-        condition: the controller's information on the contact: "true" loads, or "recognised" ones.
+        settings: settings of the trials.
+        condition: loads that the controller gets: "true" or "recognised".
         fps: frames per second [Hz]; it must divide `TOUCH_RATE`.
-        flat: readings as vectors; see `tactile_features`.
+        flat: whether readings are stored as vectors; see `tactile_features`.
 
     Returns:
         The judge's results for each trial.
@@ -119,10 +119,10 @@ def record_lifts(
 def _columns(ticks: list[Tick], per_frame: int, flat: bool) -> dict[str, Any]:
     """Frames of an episode; remaining ticks at its end that do not fill a frame are dropped.
 
-    A frame's state is that at its end, the time of its last reading; its action is the next command.
+    A frame's state is that at the frame's end, the time of its last reading. Its action is the next command.
     """
     frames = (len(ticks) - 1) // per_frame
-    whole = ticks[1 : 1 + frames * per_frame]  # the first tick is before anything moved
+    whole = ticks[1 : 1 + frames * per_frame]  # the first tick is recorded before the robot moves
     readings = np.array([tick[0] for tick in whole]).reshape(frames, per_frame, *ticks[0][0].shape)
     ends = [(frame + 1) * per_frame for frame in range(frames)]
     columns: dict[str, Any] = {

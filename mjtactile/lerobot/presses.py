@@ -31,9 +31,9 @@ def presses_to_lerobot(presses: Path, folder: Path, *, flat: bool = False, progr
 
     Args:
         presses: folder of the dataset of presses.
-        folder: of the new dataset; it must not exist.
-        flat: readings as vectors; see `tactile_features`.
-        progress: show a bar on a terminal.
+        folder: folder of the new dataset; it must not exist.
+        flat: whether readings are stored as vectors; see `tactile_features`.
+        progress: show a progress bar on a terminal.
 
     Returns:
         Number of episodes written.

@@ -1,4 +1,4 @@
-"""Statistics of columns, for normalisation in policies: of one episode, and of all together."""
+"""Statistics of columns, with which policies normalise their inputs: of one episode, and of several together."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+#: Statistics of a column by name: "min", "max", "mean", "std", "count" and the keys of `QUANTILES`.
 Statistics = dict[str, npt.NDArray[Any]]
 
 QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
@@ -16,7 +17,10 @@ def column_statistics(values: npt.NDArray[Any]) -> Statistics:
     """Statistics of every component over the frames of an episode.
 
     Args:
-        values: (frames, *shape).
+        values: values of a column, (frames, *shape).
+
+    Returns:
+        Minimum, maximum, mean, standard deviation and quantiles, (*shape) each, and the number of frames, (1,).
     """
     numbers = values.astype(np.float64)
     found = {
@@ -30,7 +34,10 @@ def column_statistics(values: npt.NDArray[Any]) -> Statistics:
 
 
 def joined(first: Statistics, second: Statistics) -> Statistics:
-    """Joint statistics of two sets of frames; quantiles are averaged with weights as in LeRobot itself."""
+    """Joint statistics of two sets of frames.
+
+    Quantiles are averaged with the numbers of frames as weights, as in LeRobot itself.
+    """
     n, m = float(first["count"][0]), float(second["count"][0])
     share = m / (n + m)
     mean = first["mean"] + share * (second["mean"] - first["mean"])

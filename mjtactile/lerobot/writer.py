@@ -49,7 +49,7 @@ class LeRobotWriter:
     """Writes episodes, as a context manager: the dataset exists after the block, and nothing is left if it fails.
 
     Args:
-        folder: of the new dataset; it must not exist.
+        folder: folder of the new dataset; it must not exist.
         fps: frames per second of simulated time, an integer [Hz].
         features: columns by name, besides those of every dataset.
         robot: name of the robot.
@@ -60,11 +60,13 @@ class LeRobotWriter:
 
     def __init__(self, folder: Path, *, fps: int, features: Mapping[str, Feature], robot: str | None = None) -> None:
         if folder.exists():
-            raise DatasetError(f"{folder} is there already. Name a folder that is not there yet, or delete that one.")
+            raise DatasetError(f"{folder} exists already. Name a folder that does not exist, or delete that one.")
         if fps != int(fps) or fps < 1:
-            raise DatasetError(f"fps = {fps}; LeRobotDataset takes whole numbers of frames per second, from 1 on.")
+            raise DatasetError(f"fps = {fps}; LeRobotDataset takes whole numbers of frames per second, at least 1.")
         if unknown := [name for name in features if name in _OWN or "/" in name]:
-            raise DatasetError(f"a feature cannot be called {unknown[0]!r}: that name is taken, or has a slash.")
+            raise DatasetError(
+                f"a feature cannot be called {unknown[0]!r}: the name is reserved or has a slash. Choose another."
+            )
         self._folder, self._partial = folder, folder.with_name(folder.name + PARTIAL)
         self._fps, self._robot = int(fps), robot
         self._features = {**features, **_OWN}
@@ -93,7 +95,7 @@ class LeRobotWriter:
         """Write an episode.
 
         Args:
-            columns: by feature, each (frames, *shape of the feature); (frames,) is accepted for (frames, 1).
+            columns: values by feature, (frames, *shape of the feature) each; (frames,) is accepted for (frames, 1).
             task: description of the task.
 
         Raises:
@@ -129,20 +131,22 @@ class LeRobotWriter:
         wanted = self._features.keys() - _OWN.keys()
         if wanted != columns.keys():
             raise DatasetError(
-                f"an episode has columns {sorted(columns)}, the dataset features {sorted(wanted)}. Give one per "
-                "feature."
+                f"an episode has columns {sorted(columns)}, but the dataset has features {sorted(wanted)}. Give one "
+                "column per feature."
             )
         frames = {len(values) for values in columns.values()}
         if len(frames) != 1 or 0 in frames:
             raise DatasetError(
-                f"an episode's columns have {sorted(frames)} frames; expected as many in each, and some."
+                f"an episode's columns have {sorted(frames)} frames; expected the same number in each, at least 1."
             )
         checked = {}
         for name, values in columns.items():
             feature = self._features[name]
             shaped = values[:, None] if values.ndim == 1 and feature.shape == (1,) else values
             if shaped.shape[1:] != feature.shape:
-                raise DatasetError(f"column {name!r} has entries of shape {shaped.shape[1:]}, not {feature.shape}.")
+                raise DatasetError(
+                    f"column {name!r} has entries of shape {shaped.shape[1:]}; expected {feature.shape}."
+                )
             checked[name] = shaped.astype(feature.dtype)
         return checked
 
@@ -184,7 +188,7 @@ class LeRobotWriter:
         import pyarrow.parquet as pq
 
         if not self._episodes:
-            raise DatasetError(f"there are no episodes to write to {self._folder}.")
+            raise DatasetError(f"there are no episodes to write to {self._folder}. Add some with add_episode.")
         meta = self._partial / "meta"
         episodes = meta / "episodes" / (_PLACE.format(chunk_index=0, file_index=0) + ".parquet")
         episodes.parent.mkdir(parents=True)

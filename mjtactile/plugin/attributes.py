@@ -34,7 +34,10 @@ _SWITCH = {"": False, "off": False, "on": True}
 
 
 def known_pad(name: str) -> Pad:
-    """The pad of a registered name, a text (`mjtactile.pad_text`) or a file of saved influence matrices.
+    """The pad that a text names.
+
+    Args:
+        name: a registered name, the text of a pad (`mjtactile.pad_text`), or a file of saved influence matrices.
 
     Raises:
         SceneError: it is none of these, or the text does not describe a pad.
@@ -46,7 +49,7 @@ class Attributes:
     """The attributes of one sensor, parsed.
 
     Args:
-        values: texts by name of the attribute; empty if the model does not set it.
+        values: text of each attribute, by its name; empty if the model does not set the attribute.
 
     Raises:
         SceneError: a value is invalid; the message lists the valid ones.
@@ -101,7 +104,7 @@ def _chosen_fidelity(text: str) -> Fidelity:
 
 @lru_cache(maxsize=64)
 def _loaded(pad: Pad | str, fidelity: Fidelity | None, _version: tuple[int, int] | None = None) -> InfluenceMatrices:
-    """Influence matrices of a pad, or of a file in a version; cached, also for a pad with two names."""
+    """Influence matrices of a pad, or of a version of a file; cached once also for a pad with two names."""
     if isinstance(pad, str):
         return load_influence(pad, fidelity=fidelity)
     return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
@@ -111,12 +114,16 @@ class PluginSensor(NamedTuple):
     """A sensor of the plugin in a compiled model."""
 
     geom: int  #: id of its pad's geom
-    attributes: Attributes
-    readings: slice | None  #: part of `sensordata` with its von Mises readings; None if it does not output them
+    attributes: Attributes  #: its attributes
+    readings: slice | None  #: part of `sensordata` with its von Mises stress [Pa]; None if it does not output it
 
 
 def plugin_sensor(model: mujoco.MjModel, name: str) -> PluginSensor | None:
-    """A sensor of the plugin by its name, with its tables loaded; None if there is no such sensor of the plugin.
+    """A sensor of the plugin by its name, with its tables loaded; None if the plugin has no sensor of that name.
+
+    Args:
+        model: compiled model.
+        name: name of the sensor.
 
     Raises:
         SceneError: an attribute of the sensor is invalid.
@@ -151,11 +158,11 @@ def plugin_health(model: mujoco.MjModel, data: mujoco.MjData, sensor: str) -> He
     of_type(mujoco.MjData, "data", data, SceneError, "mujoco.MjData(model) makes one")
     known = pad_sensor_names(model)
     if sensor not in known:
-        raise SceneError(f"sensor '{sensor}' is no sensor of {PLUGIN} in this model. Available: {known}.")
+        raise SceneError(f"the model has no sensor '{sensor}' of the plugin {PLUGIN}. Available: {known}.")
     numbers = np.zeros(HEALTH_NUMBERS)
     instance = int(model.sensor_plugin[model.sensor(sensor).id])
     if not library().mjt_plugin_health(ctypes.c_void_p(int(data._address)), ctypes.c_int(instance), pointer(numbers)):
-        raise SceneError(f"this simulation knows no sensor '{sensor}'. Pass data that was made from this model.")
+        raise SceneError(f"data has no sensor '{sensor}' of the plugin. Pass data that was made from this model.")
     return Health.of(numbers)
 
 
@@ -181,13 +188,13 @@ def _number(attribute: str, value: str) -> float | None:
 
 
 def fill(to: Instance, model: int | None, geom: int, attributes: Attributes) -> None:
-    """Fill the plugin's instance: always the sizes, and everything else if there is a model.
+    """Fill the plugin's instance. Without a model, only the sizes of the sensor's outputs are filled in.
 
     Args:
         to: the instance to fill.
         model: address of the model that is being compiled, or None.
         geom: id of the pad's geom.
-        attributes: of the sensor.
+        attributes: attributes of the sensor.
 
     Raises:
         SceneError: an attribute is invalid, or the geom does not have the pad's shape.

@@ -15,7 +15,7 @@ _MOST_OUTPUTS, ERROR_SIZE = 5, 1024
 
 
 class Instance(ctypes.Structure):
-    """Settings of one sensor: `mjt_instance` of native/plugin/plugin.h."""
+    """Settings of one sensor, as struct `mjt_instance` of native/plugin/plugin.h."""
 
     _fields_ = [
         ("pad", ctypes.c_void_p),
@@ -38,14 +38,18 @@ class Instance(ctypes.Structure):
 
 @lru_cache(maxsize=1)
 def running_layout() -> MujocoLayout:
-    """Layout of the running MuJoCo, see mujoco_layout.py."""
+    """Layout of the running MuJoCo's structures, see mujoco_layout.py.
+
+    Raises:
+        NativeError: this MuJoCo does not describe its structures, or its memory does not match the description.
+    """
     from mjtactile.plugin.mujoco_layout import mujoco_layout
 
     return mujoco_layout()
 
 
 def attribute_names() -> list[str]:
-    """Names of the plugin's attributes, from the core."""
+    """Names of the plugin's attributes, in the order of the compiled core."""
     names = ctypes.POINTER(ctypes.c_char_p)()
     library().mjt_plugin_attributes.restype = ctypes.c_size_t
     count = library().mjt_plugin_attributes(ctypes.byref(names))

@@ -26,7 +26,7 @@ _enabled = os.environ.get("MJTACTILE_WARNINGS", "1") != "0"
 
 
 class Note(ctypes.Structure):
-    """`mjt_note` of native/plugin/plugin.h."""
+    """A problem that the core has noted, as struct `mjt_note` of native/plugin/plugin.h."""
 
     _fields_ = [
         ("context", ctypes.c_int64),
@@ -69,15 +69,15 @@ class Health(NamedTuple):
 
 @dataclass(frozen=True)
 class Names:
-    """Texts for warnings: name of the pad, its limits as text, and names of the model's bodies."""
+    """Texts for the warnings of one pad."""
 
-    pad: str
-    pressure: str
-    indentation: str
-    bodies: tuple[str, ...]
+    pad: str  #: name of the pad
+    pressure: str  #: its limit of pressure in words
+    indentation: str  #: its limit of indentation in words
+    bodies: tuple[str, ...]  #: names of the model's bodies, by id
 
     def body(self, number: int) -> str:
-        """Name of a body; "body number n" if it has none."""
+        """A body in words, by its id: with its name or, without one, its number; "a flex" for a negative id."""
         if number < 0:
             return "a flex"
         name = self.bodies[number] if number < len(self.bodies) else ""
@@ -120,6 +120,12 @@ def deliver(library: ctypes.CDLL) -> None:
 
     If warnings are errors, the first is raised after the queue is empty, because remaining notes would be attributed to
     the next simulation. The other warnings are added to that error as notes.
+
+    Args:
+        library: the compiled core.
+
+    Warns:
+        ContactWarning: once for every pad, body and kind of problem.
     """
     note, fresh = Note(), []
     while library.mjt_plugin_next_note(ctypes.byref(note)):
@@ -145,7 +151,12 @@ def deliver(library: ctypes.CDLL) -> None:
 
 
 def message(names: Names, note: Note) -> str:
-    """Text of a warning; the same for the same pad, body and kind."""
+    """Text of a warning; the same for the same pad, body and kind of problem.
+
+    Args:
+        names: texts of the pad.
+        note: the problem that the core has noted.
+    """
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
         f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), and the readings of this "
@@ -164,6 +175,7 @@ def _tell_counts() -> None:
     again = sum(_warned.values()) - len(_warned)
     if _enabled and again > 0:
         print(
-            f"mjtactile: {len(_warned)} warnings of contacts came up {again} more times in other simulations.",
+            f"mjtactile: {len(_warned)} contact warnings, shown once each, came up {again} more times in other "
+            "simulations.",
             file=sys.stderr,
         )

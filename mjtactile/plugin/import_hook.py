@@ -19,7 +19,14 @@ _ENVIRONMENTS = "mjtactile.envs"
 
 
 def after_import(package: str, action: Callable[[], None]) -> None:
-    """Call a function right after a package is imported, or now if it is imported; later calls have no effect."""
+    """Call a function right after a package is imported, or now if it has been imported.
+
+    If a function is already waiting for the package, the call has no effect.
+
+    Args:
+        package: name of the package.
+        action: function without arguments.
+    """
     if package in sys.modules:
         action()
     elif not any(isinstance(finder, _After) and finder.package == package for finder in sys.meta_path):

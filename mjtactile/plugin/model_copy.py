@@ -27,8 +27,8 @@ class ModelCopy:
     """Types, sizes, meshes and names of a model's geoms, and names of its bodies; attributes as in MjModel.
 
     Args:
-        address: of the model.
-        layout: of the running MuJoCo.
+        address: address of the model in memory.
+        layout: layout of the running MuJoCo's structures.
 
     Attributes:
         nbody: number of bodies.

@@ -37,10 +37,10 @@ _FIELDS = (
     ("mjvScene", ("ngeom", "maxgeom", "geoms")),
     ("mjvGeom", ("",)),
 )  # fmt: skip
-#: Fields of `Layout` that not every MuJoCo has; their offset is -1 where they do not exist. Which bodies sleep, and how
-#: many earlier readings of a sensor are kept.
+#: Fields of `Layout` that not every MuJoCo has: which bodies are asleep, and how many earlier readings of a sensor are
+#: kept. The offset of a field that does not exist is -1.
 _OPTIONAL = (("mjData", "body_awake"), ("mjModel", "sensor_history"))
-#: Functions in the order of `Functions` there.
+#: Functions in the order of `Functions` in native/plugin/mujoco_view.hpp.
 FUNCTIONS = ("mj_contactForce", "mj_getPluginConfig", "mju_warning", "mjp_registerPlugin", "mjv_initGeom")
 
 
@@ -54,8 +54,8 @@ class TypeSize(NamedTuple):
 class MujocoLayout(NamedTuple):
     """Offsets and sizes of the running MuJoCo's structures."""
 
-    offsets: dict[str, dict[str, int]]  #: by structure and field [bytes]
-    sizes: dict[str, int]  #: of structures [bytes]
+    offsets: dict[str, dict[str, int]]  #: offset by structure and field [bytes]
+    sizes: dict[str, int]  #: size by structure [bytes]
 
     def packed(self) -> np.ndarray:
         """The layout as integers in the order of `Layout`, for the plugin."""
@@ -89,7 +89,7 @@ def mujoco_layout() -> MujocoLayout:
         layout = MujocoLayout(offsets, sizes)
         layout.packed()
     except (ImportError, KeyError, AttributeError, TypeError) as error:
-        raise _unknown(f"its description of itself lacks something ({type(error).__name__}: {error})") from error
+        raise _unknown(f"mujoco.introspect lacks part of its description ({type(error).__name__}: {error})") from error
     _check(layout)
     return layout
 
@@ -151,12 +151,12 @@ _CONTACT_FIELDS = (
 def _check(layout: MujocoLayout) -> None:
     """Compare the contents at the offsets with the values of MuJoCo's bindings; raises NativeError."""
     if sys.byteorder != "little":
-        raise _unknown("the plugin knows little-endian machines only")
+        raise _unknown("the plugin supports little-endian machines only")
     model = mujoco.MjModel.from_xml_string(_CHECK)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     if data.ncon < 1 or not hasattr(model, "_address"):
-        raise _unknown("its bindings do not say where its data lies")
+        raise _unknown("its Python bindings do not give the addresses of its models")
     pairs: list[tuple[str, int, int]] = []
     for structure, owner in (("mjModel", model), ("mjData", data)):
         offsets = layout.offsets[structure]
@@ -177,7 +177,7 @@ def _check(layout: MujocoLayout) -> None:
             pairs.append((f"mjContact.{name}", hash(found.tobytes()), hash(said.astype(found.dtype).tobytes())))
     wrong = [name for name, found, said in pairs if found != said]
     if wrong:
-        raise _unknown(f"it does not keep {', '.join(sorted(set(wrong)))} where it says")
+        raise _unknown(f"its memory does not match its description at {', '.join(sorted(set(wrong)))}")
 
 
 def _number(address: int, kind: Any) -> int:
@@ -186,6 +186,6 @@ def _number(address: int, kind: Any) -> int:
 
 def _unknown(reason: str) -> NativeError:
     return NativeError(
-        f"MuJoCo {mujoco.__version__} is not one this mjtactile can add its sensor plugin to: {reason}. Tested are "
-        "3.3.7 to 4.0; install one of them, or a newer mjtactile."
+        f"this mjtactile cannot add its sensor plugin to MuJoCo {mujoco.__version__}: {reason}. It is tested with "
+        "MuJoCo 3.3.7 to 4.0: install one of these, or a newer mjtactile."
     )

@@ -20,14 +20,14 @@ _WRENCH, _STATE = 6, 4
 
 
 class Found(NamedTuple):
-    """Results for one state.
+    """Readings of a pad in one state, and its contacts.
 
     Attributes:
         readings: von Mises stress [Pa], of shape `Pad.reading_shape`.
         forces: on the surface grid's nodes, pad frame [N], (nodes y, nodes x, 3).
-        wrench: of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,).
-        carried: the part of the wrench that the readings carry, (6,).
-        range: strain of the contacts over the limit of small strains, the largest [-].
+        wrench: wrench of all contacts, force [N] and moment about the pad's origin [N m], pad frame, (6,).
+        carried: the part of the wrench that the readings carry, likewise, (6,).
+        range: largest ratio of a contact's strain to the limit of small strains [-].
         indentation: largest indentation of the surface [m].
         area: area under pressure [m^2].
         peak: largest mean pressure over a contact cell [Pa].
@@ -68,10 +68,15 @@ class NativeReader:
         self._solving = threading.Lock()
 
     def read(self, model: Any, data: Any, *, forces: bool = False) -> Found:
-        """Compute the readings of a state, and with `forces` the nodal forces, which are empty otherwise.
+        """Compute the readings of a state.
+
+        Args:
+            model: compiled model.
+            data: its state, after a step or a forward pass.
+            forces: whether to compute the nodal forces; otherwise they are empty.
 
         Warns:
-            ContactWarning: once for every body and kind: the surface cannot carry a contact, or strains are not small.
+            ContactWarning: the surface cannot carry a contact, or strains are not small; once for every body and kind.
         """
         pad, surface = self._how.influence.pad, self._how.influence.surface
         readings = np.empty(pad.reading_shape)

@@ -20,9 +20,9 @@ from mjtactile.pad import Pad, TaxelGrid
 from mjtactile.plugin.engine import Instance
 from mjtactile.plugin.health import Names, register
 
-#: A body whose pose changes by less than this is at rest, so that a wrench basis may be used [m or rad].
+#: A body whose pose changes by less than this counts as at rest, so that its wrench basis is used again [m or rad].
 POSE_TOLERANCE = 1e-6
-#: Tiles of a heat map: height above the surface [m], and size over the taxels' pitch or diameter.
+#: Tiles of a heat map: height above the surface [m], and size relative to the taxels' pitch or diameter [-].
 _HOVER, _TILE_SHARE = 5e-5, 0.92
 
 
@@ -33,7 +33,7 @@ class Reading:
     Attributes:
         influence: matrices of the pad.
         options: how contacts are solved.
-        friction: coefficient [-]; None: no bound, and for "coulomb" that of MuJoCo's contacts.
+        friction: coefficient [-]. If None, shear has no bound, except under "coulomb", which uses MuJoCo's coefficient.
         facing_gap: parts up to this height above a body's first contact point face the pad [m].
         stress: whether full stress tensors are needed.
     """
@@ -46,7 +46,12 @@ class Reading:
 
 
 def tiles_of(pad: Pad) -> tuple[Array, Indices]:
-    """Tiles of a heat map of the upper layer, (n, 14) as `mjt_pad_set_tiles` takes them, and their readings, (n,)."""
+    """Tiles of a heat map of the top layer.
+
+    Returns:
+        The tiles, (n, 14): position [m] (3), rotation matrix by rows (9) and half sizes [m] (2) of each in the pad
+        frame, as `mjt_pad_set_tiles` takes them; and the index of each tile's reading, (n,).
+    """
     shown = pad.layers_drawn[0]
     feet = pad.taxel_feet(0)[shown]
     axes = pad.surface.frames(feet[:, 0], feet[:, 1])

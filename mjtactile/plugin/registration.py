@@ -26,7 +26,7 @@ _Deliver = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)
 
 
 class _PluginHost(ctypes.Structure):
-    """`mjt_plugin_host` of native/plugin/plugin.h."""
+    """Functions that the core calls, as struct `mjt_plugin_host` of native/plugin/plugin.h."""
 
     _fields_ = [
         ("resolve", _Resolve),
@@ -41,7 +41,7 @@ _registering = threading.Lock()
 
 
 def ensure_registered() -> None:
-    """Register the plugin with the running MuJoCo, unless it is registered.
+    """Register the plugin with the running MuJoCo, unless it is registered already.
 
     Raises:
         NativeError: there is no compiled core, or it does not support this MuJoCo.

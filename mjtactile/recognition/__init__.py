@@ -3,8 +3,8 @@
     recognise = mjtactile.recognition.load("force")
     result = recognise(sensor.read(data))  # result.force [N], result.position [m], result.confidence
 
-Weights for the default pad come with the package. Recognisers are functions of NumPy arrays; they do not need torch and
-take some tenths of a millisecond per call.
+Weights for the default pad come with the package. Recognisers are functions of NumPy arrays. They do not need torch and
+take a few tenths of a millisecond per call.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ def load(
     Args:
         name: "force": force and position of a contact. "grasp": force and torsional moment of a grasped body, whose
             face covers the pad. "shape": name, position, size and rotation of the body's shape.
-        layers: "all" four, or "top": the 1 mm layer alone, not available for "grasp".
+        layers: "all" for all four sensing layers, or "top" for the one at 1 mm depth, which "grasp" does not have.
         pad: the pad that is read; weights for another pad are refused. None: only the shape of readings is checked.
-        folder: of other weights; by default those of the package.
+        folder: folder of other weights; by default those of the package.
         also: optional shapes to recognise besides the standard ones; the package has "hexagon" and "cross", for all
             layers.
 
@@ -84,7 +84,7 @@ def load(
     if name not in ("force", "grasp", "shape"):
         raise RecognitionError(f"recogniser {name!r} does not exist. Available: 'force', 'grasp', 'shape'.")
     if name == "grasp" and layers != "all":
-        raise RecognitionError("the grasp recogniser needs all sensing layers. Drop layers=.")
+        raise RecognitionError("the grasp recogniser needs all sensing layers. Leave out layers=.")
     shipped = SHIPPED / (_GRASP if name == "grasp" else LAYERS[layers])
     where = shipped if folder is None else Path(folder)
     registry = read_registry(where)
@@ -109,8 +109,8 @@ def modules(*, layers: str = "all", folder: Path | None = None) -> dict[str, Ent
     """The registered modules by name: kind, file, hash and the modules that each depends on.
 
     Args:
-        layers: "all" or "top".
-        folder: of other weights; by default those of the package.
+        layers: "all" or "top", as in `load`.
+        folder: folder of other weights; by default those of the package.
 
     Raises:
         RecognitionError: there is no registry, or it is damaged.

@@ -15,11 +15,11 @@ _LEAST, _MOST = -8.0, 4.0
 
 @dataclass(frozen=True, eq=False)
 class Estimator:
-    """Features to values and standard deviations.
+    """Maps features to values and their standard deviations.
 
     Attributes:
         network: its outputs are the scaled values, then the logarithms of their scaled standard deviations.
-        mean, scale: a value is mean + scale times its scaled value.
+        mean, scale: a value is mean + scale times its scaled value, (values,) each.
     """
 
     network: Network
@@ -28,11 +28,11 @@ class Estimator:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], name: str) -> Estimator:
-        """The estimator whose network is stored under this name."""
+        """The estimator whose network is stored as `name`, from the arrays of a file of weights."""
         return cls(Network.from_arrays(arrays, name), arrays["target mean"], arrays["target scale"])
 
     def __call__(self, features: np.ndarray) -> tuple[Array, Array]:
-        """Values and standard deviations, (n, values) each, of features (n, features)."""
+        """Values and their standard deviations, (n, values) each, from features (n, features)."""
         outputs = self.network(features).astype(np.float64)
         count = len(self.scale)
         deviations = np.exp(np.clip(outputs[:, count:], _LEAST, _MOST)) * self.scale

@@ -15,16 +15,16 @@ import numpy as np
 from mjtactile.recognition.symmetry import Mirrors, into_octant
 from mjtactile.recognition.weight_files import RecognitionError, Stored
 
-#: Noise is taken as at least this, relative to the norm of the projection [-].
+#: Least noise in the features, relative to the norm of the projection [-].
 NOISE_FLOOR = 3e-5
 #: Least scale of a principal component [-], so that small components are not amplified beyond noise of this size.
 SCALE_FLOOR = 2e-3
 #: Noise for the detection of dead taxels [-]: 1 % of the largest reading, which is about a fifth of the norm.
 _USUAL_NOISE = 2e-3
-#: A taxel is dead if it reads less than this fraction of the value that the others predict [-],
-_DEAD = 0.35
-#: and its error is this many times that of the others, and this fraction of the largest reading [-].
-_MISFIT, _LEAST_MISFIT = 4.0, 0.02
+#: A taxel counts as dead if it reads less than the first fraction of the value that the other taxels predict [-], if
+#: its error is more than the second number times the error of the others, and more than the third fraction of the
+#: largest reading [-].
+_DEAD, _MISFIT, _LEAST_MISFIT = 0.35, 4.0, 0.02
 #: Largest number of dead taxels that are replaced.
 _MOST_MENDED = 12
 
@@ -35,8 +35,8 @@ class Seen:
 
     Attributes:
         features: (readings, parts + 1) float32.
-        size: norm of the projected readings [Pa], (readings,), proportional to the force.
-        noise: root mean square of the residual over `size` [-], (readings,).
+        size: norm of the projected readings [Pa], (readings,); it is proportional to the force.
+        noise: root mean square of the projection's residual, relative to `size` [-], (readings,).
         mirrors: how each reading was mirrored.
     """
 
@@ -52,9 +52,9 @@ class PrincipalComponents:
 
     Attributes:
         parts: orthonormal components, (taxels, parts) float32.
-        mean, scale: of the normalised projections, (parts,) float32.
+        mean, scale: mean of the normalised projections and factor that scales them, (parts,) float32.
         layers: indices of the sensing layers that are used.
-        reading_shape: of the pad.
+        reading_shape: shape of the pad's readings, (layers, rows, columns).
     """
 
     parts: np.ndarray
@@ -79,7 +79,7 @@ class PrincipalComponents:
             octants: readings mirrored into the octant, (presses, layers, rows, columns).
             parts: number of components.
             layers: indices of these sensing layers in the pad.
-            reading_shape: of the pad.
+            reading_shape: shape of the pad's readings, (layers, rows, columns).
         """
         flat = octants.reshape(len(octants), -1)
         unit = flat / np.linalg.norm(flat, axis=1, keepdims=True)
@@ -110,7 +110,8 @@ class PrincipalComponents:
     def left_over(self, flat: np.ndarray, projected: np.ndarray) -> np.ndarray:
         """Sum of squares of the residual of readings (n, taxels) with projections (n, parts) [Pa^2], (n,).
 
-        Without noise it is a millionth of that of the readings; a difference of two sums would be mere rounding.
+        Without noise, it is about a millionth of the readings' sum of squares. So the difference of the sums of squares
+        of readings and projections would consist of rounding errors.
         """
         left = flat - projected @ self.parts.T
         return np.einsum("ij,ij->i", left, left)
@@ -155,7 +156,13 @@ class PrincipalComponents:
         return mended if any_wrong else None
 
     def seen(self, projected: np.ndarray, left: np.ndarray, mirrors: Mirrors) -> Seen:
-        """Features from projections (n, parts) [Pa] and the sums of squares of the residuals `left` (n,) [Pa^2]."""
+        """Features of readings that were projected before.
+
+        Args:
+            projected: projections, (n, parts) [Pa].
+            left: sums of squares of the residuals, (n,) [Pa^2].
+            mirrors: how each reading was mirrored.
+        """
         size = np.sqrt(np.einsum("ij,ij->i", projected, projected))
         taxels, parts = self.parts.shape
         noise = np.sqrt(np.maximum(left, 0.0) / (taxels - parts)) / size

@@ -21,10 +21,10 @@ class ForceResult:
     Attributes:
         force: on the pad [N], (..., 3); pressing is -z.
         position: point (x, y) where the force's line of action meets the surface [m], (..., 2).
-        confidence: from 0 to 1; one half if the direction's standard deviation is 3 degrees [-].
-        direction_deviation: standard deviation of the direction [rad].
-        magnitude_deviation: of the magnitude [N].
-        position_deviation: of the position [m].
+        confidence: from 0 to 1, (...) [-]; one half if the direction's standard deviation is 3 degrees.
+        direction_deviation: standard deviation of the direction [rad], (...).
+        magnitude_deviation: standard deviation of the magnitude [N], (...).
+        position_deviation: standard deviation of the position [m], (...).
     """
 
     force: Array
@@ -36,7 +36,7 @@ class ForceResult:
 
     @property
     def magnitude(self) -> Array:
-        """Length of the force [N]."""
+        """Magnitude of the force [N], (...)."""
         return np.linalg.norm(self.force, axis=-1)
 
     @property
@@ -46,24 +46,25 @@ class ForceResult:
 
     @property
     def tilt(self) -> Array:
-        """Angle of the force to the pad's inward normal [rad]."""
+        """Angle of the force to the pad's inward normal [rad], (...)."""
         return np.arctan2(np.hypot(self.force[..., 0], self.force[..., 1]), -self.force[..., 2])
 
     @property
     def azimuth(self) -> Array:
-        """Direction of the tangential force, from +x towards +y [rad]."""
+        """Direction of the tangential force, from +x towards +y [rad], (...)."""
         return np.arctan2(self.force[..., 1], self.force[..., 0])
 
 
 class ForceRecogniser(WrenchRecogniser[ForceResult]):
-    """Readings to force and position; make one with `recognition.load("force")`."""
+    """Recognises force and position of a contact from readings; `recognition.load("force")` makes one."""
 
     name = "force"
 
     def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> ForceResult:
-        """See WrenchRecogniser."""
+        """Convert estimated wrenches to a result with the batch axes of the readings."""
         slant = np.sqrt(1.0 + (found.ratio**2).sum(axis=1))
-        # Derivative of the direction by the ratio: 1 / slant across the tilt, 1 / slant^2 along it, at most the former.
+        # The derivative of the direction by the ratio is 1 / slant across the tilt and 1 / slant^2 along it. The former
+        # is the larger, so it gives an upper bound.
         direction_deviation = found.ratio_deviation / slant
         return ForceResult(
             found.force.reshape(*batch, 3),
@@ -75,6 +76,11 @@ class ForceRecogniser(WrenchRecogniser[ForceResult]):
         )
 
     def from_projected(self, projected: np.ndarray, left: np.ndarray) -> ForceResult:
-        """Recognise from projections in the octant (n, parts) [Pa] and residuals' sums of squares (n,) [Pa^2]."""
+        """Recognise from readings that were mirrored into the octant and projected before.
+
+        Args:
+            projected: projections, (n, parts) [Pa].
+            left: sums of squares of the residuals, (n,) [Pa^2].
+        """
         none = np.zeros(len(projected), dtype=bool)
         return self.from_seen(self.view.seen(projected, left, Mirrors(none, none, none)), (len(projected),))

@@ -25,8 +25,8 @@ class GraspResult:
         force: on the pad [N], (..., 3); pressing is -z.
         centre: centre of pressure (x, y) [m], (..., 2).
         twist: torsional moment, about the pad's normal through the centre of pressure [N m], (...).
-        force_deviation: standard deviation of the tangential force over the pressing force [-].
-        magnitude_deviation: relative standard deviation of the pressing force [-].
+        force_deviation: standard deviation of the ratio of tangential to pressing force [-], (...).
+        magnitude_deviation: relative standard deviation of the pressing force [-], (...).
     """
 
     force: Array
@@ -47,12 +47,12 @@ class GraspResult:
 
 
 class GraspRecogniser(WrenchRecogniser[GraspResult]):
-    """Readings to force and twist; make one with `recognition.load("grasp")`."""
+    """Recognises force and torsional moment of a grasp from readings; `recognition.load("grasp")` makes one."""
 
     name = "grasp"
 
     def result(self, found: EstimatedWrenches, batch: tuple[int, ...]) -> GraspResult:
-        """See WrenchRecogniser."""
+        """Convert estimated wrenches to a result with the batch axes of the readings."""
         assert found.twist is not None
         return GraspResult(
             found.force.reshape(*batch, 3),
@@ -66,11 +66,11 @@ class GraspRecogniser(WrenchRecogniser[GraspResult]):
 def grasp_targets(wrenches: Array) -> Array:
     """Training targets of a grasp recogniser, (n, 6): the values of `GRASP_OUTPUTS`.
 
-    The last one is the logarithm of the pressing force, from which that of the readings' size is still to be
-    subtracted.
+    The last value is the logarithm of the pressing force alone. The logarithm of the readings' size remains to be
+    subtracted from it.
 
     Args:
-        wrenches: on the pad, about the pad frame's origin [N, N m], (n, 6); all press (force z < 0).
+        wrenches: wrenches on the pad in the pad frame [N, N m], (n, 6); all press (force z < 0).
     """
     force, moment = wrenches[:, :3], wrenches[:, 3:]
     pressing = -force[:, 2]

@@ -9,11 +9,11 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """Layers x -> W x + b, with silu(z) = z / (1 + exp(-z)) between them.
+    """A network of layers x -> W x + b, with silu(z) = z / (1 + exp(-z)) between them.
 
     Attributes:
-        weights: of each layer, (inputs, outputs) float32.
-        biases: of each layer, (outputs,) float32.
+        weights: weights of each layer, (inputs, outputs) float32.
+        biases: biases of each layer, (outputs,) float32.
     """
 
     weights: tuple[np.ndarray, ...]
@@ -27,7 +27,7 @@ class Network:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray], name: str) -> Network:
-        """The network stored as `name weights k` and `name biases k`, of any precision."""
+        """The network stored as arrays `name weights k` and `name biases k` of any precision, k = 0, 1, ..."""
         count = sum(key.startswith(f"{name} weights ") for key in arrays)
         return cls(
             tuple(arrays[f"{name} weights {k}"].astype(np.float32) for k in range(count)),

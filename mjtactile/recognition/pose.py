@@ -33,14 +33,15 @@ SYMMETRY: dict[str, tuple[int, float]] = {
 class PoseModule:
     """An estimator of position, size or orientation from features.
 
-    Position: of the shape's origin, (2,) [m]. Size: its logarithm, relative to the shape's own. Orientation: for each
-    of `ORDERS`, cos and sin of the order times the angle of a mirror line, zero for shapes of another order.
+    A position has the values (x, y) of the shape's origin [m]. A size has one value, the logarithm of the size relative
+    to the shape's own. An orientation has two values for each of `ORDERS`, cosine and sine of the order times the angle
+    of a mirror line; they are zero for shapes of another order.
 
     Attributes:
         kind: a key of `POSE_KINDS`.
-        network: features to scaled values.
-        mean, scale: of the values.
-        path: name of the file it comes from.
+        network: maps features to scaled values.
+        mean, scale: a value is mean + scale times its scaled value, (values,) each.
+        path: name of the file that the module comes from.
     """
 
     kind: str
@@ -67,7 +68,13 @@ class PoseModule:
 
 
 def orientation_targets(shapes: np.ndarray, rotations: Array, mirrors: Mirrors) -> Array:
-    """Training targets of an orientation module, in the octant, (presses, 2 orders)."""
+    """Training targets of an orientation module, in the octant, (presses, 2 orders).
+
+    Args:
+        shapes: name of each press's shape, (presses,).
+        rotations: rotation of each shape on the pad [rad], (presses,).
+        mirrors: how each press was mirrored.
+    """
     order = np.array([SYMMETRY.get(shape, (0, 0.0))[0] for shape in shapes])
     line = np.array([SYMMETRY.get(shape, (0, 0.0))[1] for shape in shapes])
     angle = mirrors.angles(rotations + line)
@@ -79,9 +86,12 @@ def orientation_targets(shapes: np.ndarray, rotations: Array, mirrors: Mirrors) 
 
 
 def rotation_of(shape: str, values: Array, mirrors: Mirrors) -> Array:
-    """Rotation on the pad [rad], (n,), from 0 to a full turn over the shape's order, from an orientation's values.
+    """Rotations of a shape on the pad [rad], (n,), from 0 to a full turn divided by the order of the shape's symmetry.
 
-    NaN for shapes that are not in `SYMMETRY`, such as round ones.
+    Args:
+        shape: name of the shape. For shapes that are not in `SYMMETRY`, such as round ones, rotations are NaN.
+        values: values of the orientation module, in the octant, (n, 2 orders).
+        mirrors: how each reading was mirrored.
     """
     if shape not in SYMMETRY:
         return np.full(len(values), np.nan)

@@ -26,7 +26,7 @@ class Entry:
         name: such as "force" or "shape star".
         kind: "view", "position", "size", "orientation", "force" or "shape".
         file: name of its file in the registry's folder.
-        sha256: of the file.
+        sha256: SHA-256 of the file.
         needs: names of the modules whose results are its inputs.
         optional: whether it is used only on request, see `recognition.load`.
     """
@@ -49,6 +49,11 @@ def needed(kind: str) -> tuple[str, ...]:
 def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
     """Add a module's file to the registry in its folder, or update its entry.
 
+    Args:
+        folder: folder of the registry.
+        file: name of the module's file in it.
+        optional: whether the module is used only on request.
+
     Raises:
         RecognitionError: the file is not a module.
     """
@@ -68,7 +73,7 @@ def register(folder: Path, file: str, *, optional: bool = False) -> Entry:
 
 
 def read_registry(folder: Path) -> dict[str, Entry]:
-    """Modules by name.
+    """The modules registered in a folder of weights, by name.
 
     Raises:
         RecognitionError: there is no registry, or it is damaged.
@@ -84,11 +89,17 @@ def read_registry(folder: Path) -> dict[str, Entry]:
     except FileNotFoundError:
         raise RecognitionError(f"there are no recognisers in {folder}. Train them: make weights") from None
     except (ValueError, KeyError, TypeError) as error:
-        raise RecognitionError(f"{path} is no registry of modules ({error}). Train anew: make weights") from error
+        raise RecognitionError(
+            f"{path} is not a registry of modules ({error}). Train the modules again: make weights"
+        ) from error
 
 
 def stored_module(folder: Path, entry: Entry) -> Stored:
     """A module's weights, verified with the hash in the registry.
+
+    Args:
+        folder: folder of the registry.
+        entry: the module's entry.
 
     Raises:
         RecognitionError: the file does not exist, or its hash differs.
@@ -96,8 +107,8 @@ def stored_module(folder: Path, entry: Entry) -> Stored:
     path = folder / entry.file
     if path.is_file() and file_hash(path) != entry.sha256:
         raise RecognitionError(
-            f"{path} is not the file its registry knows. Restore it or train it again (make weights); if it was "
-            "changed on purpose, enter it anew: mjtactile.recognition.registry.register"
+            f"{path} does not match its hash in the registry. Restore it, or train it again (make weights). If it was "
+            "changed on purpose, register it again: mjtactile.recognition.registry.register"
         )
     return read_weights(path)
 

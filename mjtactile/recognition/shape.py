@@ -23,14 +23,14 @@ class ShapeResult:
     """Shape and pose of a body in the pad frame, with the batch axes of the readings.
 
     Attributes:
-        shape: name, a str array of the batch's shape.
-        confidence: probability of that shape among `shapes`, (...).
-        probabilities: of every shape, (..., shapes), in the order of `shapes`.
+        shape: name of the recognised shape, a str array (...).
+        confidence: probability of that shape among `shapes` [-], (...).
+        probabilities: probability of every shape [-], (..., shapes), in the order of `shapes`.
         shapes: names of the candidate shapes.
-        position: of the shape's origin [m], (..., 2).
-        size: relative to the shape's own, 1 for the paper's 10 mm punches, (...) [-]; NaN for a sphere.
-        rotation: counter-clockwise, from 0 to a full turn over the order of the shape's symmetry, (...) [rad]; NaN for
-            round shapes.
+        position: position (x, y) of the shape's origin [m], (..., 2).
+        size: size relative to the shape's own, 1 for the 10 mm punches of Aoyagi 2008, (...) [-]; NaN for a sphere.
+        rotation: counter-clockwise, from 0 to a full turn divided by the order of the shape's symmetry, (...) [rad];
+            NaN for round shapes.
         modules: files of the modules that were used, by name: "position", "size", "orientation" and "shape NAME" for
             every candidate; `recognition.modules()` has more on each.
     """
@@ -50,7 +50,7 @@ class ShapeModule:
     """The network of one shape, which computes the shape's score.
 
     Attributes:
-        shape: name.
+        shape: name of the shape.
         network: its inputs are those of `shape_inputs`, its output is the score.
         path: name of its file.
     """
@@ -82,13 +82,13 @@ class ModuleStack:
             networks = [modules[k].network for k in members]
             weights = [np.stack(layer) for layer in zip(*(network.weights for network in networks), strict=True)]
             biases = [np.stack(layer)[:, None] for layer in zip(*(network.biases for network in networks), strict=True)]
-            # All first layers in one product.
+            # The first layers are joined, because one wide product is faster than several narrow ones.
             weights[0] = np.concatenate(list(weights[0]), axis=1)
             self._groups.append((members, weights, biases))
         self.count = len(modules)
 
     def __call__(self, inputs: np.ndarray) -> np.ndarray:
-        """Scores of all modules, (readings, modules)."""
+        """Scores of all modules, (readings, modules), from `shape_inputs`, (readings, inputs)."""
         out = np.empty((len(inputs), self.count), dtype=np.float32)
         for members, weights, biases in self._groups:
             width = weights[0].shape[1] // len(members)
@@ -101,13 +101,13 @@ class ModuleStack:
 
 @dataclass(frozen=True, eq=False)
 class ShapeRecogniser:
-    """Readings to shape, position, size and rotation; make one with `recognition.load("shape")`.
+    """Recognises shape, position, size and rotation of a body; `recognition.load("shape")` makes one.
 
     Attributes:
         view: principal components for the features.
-        poses: position, size and orientation, in this order.
-        modules: one for each shape.
-        stack: the modules' networks.
+        poses: modules for position, size and orientation, in this order.
+        modules: one module for each shape.
+        stack: the modules' networks, evaluated together.
     """
 
     view: PrincipalComponents
@@ -134,7 +134,16 @@ class ShapeRecogniser:
         return self.from_seen(self.view.see(flat), batch, among)
 
     def from_seen(self, seen: Seen, batch: tuple[int, ...], among: Sequence[str] | None = None) -> ShapeResult:
-        """Recognise from features that were computed before."""
+        """Recognise from features that were computed before.
+
+        Args:
+            seen: the features, of n readings.
+            batch: batch axes of the readings; their product is n.
+            among: names of the candidate shapes; by default all.
+
+        Raises:
+            RecognitionError: a name is unknown.
+        """
         chosen = self._chosen(among)
         scaled = [module.scaled(seen) for module in self.poses]
         scores = self.stack(shape_inputs(seen, scaled))[:, chosen].astype(np.float64)
@@ -168,5 +177,5 @@ class ShapeRecogniser:
             return list(range(len(self.modules)))
         unknown = [name for name in among if name not in self.shapes]
         if unknown or not among:
-            raise RecognitionError(f"among = {list(among)}; expected some of the shapes known: {list(self.shapes)}.")
+            raise RecognitionError(f"among = {list(among)}; expected names of known shapes: {list(self.shapes)}.")
         return [self.shapes.index(name) for name in among]

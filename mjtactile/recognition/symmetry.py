@@ -1,6 +1,6 @@
 """Symmetry of square pads: all readings are mirrored into one octant of the pad.
 
-On a square sheet with a square grid of taxels, mirroring a press mirrors its readings. So readings are mirrored until
+On a square pad with a square grid of taxels, mirroring a press mirrors its readings. So readings are mirrored such that
 their centre has x >= y >= 0, recognised there, and the result is mirrored back. Only an eighth of all presses has to be
 learnt.
 """
@@ -18,10 +18,10 @@ from mjtactile.pad_shape.taxels import FreeTaxels
 
 @dataclass(frozen=True, eq=False)
 class Mirrors:
-    """How each of some readings was mirrored: first x, then y, then both swapped.
+    """How each reading of a batch was mirrored: first in x, then in y, then x and y swapped.
 
     Attributes:
-        x, y, swapped: (readings,) bool.
+        x, y, swapped: whether each reading was mirrored in this way, (readings,) bool each.
     """
 
     x: np.ndarray

@@ -48,6 +48,12 @@ class Stored:
 def write_weights(path: Path, arrays: dict[str, np.ndarray], metadata: dict[str, Any], pad: Pad) -> None:
     """Write weights, completely or not at all, with metadata, the pad's fingerprint and checksums.
 
+    Args:
+        path: path of the file.
+        arrays: weights by name.
+        metadata: plain values, among them "layers", the indices of the sensing layers that are used.
+        pad: the pad that the weights are for.
+
     Raises:
         OSError: the file cannot be written.
     """
@@ -83,7 +89,7 @@ def read_weights(path: Path) -> Stored:
     from safetensors import SafetensorError, safe_open
 
     if not path.is_file():
-        raise RecognitionError(f"there are no weights {path}. Train them: make weights")
+        raise RecognitionError(f"the file of weights {path} does not exist. Train them: make weights")
     try:
         with safe_open(path, framework="np") as file:
             about = file.metadata() or {}
@@ -93,12 +99,18 @@ def read_weights(path: Path) -> Stored:
             check_arrays(arrays, about)
         metadata = json.loads(about[METADATA])
     except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise RecognitionError(f"{path} holds no whole weights ({error}). Train them again: make weights") from error
+        raise RecognitionError(
+            f"{path} does not hold complete weights ({error}). Train them again: make weights"
+        ) from error
     return Stored(arrays, metadata, path)
 
 
 def check_pad(stored: Stored, pad: Pad | None) -> None:
     """Check that weights are for a pad, or for that pad with only the sensing layers that they use.
+
+    Args:
+        stored: the weights.
+        pad: the pad; None: nothing is checked.
 
     Raises:
         RecognitionError: the weights are for another pad; the message names both.

@@ -21,7 +21,7 @@ class EstimatedWrenches:
 
     Attributes:
         pressing: force into the pad [N], (n,).
-        ratio: tangential over pressing force [-], (n, 2).
+        ratio: tangential force along x and y over pressing force [-], (n, 2).
         position: centre of pressure (x, y) [m], (n, 2).
         twist: moment about the pad's normal through the centre of pressure [N m], (n,); None if not estimated.
         deviations: standard deviations of the network's values, (n, values).
@@ -60,11 +60,11 @@ class WrenchRecogniser(Generic[Result]):
 
     Attributes:
         view: principal components for the features.
-        estimator: of tangential over pressing force (2), position (2) [m], optionally torsional moment over pressing
-            force [m], and the logarithm of the pressing force over the readings' size.
+        estimator: estimates tangential over pressing force (2) [-], position (2) [m], optionally torsional moment over
+            pressing force [m], and the logarithm of the pressing force over the readings' size.
     """
 
-    #: Name of its network in the weights.
+    #: Name of the network in the weights.
     name: ClassVar[str]
 
     view: PrincipalComponents
@@ -88,7 +88,12 @@ class WrenchRecogniser(Generic[Result]):
         return self.from_seen(self.view.see(flat), batch)
 
     def from_seen(self, seen: Seen, batch: tuple[int, ...]) -> Result:
-        """Recognise from features that were computed before, of readings with these batch axes."""
+        """Recognise from features that were computed before.
+
+        Args:
+            seen: the features, of n readings.
+            batch: batch axes of the readings; their product is n.
+        """
         values, deviations = self.estimator(seen.features)
         pressing = np.exp(values[:, -1]) * seen.size
         # Each mirror changes the sign of the torsional moment.

@@ -16,10 +16,10 @@ def asset_path(name: str) -> Path:
     """Absolute path of a model, scene or benchmark case.
 
     Args:
-        name: such as "scenes/press.xml" or "models/xml/star.xml".
+        name: name of the file, such as "scenes/press.xml" or "models/xml/star.xml".
 
     Raises:
-        SceneError: there is no such file; the message lists those there are.
+        SceneError: there is no such file; the message lists the existing ones.
     """
     is_cases = Path(name).parent.as_posix() == _CASES and (_ROOT / name).is_file()
     if name not in (available := available_assets()) and not is_cases:

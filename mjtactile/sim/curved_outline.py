@@ -13,24 +13,25 @@ from mjtactile.geometry.contour import region_below
 from mjtactile.geometry.primitives import Pose, Shape
 from mjtactile.pad import Pad
 
-#: Points along each axis of the grid on which the first contact point is searched.
-_LOOKS = 129
+#: Number of points along each axis of the grid on which the first contact point is searched.
+_SAMPLES = 129
 
 
 def curved_outline(shapes: Sequence[tuple[Shape, Pose]], pad: Pad, *, facing_gap: float) -> Polygon | MultiPolygon:
-    """Region of the projection where a body's gap to the pad is at most `facing_gap` above its least gap [m].
+    """Outline in the pad frame's x-y plane [m] of the part of a body that faces a curved pad.
 
-    Gaps are vertical distances times the cosine of the surface's slope, close to distances along the normal.
+    There the body's gap to the pad is at most `facing_gap` larger than its least gap. A gap is the vertical distance
+    times the cosine of the surface's slope, which is close to the distance along the normal.
 
     Args:
-        shapes: of the body, with their poses in the pad frame.
-        pad: curved.
+        shapes: shapes of the body, with their poses in the pad frame.
+        pad: a curved pad.
         facing_gap: parts up to this distance above the first contact point face the pad [m].
 
     Raises:
         FootprintError: no part of the body is over the pad within the pad's thickness.
     """
-    x, y = (np.linspace(-side / 2, side / 2, _LOOKS) for side in pad.size)
+    x, y = (np.linspace(-side / 2, side / 2, _SAMPLES) for side in pad.size)
     u, v = (line.ravel() for line in np.meshgrid(x, y))
     floor = float(pad.surface.height(u, v).min()) - pad.thickness
 

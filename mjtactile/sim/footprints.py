@@ -1,7 +1,7 @@
 """Footprints of the bodies of a MuJoCo model on one pad.
 
-Bodies press with their colliding geoms, or with those whose names end in "_tactile". The latter have the true shape of
-a body that collides with simplified geoms (feet, convex pieces).
+A body presses with its colliding geoms or, if it has any, with the geoms whose names end in "_tactile". The latter have
+the true shape of a body that collides with simplified geoms (feet, convex pieces).
 """
 
 from __future__ import annotations
@@ -35,14 +35,20 @@ _SAME_TOUCH = 1e-6
 
 
 def geoms_in_pad(data: mujoco.MjData, frame: PadFrame, geoms: Indices) -> dict[int, Pose]:
-    """Poses of geoms in the pad frame, by id."""
+    """Poses of geoms in the pad frame, by id.
+
+    Args:
+        data: state of the model, after a step or a forward pass.
+        frame: pose of the pad frame in the world.
+        geoms: ids of the geoms, (n,).
+    """
     positions = (data.geom_xpos[geoms] - frame.position) @ frame.rotation
     rotations = frame.rotation.T @ data.geom_xmat[geoms].reshape(-1, 3, 3)
     return {int(g): Pose(*pose) for g, *pose in zip(geoms, positions, rotations, strict=True)}
 
 
 class Imprints(ABC, Generic[Geometry]):
-    """Footprints on one pad; shapes of geoms are cached between calls.
+    """Makes the footprints of bodies on one pad; shapes of geoms are cached between calls.
 
     Args:
         model: compiled model.
@@ -62,10 +68,10 @@ class Imprints(ABC, Generic[Geometry]):
         """Footprint of a body that presses on the pad.
 
         Args:
-            data: state of the model.
-            frame: of the pad.
-            body: id.
-            touching: ids of its geoms that touch the pad.
+            data: state of the model, after a step or a forward pass.
+            frame: pose of the pad frame in the world.
+            body: id of the body.
+            touching: ids of its geoms that touch the pad, (n,).
 
         Raises:
             FootprintError: no part of the body is over the sensing surface.
@@ -85,11 +91,11 @@ class Imprints(ABC, Generic[Geometry]):
 
     @abstractmethod
     def _made(self, placed: dict[int, Pose]) -> Footprint:
-        """Footprint of geoms of one body, given by id with their poses in the pad frame."""
+        """Footprint of some geoms of one body; `placed` has their poses in the pad frame, by id."""
 
 
 class SectionImprints(Imprints[trimesh.Trimesh]):
-    """Footprints that are sections of the bodies' solids `facing_gap` above their lowest points, for law "uniform"."""
+    """Makes footprints for law "uniform": sections of the bodies' solids, `facing_gap` above their lowest points."""
 
     def _made(self, placed: dict[int, Pose]) -> Footprint:
         for geom in placed.keys() - self._shapes.keys():
@@ -99,20 +105,20 @@ class SectionImprints(Imprints[trimesh.Trimesh]):
         footprint = Footprint.from_outline(body_face(solids, here, self.facing_gap), self.grid)
         if footprint.outline.buffer(-self.facing_gap / 2).is_empty:
             raise FootprintError(
-                f"what is over the surface is a sliver narrower than {self.facing_gap * 1e6:.3g} um. "
+                f"only a sliver narrower than {self.facing_gap * 1e6:.3g} um is over the surface. "
                 "Press further in from the edge."
             )
         return footprint
 
 
 class GapImprints(Imprints[Shape]):
-    """Footprints that are outlines for flat faces, and gap functions for other bodies.
+    """Makes footprints for all other laws: outlines of flat faces, and gap functions of other bodies.
 
     Args:
         model: compiled model.
         pad_geom: id of the pad's geom.
         surface: the pad's surface grid.
-        facing_gap: see Imprints.
+        facing_gap: parts up to this height above a body's first contact point face the pad [m].
         level: whether a face must be parallel to the pad to count as flat, because its body cannot tilt.
     """
 
@@ -132,7 +138,10 @@ class GapImprints(Imprints[Shape]):
         self._faces: dict[tuple[int, ...], BodyFaces] = {}
 
     def surface(self, placed: dict[int, Pose]) -> LowerSurface:
-        """Lower surface of some geoms of one body in their poses in the pad frame.
+        """Lower surface of some geoms of one body.
+
+        Args:
+            placed: poses of the geoms in the pad frame, by id.
 
         Raises:
             FootprintError: no part of the body is over the sensing surface, or it is too far above.
@@ -159,7 +168,10 @@ class GapImprints(Imprints[Shape]):
             return Footprint.from_gap(surface.gap, self.grid, outline=self._shadow(placed), lowest=0.0)
 
     def _leaning_face(self, placed: dict[int, Pose], touch: float) -> Polygon | MultiPolygon | None:
-        """The flat face of an inclined body that tilts onto it under its load; it must contain the first contact."""
+        """Flat face of an inclined body, onto which the body tilts under its load; None if there is none.
+
+        The face must contain the first contact point, whose height is `touch` [m].
+        """
         geoms = tuple(placed)
         first = geoms[0]
         if geoms not in self._faces:

@@ -38,12 +38,17 @@ _PLANE_EXTENT = 1.0
 
 
 def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
-    """A geom's true solid in the geom's own frame [m]; a mesh itself, not its convex hull.
+    """A geom's true solid in the geom's own frame [m]; for a mesh the mesh itself, not its convex hull.
 
-    For an SDF it is MuJoCo's mesh of it, which is accurate to 1e-3 of its size or better.
+    For a signed distance function (SDF), it is MuJoCo's mesh of the SDF, which is accurate to 1e-3 of its size or
+    better.
+
+    Args:
+        model: compiled model.
+        geom: id of the geom.
 
     Raises:
-        SceneError: a mesh is not watertight.
+        SceneError: a mesh is not watertight, or the geom's type has no surface.
     """
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     kinds = mujoco.mjtGeom
@@ -76,8 +81,12 @@ def geom_solid(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh:
 def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
     """A geom as a shape with a lower surface, in the geom's own frame [m].
 
-    A mesh is used itself, not its convex hull, and need not be watertight. Signed distance functions of plugins are
-    sampled by rays. Planes are infinite, as in MuJoCo's collisions.
+    For a mesh, it is the mesh itself, not its convex hull; it need not be watertight. Signed distance functions of
+    plugins are sampled by rays. Planes are infinite, as in MuJoCo's collisions.
+
+    Args:
+        model: compiled model.
+        geom: id of the geom.
 
     Raises:
         SceneError: the geom's type has no surface.
@@ -110,14 +119,14 @@ def geom_shape(model: mujoco.MjModel, geom: int) -> Shape:
 
 
 def pressing_geoms(model: mujoco.MjModel, body: int, touching: Indices) -> Indices:
-    """Ids of the geoms whose shapes a body presses with: the touching ones, or those named "*_tactile" if it has any.
+    """Ids of the geoms whose shapes a body presses with: those named "*_tactile" or, without any, the touching ones.
 
-    The latter have the true shape of a body that collides with simplified geoms (feet, convex pieces).
+    Geoms named "*_tactile" have the true shape of a body that collides with simplified geoms (feet, convex pieces).
 
     Args:
         model: compiled model.
-        body: id.
-        touching: ids of its geoms that touch the pad.
+        body: id of the body.
+        touching: ids of its geoms that touch the pad, (n,).
     """
     own = np.flatnonzero(model.geom_bodyid == body)
     shown = [int(geom) for geom in own if model.geom(int(geom)).name.endswith(SHOWN)]
@@ -127,13 +136,14 @@ def pressing_geoms(model: mujoco.MjModel, body: int, touching: Indices) -> Indic
 def body_face(
     solids: list[tuple[trimesh.Trimesh, Array, Array]], frame: PadFrame, facing_gap: float
 ) -> Polygon | MultiPolygon:
-    """Section of a body in the pad frame [m], `facing_gap` above its lowest point, but at least at the surface.
+    """Section of a body parallel to the pad, in the pad frame [m].
 
-    A body may extend below the surface: beside the pad, or because soft contacts let it penetrate.
+    Its height is `facing_gap` above the body's lowest point, but at least that of the sensing surface. A body may
+    extend below the surface: beside the pad, or because soft contacts let it penetrate.
 
     Args:
-        solids: (solid, world position, world rotation) of each of its geoms.
-        frame: the pad's.
+        solids: solid of each of its geoms, with position [m] and rotation matrix in the world.
+        frame: pose of the pad frame in the world.
         facing_gap: height of the section above the lowest point [m].
     """
     placed = []
@@ -196,8 +206,8 @@ def _triangles(a: Indices, b: Indices, c: Indices) -> Indices:
 def _no_surface(model: mujoco.MjModel, geom: int) -> str:
     kind = mujoco.mjtGeom(int(model.geom_type[geom])).name.removeprefix("mjGEOM_").lower()
     return (
-        f"geom {_label(model, geom)} is a {kind}, which has no outline to press with. Give its body a visual geom of "
-        "another type."
+        f"geom {_label(model, geom)} is a {kind}, which has no surface to press with. Give its body a geom of another "
+        f"type whose name ends in '{SHOWN}'."
     )
 
 
@@ -210,8 +220,8 @@ def pad_geom(model: mujoco.MjModel, name: str, pad: Pad) -> int:
 
     Args:
         model: compiled model.
-        name: of the geom.
-        pad: whose shape the geom must have.
+        name: name of the geom.
+        pad: the pad whose shape the geom must have.
 
     Raises:
         SceneError: the model has no such geom, or the geom does not have the pad's shape.
@@ -230,7 +240,7 @@ def check_pad_geom(model: Any, geom: int, pad: Pad) -> None:
     Args:
         model: compiled model, or a `ModelCopy` of one.
         geom: id of the geom.
-        pad: whose shape the geom must have.
+        pad: the pad whose shape the geom must have.
 
     Raises:
         SceneError: the geom of a flat pad is not a box of its size, or that of a curved pad not a mesh of its shape
@@ -245,7 +255,7 @@ def check_pad_geom(model: Any, geom: int, pad: Pad) -> None:
     actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
     if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
         raise SceneError(
-            f"geom '{name}' measures {_millimetres(actual)} mm, but the pad {_millimetres(expected)} mm. "
+            f"geom '{name}' measures {_millimetres(actual)} mm, but the pad measures {_millimetres(expected)} mm. "
             "Give the geom half of the pad's lengths as its size, or pass the Pad that fits it."
         )
 

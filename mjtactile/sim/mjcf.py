@@ -5,12 +5,12 @@ Lengths are metres, forces newtons. What every model here shares:
 - The pad is a box geom of priority 1, so its contact parameters apply to every contact; its site `pad_surface`
   is the pad frame. A curved pad is a mesh geom of its shape instead.
 - An indenter's body carries its true solid as geom in group 2, `<name>_tactile`. If it presses with a flat face, that
-  geom does not collide; small sphere feet `<name>_foot_<i>` in group 3 do. MuJoCo places at most four contact points
-  between two convex geoms, and meshes collide as their convex hull, so without feet the pressure of a star or even
-  of an octagon that cannot tilt would be centred up to a millimetre off. Feet give one contact each, and their mean
-  is the face's centroid. A curved indenter's solid collides by itself.
-- On a curved pad flat punches collide with their solid, too. If the face has notches or holes, that is in convex parts,
-  `<name>_part_<i>` in group 3, because the pad reaches into them.
+  geom does not collide. Small spheres in group 3, the feet `<name>_foot_<i>`, collide instead. MuJoCo places at most
+  four contact points between two convex geoms, and meshes collide as their convex hull. So without feet, the centre
+  of pressure of a star, or even of an octagon that cannot tilt, would be off by up to a millimetre. Each foot has one
+  contact, and the mean of the feet's positions is the face's centroid. The solid of a curved indenter collides itself.
+- On a curved pad, the solid of a flat punch collides as well. If the face has notches or holes, the solid is divided
+  into convex parts, `<name>_part_<i>` in group 3, because the pad reaches into the notches and holes.
 """
 
 from __future__ import annotations
@@ -43,11 +43,12 @@ OPTION = {
     "impratio": "100",
     "jacobian": "dense",  # MuJoCo 4.0.0's sparse Cholesky can be wrong
 }
-#: Time constant of the force [s]: with a sudden oblique force, a punch would slide by 0.1 mm before it sticks.
+#: Time constant of the force [s]: under a sudden oblique force, a punch would slide by 0.1 mm before it sticks.
 _FORCE_RISE = "0.004"
 _FORCE_RANGE = "-2.5 2.5"
-#: The gimbal in which a free indenter tilts. Its inertia [kg m2] is far above a punch's 1e-7, which would rock on its
-#: feet for long; its damping [N m s/rad] brings it to rest in 10 ms. Neither carries load at rest.
+#: The gimbal in which a free indenter tilts. Its inertia [kg m^2] is far above a punch's 1e-7, with which the punch
+#: would rock on its feet for a long time. Its damping [N m s/rad] brings the punch to rest in 10 ms. Neither carries
+#: load at rest.
 _GIMBAL = {"armature": "1e-05", "damping": "0.001"}
 _DENSITY = "965"  # PDMS [kg/m3]
 
@@ -65,7 +66,7 @@ def indenter_mjcf(indenter: Indenter, *, pad: Pad | None = None) -> str:
 
     Args:
         indenter: the body that presses.
-        pad: that it presses on; the default pad if None. A flat punch has feet for a flat pad only.
+        pad: the pad that it presses on; the default pad if None. Only for a flat pad, a flat punch has feet.
     """
     root, on_feet = document(indenter.name), pad is None or pad.surface.is_flat
     _add_meshes(root, indenter, on_feet=on_feet)
@@ -90,11 +91,11 @@ def press_mjcf(
     Args:
         indenter: the body that presses.
         pad: the pad; the default pad if None.
-        shift: position (x, y) of the indenter's origin in the pad frame [m]; with z if it touches the pad at another
-            height than 0.
+        shift: position of the indenter's origin in the pad frame [m]: (x, y), or (x, y, z) if it touches the pad at a
+            height z other than 0.
         rotate_deg: counter-clockwise rotation before the shift [deg].
         feet: positions of a flat indenter's feet in its own frame [m], shape (n, 2); distributed over its face if None.
-            On a curved pad it has no feet, and its solid collides, in convex parts if the face is not convex.
+            On a curved pad it has no feet: its solid collides, in convex parts if the face is not convex.
         tilt_free: whether a ball joint at the indenter's origin lets it rotate.
     """
     root, pad = document("press_free" if tilt_free else "press"), pad or Pad()
@@ -133,7 +134,12 @@ def press_mjcf(
 
 
 def document(model: str, *, module: str = "sim/mjcf.py") -> ET.Element:
-    """Root element of a model, with a comment on its origin."""
+    """Root element of a model, with a comment that names the Python file that writes it.
+
+    Args:
+        model: name of the model.
+        module: path of that file in the package.
+    """
     root = ET.Element("mujoco", model=model)
     root.append(ET.Comment(f" Made by mjtactile/{module}. Metres, kilograms, newtons. "))
     return root
@@ -168,7 +174,7 @@ def add_pad_meshes(root: ET.Element, pad: Pad, name: str) -> None:
     """Add the meshes of a curved pad, `<name>`, `<name>_piece_1` and so on; none for a flat pad.
 
     Args:
-        root: of the model.
+        root: root element of the model.
         pad: the pad; the meshes are in its frame.
         name: name of the first mesh.
     """
@@ -183,8 +189,8 @@ def mesh_geoms(pad: Pad, name: str, mesh: str) -> list[dict[str, str]]:
     """Attributes of the geoms of a curved pad, for the meshes of `add_pad_meshes`.
 
     Args:
-        pad: curved.
-        name: of the pad's geom.
+        pad: a curved pad.
+        name: name of the pad's first geom.
         mesh: name of its first mesh.
     """
     solid = pad_solid(pad)
@@ -201,7 +207,7 @@ def _add_asset(root: ET.Element, name: str, vertices: Array, faces: Indices) -> 
 
 
 def _indenter_body(indenter: Indenter, feet: Array | None, *, on_feet: bool = True) -> ET.Element:
-    """The indenter's body; its weight is compensated, so that it does not add to the force commanded."""
+    """The indenter's body; its weight is compensated, so that it does not add to the commanded force."""
     body = ET.Element("body", name=indenter.name, gravcomp="1")
     parts = [] if on_feet else _parts(indenter)
     body.append(_solid_geom(indenter, collides=indenter.outline is None or not (on_feet or parts)))
@@ -241,7 +247,7 @@ def _solid_geom(indenter: Indenter, *, collides: bool) -> ET.Element:
 
 
 def numbers(values: Array | tuple[float, ...]) -> str:
-    """Numbers as text, rounded to 1e-12 and nine digits, so that it is the same on all platforms."""
+    """Numbers as text, rounded to 1e-12 and nine digits, so that the text is the same on all platforms."""
     return " ".join(f"{round(float(value), 12) + 0.0:.9g}" for value in values)
 
 

@@ -49,39 +49,39 @@ def contact_constants(contact: str) -> dict[str, Any]:
     All contacts:
 
     - condim 4: a pad resists torsion about its normal.
-    - friction 1: silicone; torsional friction .5 mm, for a patch of that size (MuJoCo's default is 5 mm); rolling
-      friction .1 mm, which condim 4 does not use.
+    - friction 1: silicone; torsional friction 0.5 mm, for a patch of that size (MuJoCo's default is 5 mm); rolling
+      friction 0.1 mm, which condim 4 does not use.
     - priority 10: these values replace those of the hand or the object.
     - gap 0: every contact carries force.
 
     "stiff", for bodies that align themselves, such as fingertips on a gimbal or objects that lie on the pad:
 
-    - solref .005 s, critically damped: the fastest that steps of 2 ms allow (MuJoCo wants two steps); 10 to 200 gf
-      settle within .1 % in 100 ms.
-    - solimp .98 to .99: bodies penetrate by some hundredths of a millimetre, as flat bodies into the real pad.
+    - solref 0.005 s, critically damped: the fastest that steps of 2 ms allow (MuJoCo requires at least two steps); 10
+      to 200 gf settle within 0.1 % in 100 ms.
+    - solimp 0.98 to 0.99: bodies penetrate by a few hundredths of a millimetre, as flat bodies do into the real pad.
     - margin 0: there is no force before contact.
 
     "soft", for rigid grippers: a face tilted by 5 degrees in the grip has a gap of 1.3 mm at the far side of 15 mm.
     MuJoCo lists only corners that are nearer than the margin, so a stiff contact has a single edge or corner.
 
-    - margin 1 mm: contacts begin at this distance. Objects under their own weight rest within .03 mm of the surface;
-      objects gripped with 2 to 20 N penetrate by up to .8 mm.
-    - solimp .5 to .998 over 2 mm, midpoint .7, power 3: compliant over the first millimetre, so that all four corners
-      press; then stiff, so that an object of 10 g under 20 N penetrates by .9 mm at most, even when tilted. The centre
-      of pressure is within 1.5 mm of that on 5 mm of PDMS (mean over .5 to 5 degrees and 2 to 20 N).
-    - solref .02 s, critically damped, MuJoCo's default: of contacts this soft, slower ones creep less under a constant
-      weight. 10 to 200 gf settle within .1 % in 160 ms.
+    - margin 1 mm: contacts begin at this distance. Objects under their own weight rest within 0.03 mm of the surface;
+      objects gripped with 2 to 20 N penetrate by up to 0.8 mm.
+    - solimp 0.5 to 0.998 over 2 mm, midpoint 0.7, power 3: compliant over the first millimetre, so that all four
+      corners press; then stiff, so that an object of 10 g under 20 N penetrates by 0.9 mm at most, even when tilted.
+      The centre of pressure is within 1.5 mm of that on 5 mm of PDMS (mean over 0.5 to 5 degrees and 2 to 20 N).
+    - solref 0.02 s, critically damped, MuJoCo's default: among contacts as soft as this, one with a longer time
+      constant creeps less under a constant weight. 10 to 200 gf settle within 0.1 % in 160 ms.
 
     "press", for a punch that is pressed on a pad in one of this package's scenes, at steps of 1 ms:
 
-    - solref .003 s, critically damped: near the fastest that steps of 1 ms allow; 10 to 200 gf settle within .1 % in
-      40 ms, and a punch creeps by less than .01 mm/s at 35 degrees.
+    - solref 0.003 s, critically damped: near the fastest that steps of 1 ms allow; 10 to 200 gf settle within 0.1 % in
+      40 ms, and under a force tilted by 35 degrees a punch creeps by less than 0.01 mm/s.
     - solimp and margin of "stiff": a punch penetrates by 10 micrometres at most.
     - priority 1: other geoms in these scenes have priority 0; models that include the pad may use a higher one.
 
     "hand", for pads and links of this package's hands, for the objects they hold and the ground under them:
 
-    - solref .01 s, critically damped, and solimp .9: penetration of about .1 mm under 5 N, for the compliance of
+    - solref 0.01 s, critically damped, and solimp 0.9: penetration of about 0.1 mm under 5 N, for the compliance of
       fingers and rubber together. In sliding contacts, MuJoCo's convex friction separates the bodies by friction times
       speed times this time constant; a stiffer contact would open and bounce.
     - margin 0, as "stiff".
@@ -90,7 +90,7 @@ def contact_constants(contact: str) -> dict[str, Any]:
         contact: "stiff", "soft", "press" or "hand".
 
     Raises:
-        SceneError: when there is no such contact.
+        SceneError: there is no such contact.
     """
     if contact not in CONTACTS:
         raise SceneError(f"contact {contact!r} does not exist. Available: {', '.join(CONTACTS)}.")
@@ -101,11 +101,11 @@ def contact_attributes(contact: str, *names: str) -> dict[str, str]:
     """Contact parameters as attributes of a geom in MJCF.
 
     Args:
-        contact: see `contact_constants`.
-        names: of the requested attributes, in order; by default all that differ from MuJoCo's defaults.
+        contact: name of the contact, see `contact_constants`.
+        names: names of the requested attributes, in order; by default all that differ from MuJoCo's defaults.
 
     Raises:
-        SceneError: when there is no such contact.
+        SceneError: there is no such contact.
     """
     constants = contact_constants(contact)
     wanted = names or [name for name, value in constants.items() if value != _PLAIN.get(name)]
@@ -136,10 +136,10 @@ def add_pad_geom(
         name: name of the pad's sensor.
         pad: the pad.
         place: pose of the pad frame in the body's frame: position [m], (3,), and unit quaternion, (4,).
-        contact: see `contact_constants`.
+        contact: name of the contact, see `contact_constants`.
 
     Raises:
-        SceneError: when there is no such contact.
+        SceneError: there is no such contact.
     """
     position, quat = place
     contype, conaffinity = collision_groups(body)
@@ -174,7 +174,7 @@ def pad_geoms(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsGeom]:
 
     Args:
         spec: model specification.
-        name: of the pad's sensor.
+        name: name of the pad's sensor.
     """
     first = f"{name}_pad"
     return [geom for geom in spec.geoms if geom.name == first or geom.name.startswith(f"{first}{PIECE}")]
@@ -200,7 +200,12 @@ def pad_pieces(model: Any, geom: int) -> list[int]:
 
 
 def piece_names(pad: str, solid: PadSolid) -> list[str]:
-    """Names of the geoms and meshes of a curved pad: its own, and `<name>_piece_1` and so on."""
+    """Names of the geoms or meshes of a curved pad: its own, and `<name>_piece_1` and so on.
+
+    Args:
+        pad: name of the first geom or mesh.
+        solid: the pad's solid.
+    """
     return [pad, *(f"{pad}{PIECE}{number}" for number in range(1, len(solid.pieces)))]
 
 
@@ -219,11 +224,11 @@ def _add_meshes(spec: mujoco.MjSpec, name: str, solid: PadSolid) -> list[str]:
 
 
 def collision_groups(body: mujoco.MjsBody) -> tuple[int, int]:
-    """(contype, conaffinity) of a pad on a body, so that it collides with what the body's own geoms collide with.
+    """Bit masks (contype, conaffinity) of a pad, so that it collides with what its body's own geoms collide with.
 
-    They are the union of those of the body's geoms. If none of these collide, as on fingertips that are only visual,
-    they are those of the nearest parent body with colliding geoms. Without such a body, or on the world body, the pad
-    collides with every geom that collides at all.
+    The masks are the unions of those of the body's geoms. If none of these geoms collides, as on fingertips that are
+    only visual, the masks are those of the nearest parent body with colliding geoms. Without such a body, or on the
+    world body, the pad collides with every geom that collides at all.
     """
     one = body
     while one.name != "world" and one.parent is not None:

@@ -15,15 +15,16 @@ import numpy as np
 from mjtactile._types import Array, Indices
 from mjtactile.pad import Pad
 
-#: Largest distance of chords between vertices from a convex surface [m]. On a dome of 12 mm, vertices are .44 mm apart,
-#: and neighbouring facets differ by 2 degrees.
+#: Largest distance between a convex surface and the chords between its vertices [m]. On a dome of radius 12 mm,
+#: vertices are 0.44 mm apart, and the normals of neighbouring facets differ by 2 degrees.
 SAGITTA = 2e-6
-#: Largest height of a piece's hull over a hollow [m], unless the pad would need more than this many pieces.
+#: Largest height of a piece's hull over a hollow [m], and largest number of pieces. If a pad needs more pieces, the
+#: height is doubled until it does not.
 PROUD, MOST_PIECES = 2e-5, 64
 #: Largest number of cells along a side of a pad; it takes precedence over `SAGITTA`.
 _MOST_CELLS = 64
-#: Points along each axis at which a surface is sampled.
-_LOOKS = 25
+#: Number of points along each axis at which a surface is sampled.
+_SAMPLES = 25
 
 
 class Solid(NamedTuple):
@@ -54,7 +55,7 @@ def pad_solid(pad: Pad) -> PadSolid:
     """The solid of a pad as meshes, swept along its normals.
 
     Args:
-        pad: flat or curved.
+        pad: a flat or curved pad.
 
     Returns:
         Its pieces: as few as possible with hulls within `PROUD` of the surface, but at most `MOST_PIECES`.
@@ -69,7 +70,7 @@ def pad_solid(pad: Pad) -> PadSolid:
 
 
 def rise(pad: Pad) -> float:
-    """Height of a pad's highest point over the origin of its frame [m], on its facets; 0 where none is higher."""
+    """Height of the highest point of a pad's meshes over the origin of its frame [m]; 0 if no point is higher."""
     return max(0.0, *(float(piece.vertices[:, 2].max()) for piece in pad_solid(pad).pieces))
 
 
@@ -78,7 +79,7 @@ def _parts(pad: Pad, part: _Part, proud: float) -> list[tuple[_Part, float]]:
     over = _hull_over_surface(pad, part)
     if over <= proud:
         return [(part, over)]
-    x, y = _looks(part)
+    x, y = _sample_points(part)
     jet = pad.surface.jet(x, y)
     width, length = part.east - part.west, part.north - part.south
     # If the surface is hollow along one axis only, cuts across that axis give convex pieces.
@@ -98,15 +99,16 @@ def _parts(pad: Pad, part: _Part, proud: float) -> list[tuple[_Part, float]]:
     return found
 
 
-def _looks(part: _Part) -> tuple[Array, Array]:
-    x, y = np.linspace(part.west, part.east, _LOOKS), np.linspace(part.south, part.north, _LOOKS)
+def _sample_points(part: _Part) -> tuple[Array, Array]:
+    """Coordinates x and y of a grid of points over a part [m], (_SAMPLES, _SAMPLES) each."""
+    x, y = np.linspace(part.west, part.east, _SAMPLES), np.linspace(part.south, part.north, _SAMPLES)
     grid = np.meshgrid(x, y, indexing="ij")
     return grid[0], grid[1]
 
 
 def _hull_over_surface(pad: Pad, part: _Part) -> float:
     """Largest height of the convex hull of a part of the outer surface above it, along the normal [m]."""
-    x, y = _looks(part)
+    x, y = _sample_points(part)
     jet = pad.surface.jet(x, y)
     if (jet.xx <= 0.0).all() and (jet.xx * jet.yy >= jet.xy**2).all():
         return 0.0
@@ -145,7 +147,7 @@ def _swept(pad: Pad, part: _Part) -> Solid:
 
 def _lines(pad: Pad, part: _Part) -> tuple[Array, Array]:
     """Coordinates of the vertices along x and y [m], as close as `SAGITTA` requires."""
-    x, y = _looks(part)
+    x, y = _sample_points(part)
     jet = pad.surface.jet(x, y)
     upright = pad.surface.normals(x, y)[..., 2]
     lines = []

@@ -32,8 +32,8 @@ FORCE_TOLERANCE = 1e-4
 STEADY_STEPS = 5
 #: Simulated time after which a press that has not settled is given up [s].
 TIME_LIMIT = 0.2
-#: Points along each axis of the grid on which the first contact point with a curved pad is searched.
-_LOOKS = 129
+#: Number of points along each axis of the grid on which the first contact point with a curved pad is searched.
+_SAMPLES = 129
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,8 +42,8 @@ class PressResult:
 
     time: float  #: simulated time until it settled [s]
     steps: int  #: number of steps
-    wrench: Array  #: of the indenter on the pad, in the pad frame [N, N m], shape (6,)
-    error: float  #: difference between contact force and commanded force over the latter's magnitude [-]
+    wrench: Array  #: wrench of the indenter on the pad, in the pad frame [N, N m], shape (6,)
+    error: float  #: difference between contact force and commanded force, relative to the commanded force [-]
 
 
 def press_spec(
@@ -81,8 +81,8 @@ def press_scene(
         shape: one of the seven punches by name, an `Indenter`, or a watertight mesh in metres.
         shift: position of the indenter's origin in the pad frame [m].
         rotate_deg: counter-clockwise rotation about the indenter's origin, before the shift [deg].
-        pad: the pad, of which only the shape is used; the default pad if None. Flat punches have feet on a flat pad,
-            and collide with their solid on a curved pad, in convex parts if the face has notches or holes.
+        pad: the pad, of which only the shape is used; the default pad if None. On a flat pad, flat punches have feet.
+            On a curved pad their solid collides, in convex parts if the face has notches or holes.
         tilt_free: whether the indenter may rotate about its origin, through which the force then passes.
 
     Raises:
@@ -106,9 +106,9 @@ def press(
     The press continues from the state in `data`; call `mujoco.mj_resetData` first for an independent press.
 
     Args:
-        model: from `press_scene` or scenes/press*.xml.
-        data: its state, advanced in place.
-        force: on the indenter, in the pad frame [N], shape (3,); see `force_vector`.
+        model: model of a press scene, from `press_scene` or scenes/press*.xml.
+        data: its state, which is advanced in place.
+        force: force on the indenter in the pad frame [N], shape (3,); see `force_vector`.
         tolerance: allowed difference of the contact force, relative to the force's magnitude [-].
         time_limit: simulated time after which the press has failed [s].
 
@@ -180,7 +180,7 @@ def _touching_height(indenter: Indenter, pad: Pad, shift: tuple[float, float], r
     rotation = np.array(
         [[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], [0.0, 0.0, 1.0]]
     )
-    x, y = np.meshgrid(*(np.linspace(-side / 2, side / 2, _LOOKS) for side in pad.size))
+    x, y = np.meshgrid(*(np.linspace(-side / 2, side / 2, _SAMPLES) for side in pad.size))
     solid = indenter.solid
     body = TriangleSurface(np.asarray(solid.vertices, dtype=float), np.asarray(solid.faces), closed=True)
     above = body.heights(Pose(np.array([*shift, 0.0]), rotation), x.ravel(), y.ravel(), -1.0)
@@ -227,5 +227,5 @@ def _why_not_settled(command: Array, wrench: Array, error: float, time_limit: fl
         most = math.degrees(math.atan(friction))
         return message + f" Friction {friction:g} holds forces tilted by up to {most:.3g} degrees: the indenter slides."
     if wrench[2] >= 0.0:
-        return message + " Nothing presses on it: has the indenter slid or tipped off the pad?"
+        return message + " Nothing presses on the pad: has the indenter slid or tipped off it?"
     return message + " The indenter may be tipping or rocking: press nearer its middle, or allow more time."

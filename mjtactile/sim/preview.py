@@ -20,11 +20,11 @@ from mjtactile.sim.render import render_scene
 from mjtactile.sim.wrench import PadFrame, geom_frame
 
 _PAD_COLOUR = (1.0, 0.6, 0.1, 1.0)
-#: Of the arrows along the pad's x, y and z.
+#: Colours of the arrows along the pad's x, y and z axes.
 _AXIS_COLOURS = ((0.9, 0.1, 0.1, 1.0), (0.1, 0.7, 0.1, 1.0), (0.15, 0.3, 1.0, 1.0))
 #: Distances of the camera for the close-up and the wide view, in diagonals of the pad [-].
 _DISTANCES = (3.5, 18.0)
-#: Inclination of the camera from the pad's normal, so that the pad's height is visible.
+#: Inclination of the camera's line of sight to the pad's normal [-]; an oblique view shows the pad's thickness.
 _LEAN = 0.8
 _AMBIENT = 0.5  # intensity of ambient light [-]
 _SIDE = 480  # of each picture [pixels]
@@ -94,15 +94,15 @@ def preview_pad(
 def _pad_geom(model: mujoco.MjModel, pad: str) -> int:
     """Id of the pad's geom of that name, or of the pad's sensor of that name."""
     sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, pad)
-    felt = is_pad_sensor(model, sensor)
-    geom = int(model.sensor_objid[sensor]) if felt else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, pad)
+    is_sensor = is_pad_sensor(model, sensor)
+    geom = int(model.sensor_objid[sensor]) if is_sensor else mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, pad)
     if geom < 0 or model.geom_type[geom] not in (_BOX, _MESH):
         raise SceneError(f"the model has no pad '{pad}'. Available: {', '.join(pad_sensor_names(model)) or 'none'}.")
     return geom
 
 
 def _camera(frame: PadFrame, distance: float) -> mujoco.MjvCamera:
-    """A camera that looks at the middle of the sensing surface, from in front and from beside."""
+    """A camera that looks at the middle of the sensing surface obliquely, from a distance [m]."""
     x, y, normal = frame.rotation.T
     aside = normal + _LEAN * (0.6 * x - y)
     along = -aside / np.linalg.norm(aside)

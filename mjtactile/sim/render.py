@@ -45,15 +45,17 @@ def render_scene(
     Args:
         model: compiled model.
         data: its state after `mj_forward` or `mj_step`.
-        width: of the image [pixels].
-        height: of the image [pixels].
+        width: width of the image [pixels].
+        height: height of the image [pixels].
         camera: name of a camera of the model, or an `MjvCamera`; a view of the whole scene if None.
         mark: function that may change the `mujoco.MjvScene` before rendering.
 
-    Returns: RGB, shape (height, width, 3), top row first.
+    Returns:
+        RGB, shape (height, width, 3), top row first.
 
     Raises:
-        RenderError: OpenGL does not work (the message names the packages to install), or the size is not positive.
+        RenderError: OpenGL does not work (the message names the packages to install), the model has no such camera, or
+            the size is not positive.
     """
     if width < 1 or height < 1:
         raise RenderError(f"picture size {width} x {height}; expected at least 1 x 1 pixels.")
@@ -107,7 +109,11 @@ def _probe(backend: str) -> str:
 
 
 def context_class(backend: str) -> Any:
-    """MuJoCo's context class of a backend; chosen here because `import mujoco` reads MUJOCO_GL only once."""
+    """MuJoCo's context class of a backend; chosen here because `import mujoco` reads MUJOCO_GL only once.
+
+    Raises:
+        RenderError: there is no such backend.
+    """
     if backend not in (*BACKENDS, "glfw"):
         raise RenderError(f"MUJOCO_GL={backend} cannot draw. Use egl or osmesa.")
     return importlib.import_module(f"mujoco.{backend}").GLContext

@@ -50,7 +50,12 @@ class PadContacts(NamedTuple):
 
 
 def site_frame(data: mujoco.MjData, site: int) -> PadFrame:
-    """The pad frame from the site that marks it: origin on the sensing surface, z axis out of the pad."""
+    """The pad frame of a site, which is on the sensing surface with its z axis out of the pad.
+
+    Args:
+        data: state of the model, after a step or a forward pass.
+        site: id of the site.
+    """
     return PadFrame(data.site_xpos[site], data.site_xmat[site].reshape(3, 3))
 
 
@@ -61,7 +66,7 @@ def geom_frame(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> PadFram
 
     Args:
         model: compiled model.
-        data: after a step or a forward pass.
+        data: its state, after a step or a forward pass.
         geom: id of the geom.
 
     Raises:
@@ -95,7 +100,12 @@ def contact_wrenches(
         data: its state after `mj_step` or `mj_forward`.
         pad_geom: id of the pad's geom. Contacts of other geoms of the same body are not included.
         frame: the pad frame; that of the pad's geom if None.
-    Returns: wrenches per touching geom; empty without contact.
+
+    Returns:
+        The wrench of each touching geom; empty without contact.
+
+    Raises:
+        SceneError: there is contact, `frame` is None, and the geom is neither a box nor a mesh.
     """
     contact = data.contact
     pairs = contact.geom.reshape(-1, 2)
@@ -125,7 +135,7 @@ def contact_wrenches(
 
 
 def centre_of_pressure(wrench: Array, pad: Pad | None = None) -> Array:
-    """Point of the sensing surface on which a wrench presses [m], (3,); the pad's origin if nothing presses.
+    """Centre of pressure of a wrench on the sensing surface, pad frame [m], (3,); the origin if nothing presses.
 
     The wrench's moment about this point is along the surface's normal.
 

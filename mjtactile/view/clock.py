@@ -20,7 +20,7 @@ class Clock:
 
         Args:
             simulated: time of the simulation [s].
-            speed: simulated time over real time.
+            speed: simulated time over real time [-].
         """
         now = time.perf_counter()
         if self._due is None or simulated < self._simulated:

@@ -16,7 +16,7 @@ class Controls:
         steps: number of single steps to make while it is paused.
         recording: frames are recorded.
         replaying: the recording is shown, and the simulation is paused.
-        speed: simulated time over real time, for loops that use `Clock`.
+        speed: simulated time over real time [-], for loops that use `Clock`.
         force_length: length of arrows per force [m/N].
         twist_length: length of arrows per moment [m/(N m)].
         controls: new values by the actuator's id, not yet written to the simulation.
@@ -37,7 +37,7 @@ class Controls:
 
     @property
     def holds(self) -> bool:
-        """Whether the simulation shall pause."""
+        """Whether the simulation is to pause before its next step."""
         return self.replaying or (self.paused and self.steps == 0)
 
     def let_go(self) -> None:

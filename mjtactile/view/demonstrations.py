@@ -17,9 +17,9 @@ class Demonstration:
     """A scene with its actuators' values at points in time, linearly interpolated and repeated.
 
     Attributes:
-        scene: file, see `sim.assets`.
-        times: of the points [s], from 0 to the period.
-        values: at these points, by name of the actuator.
+        scene: name of the scene's file, see `sim.assets`.
+        times: the points in time [s], from 0 to the period.
+        values: values at these points, by name of the actuator.
     """
 
     scene: str
@@ -33,7 +33,7 @@ class Demonstration:
 
 
 _TIMES = (0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 4.5, 5.0)
-#: The fingers close; the hand rises, grips harder, and comes down again; they open.
+#: The fingers close. The hand rises, grips harder, and comes down again. The fingers open.
 _RISE = (0.0, 0.0, 0.0, 0.06, 0.06, 0.0, 0.0, 0.0)
 DEMONSTRATIONS = {
     "grasp": Demonstration(
@@ -48,7 +48,7 @@ def demonstration(name: str) -> tuple[Demonstration, mujoco.MjModel]:
     """A demonstration by name, and its compiled scene.
 
     Raises:
-        ViewError: there is none of that name.
+        ViewError: there is no demonstration of that name.
     """
     from mjtactile.plugin.registration import ensure_registered
 

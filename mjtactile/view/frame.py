@@ -25,7 +25,7 @@ class ShownPad:
     Attributes:
         readings: von Mises stress (layers, rows, columns) [Pa], float32; (taxels,) for free taxels.
         wrench: contact force [N] and moment about the pad's origin [N m], pad frame, (6,).
-        position: of the pad frame's origin in the world [m], (3,).
+        position: position of the pad frame's origin in the world [m], (3,).
         quat: orientation of the pad frame in the world, (w, x, y, z).
         outline: line segments around the contact, pad frame [m], (segments, 2, 2); empty without contact.
     """
@@ -47,7 +47,7 @@ class Frame:
         xmat: bodies' rotation matrices, (nbody, 3, 3).
         mocap_pos: positions of mocap bodies [m], (nmocap, 3).
         mocap_quat: orientations of mocap bodies, (nmocap, 4).
-        pads: by name, in the order of the model's sensors.
+        pads: the pads by name, in the order of the model's sensors.
     """
 
     time: float
@@ -62,7 +62,7 @@ def pads_of(model: mujoco.MjModel) -> dict[str, TactileSensor]:
     """Every sensor of the plugin in a model, by name.
 
     Raises:
-        ViewError: there is none.
+        ViewError: the model has no such sensor.
     """
     found = {name: TactileSensor(model, name) for name in pad_sensor_names(model)}
     if not found:
@@ -80,11 +80,11 @@ def checked_pads(
 
     Args:
         model: compiled model.
-        data: of this model.
-        pads: by name; None for all sensors of the plugin in the model.
+        data: an MjData of this model.
+        pads: sensors by name; None for all sensors of the plugin in the model.
 
     Raises:
-        ViewError: `model` is no MjModel, data or a pad belong to another one, or there is no pad.
+        ViewError: `model` is not an MjModel, `data` or a pad belongs to another model, or there is no pad.
     """
     of_type(mujoco.MjModel, "model", model, ViewError, "MjModel.from_xml_path(...) makes one")
     if not isinstance(data, mujoco.MjData) or data.signature != model.signature:
@@ -92,7 +92,7 @@ def checked_pads(
     if pads is None:
         return pads_of(model)
     if not isinstance(pads, Mapping) or not all(isinstance(pad, TactileSensor) for pad in pads.values()) or not pads:
-        raise ViewError('pads are no sensors by name; expected such as {"pad": mjtactile.TactileSensor(model)}.')
+        raise ViewError('pads is not a dict of sensors by name; expected {"pad": mjtactile.TactileSensor(model)}.')
     if strange := [name for name, pad in pads.items() if pad.model.signature != model.signature]:
         raise ViewError(f"pad {strange[0]!r} belongs to another model. Make its TactileSensor with the viewer's model.")
     return dict(pads)
@@ -102,8 +102,8 @@ def take_frame(data: mujoco.MjData, pads: Mapping[str, TactileSensor]) -> Frame:
     """A frame with a copy of the simulation's current state.
 
     Args:
-        data: after a step or a forward pass.
-        pads: by name.
+        data: state of the simulation, after a step or a forward pass.
+        pads: sensors by name.
     """
     with warnings.catch_warnings():
         # Contacts are solved a second time for the outlines; the plugin has already issued their warnings.

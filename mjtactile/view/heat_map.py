@@ -43,7 +43,7 @@ class Scale:
         """Update the scale with the readings of a frame.
 
         Args:
-            readings: of each pad [Pa].
+            readings: readings of each pad [Pa].
 
         Returns:
             The new upper end of the scale [Pa].
@@ -58,7 +58,7 @@ def heat_map(readings: npt.NDArray[np.float32], peak: float) -> Picture:
     """RGB image of shape (rows, tiles * (columns + 1) - 1, 3): tiles side by side with a white line between them.
 
     Args:
-        readings: of `Tiles.laid_out`, (tiles, rows, columns) [Pa]; NaN where there is no taxel.
+        readings: readings from `Tiles.laid_out`, (tiles, rows, columns) [Pa]; NaN where there is no taxel.
         peak: upper end of the colour scale [Pa].
     """
     nothing = np.isnan(readings)
@@ -72,9 +72,9 @@ def heat_map_html(name: str, said: str, picture: Picture, outline: Array, tiles:
     """HTML of a heat map with the contact outline on every layer.
 
     Args:
-        name: of the pad, in the attribute `data-pad`.
-        said: text above it.
-        picture: from `heat_map`.
+        name: name of the pad, for the attribute `data-pad`.
+        said: text above the image.
+        picture: the image, from `heat_map`.
         outline: line segments in the pad frame [m], (segments, 2, 2).
         tiles: layout of the image.
     """

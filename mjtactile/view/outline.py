@@ -7,15 +7,16 @@ import numpy as np
 from mjtactile._types import Array
 from mjtactile.influence.surface_load import SurfaceLoad
 
-#: The outline is the contour at this fraction of the mean vertex force [-]; the mean is over vertices with more than
-#: the second fraction of the largest force. Half the surroundings of a vertex on a straight edge are in contact.
+#: The outline is the contour at the first fraction of the mean vertex force [-]. The mean is over the vertices with
+#: more than the second fraction of the largest force. A vertex on a straight edge of the contact carries half the mean
+#: force, because half of the area around it is under pressure.
 _LEVEL, _BEARS = 0.5, 0.1
 
 
 def pressed_outline(load: SurfaceLoad | None) -> Array:
     """Line segments around the area under pressure, pad frame [m], (segments, 2, 2).
 
-    The lines are accurate to a cell of the surface grid; `TactileSensor.outline` is exact but takes some tens of
+    The lines are accurate to a cell of the surface grid; `TactileSensor.outline` is exact but takes tens of
     milliseconds.
 
     Args:

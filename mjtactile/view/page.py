@@ -21,7 +21,7 @@ from mjtactile.view.frame import Frame, ShownPad
 from mjtactile.view.heat_map import Scale, heat_map, heat_map_html
 from mjtactile.view.tiles import Tiles
 
-#: Frames of the plot of forces.
+#: Number of frames in the plot of forces.
 _HISTORY = 300
 #: Width of the panel with a pad's tiles [pixels].
 _PANEL_WIDTH = 430
@@ -72,7 +72,7 @@ class Page:
         """Update the page.
 
         Args:
-            frame: what is shown.
+            frame: the state to show.
             status: a line about the simulation.
         """
         with self._server.atomic():

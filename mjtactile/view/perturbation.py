@@ -7,7 +7,7 @@ import numpy as np
 
 from mjtactile._types import Array
 
-#: Stiffness over that of MuJoCo's spring [-], since contacts of pads are a matter of millimetres and newtons.
+#: Stiffness relative to that of MuJoCo's spring [-]. It is higher because forces on pads are newtons over millimetres.
 _FIRMNESS = 10.0
 _LEAST_INVERSE = 1e-9
 
@@ -30,7 +30,12 @@ class Perturbation:
         return bool(self._spring.active)
 
     def grab(self, data: mujoco.MjData, body: int) -> None:
-        """Begin to drag a body; `release` restores the forces that were applied to it before."""
+        """Begin to drag a body; `release` restores the forces that were applied to it before.
+
+        Args:
+            data: state of the simulation.
+            body: id of the body.
+        """
         inverse = max(float(self._model.body_invweight0[body, 0]), _LEAST_INVERSE)
         self._before = np.array(data.xfrc_applied[body])
         self._spring.select, self._spring.localmass, self._spring.scale = body, _FIRMNESS / inverse, 1.0

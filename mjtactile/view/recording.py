@@ -48,7 +48,7 @@ class Recording:
         self.frames.append(frame)
 
     def at(self, after: float) -> Frame:
-        """The last frame within a time `after` the first frame [s].
+        """The last frame that is at most a time `after` later than the first frame [s].
 
         Raises:
             ViewError: nothing was recorded.
@@ -95,7 +95,7 @@ class Recording:
                 arrays = dict(file)
             about = json.loads(str(arrays["about"]))
             if about["format"] != _FORMAT:
-                raise ViewError(f"{path} is a recording of another version of mjtactile. Replay it with that.")
+                raise ViewError(f"{path} is a recording of another version of mjtactile. Replay it with that version.")
             return cls(_frames(arrays, about["pads"]))
         except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, ViewError):

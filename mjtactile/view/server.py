@@ -29,8 +29,8 @@ def check_host(host: str, *, anyone: bool) -> None:
     """
     if not anyone and not _is_loopback(host):
         raise ViewError(
-            f"host {host!r} can be reached from other machines, and whoever opens the page can hold and push the "
-            f"simulation. Leave it at {LOOPBACK} (from afar: ssh -L {PORT}:localhost:{PORT} this-machine), or allow "
+            f"host {host!r} can be reached from other machines, and whoever opens the page controls the simulation. "
+            f"Leave host at {LOOPBACK} (from another machine: ssh -L {PORT}:localhost:{PORT} this-machine), or allow "
             "it: --anyone, or Viewer(..., anyone=True)."
         )
 
@@ -44,7 +44,8 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
         anyone: see `check_host`.
 
     Raises:
-        ViewError: see `check_host`; or this machine cannot listen on the address, or the port is none.
+        ViewError: other machines may not connect but can reach the address, this machine cannot listen on the
+            address, or the port is not valid.
     """
     check_host(host, anyone=anyone)
     _check_address(host, port)
@@ -63,7 +64,7 @@ def open_server(host: str, port: int, *, anyone: bool) -> viser.ViserServer:
 def _check_address(host: str, port: Any) -> None:
     """Refuse an address that cannot be listened on: viser would wait for its server for ever."""
     if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port <= _LAST_PORT:
-        raise ViewError(f"port = {port!r}; expected a whole number from 1 to {_LAST_PORT}, or 0 for any that is free.")
+        raise ViewError(f"port = {port!r}; expected a whole number from 1 to {_LAST_PORT}, or 0 for any free port.")
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind, protocol) as tried:
@@ -71,7 +72,7 @@ def _check_address(host: str, port: Any) -> None:
     except (OSError, UnicodeError) as error:
         raise ViewError(
             f"cannot listen on host {host!r}: {error}. Expected an address of this machine: {LOOPBACK}, or 0.0.0.0 for "
-            "all that it has."
+            "all its addresses."
         ) from error
 
 

@@ -49,7 +49,7 @@ class Viewer:
         recording: the last recording.
 
     Raises:
-        ViewError: the model has no pads, data or pads belong to another model, the rate is no positive number, this
+        ViewError: the model has no pads, data or pads belong to another model, the rate is not a positive number, this
             machine cannot listen on the address, or other machines could reach it.
     """
 
@@ -118,7 +118,7 @@ class Viewer:
         """Show a recording in the page; the next `sync` replays it and returns at its end.
 
         Args:
-            recording: of this model; by default the last one.
+            recording: a recording of this model; by default the last one.
 
         Raises:
             ViewError: nothing was recorded, or the recording is of another model.

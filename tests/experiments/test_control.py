@@ -96,7 +96,7 @@ def test_a_belief_that_never_gets_sure_settles_for_the_likeliest():
 def test_a_belief_refuses_looks_at_something_else():
     belief = ShapeBelief()
     belief.look(("circle", "star"), [0.5, 0.5])
-    with pytest.raises(ControlError, match="Begin anew"):
+    with pytest.raises(ControlError, match="Begin with a new ShapeBelief"):
         belief.look(("circle", "square"), [0.5, 0.5])
     with pytest.raises(ControlError, match="least <= most"):
         ShapeBelief(least=5, most=4)

@@ -112,7 +112,7 @@ def test_nothing_is_left_of_a_dataset_that_failed(tmp_path: Path):
 
 def test_what_cannot_be_written_is_refused(tmp_path: Path):
     (tmp_path / "there").mkdir()
-    with pytest.raises(DatasetError, match="there already"):
+    with pytest.raises(DatasetError, match="exists already"):
         LeRobotWriter(tmp_path / "there", fps=10, features={})
     with pytest.raises(DatasetError, match="whole numbers"):
         LeRobotWriter(tmp_path / "set", fps=0, features={})

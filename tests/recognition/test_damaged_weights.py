@@ -122,7 +122,7 @@ def test_damaged_examples_are_found(tmp_path):
     view = PrincipalComponents.from_stored(read_weights(tmp_path / "view.safetensors"))
     content = (tmp_path / EXAMPLES).read_bytes()
     (tmp_path / EXAMPLES).write_bytes(flipped(content, len(content) // 2, 3))
-    with pytest.raises(RecognitionError, match="is not the file its registry knows"):
+    with pytest.raises(RecognitionError, match="does not match its hash in the registry"):
         read_examples(tmp_path, view)
 
 

@@ -215,7 +215,7 @@ def test_what_does_not_belong_together_is_refused(model: mujoco.MjModel):
         with pytest.raises(ViewError, match="data does not belong to the model"):
             Viewer(model, strange, port=0)  # type: ignore[arg-type]
     for pads in ({}, ["pad0"], {"pad0": "pad0"}):
-        with pytest.raises(ViewError, match="no sensors by name"):
+        with pytest.raises(ViewError, match="not a dict of sensors by name"):
             Viewer(model, data, pads=pads, port=0)  # type: ignore[arg-type]
     with pytest.raises(ViewError, match="'mine' belongs to another model"):
         Viewer(model, data, pads={"mine": sensor}, port=0)
@@ -263,7 +263,7 @@ def test_the_command_says_what_is_wrong(tmp_path: Path):
     assert isinstance(run(app, ["view", "--scene", "grasp", "--host", "0.0.0.0"]).exception, ViewError)
     assert run(app, ["view"]).exit_code == 2
     assert "there is no such file" in str(run(app, ["view", str(tmp_path / "missing.xml")]).exception)
-    assert "it is no file" in str(run(app, ["view", str(tmp_path)]).exception)
+    assert "it is not a file" in str(run(app, ["view", str(tmp_path)]).exception)
     (tmp_path / "text.xml").write_text("no")
     assert "Expected a model in MJCF" in str(run(app, ["view", str(tmp_path / "text.xml")]).exception)
     refused = run(app, ["view", "--scene", "grasp", "--seconds", "-1"])

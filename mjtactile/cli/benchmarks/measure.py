@@ -58,7 +58,7 @@ class Bench:
         return cls(cases, calculix, design["moves"], design["shift"] * MILLIMETRE, design["wrenches"])
 
     def loads(self, influence: InfluenceMatrices, choice: Choice) -> list[SurfaceLoad]:
-        """Tractions of all cases, then of CalculiX's. Fidelities whose stress matrices alone differ share them."""
+        """Tractions of all cases, then of CalculiX's; shared by fidelities with the same mesh and contact law."""
         if choice.contact not in self._loads:
             self._loads[choice.contact] = [case.load(influence) for case in (*self.cases, *self.calculix)]
         return self._loads[choice.contact]
@@ -66,7 +66,7 @@ class Bench:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Context in which linear algebra uses one core, and no warning tells that a law cannot carry a wrench."""
+    """Context in which linear algebra uses one core, and contact warnings are suppressed."""
     with threadpool_limits(limits=1), warnings.catch_warnings():
         warnings.simplefilter("ignore", ContactWarning)
         yield

@@ -1,9 +1,9 @@
 """Time that the plugin adds to a MuJoCo step, compared with MuJoCo's own tactile sensor.
 
-Every figure is the difference between two scenes that differ by the sensor alone. In each, one force presses a punch on
-our pad or on MuJoCo's tactile sensor, with the same joints, forces and solver settings. The two scenes are timed in
-turn, in short runs, so that a machine which slows down for a while slows both. All scenes are gone through ten times,
-and of each scene the least of the medians counts: what else runs on a machine only takes time.
+Every result is the difference between two scenes that differ by the sensor alone. In each, one force presses a punch on
+our pad or on MuJoCo's tactile sensor, with the same joints, forces and solver settings. The two scenes are timed
+alternately, in short runs, so that a temporary slowdown of the machine affects both. All scenes are timed in ten
+rounds. The least of the rounds' medians counts for each scene, because other processes can only increase a time.
 """
 
 from __future__ import annotations
@@ -104,12 +104,12 @@ class PluginScene:
         shape: shape of the punches: "box", one of the seven punches, or one of `BODIES`.
         sensor: "ours", "theirs" (MuJoCo's tactile sensor) or None.
         fidelity: fidelity of our sensor; empty for that of the table file.
-        tangential: how shear spreads under our sensor.
+        tangential: distribution of shear for our sensor.
         table: pad or table file of our sensor.
         moving: whether the punches slide to and fro.
         pads: number of pads.
         touched: number of pads whose punch presses; the punches over the others hover.
-        ground: which pads there are, "ours" or "theirs", with or without the sensor.
+        ground: kind of the pads, "ours" or "theirs", with or without the sensor.
     """
 
     shape: str = "box"
@@ -227,7 +227,7 @@ _SIMULATIONS, _BATCH_STEPS = 64, 100
 _PYTHON = "outline of the star to readings in Python"
 #: Contact cells of the finer elastic law, in the case of a moving box.
 _CELLS = 200
-#: Times that all scenes are gone through.
+#: Number of rounds in which all scenes are timed.
 _ROUNDS = 10
 
 
@@ -364,13 +364,13 @@ class _Timed:
         self._step, self._without = np.inf, np.inf
 
     def go_on(self, runs: int) -> None:
-        """Time so many more runs of each."""
+        """Time a number of further runs of each scene."""
         pairs = np.array([(self._scene.run(), self._bare.run()) for _ in range(runs)])
         step, without = np.median(pairs, axis=0)
         self._step, self._without = min(self._step, float(step)), min(self._without, float(without))
 
     def row(self) -> dict[str, Any]:
-        """What has been found."""
+        """The result as an entry of "rows", see `plugin_benchmark`."""
         if self._touched and not self._scene.reads_something:
             raise MjTactileError(
                 f"the sensor of '{self._name}' reads nothing under the punch: its timing would be meaningless."

@@ -75,7 +75,10 @@ class Choice:
                     averaging=fidelity.averaging,
                     loads=fidelity.loads,
                 )
-        raise PresetError("the benchmark tells meshes apart by their names, and this fidelity's has none.")
+        raise PresetError(
+            "the benchmark knows meshes by their names, but the mesh of this fidelity has none. Use one of "
+            f"{', '.join(MESHES)}; only its sample points may differ."
+        )
 
 
 def preset_of(choice: Choice) -> str | None:

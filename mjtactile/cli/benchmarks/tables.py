@@ -53,8 +53,8 @@ def table_on_page(path: Path | None, name: str) -> Callable[[str], None]:
         name: the table's name in the markers.
 
     Raises:
-        MjTactileError: the file is missing, is no text, cannot be written, or lacks the markers. The returned function
-            raises the same.
+        MjTactileError: the file is missing, is not a text file, cannot be written, or lacks the markers. The returned
+            function raises the same.
     """
     if path is None:
         return lambda table: None
@@ -74,7 +74,7 @@ def _page(path: Path) -> str:
         return read_text(path)
     except (OSError, ValueError) as error:
         raise MjTactileError(
-            f"cannot put a table into {path}: {why_unread(error)}. Name a Markdown file that is there."
+            f"cannot put a table into {path}: {why_unread(error)}. Name an existing Markdown file."
         ) from error
 
 
@@ -83,7 +83,7 @@ def _table_in(path: Path, text: str, name: str) -> re.Match[str]:
     found = re.search(rf"<!-- bench {re.escape(name)} -->\n(.*?)<!-- end -->", text, flags=re.DOTALL)
     if found is None:
         raise MjTactileError(
-            f"{path} has no lines '<!-- bench {name} -->' and '<!-- end -->' to put the table between."
+            f"{path} has no lines '<!-- bench {name} -->' and '<!-- end -->'. Add them; the table is put between them."
         )
     return found
 

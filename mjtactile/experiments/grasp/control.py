@@ -1,7 +1,7 @@
-"""Control laws of the grasp experiments. Their only information on the world is the sense of touch.
+"""Control laws of the grasp experiments. Their only information about the world is the sense of touch.
 
 Friction is estimated by rubbing: while the fingers slide down an object on a table, the tangential force is friction
-times grip, whatever the object's weight. Afterwards the grip is proportional to the load, with a margin.
+times grip, independently of the object's weight. Afterwards the grip is proportional to the load, with a margin.
 
 A reflex catches slipping objects. It knows the friction and monitors the ratio of load to friction limit. A load close
 to the limit is an overload. A sudden decrease of the load means that either the load or the friction has decreased. A
@@ -17,12 +17,12 @@ from scipy.stats import theilslopes
 
 from mjtactile.experiments.grasp.known import Arm, PadLoads
 
-#: Grip while closing, and while rubbing [N].
+#: Grip force while closing, and while rubbing [N].
 CLOSING_GRIP, RUBBING_GRIP = 0.6, 1.5
 #: Speed of rubbing [m/s], number of ticks over which the friction is averaged, and time limit [s].
 _RUBBING_SPEED, _RUBBING_TICKS, _RUBBING_TIME = 5e-3, 12, 0.12
-#: Ticks for which a pad counts as touched after a contact, so that fingers may bounce; successive ticks with both pads
-#: touched after which the gripper is closed; time limits for closing and settling [s].
+#: Number of ticks for which a pad counts as touched after a contact, so that fingers may bounce; number of successive
+#: ticks with both pads touched after which the gripper counts as closed; time limits for closing and settling [s].
 _MEMORY, _REST_TICKS, _CLOSING_TIME, _SETTLING_TIME = 8, 15, 2.0, 1.0
 #: Speed of the wrist while one pad is touched, and while the two pads' forces are equalised [m/s].
 _GIVE, _EVENING = 0.01, 4e-3
@@ -36,7 +36,7 @@ _ACCELERATION = 0.4
 
 @dataclass(frozen=True, kw_only=True)
 class GripLaw:
-    """The grip for a load.
+    """Computes the grip force for a load.
 
     The load consists of the tangential force and the torsional moment that both fingers carry together, shared equally.
     Internal forces between the fingers are ignored: if they exceed friction they relax, and the object does not fall.
@@ -45,7 +45,7 @@ class GripLaw:
     """
 
     friction: float  #: estimated friction [-]
-    margin: float = 1.2  #: grip over the least grip [-]
+    margin: float = 1.2  #: ratio of the grip to the least grip that holds [-]
     least: float = 0.4  #: smallest grip [N]
     most: float = 19.0  #: largest grip [N]
     turn_arm: float = 7e-3  #: effective radius of a pad for torsion [m]
@@ -66,7 +66,7 @@ class GripLaw:
         return grip + (self.rise if lacking > 0.0 else self.fall) * lacking
 
     def secure(self, felt: PadLoads) -> bool:
-        """Whether the load is well below the limit of friction."""
+        """Whether the load is below 93 % of the friction limit."""
         pressing = float(felt.pressing.mean())
         return pressing > 0.0 and self.load(felt) < 0.93 * self.friction * pressing
 
@@ -112,7 +112,7 @@ def rub(robot: Arm) -> float:
 
 
 class Ride:
-    """Moves an axis to a position with limited acceleration.
+    """Moves one axis of the wrist to a position with limited acceleration.
 
     Args:
         robot: the robot.
@@ -147,13 +147,13 @@ def raise_object(robot: Arm, law: GripLaw, height: float, *, speed: float) -> No
     """Lift the held object while the grip follows the load; the motion halts when the object is about to slip.
 
     Args:
-        robot: with the object between its fingers.
-        law: of the grip.
+        robot: the robot, with the object between its fingers.
+        law: the grip law.
         height: final displacement of the wrist [m].
         speed: largest speed after the object has left the table [m/s].
     """
     start = robot.time
-    # Slowly, until the load no longer increases.
+    # The first millimetres are slow, because the load increases until the object leaves the table.
     slow = Ride(robot, "z", robot.place["z"] + 2e-3, speed=6e-3)
     while not slow.arrived and robot.time < start + 3.0:
         felt = slow.tick(halt=not law.secure(robot.felt))
@@ -174,7 +174,7 @@ def lower(robot: Arm, lowest: float, *, speed: float) -> bool:
     """Lower the held object until it lands. Returns whether it did.
 
     Args:
-        robot: with the object between its fingers, at rest.
+        robot: the robot, with the object between its fingers, at rest.
         lowest: displacement of the wrist at which the attempt fails [m].
         speed: largest speed [m/s].
     """
@@ -206,7 +206,7 @@ class ReflexSettings:
 
     used: float = 0.97  #: ratio of load to friction limit that triggers the alarm [-]
     fall: float = 0.1  #: relative decrease of the load that starts a squeeze [-]
-    memory: float = 0.1  #: time constant of the filtered load to compare with [s]
+    memory: float = 0.1  #: time constant of the filtered load that the present load is compared with [s]
     squeeze: float = 25.0  #: relative growth rate of the grip during a squeeze [1/s]
     squeeze_time: float = 0.008  #: least duration of a squeeze; the largest is four times this [s]
     squeezed: float = 0.07  #: least relative growth of the grip for an evaluation [-]
@@ -219,14 +219,14 @@ class SlipReflex:
     """Computes the commanded grip at each tick and increases it when the object slips.
 
     Args:
-        law: of the grip, with the estimated friction.
+        law: the grip law, with the estimated friction.
         grip: present command [N]; it does not change unless the object slips.
-        period: between ticks [s].
-        settings: parameters.
+        period: time between ticks [s].
+        settings: parameters; the default ones if None.
 
     Attributes:
         alarmed: whether there was an alarm.
-        law: with the latest estimate of friction.
+        law: the grip law, with the latest estimate of friction.
     """
 
     def __init__(self, law: GripLaw, grip: float, period: float, settings: ReflexSettings | None = None) -> None:

@@ -11,15 +11,16 @@ from mjtactile.experiments.grasp.robot import Robot
 
 #: Kinds of disturbances that cause slip, and kinds that do not.
 SLIPS, QUIET = ("step", "ramp", "wet"), ("step", "ramp", "less", "shake", "nothing")
-#: Load over the largest load that the grip holds [-], with and without slip.
+#: Ratio of the load to the largest load that the grip holds [-], with and without slip.
 _OVERLOAD, _LOAD = (1.15, 2.0), (0.8, 0.92)
 #: Rise times of sudden and slow loads [s].
 _RISES = {"step": (0.005, 0.02), "ramp": (0.05, 0.4)}
-#: Weight over the load that the grip holds after the friction has decreased [-], and time of the decrease [s].
+#: Ratio of the weight to the load that the grip holds after the friction has decreased [-], and duration of the
+#: decrease [s].
 _WET, _WETTING = (1.2, 1.8), 0.02
 #: Fraction of the weight that is removed [-].
 _LESS = (0.15, 0.6)
-#: Acceleration of a shaking hand over gravity [-], and its frequency [Hz].
+#: Acceleration of a shaking hand, relative to gravity [-], and its frequency [Hz].
 _SHAKE, _FREQUENCY = 0.08, (2.0, 6.0)
 
 
@@ -30,11 +31,11 @@ class Disturbance:
     Attributes:
         kind: one of `SLIPS` and `QUIET`.
         slips: whether the load exceeds what the grip holds.
-        amount: of "step" and "ramp" the load over what the grip holds, of "wet" the weight over what it then holds, of
-            "less" the removed fraction of the weight [-].
+        amount: for "step" and "ramp", ratio of the load to the largest load that the grip holds; for "wet", ratio of
+            the weight to what the grip holds afterwards; for "less", removed fraction of the weight [-].
         rise: rise time [s].
         start: time at which it begins [s].
-        frequency: of shaking [Hz].
+        frequency: frequency of shaking [Hz].
     """
 
     kind: str
@@ -52,10 +53,10 @@ class Disturbance:
         """Apply the disturbance to the simulation for the next step.
 
         Args:
-            robot: with the simulation.
-            begun: time from which the object has been held [s].
+            robot: the robot, with the simulation.
+            begun: simulated time from which `start` counts [s].
             holds: largest weight that the grip holds [N].
-            friction: of the object before the disturbance [-].
+            friction: friction of the object before the disturbance [-].
         """
         model, data = robot.model, robot.data
         body = model.body("object").id
@@ -70,7 +71,7 @@ class Disturbance:
             model.geom_friction[model.geom("object").id, 0] = friction * (1.0 - share * (1.0 - left))
 
     def shaken(self, time: float) -> float:
-        """Displacement of a shaking hand at a time [s], in metres."""
+        """Displacement of a shaking hand [m] at a time [s]; 0 for other disturbances."""
         if self.kind != "shake" or time < self.start:
             return 0.0
         pulse = 2.0 * math.pi * self.frequency
@@ -79,7 +80,12 @@ class Disturbance:
 
 
 def disturbance(drawn: np.random.Generator, *, slips: bool) -> Disturbance:
-    """A random disturbance."""
+    """A random disturbance.
+
+    Args:
+        drawn: generator to draw from.
+        slips: whether the disturbance makes the object slip.
+    """
     kind = str(drawn.choice(SLIPS if slips else QUIET))
     amounts = {"wet": _WET, "less": _LESS}.get(kind, _OVERLOAD if slips else _LOAD)
     return Disturbance(

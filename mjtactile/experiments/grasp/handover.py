@@ -33,8 +33,8 @@ _SHELF = (0.04, 0.04, 2e-3)
 class HandoverTask:
     """One trial: an object, and the distance down to the shelf."""
 
-    lift: LiftTask
-    depth: float
+    lift: LiftTask  #: the object and its pose
+    depth: float  #: distance from the held object down to the shelf [m]
 
 
 def handover_task(drawn: np.random.Generator) -> HandoverTask:
@@ -48,8 +48,13 @@ def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bo
     Args:
         task: the trial.
         touch: the controller's sense of touch.
-        fidelity: of the readings.
+        fidelity: fidelity of the readings.
         blind: whether to lower by the mean distance and release, ignoring touch.
+
+    Returns:
+        The task's values; "success"; "force", the largest force on the shelf in excess of the weight [N], and "drop",
+        the height from which the object was dropped [m], both None if it was not gripped. If it was, also "stands",
+        whether it stands on the shelf; "tilt" [deg]; and "peak", the largest force on a pad [N].
     """
     robot, judge = _world(task.lift, touch, fidelity)
     result = {**asdict(task.lift), "depth": task.depth, "success": False, "force": None, "drop": None}
@@ -85,7 +90,7 @@ def hand_over(task: HandoverTask, touch: TouchSense, *, fidelity: str, blind: bo
 
 
 def _world(task: LiftTask, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
-    """The object on the table, and a shelf out of the way."""
+    """The robot with the object on the table and a shelf out of its way, and the judge."""
     grasped = GraspObject(size=task.size, mass=task.mass, friction=task.friction)
     pads = FingertipPads(fidelity=fidelity)
     spec = grasp_spec(grasped, wrist="xz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
@@ -97,7 +102,10 @@ def _world(task: LiftTask, touch: TouchSense, fidelity: str) -> tuple[Robot, Jud
 
 
 def trial(settings: TrialSettings, condition: str, number: int) -> Result:
-    """One trial of the experiment; blind hands lift with true forces, so that all hold the object when it begins."""
+    """Run one trial of the experiment.
+
+    Under condition "blind", the object is lifted with true forces, so that it is held when the handover begins.
+    """
     task = handover_task(np.random.default_rng([settings.seed, number, 5]))
     seed = (settings.seed, number, 6)
     touch = make_touch(condition, noise=settings.noise, seed=seed, weights=settings.weights)
@@ -106,7 +114,7 @@ def trial(settings: TrialSettings, condition: str, number: int) -> Result:
 
 
 def report(results: dict[str, list[Result]]) -> Report:
-    """The table."""
+    """The table of the experiment and its bound, from trials by condition."""
     rows = []
     for condition, trials in results.items():
         held = [one for one in trials if one["force"] is not None]

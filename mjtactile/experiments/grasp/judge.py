@@ -17,12 +17,14 @@ class Judge:
     """Records what happens at each step; pass it to `Robot` as `watch`.
 
     Args:
-        model: of the scene.
-        support: geom that the object stands on.
+        model: model of the scene.
+        support: name of the geom that the object stands on.
 
     Attributes:
         peak: largest force on a pad so far [N].
         table: largest force of the support on the object since `begin` [N].
+        slid: largest displacement of the object along the pads since `begin` [m].
+        tilt: largest tilt of the object since `begin` [deg].
     """
 
     def __init__(self, model: mujoco.MjModel, *, support: str = "table") -> None:
@@ -63,7 +65,7 @@ class Judge:
         return float(robot.data.xpos[self._object, 2])
 
     def _held(self, robot: Robot) -> tuple[Array, Array]:
-        """Where the object's middle stands from the gripper's grasp site along the pads [m], and its upright axis."""
+        """Position (y, z) of the object relative to the grasp site, in the world [m], and the object's z axis there."""
         data = robot.data
         across = data.xpos[self._object, 1:] - data.site_xpos[self._grasp, 1:]
         return across, data.xmat[self._object, 2::3].copy()

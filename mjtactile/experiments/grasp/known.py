@@ -9,7 +9,8 @@ import numpy as np
 
 from mjtactile._types import Array
 
-#: Signs by which the pads' axes along them, x and y, make up the gripper's y and z; see hands/gripper.py.
+#: Sign of each pad's x axis along the gripper's y axis, and of its y axis along the gripper's z axis, (pads, 2); see
+#: hands/gripper.py.
 _ALONG = np.array([[1.0, 1.0], [-1.0, 1.0]])
 
 
@@ -22,7 +23,7 @@ class PadLoads:
         tangential: force along the pad's x and y [N], (pads, 2).
         centre: centre of pressure (x, y) [m], (pads, 2).
         twist: moment about the pad's normal through the centre of pressure [N m], (pads,).
-        readings: with noise [Pa], (pads, layers, rows, columns); None if they were not read.
+        readings: readings with noise [Pa], (pads, layers, rows, columns); None if the pads were not read.
     """
 
     pressing: Array
@@ -58,7 +59,7 @@ class Arm(Protocol):
     Attributes:
         grip: commanded force of each finger [N].
         place: commanded displacement of the wrist by driven axis [m].
-        felt: what was felt last.
+        felt: loads on the pads at the last tick.
     """
 
     grip: float
@@ -67,12 +68,12 @@ class Arm(Protocol):
 
     @property
     def period(self) -> float:
-        """Between ticks [s]."""
+        """Time between ticks [s]."""
         ...
 
     @property
     def time(self) -> float:
-        """Since the beginning [s]."""
+        """Simulated time since the beginning [s]."""
         ...
 
     def tick(self) -> PadLoads:

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-#: Ranges of mass [kg] and friction [-]. All of them can be lifted: 0.5 kg at 0.2 takes 12.3 N from each finger.
+#: Ranges of mass [kg] and friction [-]. All such objects can be lifted: 0.5 kg at friction 0.2 takes 12.3 N from each
+#: finger.
 MASSES, FRICTIONS = (0.02, 0.5), (0.2, 1.2)
 #: Smallest and largest objects [m]: between the fingers, along the pads, upright.
 SIZES = ((0.02, 0.024, 0.04), (0.06, 0.06, 0.09))
@@ -44,11 +45,11 @@ _BLIND_TIME = 0.9
 class LiftTask:
     """One trial: an object and its pose."""
 
-    size: tuple[float, float, float]
-    mass: float
-    friction: float
-    pose: tuple[float, float, float]
-    grasp_height: float
+    size: tuple[float, float, float]  #: size of the object: between the fingers, along the pads, upright [m]
+    mass: float  #: mass of the object [kg]
+    friction: float  #: friction of the object [-]
+    pose: tuple[float, float, float]  #: (x, y) on the table [m] and rotation about the vertical [rad]
+    grasp_height: float  #: height of the pads' centres above the table [m]
 
     @property
     def needed(self) -> float:
@@ -56,7 +57,12 @@ class LiftTask:
         return self.mass * 9.81 / 2.0 / self.friction
 
     def robot(self, touch: TouchSense, fidelity: str) -> tuple[Robot, Judge]:
-        """The robot in its scene, and the judge."""
+        """The robot in its scene, and the judge.
+
+        Args:
+            touch: the controller's sense of touch.
+            fidelity: fidelity of the readings.
+        """
         grasped = GraspObject(size=self.size, mass=self.mass, friction=self.friction)
         pads = FingertipPads(fidelity=fidelity)
         spec = grasp_spec(grasped, wrist="xz", pose=self.pose, grasp_height=self.grasp_height, pads=pads)
@@ -85,8 +91,14 @@ def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float 
     Args:
         task: the trial.
         touch: the controller's sense of touch.
-        fidelity: of the readings.
+        fidelity: fidelity of the readings.
         blind_grip: constant grip of a controller without touch [N]; None for the tactile controller.
+
+    Returns:
+        The task's values; "needed", the least grip that holds the object [N]; "felt_friction", the estimated friction
+        [-] or None; "peak", the largest force on a pad [N]; "grip", the grip at the end [N]; "lifted", the rise of the
+        object [m]; "slid" [m] and "tilt" [deg], its largest displacement and tilt in the fingers; "crushed", "dropped"
+        and "success"; "time" taken [s].
     """
     robot, judge = task.robot(touch, fidelity)
     before = judge.height(robot)
@@ -118,7 +130,7 @@ def lift(task: LiftTask, touch: TouchSense, *, fidelity: str, blind_grip: float 
 
 
 def lift_blindly(robot: Robot, judge: Judge, grip: float) -> None:
-    """The same motion with a constant grip [N]."""
+    """Lift the object with a constant grip [N] by the same motion as the tactile controller."""
     robot.grip = CLOSING_GRIP
     while robot.time < _BLIND_TIME:
         robot.tick()
@@ -134,14 +146,14 @@ def lift_blindly(robot: Robot, judge: Judge, grip: float) -> None:
 
 
 def trial(settings: TrialSettings, condition: str, number: int) -> Result:
-    """One trial of the experiment."""
+    """Run one trial of the experiment."""
     task = lift_task(np.random.default_rng([settings.seed, number]))
     touch = make_touch(condition, noise=settings.noise, seed=(settings.seed, number, 1), weights=settings.weights)
     return lift(task, touch, fidelity=settings.fidelity, blind_grip=BLIND_GRIPS.get(condition))
 
 
 def report(results: dict[str, list[Result]]) -> Report:
-    """The table, and what was to be reached."""
+    """The table of the experiment and its bounds, from trials by condition."""
     rows = []
     for condition, trials in results.items():
         excess = [one["grip"] / one["needed"] for one in trials if one["success"]]
@@ -194,7 +206,16 @@ _OTHERS = ("tab:orange", "tab:red", "tab:purple")
 
 
 def lift_figure(results: dict[str, list[Result]]) -> Figure:
-    """Draw results of the lift experiment: grip at the end over the least that holds; crosses fell or were crushed."""
+    """Draw the grip at the end of each trial against the least grip that holds the object.
+
+    Crosses are objects that were dropped or crushed.
+
+    Args:
+        results: results of the trials by condition.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
     require("figures")
     from matplotlib.figure import Figure
 
@@ -204,7 +225,7 @@ def lift_figure(results: dict[str, list[Result]]) -> Figure:
     for condition, trials in results.items():
         colour = _COLOURS.get(condition) or next(others)
         needed, grip, good = (np.array([one[key] for one in trials]) for key in ("needed", "grip", "success"))
-        # Rings for true forces: what was recognised lies on top of them.
+        # Trials with true forces are rings, so that those with recognised forces are visible inside them.
         ring = (
             {"s": 40, "facecolors": "none", "edgecolors": colour} if condition == "true" else {"s": 8, "color": colour}
         )

@@ -22,8 +22,8 @@ class PunchTouch:
 
     Args:
         noise: standard deviation of white noise over a pad's largest reading [-].
-        seed: of the noise.
-        weights: folder of the recognisers' weights; by default those shipped.
+        seed: seed of the noise.
+        weights: folder of the recognisers' weights; by default those of the package.
     """
 
     reads = True
@@ -33,7 +33,7 @@ class PunchTouch:
         self._noise, self._drawn = noise, np.random.default_rng(seed)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """Recognised loads; the pads must have been read in this step."""
+        """The recognised loads; the pads must have been read in this step."""
         readings = read_pads(data, self._noise, self._drawn)
         pads = len(GRIPPER_PADS)
         felt = PadLoads(np.zeros(pads), np.zeros((pads, 2)), np.zeros((pads, 2)), np.zeros(pads), readings)
@@ -57,6 +57,13 @@ class PunchTouch:
 
 @lru_cache(maxsize=1)
 def punch_recognisers(weights: str | None) -> tuple[ForceRecogniser, ShapeRecogniser]:
-    """What feels forces and sees shapes; arguments and errors as of `touch.grasp_recogniser`."""
+    """The recognisers of forces and of shapes on a gripper's pads.
+
+    Args:
+        weights: folder of other weights; None for those of the package.
+
+    Raises:
+        RecognitionError: there are no weights, or they are for another pad.
+    """
     folder = None if weights is None else Path(weights)
     return load("force", pad=Pad(), folder=folder), load("shape", pad=Pad(), folder=folder)

@@ -30,8 +30,8 @@ class Robot:
     Attributes:
         grip: commanded force of each finger [N].
         place: commanded displacement of the wrist by driven axis [m].
-        felt: what was felt last.
-        steps_per_tick: steps between ticks.
+        felt: loads on the pads at the last tick.
+        steps_per_tick: number of MuJoCo steps between ticks.
     """
 
     def __init__(
@@ -54,25 +54,25 @@ class Robot:
 
     @property
     def period(self) -> float:
-        """Between ticks [s]."""
+        """Time between ticks [s]."""
         return self.steps_per_tick * float(self.model.opt.timestep)
 
     @property
     def time(self) -> float:
-        """Since the beginning [s]."""
+        """Simulated time since the beginning [s]."""
         return float(self.data.time)
 
     def tick(self) -> PadLoads:
         """Advance one period with the present commands and return the loads on the pads."""
         self.data.ctrl[self._grip] = min(self.grip, GRIP_LIMIT)
         with warnings.catch_warnings():
-            # An object that rocks for a moment presses with an edge; the nearest load that a face carries is read.
+            # An object that rocks for a moment presses with an edge. The nearest load that a face carries is read then.
             warnings.simplefilter("ignore", ContactWarning)
             for step in range(self.steps_per_tick):
                 reads = self._touch.reads and step == self.steps_per_tick - 1
                 self.model.opt.disableflags = 0 if reads else _NO_SENSORS
                 for axis, actuator in self._wrist.items():
-                    # Evenly to where it is to be: a servo that is as stiff as an arm's would jerk at every tick.
+                    # The target moves evenly: with one jump per tick, a servo as stiff as an arm's would cause jerks.
                     left = self.place[axis] - self.data.ctrl[actuator]
                     self.data.ctrl[actuator] += left / (self.steps_per_tick - step)
                 mujoco.mj_step(self.model, self.data)

@@ -28,10 +28,11 @@ WRIST_STIFFNESS, WRIST_DAMPING = 4e4, 4e2
 WRIST_FORCE = 150.0
 #: Shapes of objects.
 SHAPES = ("box", "cylinder", "sphere")
-#: Torsional friction per sliding friction of one contact point [m]. Pads touch in several points, which carry torsion
-#: between them; one alone is taken for a patch 0.5 mm across.
+#: Torsional friction of one contact point, relative to its sliding friction [m]. Pads touch in several points, which
+#: carry torsion together; a single point counts as a patch 0.5 mm across.
 _TORSION = 5e-4
-#: Simulation: as for presses, and tangential forces solved once more without creep, so that what is held stays.
+#: Options of the simulation: those of press scenes, and MuJoCo's no-slip iterations, so that held objects do not
+#: creep.
 _OPTION = {**OPTION, "noslip_iterations": "4"}
 #: Hands by the name of their body.
 _HANDS = {hand.name: hand for hand in (GRIPPER, HAND)}
@@ -48,7 +49,7 @@ class GraspObject:
     """
 
     shape: str = "box"  #: "box", "cylinder" (upright) or "sphere"
-    size: tuple[float, float, float] = (0.04, 0.04, 0.06)  #: extent along x, y, z [m]; of a sphere the first counts
+    size: tuple[float, float, float] = (0.04, 0.04, 0.06)  #: extent along x, y, z [m]; a sphere uses the first
     mass: float = 0.1  #: [kg]
     friction: float = 0.6  #: sliding, against pads and table [-]
 
@@ -67,7 +68,7 @@ class GraspObject:
 
 
 def grasp_spec(grasped: GraspObject, **options: Any) -> mujoco.MjSpec:
-    """`grasp_mjcf` as an editable `MjSpec`; arguments and errors as there."""
+    """A grasp scene as an editable `MjSpec`; arguments and errors as in `grasp_mjcf`."""
     ensure_registered()
     return mujoco.MjSpec.from_string(grasp_mjcf(grasped, **options))
 
@@ -83,9 +84,9 @@ def grasp_mjcf(
 ) -> str:
     """MJCF of a scene with a hand around an object on a table; `open_gripper` opens the hand.
 
-    It has body, free joint and geom `object`, and the hand of hands/gripper.py or hands/hand.py. Each driven axis has
-    an actuator `wrist_<axis>`, whose control is the wrist's displacement from its initial position [m], and a position
-    sensor of the same name.
+    The scene has a body, a free joint and a geom `object`, and the hand of hands/gripper.py or hands/hand.py. Each
+    driven axis has an actuator `wrist_<axis>`, whose control is the wrist's displacement from its initial position [m],
+    and a position sensor of the same name.
 
     Args:
         grasped: the object.
@@ -93,7 +94,7 @@ def grasp_mjcf(
         wrist: driven axes, some of "x", "y" and "z"; the others are rigid.
         pose: x, y [m] and rotation about the vertical of the object [rad].
         grasp_height: height of the pads' centres above the table [m]; by default half the object's height.
-        pads: of the fingertips.
+        pads: pads of the fingertips.
 
     Raises:
         SceneError: the hand or an axis is unknown.
@@ -108,7 +109,7 @@ def grasp_mjcf(
 def _world(
     root: ET.Element, hand: str, flange: float, grasped: GraspObject, pose: tuple[float, float, float], wrist: str
 ) -> str:
-    """A hand's document made a world: table, object, light, camera, and drives of the wrist."""
+    """MJCF of a hand's document, to which table, object, light, camera and drives of the wrist are added."""
     if not set(wrist) <= set(_RANGES) or len(set(wrist)) != len(wrist):
         raise SceneError(f"wrist = {wrist!r}; expected some of the axes x, y and z, each once, such as 'z' or 'xyz'.")
     root.insert(1, ET.Element("option", _OPTION))

@@ -17,7 +17,7 @@ from mjtactile.experiments.grasp.statistics import Bound, Report, median, share
 from mjtactile.experiments.grasp.touch import TouchSense, TrueTouch, grasp_recogniser, make_touch
 from mjtactile.experiments.grasp.trials import Experiment, Result, TrialSettings
 
-#: Grip force before the disturbance over the least that holds the object [-].
+#: Ratio of the grip before the disturbance to the least grip that holds the object [-].
 MARGIN = 1.3
 #: Largest allowed slip [m].
 MOST_SLIP = 2e-3

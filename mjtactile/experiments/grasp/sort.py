@@ -41,8 +41,8 @@ SIZE, PROUD = (0.028, 0.024, 0.04), 4e-3
 SPACING, DISTANCE, MOST_OFF = 0.028, 0.08, 0.01
 #: Height to which blocks are lifted [m], speeds of lifting, carrying and lowering [m/s].
 _RISE, _SPEED, _CARRYING, _LOWERING = 0.04, 0.08, 0.15, 0.02
-#: Number of new grips that centre a shape on the pads; number of looks that locate it; and recognised offset over true
-#: offset where soft fingertips have turned until they press through their own middle [-].
+#: Number of new grips that centre a shape on the pads; number of looks that locate it; and ratio of the recognised
+#: offset to the true one after compliant fingertips have turned until the force acts at their centre [-].
 _GRIPS, _PLACE_LOOKS, _SEEMING = 2, 5, -0.55
 #: Simulation steps between ticks while a block is carried. That makes 100 Hz, which is enough there.
 _CARRYING_STEPS = 10
@@ -158,14 +158,19 @@ def bin_place(name: str) -> tuple[float, float]:
 
 
 def sort_model(task: SortTask, fidelity: str) -> mujoco.MjModel:
-    """The model of a trial: the gripper, a block with punches on both sides, and plates that show the bins."""
+    """The model of a trial: the gripper, a block with punches on both sides, and plates that show the bins.
+
+    Args:
+        task: the block.
+        fidelity: fidelity of the readings.
+    """
     core = GraspObject(size=(SIZE[0] - 2.0 * PROUD, *SIZE[1:]), mass=task.mass, friction=task.friction)
     pads = FingertipPads(fidelity=fidelity)
     spec = grasp_spec(core, wrist="xyz", pose=task.pose, grasp_height=task.grasp_height, pads=pads)
     body, block = spec.body("object"), spec.geom("object")
     solid = indenter_solid(task.shape, height=PROUD)
     for side, pad in zip((-1.0, 1.0), GRIPPER_PADS, strict=True):
-        # The boss does not collide. Its name makes the sensor take it for the pressing shape (sim/geoms.py).
+        # The boss does not collide. Because of its name, the sensor uses it as the pressing shape (sim/geoms.py).
         name = f"{pad}_boss{SHOWN}"
         spec.add_mesh(name=name, uservert=_boss(solid.vertices, side).ravel(), userface=np.ravel(solid.faces))
         boss = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=1e-4)

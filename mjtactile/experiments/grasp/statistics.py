@@ -17,12 +17,18 @@ CONFIDENCE = 0.95
 class Estimate:
     """A value and its 95 % confidence interval."""
 
-    value: float
-    low: float
-    high: float
+    value: float  #: the estimate
+    low: float  #: lower end of the interval
+    high: float  #: upper end of the interval
 
     def text(self, unit: str = "", *, scale: float = 1.0, digits: int = 1) -> str:
-        """Text such as "97.5 % (94.3 to 98.9)"; without the interval if there are too few samples for one."""
+        """Text such as "97.5 % (94.3 to 98.9)"; without the interval if there are too few samples for one.
+
+        Args:
+            unit: text after the value.
+            scale: factor of all numbers.
+            digits: number of decimals.
+        """
         if not np.isfinite((self.low, self.high)).all():
             return f"{scale * self.value:.{digits}f}{unit}"
         value, low, high = (f"{scale * one:.{digits}f}" for one in (self.value, self.low, self.high))
@@ -35,7 +41,7 @@ class Estimate:
 
 
 def share(marks: Sequence[bool]) -> Estimate:
-    """Proportion of marks that are set, with Wilson's interval; NaN without marks."""
+    """Proportion of true marks, with Wilson's interval; NaN if there are no marks."""
     from scipy.stats import binomtest
 
     if not len(marks):
@@ -46,7 +52,10 @@ def share(marks: Sequence[bool]) -> Estimate:
 
 
 def median(values: Sequence[float]) -> Estimate:
-    """Median, with an interval between two order statistics, which assumes no distribution; NaN if too few values."""
+    """Median, with an interval between two order statistics, which assumes no distribution.
+
+    The interval is NaN if there are too few values; all is NaN if there are none.
+    """
     from scipy.stats import quantile_test
 
     if not len(values):
@@ -59,10 +68,10 @@ def median(values: Sequence[float]) -> Estimate:
 class Bound:
     """A bound, and the value that was measured."""
 
-    what: str
-    bound: str
-    found: str
-    met: bool
+    what: str  #: name of the quantity
+    bound: str  #: the bound as text
+    found: str  #: the measured value as text
+    met: bool  #: whether the value is within the bound
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,12 +79,12 @@ class Report:
     """The report that an experiment prints.
 
     Attributes:
-        title: one sentence.
-        head: of the table.
-        rows: of the table.
-        bounds: what was to be reached.
+        title: one sentence above the table.
+        head: titles of the table's columns.
+        rows: cells of the table's rows.
+        bounds: bounds that were to be reached.
         figures: plain numbers by name.
-        notes: sentences below.
+        notes: sentences below the tables.
     """
 
     title: str

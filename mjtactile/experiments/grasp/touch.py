@@ -20,13 +20,13 @@ from mjtactile.recognition import load
 from mjtactile.recognition.grasp import GraspRecogniser, grasp_targets
 from mjtactile.sim.wrench import contact_wrenches
 
-#: Least mean of all readings for contact [Pa], about 0.05 N; noise contributes a tenth of it.
+#: A pad is in contact if the mean of its readings is above this [Pa], at about 0.05 N; noise contributes a tenth of it.
 CONTACT_THRESHOLD = 100.0
-#: Least contact force for contact, if forces are known [N].
+#: A pad is in contact if the true contact force presses with more than this [N].
 LEAST_FORCE = 0.05
 
 
-#: Of the default pad, which the gripper bears and recognisers are taught for.
+#: Shape of the readings of the default pad, which the gripper has and recognisers are trained for.
 _READING_SHAPE = Pad().reading_shape
 
 
@@ -42,7 +42,13 @@ class TouchSense(Protocol):
 
 
 def read_pads(data: mujoco.MjData, noise: float, drawn: np.random.Generator) -> Array:
-    """Readings of the gripper's pads (pads, layers, rows, columns) [Pa]; `noise` is relative to each pad's largest."""
+    """Readings of the gripper's pads with noise, (pads, layers, rows, columns) [Pa].
+
+    Args:
+        data: state of the simulation, in whose last step the pads were read.
+        noise: standard deviation of white noise over a pad's largest reading [-].
+        drawn: generator of the noise.
+    """
     readings = np.array([data.sensor(name).data.reshape(_READING_SHAPE) for name in GRIPPER_PADS])
     peaks = readings.max(axis=(1, 2, 3))
     return readings + noise * peaks[:, None, None, None] * drawn.standard_normal(readings.shape)
@@ -52,9 +58,9 @@ class RecognisedTouch:
     """Loads recognised from the pads' readings with noise.
 
     Args:
-        recogniser: of force and twist.
+        recogniser: recogniser of force and torsional moment.
         noise: standard deviation of white noise over a pad's largest reading [-].
-        seed: of the noise.
+        seed: seed of the noise.
     """
 
     reads = True
@@ -64,7 +70,7 @@ class RecognisedTouch:
         self._drawn = np.random.default_rng(seed)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """What is recognised; the pads must have been read in this step."""
+        """The recognised loads; the pads must have been read in this step."""
         readings = read_pads(data, self._noise, self._drawn)
         touched = readings.mean(axis=(1, 2, 3)) > CONTACT_THRESHOLD
         felt = _nothing(readings)
@@ -76,12 +82,12 @@ class RecognisedTouch:
 
 
 class TrueTouch:
-    """MuJoCo's contact forces, which no real robot has, for comparison."""
+    """Loads from MuJoCo's contact forces, which no real robot has, for comparison."""
 
     reads = False
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """MuJoCo's contact forces."""
+        """The true loads on the pads."""
         wrenches = np.array([contact_wrenches(model, data, model.geom(f"{one}_pad").id).total for one in GRIPPER_PADS])
         touched = wrenches[:, 2] < -LEAST_FORCE
         felt = _nothing(None)
@@ -99,7 +105,7 @@ class NoTouch:
     reads = False
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> PadLoads:
-        """Nothing."""
+        """Zero loads, as without contact."""
         return _nothing(None)
 
 
@@ -107,10 +113,13 @@ def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str |
     """A sense of touch by name: "recognised", "true" or, for anything else, none.
 
     Args:
-        kind: name.
-        noise: of recognised touch [-].
-        seed: of the noise.
-        weights: folder of the recogniser's weights; by default those shipped.
+        kind: name of the sense of touch.
+        noise: standard deviation of the readings' noise over a pad's largest reading [-]; for "recognised".
+        seed: seed of the noise; for "recognised".
+        weights: folder of the recogniser's weights; by default those of the package; for "recognised".
+
+    Raises:
+        RecognitionError: there are no weights, or they are for another pad.
     """
     if kind == "recognised":
         return RecognisedTouch(grasp_recogniser(weights), noise=noise, seed=seed)
@@ -119,13 +128,13 @@ def make_touch(kind: str, *, noise: float, seed: tuple[int, ...], weights: str |
 
 @lru_cache(maxsize=2)
 def grasp_recogniser(weights: str | None) -> GraspRecogniser:
-    """The recogniser of forces and twists on a gripper's pads.
+    """The recogniser of forces and torsional moments on a gripper's pads.
 
     Args:
-        weights: folder of weights of one's own; None: those shipped.
+        weights: folder of other weights; None for those of the package.
 
     Raises:
-        RecognitionError: there are none, or they fit another pad.
+        RecognitionError: there are no weights, or they are for another pad.
     """
     return load("grasp", pad=Pad(), folder=None if weights is None else Path(weights))
 

@@ -29,15 +29,19 @@ class TrialsError(MjTactileError, ValueError):
 class TrialSettings:
     """Settings of all trials of a run."""
 
-    seed: int = 0  #: of all random numbers
+    seed: int = 0  #: seed of all random numbers
     trials: int = 200  #: number of trials of each condition
-    noise: float = 0.01  #: standard deviation over a pad's largest reading [-]
-    fidelity: str = "fast"  #: preset of the readings
+    noise: float = 0.01  #: standard deviation of the readings' noise over a pad's largest reading [-]
+    fidelity: str = "fast"  #: fidelity of the readings, a preset by name
     weights: str | None = None  #: folder of the recognisers' weights; None for those of the package
-    options: tuple[tuple[str, float], ...] = ()  #: of the experiment, by name
+    options: tuple[tuple[str, float], ...] = ()  #: options of the experiment, each with its name
 
     def option(self, name: str) -> float:
-        """An option of the experiment."""
+        """An option of the experiment by its name.
+
+        Raises:
+            KeyError: there is no such option.
+        """
         return dict(self.options)[name]
 
 
@@ -74,16 +78,16 @@ def run_trials(
 
     Args:
         experiment: the experiment.
-        settings: of all trials.
+        settings: settings of all trials.
         workers: where trials run; the results do not depend on it. None: this process.
         out: file of results to write, or to continue if it has the same settings.
-        progress: show a bar on a terminal.
+        progress: show a progress bar on a terminal.
 
     Returns:
         Results by condition, in order of their numbers.
 
     Raises:
-        TrialsError: `out` contains results of other trials.
+        TrialsError: `out` contains results of other trials, or is another kind of file.
         DistributeError: Ray is missing or cannot be reached, or workers are killed repeatedly during the same trial.
         OSError: `out` cannot be written.
     """

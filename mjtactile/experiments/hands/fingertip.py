@@ -18,9 +18,9 @@ from mjtactile.pad_shape.surfaces import SphereCap
 from mjtactile.sim.mjcf import add_pad_meshes, document, mesh_geoms, numbers, text_of
 from mjtactile.sim.pad_geom import contact_attributes
 
-#: Contact parameters of links and held objects: those of the pads without friction and priority, which objects define.
+#: Contact parameters of links and held objects: those of pads, without friction and priority, which objects define.
 CONTACT = contact_attributes("hand", "condim", "solref", "solimp")
-#: Mesh of every fingertip's pad, where it is curved.
+#: Name of the mesh of every fingertip's pad, if the pad is curved.
 _MESH = "fingertip_pad"
 _PAD_DENSITY = "965"  # PDMS [kg/m^3]
 #: Colours of links and palms.
@@ -33,8 +33,8 @@ class FingertipPads:
 
     Attributes:
         pad: flat, as recognisers require, or curved.
-        name: of the pad for the plugin: `pad_text(pad)`, or a name of `register_pad`.
-        fidelity: of the readings, a preset by name or a Fidelity.
+        name: name of the pad for the plugin: `pad_text(pad)`, or a name of `register_pad`.
+        fidelity: fidelity of the readings, a preset by name or a Fidelity.
     """
 
     pad: Pad = field(default_factory=Pad)
@@ -54,7 +54,7 @@ class HandModel:
     """A hand as MJCF.
 
     Attributes:
-        name: of the hand's body; its origin is the mounting flange.
+        name: name of the hand's body, whose origin is the mounting flange.
         reach: distance from the flange down to site `grasp`, the middle of the pads [m].
         module: name of the Python file that writes it.
         palm: attributes of the palm's geom, including its mass.
@@ -68,7 +68,12 @@ class HandModel:
     add_fingers: Callable[[ET.Element, ET.Element, FingertipPads], None]
 
     def document(self, model: str, pads: FingertipPads) -> ET.Element:
-        """A model of this name with the hand, to be extended or written."""
+        """The hand as an MJCF document, to be extended or written.
+
+        Args:
+            model: name of the model.
+            pads: pads of the fingertips.
+        """
         root = document(model, module=self.module)
         ET.SubElement(root, "compiler", angle="radian")
         ET.SubElement(ET.SubElement(root, "extension"), "plugin", plugin=PLUGIN)
@@ -85,7 +90,12 @@ class HandModel:
 
 
 def pad_sensor(name: str, pads: FingertipPads) -> ET.Element:
-    """A sensor of the plugin on geom `<name>_pad`."""
+    """A sensor of the plugin on geom `<name>_pad`.
+
+    Args:
+        name: name of the sensor.
+        pads: the pad and its fidelity.
+    """
     sensor = ET.Element("plugin", name=name, plugin=PLUGIN, objtype="geom", objname=f"{name}_pad")
     for key, value in (("pad", pads.name), ("fidelity", fidelity_text(pads.fidelity)), ("output", "von_mises")):
         ET.SubElement(sensor, "config", key=key, value=value)
@@ -97,10 +107,10 @@ def add_pad(body: ET.Element, name: str, pad: Pad, surface: tuple[float, float, 
 
     Args:
         body: the body.
-        name: of the sensor.
+        name: name of the pad's sensor.
         pad: the pad.
         surface: origin of the pad frame in the body's frame [m].
-        rotation: of the pad frame in the body's frame, (3, 3), axes as columns.
+        rotation: rotation of the pad frame in the body's frame, (3, 3), axes as columns.
     """
     axes = numbers(rotation[:, :2].T.ravel())
     look = contact_attributes("hand")  # its friction applies only to objects of lower priority

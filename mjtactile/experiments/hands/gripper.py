@@ -1,8 +1,8 @@
-"""A parallel gripper of our own: two coupled fingers on slides, a pad on each fingertip, one force-controlled drive.
+"""A parallel gripper of this package: two coupled fingers on slides with a pad on each fingertip, and one drive.
 
-Lengths are metres, forces newtons. The gripper's body `gripper` has its origin at the mounting flange, z up, and holds
-its fingers downwards; site `grasp` stands between the pads. Pad frames: z towards the other finger, y up, so that the
-weight of what is held pulls along -y of both pads.
+Lengths are metres, forces newtons. The origin of the gripper's body `gripper` is the mounting flange; z points up, and
+the fingers point down. Site `grasp` is between the pads. In the pad frames, z points towards the other finger and y up,
+so the weight of a held object pulls both pads along -y. The drive is controlled by force.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from mjtactile.sim.pad_solid import rise
 
 #: Sensors of the gripper; geoms are `<name>_pad`, pad frames are sites `<name>_surface`.
 GRIPPER_PADS = ("left", "right")
-#: Distance of the fingers, and of the pads where they are closed [m]: pads of an empty gripper never touch.
+#: Stroke of both fingers together, and distance of the pads when the gripper is closed [m], so that they never touch.
 STROKE, CLOSED_GAP = 80e-3, 0.5e-3
-#: Force with which each finger may press [N].
+#: Largest force of each finger [N].
 GRIP_LIMIT = 40.0
-#: From the flange to the middle of the pads [m].
+#: Distance from the flange to the middle of the pads [m].
 _REACH = 0.12
-#: A finger with its carriage, as in commercial grippers of that stroke [kg]; what the drive's rotor adds behind its
-#: gears [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
+#: Mass of a finger with its carriage, as in commercial grippers of that stroke [kg]; reflected inertia of the drive's
+#: rotor [kg]; damping of gears and guides [N s/m]: 1 N closes a free finger at 5 cm/s.
 _FINGER_MASS, _ROTOR, _DAMPING = 0.06, 0.05, 20.0
 _PALM_MASS = 0.7
-#: Fingertips align themselves with what they touch: each turns and nods about its pad's middle against
-#: a spring, by 2 degrees under 0.1 N at the pad's edge.
+#: Fingertips align themselves with the object. Each rotates about two axes through its pad's middle against a spring,
+#: by 2 degrees under 0.1 N at the pad's edge.
 _TIP_JOINT = {
     "type": "hinge",
     "range": "-0.15 0.15",
@@ -40,7 +40,7 @@ _TIP_JOINT = {
 }
 #: The drive's force follows its command with this time constant [s].
 _DRIVE_TIME = "0.005"
-#: Of the drive that opens [N].
+#: Largest opening force of the drive [N].
 _OPENING = 10.0
 
 
@@ -59,8 +59,8 @@ def _add_fingers(root: ET.Element, palm: ET.Element, pads: FingertipPads) -> Non
     ET.SubElement(sensors, "tendonvel", name="opening_rate", tendon="opening")
 
 
-#: Actuator `grip`: force with which each finger closes [N], -10 (opens) to 40. Sensors `left` and `right`: readings of
-#: the pads. Sensors `opening` [m] and `opening_rate` [m/s]: distance of the pads less `CLOSED_GAP`.
+#: Actuator `grip`: closing force of each finger [N], from -10 (opens) to 40. Sensors `left` and `right`: readings of
+#: the pads. Sensors `opening` [m] and `opening_rate` [m/s]: distance of the pads minus `CLOSED_GAP`, and its rate.
 GRIPPER = HandModel(
     name="gripper",
     reach=_REACH,
@@ -102,8 +102,8 @@ def _add_drive(root: ET.Element) -> None:
 def _finger(name: str, side: float, pad: Pad) -> ET.Element:
     """The left (-1) or right (+1) finger.
 
-    The origin of its frame is the middle of its pad's surface; a pad with hollows stands back by its highest point's
-    height, so that closed fingers have the same gap.
+    The origin of its frame is the middle of its pad's surface. A pad with hollows is set back by the height of its
+    highest point, so that the closed gripper has the same gap.
     """
     back = side * rise(pad)
     body = ET.Element("body", name=f"{name}_finger", pos=numbers((side * CLOSED_GAP / 2, 0.0, -_REACH)), gravcomp="1")
@@ -124,7 +124,7 @@ def _finger(name: str, side: float, pad: Pad) -> ET.Element:
     for axis, direction in (("turn", "0 0 1"), ("nod", "0 1 0")):
         ET.SubElement(tip, "joint", _TIP_JOINT, name=f"{name}_{axis}", axis=direction)
     add_pad(tip, name, pad, (back, 0.0, 0.0), rotation)
-    # The finger's own bar stands behind the pad: what the pad does not touch, nothing touches.
+    # The finger's bar is behind the pad, so that objects touch nothing but the pad.
     low, high = -pad.size[1] / 2, _REACH - 0.06
     ET.SubElement(
         body,

@@ -1,8 +1,9 @@
-"""A three-finger hand of our own: two fingers and an opposing thumb, two joints each, a pad on every fingertip.
+"""A three-finger hand of this package: two fingers and an opposing thumb, each with two joints and a fingertip pad.
 
-Lengths are metres, angles radians, torques newton metres. The hand's body `hand` has its origin at the mounting
-flange, z up, and holds its fingers downwards around site `grasp`. At zero all fingers hang straight down; positive
-angles close. Pad frames: z towards the middle of the hand where the fingers hang straight, y towards the knuckle.
+Lengths are metres, angles radians, torques newton metres. The origin of the hand's body `hand` is the mounting flange.
+Its z axis points up, and the fingers point down around site `grasp`. At angle zero, the fingers hang straight down;
+positive angles close them. In the pad frame of a straight finger, z points towards the middle of the hand, and y
+towards the knuckle.
 """
 
 from __future__ import annotations
@@ -16,17 +17,18 @@ from mjtactile.experiments.hands.fingertip import CONTACT, GREY, FingertipPads, 
 from mjtactile.pad import Pad
 from mjtactile.sim.mjcf import numbers
 
-#: Sensors of the hand, and where round the hand their fingers stand [deg]: the thumb faces the gap between the two.
+#: Sensors of the hand, with the azimuth of their fingers about the hand's axis [deg]. The thumb faces the gap between
+#: the two fingers.
 HAND_PADS = {"thumb": 180.0, "left": 35.0, "right": -35.0}
 #: Joints of a finger, from the palm outwards.
 HAND_JOINTS = ("knuckle", "middle")
-#: From the hand's axis to the knuckles; of the links [m].
+#: Distance of the knuckles from the hand's axis, and lengths of the links [m].
 KNUCKLE_RADIUS, UPPER_LINK, LOWER_LINK = 0.045, 0.05, 0.045
-#: How far the joints turn [rad]: (opens, closes).
+#: Ranges of the joints [rad]: (fully open, fully closed).
 RANGES = {"knuckle": (-0.7, 1.2), "middle": (-0.3, 1.6)}
-#: Position servos: stiffness [N m/rad], and the most torque they have [N m]: 10 N at a fingertip.
+#: Position servos: stiffness [N m/rad], and largest torque [N m], which gives 10 N at a fingertip.
 STIFFNESS, TORQUE = 3.0, 0.95
-#: Of gears and bearings: damping [N m s/rad], what rotors add behind their gears [kg m^2], dry friction [N m].
+#: Joints with gears: damping [N m s/rad], reflected inertia of the rotors [kg m^2], dry friction [N m].
 _JOINT = {"type": "hinge", "damping": "0.05", "armature": "0.0004", "frictionloss": "0.005"}
 _PALM_MASS, _LINK_MASSES = 0.5, (0.06, 0.04)
 _PALM_HEIGHT, _WIDTH = 0.03, 0.008
@@ -52,8 +54,8 @@ def _add_fingers(root: ET.Element, palm: ET.Element, pads: FingertipPads) -> Non
     root.extend((actuators, sensors))
 
 
-#: Actuators `<finger>_<joint>`: angle that a joint is to have [rad]. Sensors `<finger>`: readings of its pad; sensors
-#: `<finger>_<joint>`: its angle [rad].
+#: Actuators `<finger>_<joint>`: commanded angle of a joint [rad]. Sensors `<finger>`: readings of the finger's pad.
+#: Sensors `<finger>_<joint>`: angle of the joint [rad].
 HAND = HandModel(
     name="hand",
     reach=_PALM_HEIGHT + UPPER_LINK + LOWER_LINK,
@@ -85,7 +87,7 @@ def _finger(name: str, around: float, pad: Pad) -> ET.Element:
 
 
 def _add_joint(body: ET.Element, finger: str, joint: str) -> None:
-    # About +y, -z turns towards -x: inwards.
+    # A positive rotation about y moves a finger that points along -z towards -x, which is inwards.
     ET.SubElement(body, "joint", _JOINT, name=f"{finger}_{joint}", axis="0 1 0", range=numbers(RANGES[joint]))
 
 

@@ -1,5 +1,5 @@
-"""Touch inside a control loop: `mjtactile loop` presses with commanded forces and sorts punches it has only felt.
+"""Touch in a control loop: `mjtactile loop` presses with commanded forces, and sorts punches by touch alone.
 
-A gantry of springy arms holds seven punches, one each, in unknown order and unknown poses; the pad lies in the middle.
-The controller knows where racks and bins are and what was recognised: no wrench, no pose, no shape from MuJoCo.
+Seven compliant arms hold one punch each, in unknown order and unknown poses; the pad is in the middle. The controller
+knows the positions of rack and bins and the results of recognition. It gets no wrench, pose or shape from MuJoCo.
 """

@@ -1,6 +1,6 @@
 """The clock of the loop: MuJoCo steps at 1 kHz; at every tick, a few steps apart, the pad is read and recognised.
 
-The controller gets a `Recognised` only. The true wrench goes into the log, for evaluation.
+The controller gets only a `Recognised`. The true wrench is logged for evaluation.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.sensor import TactileSensor
 from mjtactile.transducer.array import Transducer
 
-#: Nothing presses while the mean of all readings is below this [Pa]. Three gram-force read more; the noise of single
-#: taxels, of a few hundred pascals at the worst, falls to a tenth of it in the mean.
+#: There is contact if the mean of all readings is above this [Pa]. Three gram-force give a larger mean. The noise of
+#: single taxels is a few hundred pascals at most, and less than a tenth of it remains in the mean.
 CONTACT_THRESHOLD = 50.0
 
 
@@ -30,7 +30,7 @@ def steps_between(rate: int) -> int:
     """Number of MuJoCo steps between ticks, for a rate of ticks [Hz].
 
     Raises:
-        MjTactileError: for a rate that does not divide 1000.
+        MjTactileError: the rate does not divide 1000 Hz.
     """
     every = round(1.0 / (TIMESTEP * rate)) if 0 < rate <= 1.0 / TIMESTEP else 0
     if every < 1 or abs(every * TIMESTEP * rate - 1.0) > 1e-9:
@@ -42,44 +42,52 @@ def steps_between(rate: int) -> int:
 class Log:
     """Record of a run: one row for each tick."""
 
-    time: list[float] = field(default_factory=list)  #: simulated [s]
-    commanded: list[Array] = field(default_factory=list)  #: force on the pad [N]; NaN where none
-    recognised: list[Array] = field(default_factory=list)  #: the same, as recognised; NaN where nothing was felt
-    true: list[Array] = field(default_factory=list)  #: MuJoCo's contact force on the pad [N]
-    arm: list[int] = field(default_factory=list)  #: that is being moved
-    seen: list[str] = field(default_factory=list)  #: shape recognised, "" where nothing was felt
-    read_time: list[float] = field(default_factory=list)  #: reading the sensor [s]
-    force_time: list[float] = field(default_factory=list)  #: recognising the force [s]; NaN where nothing was felt
-    shape_time: list[float] = field(default_factory=list)  #: recognising the shape [s]
-    step_time: list[float] = field(default_factory=list)  #: MuJoCo's steps [s]
+    time: list[float] = field(default_factory=list)  #: simulated time [s]
+    commanded: list[Array] = field(default_factory=list)  #: commanded force on the pad [N], (3,); NaN without one
+    recognised: list[Array] = field(default_factory=list)  #: recognised force [N], (3,); NaN without contact
+    true: list[Array] = field(default_factory=list)  #: MuJoCo's contact force on the pad [N], (3,)
+    arm: list[int] = field(default_factory=list)  #: index of the moving arm
+    seen: list[str] = field(default_factory=list)  #: recognised shape; "" without contact
+    read_time: list[float] = field(default_factory=list)  #: real time for reading the sensor [s]
+    force_time: list[float] = field(default_factory=list)  #: for recognising the force [s]; NaN without contact
+    shape_time: list[float] = field(default_factory=list)  #: for recognising the shape [s]; NaN without contact
+    step_time: list[float] = field(default_factory=list)  #: for MuJoCo's steps [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoopSettings:
     """Settings of a run."""
 
-    seed: int = 0  #: of the order and poses of the punches, the commanded forces and the noise
-    presses: int = 4  #: commanded forces
+    seed: int = 0  #: seed of the order and poses of the punches, of the commanded forces and of the noise
+    presses: int = 4  #: number of commanded forces
     sort: bool = True  #: whether the punches are sorted
-    rate: int = 200  #: of readings and recognition [Hz], in simulated time
-    noise: float = 0.01  #: standard deviation over a reading's largest taxel [-]
-    fidelity: str = "precise"  #: of the readings, which recognisers are taught on
-    layers: str = "all"  #: recognisers that see "all" sensing layers or the "top" one
+    rate: int = 200  #: rate of readings and recognition in simulated time [Hz]
+    noise: float = 0.01  #: standard deviation of noise over the largest reading [-]
+    fidelity: str = "precise"  #: fidelity of the readings; recognisers are trained on "precise" among others
+    layers: str = "all"  #: recognisers that use "all" sensing layers, or the "top" one alone
 
 
 class Loop:
     """Steps a scene, and recognises force and shape from its pad's readings.
 
     Args:
-        scene: what is stepped.
-        sensor: of its pad.
-        recognisers: of force and of shape.
-        settings: rate, which divides 1000 Hz, noise and its seed are used.
-        transducer: what the readings go through; None: ideal.
-        watch: called after each tick with this loop: draws, shows.
+        scene: the scene.
+        sensor: sensor of its pad.
+        recognisers: recognisers of force and of shape.
+        settings: the rate, the noise and its seed are used here.
+        transducer: transducers that report the readings; None for ideal readings.
+        watch: function that is called with this loop after each tick, for example to draw a frame.
+
+    Attributes:
+        data: state of the simulation.
+        period: time between ticks [s].
+        targets: position target of each arm [m], (arms, 3).
+        log: record of all ticks.
+        readings: readings of the last tick [Pa], (layers, rows, columns).
+        felt: recognised contact of the last tick; None without contact.
 
     Raises:
-        MjTactileError: for a rate that does not divide 1000.
+        MjTactileError: the rate does not divide 1000 Hz.
     """
 
     def __init__(
@@ -119,7 +127,7 @@ class Loop:
 
         Args:
             arm: index of the moving arm, for the log.
-            commanded: force commanded to it [N], for the log.
+            commanded: commanded force of this arm on the pad [N], (3,), for the log.
 
         Returns:
             The recognised contact; None without contact.
@@ -130,7 +138,7 @@ class Loop:
             mujoco.mj_step(self.scene.model, self.data)
         stepped = perf_counter()
         with warnings.catch_warnings():
-            # A punch that rocks for a moment may press on less than its face carries; the nearest load is right then.
+            # A punch that rocks for a moment may press with an edge. The nearest load that its face carries is read.
             warnings.simplefilter("ignore", ContactWarning)
             readings = self.sensor.read(self.data)
         read = perf_counter()

@@ -18,7 +18,11 @@ _COLOURS = ("tab:blue", "tab:orange", "tab:green")
 
 
 def loop_figure(result: LoopResult) -> Figure:
-    """Draw the result of `run_loop`."""
+    """Draw the result of `run_loop`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
     require("figures")
     from matplotlib.figure import Figure
 
@@ -49,7 +53,7 @@ def _draw_forces(axes: Axes, result: LoopResult) -> None:
 
 
 def _draw_shapes(axes: Axes, result: LoopResult) -> None:
-    """The recognised shape at every tick with contact; in grey the true one."""
+    """Draw the recognised shape at every tick with contact, and the true shape in grey."""
     log, names = result.log, sorted(result.scene.truth)
     seen = np.array([names.index(name) if name in names else -1 for name in log.seen])
     truth = np.array([names.index(result.scene.truth[arm]) for arm in log.arm])

@@ -20,10 +20,10 @@ SPACING, DISTANCE, RACK_HEIGHT = 14e-3, 26e-3, 12e-3
 
 @dataclass(frozen=True, eq=False)
 class Recognised:
-    """What was recognised at one tick."""
+    """The contact that was recognised at one tick."""
 
-    force: ForceResult
-    shape: ShapeResult
+    force: ForceResult  #: its force and position
+    shape: ShapeResult  #: shape and pose of the punch
 
 
 class Arms(Protocol):
@@ -31,7 +31,7 @@ class Arms(Protocol):
 
     Attributes:
         targets: position target of each arm [m], (arms, 3).
-        period: between ticks [s].
+        period: time between ticks [s].
     """
 
     targets: Array
@@ -43,15 +43,20 @@ class Arms(Protocol):
         ...
 
     def tick(self, arm: int, commanded: Array | None = None) -> Recognised | None:
-        """Advance one period and return the recognised contact; None without contact."""
+        """Advance one period and return the recognised contact; None without contact.
+
+        Args:
+            arm: index of the moving arm, for the log.
+            commanded: commanded force of this arm on the pad [N], (3,), for the log.
+        """
         ...
 
 
 def home(arm: int) -> Array:
-    """Position of an arm's axis in the rack [m], shape (3,)."""
+    """Position of an arm in the rack, pad frame [m], shape (3,)."""
     return np.array([(arm - (len(INDENTER_NAMES) - 1) / 2) * SPACING, DISTANCE, RACK_HEIGHT])
 
 
 def bin_place(k: int) -> Array:
-    """Position of the bin of the k-th shape [m], shape (3,)."""
+    """Position of the bin of the k-th shape of `INDENTER_NAMES`, pad frame [m], shape (3,)."""
     return np.array([(k - (len(INDENTER_NAMES) - 1) / 2) * SPACING, -DISTANCE, 2e-3])

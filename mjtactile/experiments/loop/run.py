@@ -1,4 +1,4 @@
-"""The loop from beginning to end, and its examination: what was commanded, recognised and true."""
+"""A whole run of the loop, and its evaluation with commanded, recognised and true values."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from mjtactile.sensor import TactileSensor
 from mjtactile.transducer.array import Transducer
 from mjtactile.units import GRAM_FORCE
 
-#: A press is judged by its last ticks over this time [s].
+#: A press is evaluated over this time at its end [s].
 JUDGED_TIME = 0.1
-#: A commanded force is reached when it stays within this of it, over its magnitude.
+#: A commanded force is reached when the difference from the true force stays below this fraction of its magnitude [-].
 REACHED_WITHIN = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class LoopResult:
-    """What happened, and how it is judged.
+    """Result of a run, and its evaluation.
 
     Attributes:
-        settings: what was run.
-        scene: with the truth.
-        log: every tick.
-        held: commanded forces, arm 0.
-        sorted: punches put away.
-        judged: plain numbers, see `judge`.
+        settings: settings of the run.
+        scene: the scene, with the true shapes and poses.
+        log: record of all ticks.
+        held: commanded forces that arm 0 held.
+        sorted: punches that were put into bins.
+        judged: results of `judge` as plain numbers.
     """
 
     settings: LoopSettings
@@ -58,14 +58,14 @@ def run_loop(
     """Press with commanded forces, using the unknown punch of arm 0, then sort the seven punches.
 
     Args:
-        settings: of the run.
-        folder: of the recognisers' weights; by default those of the package.
-        transducer: of the readings, before the noise; None: ideal readings.
-        watch: called after each tick.
+        settings: settings of the run.
+        folder: folder of the recognisers' weights; by default those of the package.
+        transducer: transducers that report the readings, before noise is added; None for ideal readings.
+        watch: function that is called with the loop after each tick.
 
     Raises:
-        RecognitionError: there are no weights, or they fit another pad.
-        MjTactileError: for a rate that does not divide 1000 Hz.
+        RecognitionError: there are no weights, or they are for another pad.
+        MjTactileError: the rate does not divide 1000 Hz.
     """
     scene = loop_scene(settings.seed)
     sensor = TactileSensor(scene.model, fidelity=settings.fidelity)
@@ -90,7 +90,14 @@ def loop_recognisers(
 
 
 def judge(settings: LoopSettings, loop: Loop, held: list[HeldForce], put_away: list[Sorted]) -> dict[str, Any]:
-    """Presses against MuJoCo's contact force, punches against the bin they ended in, and the clock."""
+    """Evaluate a run: errors of the presses, bins of the sorted punches, and rates of the loop.
+
+    Args:
+        settings: settings of the run.
+        loop: the loop after the run.
+        held: commanded forces that were held.
+        put_away: punches that were put into bins.
+    """
     return {
         "settings": asdict(settings),
         "presses": [_press_judged(loop.log, each, loop.period) for each in held],
@@ -101,7 +108,7 @@ def judge(settings: LoopSettings, loop: Loop, held: list[HeldForce], put_away: l
 
 
 def _press_judged(log: Log, held: HeldForce, period: float) -> dict[str, Any]:
-    """Errors of the true force against the commanded one at the end of a press, and how long it took to get there."""
+    """Errors of the true force at the end of a press, and the time until the commanded force was reached."""
     true = np.array(log.true[held.start : held.stop])
     off = np.linalg.norm(true - held.commanded, axis=1) / np.linalg.norm(held.commanded)
     late = np.flatnonzero(off > REACHED_WITHIN)
@@ -120,7 +127,7 @@ def _press_judged(log: Log, held: HeldForce, period: float) -> dict[str, Any]:
 
 
 def _sort_judged(loop: Loop, put_away: Sorted) -> dict[str, Any]:
-    """Where a punch ended: the nearest bin, looked up in MuJoCo's state."""
+    """The bin that a punch ended in, from MuJoCo's state, and the error of its recognised position."""
     place = loop.data.body(f"arm_{put_away.arm}").xpos
     ends = [float(np.hypot(*(bin_place(k) - place)[:2])) for k in range(len(INDENTER_NAMES))]
     nearest = int(np.argmin(ends))
@@ -137,7 +144,7 @@ def _sort_judged(loop: Loop, put_away: Sorted) -> dict[str, Any]:
 
 
 def _rates(log: Log, period: float) -> dict[str, Any]:
-    """What the clock says, over the ticks in which something was felt."""
+    """Durations and rates over the ticks with contact."""
     felt = ~np.isnan(np.array(log.force_time))
     times = {name: np.array(getattr(log, f"{name}_time"))[felt] * 1e3 for name in ("step", "read", "force", "shape")}
     if not felt.any():

@@ -22,26 +22,26 @@ from mjtactile.sim.mjcf import indenter_mjcf, pad_mjcf
 from mjtactile.sim.press_scene import EDGE_MARGIN
 
 TIMESTEP = 1e-3
-#: What moves with an arm besides the punch [kg], and its damping [N s/m], which is critical.
+#: Mass of an arm without its punch [kg], and its damping [N s/m], which is critical.
 ARM_MASS = 0.05
 _PUNCH_MASS = 15e-3
 ARM_DAMPING = 2.0 * math.sqrt(ARM_STIFFNESS * (ARM_MASS + _PUNCH_MASS))
-#: How far a punch may stand off its arm's axis [m], in any direction and turned at random.
+#: Largest shift of a punch from its arm's axis [m], in any direction.
 LARGEST_SHIFT = 2e-3
-#: Poses tried before a punch is said not to fit.
+#: Number of random poses that are tried before a punch is refused as too large for the pad.
 _MOST_DRAWS = 1000
 AXES = "xyz"
 
 
 @dataclass(frozen=True, eq=False)
 class LoopScene:
-    """A model, with the facts about it that the controller must not know.
+    """A model, and the facts about it that the controller must not know.
 
     Attributes:
-        model: compiled.
+        model: compiled model.
         truth: name of the punch that each arm holds.
-        shifts: of each punch off its arm's axis, (arms, 2) [m].
-        rotations: of each punch, counter-clockwise (arms,) [rad].
+        shifts: shift (x, y) of each punch from its arm's axis [m], (arms, 2).
+        rotations: counter-clockwise rotation of each punch [rad], (arms,).
     """
 
     model: mujoco.MjModel
@@ -51,7 +51,15 @@ class LoopScene:
 
 
 def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
-    """Make a scene with punches in random order and poses. The same seed gives the same scene."""
+    """Make a scene with punches in random order and poses. The same seed gives the same scene.
+
+    Args:
+        seed: seed of the order and poses.
+        pad: the pad; the default pad if None.
+
+    Raises:
+        SceneError: the pad is too small for a punch.
+    """
     pad = pad or Pad()
     drawn = np.random.default_rng(seed)
     truth = tuple(INDENTER_NAMES[k] for k in drawn.permutation(len(INDENTER_NAMES)))
@@ -67,9 +75,9 @@ def loop_scene(seed: int, *, pad: Pad | None = None) -> LoopScene:
 
 
 def _pose(name: str, pad: Pad, drawn: np.random.Generator) -> tuple[float, float, float]:
-    """Draw a punch's shift (x, y) off the arm's axis [m] and turn [rad], so that its whole face meets the pad.
+    """Draw a punch's shift (x, y) from the arm's axis [m] and rotation [rad] such that its whole face is on the pad.
 
-    Parts of a face beyond the pad's edge carry nothing, see mjcf.py.
+    Parts of a face beyond the pad's edge carry no load, see mjcf.py.
     """
     half_x, half_y = (size / 2 - EDGE_MARGIN for size in pad.size)
     sheet = shapely.box(-half_x, -half_y, half_x, half_y)
@@ -79,7 +87,7 @@ def _pose(name: str, pad: Pad, drawn: np.random.Generator) -> tuple[float, float
         if sheet.contains(indenter_outline(name, shift=shift, rotate_deg=math.degrees(turn))):
             return *shift, float(turn)
     raise SceneError(
-        f"no place was found where punch '{name}' lies wholly on a pad of {pad.size[0] * 1e3:.4g} x "
+        f"no pose was found in which punch '{name}' is wholly on a pad of {pad.size[0] * 1e3:.4g} x "
         f"{pad.size[1] * 1e3:.4g} mm. The loop's punches are 10 mm wide: use a larger pad."
     )
 

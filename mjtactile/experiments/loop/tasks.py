@@ -1,7 +1,7 @@
-"""The two tasks: press with commanded forces, and sort punches by the shape that is recognised.
+"""The two tasks: press with commanded forces, and sort punches by their recognised shape.
 
-Only targets go out and only what was recognised comes in. Arms are moved along straight lines in a given time, without
-looking where they are.
+The controller's outputs are position targets; its inputs are results of recognition. Between contacts, targets move
+along straight lines in a given time, without feedback.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.pad import force_vector
 from mjtactile.units import GRAM_FORCE
 
-#: Height of a punch's face over the pad when it travels, and where the search for the surface begins [m].
+#: Height of a punch's face over the pad while it travels, and height at which the search for the surface begins [m].
 TRAVEL_HEIGHT, SEARCH_HEIGHT = 12e-3, 1e-3
 #: Speed of travel [m/s] and time for an arm to come to rest after it [s].
 SPEED, REST = 0.25, 0.1
-#: Force to feel a shape with, and the time to settle before the first look.
+#: Pressing force for the recognition of a shape [N], and time to settle before the first recognition [s].
 FEELING_FORCE, SETTLING_TIME = 100.0 * GRAM_FORCE, 0.15
-#: How long a commanded force is held [s].
+#: Time for which a commanded force is held [s].
 HOLDING_TIME = 0.4
 #: A search for the surface is given up after this [s].
 SEARCH_TIME = 0.6
@@ -34,20 +34,20 @@ SEARCH_TIME = 0.6
 class HeldForce:
     """One commanded force, and the time over which it was held."""
 
-    commanded: Array  #: force on the pad [N], shape (3,)
-    start: int  #: tick at which it was first asked for
-    stop: int  #: tick after its last
+    commanded: Array  #: commanded force on the pad [N], shape (3,)
+    start: int  #: index of its first tick
+    stop: int  #: index one past its last tick
 
 
 @dataclass(frozen=True)
 class Sorted:
     """One punch that was recognised and put into a bin."""
 
-    arm: int
-    shape: str | None  #: as recognised; None where nothing was felt
-    confidence: float
-    looks: int
-    position: tuple[float, float]  #: of the punch off the pad's middle, as recognised at the last look [m]
+    arm: int  #: index of the arm
+    shape: str | None  #: recognised shape; None without contact
+    confidence: float  #: mean probability of that shape [-]
+    looks: int  #: number of recognitions
+    position: tuple[float, float]  #: recognised position (x, y) of the punch on the pad at the last recognition [m]
 
 
 def commanded_forces(count: int, seed: int) -> list[Array]:
@@ -60,7 +60,13 @@ def commanded_forces(count: int, seed: int) -> list[Array]:
 
 
 def press_forces(loop: Arms, arm: int, forces: Sequence[Array]) -> list[HeldForce]:
-    """Press the pad with the punch of one arm, with one commanded force after another."""
+    """Press the pad with the punch of one arm, with one commanded force after another.
+
+    Args:
+        loop: the arms.
+        arm: index of the arm.
+        forces: commanded forces on the pad [N], (3,) each.
+    """
     servo = ForceServo(stiffness=ARM_STIFFNESS)
     rack = loop.targets[arm].copy()
     _over_pad(loop, arm)

@@ -23,14 +23,21 @@ Picture = npt.NDArray[np.uint8]
 #: Frames per simulated second; the video runs as fast as the simulated clock.
 FRAMES_PER_SECOND = 10
 _WIDTH, _HEIGHT = 480, 360
-#: A layer's map has taxels of this many pixels.
+#: Width of a taxel in the picture of a layer [pixels].
 _TAXEL = 13
-#: What can be written, without any program besides this one.
+#: Formats of videos by the ending of their file name; Pillow writes them without another program.
 VIDEO_KINDS = {".gif": "GIF", ".webp": "WEBP"}
 
 
 class LoopVideo:
     """Draws frames at a fixed rate: `run_loop(watch=video)`. A context manager, since it holds an OpenGL context.
+
+    Args:
+        model: model of the scene.
+        camera: name of the camera.
+
+    Attributes:
+        frames: RGB images drawn so far, (height, width, 3) each.
 
     Raises:
         RenderError: there is no working OpenGL.
@@ -70,7 +77,7 @@ class LoopVideo:
         """Write the video file.
 
         Raises:
-            OutputError: nothing was drawn, the file's ending is no kind of video known here, or it cannot be written.
+            OutputError: nothing was drawn, the file name does not end in .gif or .webp, or the file cannot be written.
         """
         require("figures")
         from PIL import Image
@@ -142,8 +149,8 @@ def check_video_path(path: Path) -> None:
     """Check the file name of a video before the loop runs.
 
     Raises:
-        OutputError: the file's ending is no kind of video known here.
-        MissingExtraError: what draws videos is not installed.
+        OutputError: the file name does not end in .gif or .webp.
+        MissingExtraError: matplotlib or Pillow is not installed.
     """
     require("figures")
     if path.suffix.lower() not in VIDEO_KINDS:

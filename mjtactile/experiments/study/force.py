@@ -24,8 +24,8 @@ from mjtactile.experiments.study.protocol import (
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.units import GRAM_FORCE
 
-#: Scaling of the maximum readings for the magnitude network: by the largest of their layer among the training samples,
-#: or by the largest of all layers.
+#: Scalings of the maximum readings for the magnitude network: by the largest reading of their layer among the training
+#: samples, or by the largest of all layers.
 SCALINGS = ("each layer", "all layers")
 #: Fraction of a unit's work for the direction network, for the progress bar [-].
 _DIRECTION_SHARE = 0.1
@@ -36,10 +36,10 @@ class ForceChoices:
     """Choices for the force networks that the paper does not specify.
 
     Attributes:
-        scaling: of the maximum readings, one of `SCALINGS`.
+        scaling: scaling of the maximum readings, one of `SCALINGS`.
         initial: initial weights, see networks.py.
-        first_step: of RPROP.
-        smallest_step: of RPROP.
+        first_step: first step of RPROP [-].
+        smallest_step: smallest step of RPROP [-].
     """
 
     scaling: str = "each layer"
@@ -61,14 +61,15 @@ def force_study(
     with the least training error. As in the paper, the magnitude network with the least training error is reported.
 
     Args:
-        influence: of the paper's pad.
+        influence: influence matrices of the paper's pad.
         law: contact law of the readings.
         layers: number of sensing layers, 1 or 4.
-        training: of the magnitude network; the direction network is trained for fewer iterations.
-        choices: that the paper does not specify.
+        training: parameters for the magnitude network; the direction network is trained for fewer iterations.
+        choices: choices that the paper does not specify.
 
     Returns:
-        {"direction": ..., "magnitude": ...}, angles in degrees and forces in gram-force, see below.
+        {"direction": ..., "magnitude": ...}, angles in degrees and forces in gram-force; see `_direction_result` and
+        `_magnitude_result`.
     """
     known = oblique_readings(influence, law, TRAINING_ANGLES)[:, :layers]
     unknown = oblique_readings(influence, law, UNKNOWN_ANGLES)[:, :layers]

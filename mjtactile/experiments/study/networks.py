@@ -34,8 +34,8 @@ class NetworkDesign:
     """Architecture and initialisation of a network."""
 
     hidden: tuple[int, ...]  #: units of each hidden layer
-    output: str = "linear"  #: of the last layer: "linear" or "sigmoid"
-    activation: str = "sigmoid"  #: of hidden units: "sigmoid" or "tanh"
+    output: str = "linear"  #: activation of the last layer: "linear" or "sigmoid"
+    activation: str = "sigmoid"  #: activation of hidden units: "sigmoid" or "tanh"
     initial: str = "fan-in"  #: initial weights: one of INITIALS
     #: First step of every weight. Riedmiller and Braun use 0.1, with which a unit with 676 inputs saturates at once and
     #: does not learn, as the training error shows.
@@ -51,7 +51,8 @@ class Networks:
 
     Attributes:
         design: their architecture.
-        weights: of each layer, (seeds, inputs, outputs); biases: (seeds, 1, outputs).
+        weights: weights of each layer, (seeds, inputs, outputs).
+        biases: biases of each layer, (seeds, 1, outputs).
         error: root mean square error over the training samples and outputs, (seeds,).
         iterations: number of training iterations of all networks together.
     """
@@ -74,7 +75,7 @@ class Training:
     """Parameters of a training.
 
     Attributes:
-        seeds: of the initial weights, one network each; networks do not depend on each other.
+        seeds: seeds of the initial weights, one for each network; networks do not depend on each other.
         iterations: largest number of iterations.
         tolerance: root mean square error at which the training of a network stops.
         precision: floating-point type.
@@ -94,10 +95,10 @@ def train(design: NetworkDesign, inputs: Array, targets: Array, training: Traini
     The training of a network stops at the tolerance, independently of the others.
 
     Args:
-        design: of the networks.
-        inputs: (samples, inputs).
-        targets: (samples, outputs).
-        training: parameters.
+        design: design of the networks.
+        inputs: inputs of the samples, (samples, inputs).
+        targets: wanted outputs, (samples, outputs).
+        training: parameters of the training.
     """
     precision, tolerance, iterations = training.precision, training.tolerance, training.iterations
     sizes = (inputs.shape[1], *design.hidden, targets.shape[1])

@@ -54,9 +54,9 @@ class StudySettings:
 
     seeds: int = INITIALISATIONS  #: initialisations of every network
     preset: str = "precise"  #: fidelity of the readings
-    magnitude_iterations: int = MAGNITUDE_ITERATIONS
-    variant_iterations: int = VARIANT_ITERATIONS
-    shape_iterations: int = SHAPE_ITERATIONS
+    magnitude_iterations: int = MAGNITUDE_ITERATIONS  #: training iterations of the magnitude networks
+    variant_iterations: int = VARIANT_ITERATIONS  #: the same for the variants
+    shape_iterations: int = SHAPE_ITERATIONS  #: training iterations of the shape networks
     variants: bool = True  #: whether to run the variants
 
 
@@ -71,12 +71,12 @@ class Unit:
     """One training and test of networks of one kind, for one contact law and number of layers."""
 
     study: str  #: "force" or "shape"
-    law: str
-    layers: int
-    variant: str
-    iterations: int
-    seeds: int
-    preset: str
+    law: str  #: contact law of the readings
+    layers: int  #: number of sensing layers, 1 or 4
+    variant: str  #: key of `FORCE_VARIANTS` or `SHAPE_VARIANTS`
+    iterations: int  #: number of training iterations
+    seeds: int  #: number of initialisations
+    preset: str  #: fidelity of the readings
 
     @property
     def options(self) -> dict[str, Any]:
@@ -143,7 +143,7 @@ def kept_path(unit: Unit, influence: InfluenceMatrices) -> Path:
 
 
 def kept(path: Path) -> dict[str, Any] | None:
-    """A stored result; None if there is none that can be read."""
+    """The stored result in a file; None if the file does not exist or cannot be read."""
     try:
         return json.loads(path.read_text())
     except (OSError, ValueError):

@@ -21,14 +21,15 @@ from mjtactile.influence.matrices import InfluenceMatrices
 def oblique_readings(influence: InfluenceMatrices, law: str, angles_deg: Sequence[float]) -> Array:
     """Readings (angles, layers, rows, columns) [Pa] of 1 N on the 3 mm disc, tilted in the x-z plane.
 
-    A flat punch's readings are proportional to its force under every contact law: other forces are multiples.
+    Under every contact law, the readings of a flat punch are proportional to its force. So those of other forces are
+    multiples of these.
     """
     disc = ellipse(DISC_RADIUS, DISC_RADIUS)
     return np.stack([_readings(influence, disc, law, force_along(angle)) for angle in angles_deg])
 
 
 def force_along(angle_deg: float) -> Array:
-    """The force of 1 N on the pad at an angle from its normal, in the x-z plane [N]."""
+    """A force of 1 N on the pad at an angle from its inward normal, in the x-z plane [N], (3,)."""
     angle = np.radians(angle_deg)
     return np.array([np.sin(angle), 0.0, -np.cos(angle)])
 
@@ -49,7 +50,7 @@ def punch_reading(influence: InfluenceMatrices, law: str, name: str, shift: tupl
 
 
 def law_difference(influence: InfluenceMatrices, law: str, other: str) -> float:
-    """Largest relative difference (L2) between two laws' readings over the study's centred presses."""
+    """Largest relative difference between two laws' readings over the study's centred presses, in the L2 norm [-]."""
     force = force_along(27.0)
     disc = ellipse(DISC_RADIUS, DISC_RADIUS)
     pairs = [[_readings(influence, disc, each, force) for each in (law, other)]]

@@ -12,11 +12,12 @@ from typing import Any
 
 from mjtactile.units import GRAM_FORCE
 
+#: Angles [deg] and forces [gf] of the training samples and of the unknown samples, which are the test samples.
 TRAINING_ANGLES = tuple(range(0, 36, 5))
 UNKNOWN_ANGLES = (1, 13, 18, 27)
 TRAINING_FORCES = tuple(range(10, 201, 10))
 UNKNOWN_FORCES = tuple(range(15, 196, 10))
-#: Largest force, which the magnitude network's output is divided by [gf].
+#: Largest force [gf]; targets of the magnitude network are forces divided by it.
 FULL_FORCE = 200.0
 #: Radius of the obliquely cut cylinder that applies the forces [m], and the force on the shapes [N].
 DISC_RADIUS = 3e-3
@@ -54,8 +55,8 @@ PAPER_MAGNITUDE: dict[int, dict[str, float]] = {
     1: {"training": 0.003, "unknown": 0.53, "deviation": 0.17},
     4: {"training": 0.001, "unknown": 0.23, "deviation": 0.03},
 }
-#: Tables 4 and 5: outputs for the shifted punches, rows true and columns recognised in the order of INDENTER_NAMES.
-#: Of table 5 the paper's diagonal; every other entry is at most 0.01.
+#: Tables 4 and 5: outputs for the shifted punches. Rows are true shapes and columns recognised ones, in the order of
+#: INDENTER_NAMES. For table 5, the paper gives the diagonal and says that every other entry is at most 0.01.
 PAPER_ONE_LAYER_SHAPES = (
     (0.62, 0, 0.99, 0, 0, 0, 0),
     (0.89, 0, 0, 0, 0, 0, 0),

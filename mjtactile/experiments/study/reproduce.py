@@ -28,7 +28,7 @@ def reproduce(
 
     Args:
         settings: extent of the study.
-        workers: number of processes, one core each; 1 works in this process.
+        workers: number of processes, one core each; 1 for this process alone.
         fresh: ignore stored results.
         progress: show a progress bar on a terminal.
 

@@ -22,8 +22,8 @@ from mjtactile.experiments.study.protocol import (
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
 
-#: Scaling of readings: by the sample's largest, in kilopascals, each layer by its own largest, or each taxel minus its
-#: mean over its standard deviation among the training samples.
+#: Scalings of readings: divided by the sample's largest reading, in kilopascals, each layer divided by its own largest
+#: reading, or each taxel standardised by its mean and standard deviation among the training samples.
 SCALINGS = ("maximum", "kilopascal", "layer maximum", "standard")
 #: Root mean square error of all outputs at which the training of a shape network stops.
 TOLERANCE = 1e-3
@@ -36,10 +36,10 @@ class ShapeChoices:
     """Choices for the shape networks that the paper does not specify.
 
     Attributes:
-        scaling: of the readings, one of `SCALINGS`.
+        scaling: scaling of the readings, one of `SCALINGS`.
         initial: initial weights, see networks.py.
-        activation: of hidden units, "sigmoid" or "tanh".
-        first_step: of RPROP.
+        activation: activation of hidden units, "sigmoid" or "tanh".
+        first_step: first step of RPROP [-].
         tolerance: root mean square training error at which a network stops learning.
     """
 
@@ -60,15 +60,16 @@ def shape_study(
     """Train the shape network on the seven centred punches and test it once on the shifted ones.
 
     Args:
-        influence: of the paper's pad.
-        law: contact law that makes the readings.
-        layers: sensing layers that are seen, 1 or 4.
-        training: of the networks; their tolerance is that of the choices.
-        choices: what the paper leaves open.
+        influence: influence matrices of the paper's pad.
+        law: contact law of the readings.
+        layers: number of sensing layers, 1 or 4.
+        training: parameters of the training; the tolerance is that of `choices`.
+        choices: choices that the paper does not specify.
 
     Returns:
-        {"right": by direction, of 7, by seed; "outputs": by direction, (7, 7) mean over seeds; "presented": see
-        `_presented`; "trained": of 7, by seed; "training_rms": by seed}.
+        {"right": number of recognised punches, of 7, by direction and seed; "outputs": outputs by direction, (7, 7),
+        mean over seeds; "trained": number of recognised training punches, of 7, by seed; "training_rms": training error
+        by seed; "iterations": number of iterations; "presented": see `_presented`}.
     """
     centred = punch_readings(influence, law)[:, :layers]
     scaled = _scaler(centred, choices.scaling)
@@ -97,15 +98,15 @@ def shape_study(
 
 
 def _count_right(answers: Array) -> Array:
-    """How many of the punches, given in their order, each seed's network names rightly."""
+    """Number of punches that the network of each seed recognises, (seeds,); answers are (seeds, punches, outputs)."""
     return (answers.argmax(axis=2) == np.arange(answers.shape[1])).sum(axis=1)
 
 
 def _presented(influence: InfluenceMatrices, law: str, see: Callable[[Array], Array]) -> dict[str, Any]:
-    """Circle, triangle and square in random order, ten times each, put down somewhere within the shift.
+    """Test with circle, triangle and square in random order, ten times each, at random positions.
 
-    The paper does not say how its network was presented with them. Here the middle lies anywhere on the disc of 1.25 mm
-    about the pad's middle, as a punch put down by hand would.
+    The paper does not say how the shapes were presented to its network. Here their centres are uniformly distributed
+    over the disc of radius 1.25 mm about the pad's middle, as if the punches were put down by hand.
 
     Returns:
         {name: {"rate": by seed [-], "output": mean output of the true shape by seed}}.
@@ -133,7 +134,7 @@ def _presented(influence: InfluenceMatrices, law: str, see: Callable[[Array], Ar
 
 
 def _scaler(training: Array, scaling: str) -> Callable[[Array], Array]:
-    """The function from readings (samples, layers, rows, columns) to inputs (samples, taxels); knows only training."""
+    """The function from readings (samples, layers, rows, columns) to inputs (samples, taxels); fitted to `training`."""
     match scaling:
         case "maximum":
             return lambda readings: _flat(readings / readings.max(axis=(1, 2, 3), keepdims=True))

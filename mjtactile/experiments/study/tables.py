@@ -74,7 +74,7 @@ def magnitude_table(found: dict[str, Any]) -> str:
 
 
 def shapes_right_table(found: dict[str, Any]) -> str:
-    """How many of the seven shifted punches were recognised, by direction."""
+    """Number of the seven shifted punches that were recognised, by direction of the shift."""
     rows = []
     for law in STUDIED_LAWS:
         for layers in LAYERS:
@@ -95,14 +95,14 @@ def outputs_table(found: dict[str, Any], layers: int) -> str:
 
 
 def _four_layer_row(row: int) -> list[str]:
-    """A row of table 5, of which the paper's facts say the diagonal and a bound."""
+    """A row of table 5: its entry on the diagonal, and the paper's bound of the others."""
     printed = ["<= .01"] * len(INDENTER_NAMES)
     printed[row] = f"{PAPER_FOUR_LAYER_DIAGONAL[row]:g}"
     return printed
 
 
 def presented_table(found: dict[str, Any]) -> str:
-    """Recognition rates over thirty presentations [%], beside people's and the paper's network's."""
+    """Table 6: recognition rates over thirty presentations [%], beside those of people and of the paper's network."""
     rows = [
         ["people, eyes covered", *(f"{rate:g}" for rate in PAPER_RATES["people"])],
         ["the paper's network", *(f"{rate:g}" for rate in PAPER_RATES["network"])],
@@ -126,13 +126,13 @@ def direction_errors(direction: dict[str, Any]) -> list[float]:
 
 
 def force_result(found: dict[str, Any], law: str, layers: int) -> dict[str, Any]:
-    """What the force networks did, as studied."""
+    """Result of the force networks for a law and a number of layers, without variants."""
     iterations = found["settings"]["magnitude_iterations"]
     return _result(found, study="force", law=law, layers=layers, iterations=iterations)
 
 
 def shape_result(found: dict[str, Any], law: str, layers: int) -> dict[str, Any]:
-    """What the shape networks did, as studied."""
+    """Result of the shape networks for a law and a number of layers, without variants."""
     return _result(found, study="shape", law=law, layers=layers)
 
 

@@ -1,12 +1,12 @@
-"""The gradient of networks with one hidden layer and one output, all initialisations as one wide network.
+"""The gradient of networks with one hidden layer and one output; all initialisations form one wide network.
 
-The magnitude networks learn for a hundred thousand iterations, so theirs is written out: with inputs x, hidden units
-h = sigmoid(x V + c), output o = h w + b and error e = o - y over n samples,
+The magnitude networks are trained for a hundred thousand iterations, so their gradient is written out. With inputs x,
+hidden units h = sigmoid(x V + c), output o = h w + b and error e = o - y over n samples,
 
     dE/dw = sum_n e h,    dE/db = sum_n e,    dE/d(V, c) = w sum_n (x, 1) e h (1 - h)
 
-up to a positive factor, of which RPROP takes no notice. The hidden layers of all initialisations lie side by side in
-one matrix, and the samples' inputs are multiplied by it once. Twice as fast as automatic differentiation here.
+up to a positive factor, which does not affect RPROP. The hidden layers of all initialisations lie side by side in one
+matrix, so the samples' inputs are multiplied only once. This is twice as fast as automatic differentiation.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class WideGradient:
     Args:
         inputs: (samples, inputs).
         targets: (samples, 1).
-        weights: (seeds, inputs, hidden) and (seeds, hidden, 1), the leaves that are trained.
-        biases: (seeds, 1, hidden) and (seeds, 1, 1), likewise.
+        weights: weights of the two layers, (seeds, inputs, hidden) and (seeds, hidden, 1); the trained parameters.
+        biases: biases of the two layers, (seeds, 1, hidden) and (seeds, 1, 1); likewise.
     """
 
     def __init__(

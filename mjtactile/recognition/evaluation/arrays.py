@@ -35,8 +35,8 @@ class TransducerArray:
     """A kind of array, with the processing of its readings before recognition.
 
     Attributes:
-        element: kind of the elements.
-        imperfections: of the array.
+        element: kind of the array's elements.
+        imperfections: imperfections of the array.
         readings: number of readings that are averaged. This reduces the transducers' noise, not that of the presses.
         calibrated: whether gains and offsets are calibrated first.
     """
@@ -47,7 +47,15 @@ class TransducerArray:
     calibrated: bool = False
 
     def reported(self, presses: Array, seed: int) -> Array:
-        """Readings (presses, layers, rows, columns) [Pa] as several such arrays report them, each a part of them."""
+        """Readings as arrays of this kind report them; each of several random arrays reads a part of the presses.
+
+        Args:
+            presses: ideal readings, (presses, layers, rows, columns) [Pa].
+            seed: seed of the first array; the others have the seeds that follow.
+
+        Returns:
+            Reported readings of the same shape [Pa].
+        """
         shares = enumerate(np.array_split(presses, _DRAWN))
         return np.concatenate([self._of_one(share, seed + k) for k, share in shares if len(share)])
 

@@ -1,9 +1,9 @@
 """Errors of the recognisers of the package on new presses, from a seed that was not used for training.
 
-There are two parts. The paper's protocol, without noise: forces on the 3 mm disc in the middle at the angles and
-magnitudes of the paper's tests, and the seven punches shifted by 1.25 mm in eight directions. And presses in MuJoCo:
-the punches, the disc and spheres at random positions, sizes and rotations under random forces, with 1 % noise and other
-levels of noise. Each result is given for all layers and for the top layer alone.
+There are two parts. The first is the protocol of Aoyagi 2008, without noise: forces on the 3 mm disc in the middle of
+the pad at the angles and magnitudes of the paper's tests, and the seven punches shifted by 1.25 mm in eight directions.
+The second consists of presses in MuJoCo: punches, discs and spheres at random positions, sizes and rotations under
+random forces, with 1 % noise and other levels of noise. Each result is given for all layers and for the top layer.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ class EvaluationSettings:
     """The presses of an evaluation.
 
     Attributes:
-        seed: of presses and noise.
+        seed: seed of presses and noise.
         presses: number of presses in MuJoCo.
-        fidelity: of the sensor, a preset by name; recognisers are trained on "precise" among others.
-        law: its contact law; by default that of the fidelity.
+        fidelity: fidelity of the sensor, a preset by name; recognisers are trained on "precise" among others.
+        law: contact law of the sensor; by default that of the fidelity.
     """
 
     seed: int
@@ -72,7 +72,7 @@ def evaluate(
     Args:
         settings: the presses.
         workers: number of processes that make presses.
-        folder: of other weights, with subfolders "all" and "top"; by default those of the package.
+        folder: folder of other weights, with subfolders "all" and "top"; by default those of the package.
         progress: show a progress bar on a terminal.
 
     Returns:
@@ -113,7 +113,7 @@ def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, 
     """The evaluated recognisers of force and shape, by their layers ("all", "top").
 
     Args:
-        folder: of other weights, see `evaluate`.
+        folder: folder of other weights, see `evaluate`.
 
     Raises:
         RecognitionError: weights are missing or damaged.
@@ -129,7 +129,14 @@ def recognisers(folder: Path | None = None) -> dict[str, tuple[ForceRecogniser, 
 
 
 def press_spec(seed: int, presses: int, fidelity: str, law: str) -> dict[str, Any]:
-    """The random presses of an evaluation as the TOML values of a dataset, with two forces per pose at most."""
+    """The random presses of an evaluation as the values of a dataset's TOML file.
+
+    Args:
+        seed: seed of the presses.
+        presses: number of presses.
+        fidelity: a preset by name.
+        law: contact law.
+    """
     return {
         "seed": seed,
         "presses": presses,
@@ -148,7 +155,13 @@ def press_spec(seed: int, presses: int, fidelity: str, law: str) -> dict[str, An
 
 
 def protocol(influence: InfluenceMatrices, force: ForceRecogniser, shape: ShapeRecogniser) -> dict[str, Any]:
-    """Results on the paper's test samples, without MuJoCo and without noise."""
+    """Results on the test samples of Aoyagi 2008, computed without MuJoCo and without noise.
+
+    Args:
+        influence: influence matrices of the pad.
+        force: the recogniser of forces.
+        shape: the recogniser of shapes.
+    """
     directions = np.array([force_vector(DIRECTION_FORCE * GRAM_FORCE, angle) for angle in ANGLES])
     found = force(_pressed(influence, "disc", (0.0, 0.0), directions))
     vectors = np.array([force_vector(f * GRAM_FORCE, angle) for angle in ANGLES for f in FORCES])
@@ -181,7 +194,16 @@ def random_presses(
     seed: int,
     array: TransducerArray | None = None,
 ) -> dict[str, Any]:
-    """Results on random presses with noise, optionally read by transducers: in total, and for each kind of contact."""
+    """Results on random presses with noise, in total and for each shape.
+
+    Args:
+        data: the presses.
+        force: the recogniser of forces.
+        shape: the recogniser of shapes.
+        noise: standard deviation of white noise over the press's largest reading [-].
+        seed: seed of the noise and of the transducers.
+        array: transducers that read the presses; None: none.
+    """
     readings = noisy(data.readings, noise, seed)
     if array is not None:
         readings = array.reported(readings, seed)

@@ -29,8 +29,8 @@ class Looks:
     """Training samples: presses with random noise.
 
     Attributes:
-        inputs: of shape modules, (looks, inputs).
-        scores: of the existing modules, (looks, modules).
+        inputs: inputs of shape modules, (looks, inputs).
+        scores: scores of the existing modules, (looks, modules).
         own: whether the press is of the new shape, (looks,) bool.
     """
 
@@ -44,8 +44,8 @@ class KnownModules:
     """The existing modules, which stay fixed.
 
     Attributes:
-        poses: for position, size and orientation.
-        shapes: for the existing shapes.
+        poses: modules for position, size and orientation.
+        shapes: modules for the existing shapes.
     """
 
     poses: PoseNetworks
@@ -66,7 +66,7 @@ def look_at(
         looker: computes features of the presses.
         index: index of each sample's press, (looks,).
         own: whether each press is of the new shape, (presses,) bool.
-        noise: of each sample, standard deviation over the largest reading [-], (looks,).
+        noise: standard deviation of each sample's noise over its largest reading [-], (looks,).
         known: the existing modules.
         imperfect: fraction of the samples with imperfect transducers [-].
     """
@@ -81,7 +81,13 @@ def look_at(
 
 
 class NewModule(torch.nn.Module):
-    """A network with two hidden layers, initialised as the mean of several existing modules, side by side."""
+    """A network with two hidden layers, which at first returns the mean score of several existing modules.
+
+    The hidden units of the existing modules lie side by side.
+
+    Args:
+        like: the existing modules.
+    """
 
     def __init__(self, like: Sequence[ShapeModule]) -> None:
         super().__init__()
@@ -94,13 +100,13 @@ class NewModule(torch.nn.Module):
         )
 
     def forward(self, inputs: torch.Tensor) -> torch.Tensor:
-        """Scores (looks,)."""
+        """Scores of the new shape, (looks,), from inputs (looks, inputs)."""
         for weights, bias in zip(list(self.weights)[:-1], self.biases, strict=False):
             inputs = torch.nn.functional.silu(torch.addmm(bias, inputs, weights))
         return torch.addmm(self.biases[-1], inputs, self.weights[-1])[:, 0]
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Weights by the names `Network.from_arrays` expects, half precision."""
+        """Weights in half precision and biases, by the names that `Network.from_arrays` expects."""
         arrays: dict[str, np.ndarray] = {}
         for layer, (weights, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             arrays[f"shape weights {layer}"] = weights.detach().numpy().astype(np.float16)
@@ -116,7 +122,15 @@ def most_alike(looks: Looks, known: Sequence[ShapeModule], count: int) -> list[S
 def fit_module(network: NewModule, looks: Looks, schedule: Schedule, generator: torch.Generator, label: str) -> None:
     """Fit a module to training samples; half of each batch is of the new shape.
 
-    In use all shapes are equally likely a priori, so the bias is lowered by the logarithm of their number.
+    In use, all shapes are equally likely a priori. So the bias is lowered by the logarithm of the number of existing
+    shapes at the end.
+
+    Args:
+        network: the new module, changed in place.
+        looks: training samples.
+        schedule: hyperparameters.
+        generator: draws the batches.
+        label: text of the progress bar.
     """
     others = looks.scores.logsumexp(1)
     pools = [torch.nonzero(looks.own == own)[:, 0] for own in (True, False)]

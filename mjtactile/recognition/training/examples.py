@@ -1,7 +1,7 @@
 """Example presses stored with the weights, for training a new shape without the original dataset.
 
-They are stored as normalised projections with one byte per component, which is precise enough: some thousand presses
-are a few megabytes.
+They are stored as normalised projections with one byte per component, which is precise enough. A few thousand presses
+take a few megabytes.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ EXAMPLES = "examples.safetensors"
 
 @dataclass(frozen=True, eq=False)
 class Examples:
-    """Presses in the octant, projected, each over the length of its projection.
+    """Presses that are mirrored into the octant, projected, and divided by the norm of their projection.
 
     Attributes:
-        projected: (presses, parts) [-].
-        energy: sum of squares of all readings (presses,) [-].
-        peak: largest reading (presses,) [-].
-        shapes: name of each press's shape (presses,).
-        held_out: presses kept for testing (presses,) bool.
-        readings: (presses, layers, rows, columns) [-], as far as the view's parts tell them.
+        projected: projections, (presses, parts) [-].
+        energy: sum of squares of all readings, (presses,) [-].
+        peak: largest reading, (presses,) [-].
+        shapes: name of each press's shape, (presses,).
+        held_out: whether a press is kept for testing, (presses,) bool.
+        readings: readings, (presses, layers, rows, columns) [-]. Those of a file are computed from the projections.
     """
 
     projected: np.ndarray
@@ -101,7 +101,14 @@ def read_examples(folder: Path, view: PrincipalComponents) -> Examples | None:
 
 
 def choose(presses: Presses, count: int, rare: tuple[str, ...], seed: int) -> np.ndarray:
-    """Indices of presses to keep as examples: the same number of every shape, a quarter of it of those in `rare`."""
+    """Indices of presses to keep as examples, in ascending order.
+
+    Args:
+        presses: the presses to choose from.
+        count: number of examples, approximately.
+        rare: names of shapes that get a quarter of the examples that each other shape gets.
+        seed: seed of the choice.
+    """
     names, of = np.unique(presses.shapes, return_inverse=True)
     share = np.where(np.isin(names, rare), 0.25, 1.0)
     rng, chosen = np.random.default_rng(seed), []

@@ -28,7 +28,7 @@ class Schedule:
     rate: float = 1.5e-3  #: largest learning rate; see `learning_rate`
     decay: float = 1e-4  #: weight decay of AdamW
     quiet: float = 0.3  #: fraction of a batch without noise [-]
-    noise: float = 0.06  #: largest standard deviation of noise over the largest reading [-]; its root is uniform
+    noise: float = 0.06  #: largest standard deviation of noise over the largest reading [-]; its square root is uniform
     imperfect: float = 0.15  #: fraction of a batch with imperfect transducers [-]
 
 
@@ -60,8 +60,8 @@ def set_weights(network: torch.nn.Sequential, stored: Network) -> None:
     sizes = [(layer.in_features, layer.out_features) for layer in linear]
     if sizes != [weights.shape for weights in stored.weights]:
         raise RecognitionError(
-            f"the network to begin with has layers {[weights.shape for weights in stored.weights]}, but the one to fit "
-            f"{sizes}. Ask for the same width and depth, and the same view."
+            f"the network to start from has layers {[weights.shape for weights in stored.weights]}, but the network to "
+            f"fit has {sizes}. Ask for the same width and depth, and the same view."
         )
     for layer, weights, biases in zip(linear, stored.weights, stored.biases, strict=True):
         layer.weight.data = torch.tensor(weights.T.copy())
@@ -86,7 +86,7 @@ def fit(
     """Fit a network by AdamW on noisy presses.
 
     Args:
-        network: features to outputs.
+        network: maps features to outputs.
         looker: computes features of the presses.
         train: indices of the presses.
         loss_of: function of outputs, indices of the presses and their sizes that returns the loss.
@@ -116,12 +116,18 @@ def fit(
 
 
 def rate(right: np.ndarray) -> str:
-    """Fraction of correct answers as text."""
+    """Fraction of correct answers as text; `right` is bool, (answers,)."""
     return f"{right.mean():.2%} of {len(right)}" if len(right) else "none asked"
 
 
 def provenance(config: Any, dataset: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """Metadata of trained weights: configuration, versions, dataset and time."""
+    """Metadata of trained weights: configuration, versions, dataset and time.
+
+    Args:
+        config: a dataclass with the script's options; paths are left out.
+        dataset: metadata of the dataset.
+        seconds: duration of the training [s].
+    """
     import platform
 
     import mujoco

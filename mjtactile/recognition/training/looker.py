@@ -20,27 +20,33 @@ class Projected(Protocol):
 
     @property
     def readings(self) -> np.ndarray:
-        """(presses, layers, rows, columns), as mirrored."""
+        """Mirrored readings, (presses, layers, rows, columns)."""
         ...
 
     @property
     def projected(self) -> np.ndarray:
-        """(presses, parts)."""
+        """Projections, (presses, parts)."""
         ...
 
     @property
     def energy(self) -> np.ndarray:
-        """Sum of squares of all readings (presses,)."""
+        """Sum of squares of all readings, (presses,)."""
         ...
 
     @property
     def peak(self) -> np.ndarray:
-        """Largest reading (presses,)."""
+        """Largest reading, (presses,)."""
         ...
 
 
 class Looker:
-    """Computes features of presses with random noise."""
+    """Computes features of presses with random noise.
+
+    Args:
+        presses: the presses.
+        view: principal components on which they are projected.
+        generator: draws the noise.
+    """
 
     def __init__(self, presses: Projected, view: PrincipalComponents, generator: torch.Generator) -> None:
         self.readings = torch.tensor(presses.readings)
@@ -61,6 +67,9 @@ class Looker:
             index: indices of the presses, (n,).
             noise: standard deviation over the press's largest reading [-], (n,).
             imperfect: number of presses, from the first on, that are read by imperfect transducers.
+
+        Returns:
+            Features, (n, parts + 1), and norms of the projections, (n,).
         """
         clean, energy = self.projected[index], self.energy[index]
         if imperfect:

@@ -20,17 +20,18 @@ _BORDER = 0.12
 
 @dataclass(frozen=True, eq=False)
 class Presses:
-    """Presses in the octant, projected.
+    """Presses that are mirrored into the octant and projected.
 
     Attributes:
-        readings: (presses, layers, rows, columns) [Pa], as mirrored.
-        projected: (presses, parts) [Pa].
-        energy: sum of squares of all readings (presses,) [Pa^2].
-        peak: largest reading (presses,) [Pa].
+        readings: mirrored readings, (presses, layers, rows, columns) [Pa].
+        projected: projections, (presses, parts) [Pa].
+        energy: sum of squares of all readings, (presses,) [Pa^2].
+        peak: largest reading, (presses,) [Pa].
         dataset: the dataset with the labels.
         source: index into the dataset, (presses,); presses near the border occur twice.
         mirrors: how each press was mirrored.
-        held_out: presses kept for testing (presses,) bool: whole outlines, so that no pose is in both.
+        held_out: whether a press is kept for testing, (presses,) bool. It is the same for all presses of an outline,
+            so that no pose is in both parts.
     """
 
     readings: np.ndarray
@@ -44,7 +45,7 @@ class Presses:
 
     @property
     def shapes(self) -> np.ndarray:
-        """Name of each press's shape."""
+        """Name of each press's shape, (presses,)."""
         return self.dataset.labels["shape"][self.source]
 
     @property
@@ -60,6 +61,11 @@ class Presses:
 
 def fit_view(folder: Path, layers: tuple[int, ...], parts: int) -> tuple[PrincipalComponents, dict[str, Any]]:
     """Principal components of a dataset's normalised readings, and the dataset's metadata.
+
+    Args:
+        folder: folder of the dataset.
+        layers: indices of the sensing layers to use.
+        parts: number of components.
 
     Raises:
         RecognitionError: the dataset's pad is not symmetric.
@@ -78,7 +84,7 @@ def see_presses(folder: Path, view: PrincipalComponents, *, most: int | None = N
     """Read a dataset, mirror it into the octant and project it.
 
     Args:
-        folder: of the dataset.
+        folder: folder of the dataset.
         view: the principal components.
         most: stop reading when this number of presses is reached; by default read all.
     """

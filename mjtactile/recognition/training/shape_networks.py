@@ -14,7 +14,7 @@ from mjtactile.recognition.weight_files import read_weights
 
 
 class PoseNetworks(torch.nn.Module):
-    """Fixed position, size and orientation modules: features to all their scaled values, (presses, outputs)."""
+    """Fixed modules for position, size and orientation, which map features to all their scaled values."""
 
     def __init__(self, modules: Sequence[PoseModule]) -> None:
         super().__init__()
@@ -27,7 +27,7 @@ class PoseNetworks(torch.nn.Module):
         return cls([PoseModule.from_stored(read_weights(folder / f"{kind}.safetensors")) for kind in POSE_KINDS])
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
-        """Scaled values of all modules."""
+        """Scaled values of all modules, (presses, outputs)."""
         return torch.cat([network(features) for network in self._networks], 1)
 
 
@@ -56,7 +56,7 @@ class ShapeNetworks(torch.nn.Module):
     Args:
         poses: fixed pose modules.
         count: number of shapes.
-        width: of the hidden layers.
+        width: number of units of each hidden layer.
         inputs: number of inputs of each network: features and pose values.
     """
 
@@ -70,14 +70,14 @@ class ShapeNetworks(torch.nn.Module):
         self.last_bias = torch.nn.Parameter(torch.zeros(count, 1, 1))
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
-        """Scores (presses, shapes)."""
+        """Scores, (presses, shapes), from features (presses, features)."""
         inputs = torch.cat([features, self.poses(features)], 1)
         hidden = torch.nn.functional.silu(self.first(inputs)).view(-1, self.count, self.width).transpose(0, 1)
         hidden = torch.nn.functional.silu(torch.baddbmm(self.second_bias, hidden, self.second))
         return torch.baddbmm(self.last_bias, hidden, self.last)[..., 0].T
 
     def arrays(self, k: int) -> dict[str, np.ndarray]:
-        """Weights of the k-th network by the names `Network.from_arrays` expects, half precision."""
+        """Weights in half precision and biases of the k-th network, by the names that `Network.from_arrays` expects."""
         own = slice(k * self.width, (k + 1) * self.width)
         weights = [self.first.weight[own].T, self.second[k], self.last[k]]
         biases = [self.first.bias[own], self.second_bias[k, 0], self.last_bias[k, 0]]
