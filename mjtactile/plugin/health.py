@@ -159,12 +159,12 @@ def message(names: Names, note: Note) -> str:
     """
     who = f"pad '{names.pad}', {names.body(int(note.body))}"
     return (
-        f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), and the readings of this "
-        "linear model are too simple there.",
+        f"{who}: strains are no longer small ({names.pressure}, or {names.indentation}), so the readings of this "
+        "linear model are too coarse.",
         f"{who}: a part of its contact force acts beside the sensing surface, or along it harder than the contact can "
         "carry. The nearest load that the surface carries is read; output 'carried' says which.",
-        f"{who}: no contact was found as its law wants it: the pressure is spread over as much area as it needs at the "
-        "top layer's modulus, or the shear in proportion to the pressure.",
+        f"{who}: no solution of its contact law was found. The pressure is spread over the area that the force needs "
+        "at the top layer's modulus, or the shear is spread in proportion to the pressure.",
         f"{who}: nothing is read from it. It presses where nothing of its geometry faces the sensing surface, or its "
         "contact force is not finite.",
     )[int(note.event)]

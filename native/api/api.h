@@ -174,7 +174,7 @@ struct mjt_pressed {
   double carried[6];            /* the part of the wrench that is carried [N, N m] */
   double area, peak, stick;     /* under pressure [m^2], largest pressure [Pa], where it does not slip [m^2] */
   int32_t refused;              /* nothing of it faces the pad, or its wrench does not press */
-  int32_t approximated;         /* no contact as its law wants it: the pressure is spread over as much area as it needs */
+  int32_t approximated;         /* no solution of its law was found: the pressure is spread over the area that it needs */
   int32_t simplified;           /* none was found with its shear as asked for */
   int32_t cells, edges;         /* of the contact, and edges about what is under pressure; 0 where the law needs none */
 };

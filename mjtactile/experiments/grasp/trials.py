@@ -34,15 +34,6 @@ class TrialSettings:
     noise: float = 0.01  #: standard deviation of the readings' noise over a pad's largest reading [-]
     fidelity: str = "fast"  #: fidelity of the readings, a preset by name
     weights: str | None = None  #: folder of the recognisers' weights; None for those of the package
-    options: tuple[tuple[str, float], ...] = ()  #: options of the experiment, each with its name
-
-    def option(self, name: str) -> float:
-        """An option of the experiment by its name.
-
-        Raises:
-            KeyError: there is no such option.
-        """
-        return dict(self.options)[name]
 
 
 @dataclass(frozen=True, kw_only=True)
