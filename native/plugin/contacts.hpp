@@ -8,8 +8,8 @@
 
 namespace mjtactile::mujoco {
 
-// The pad frame in the world; columns of `rotation` are its axes. Of a box it is the middle of its +z face; of a mesh the
-// frame that its vertices are written in, from which MuJoCo moved them to their centre of mass and axes of inertia.
+// The pad frame in the world; columns of `rotation` are its axes. Of a box it is the middle of its +z face; of a mesh
+// the frame that its vertices are written in, from which MuJoCo moved them to their centre of mass and axes of inertia.
 struct Frame {
   double origin[3], rotation[9];
 };
@@ -22,8 +22,8 @@ std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom);
 
 // All contacts of a pad's geoms.
 struct Contacts {
-  // Bodies that press on the sensing surface, by ascending number, with the sum of their contact wrenches; -1 stands for
-  // flexes, which are no geoms. Memory is kept: the first `count` are of this state.
+  // Bodies that press on the sensing surface, by ascending number, with the sum of their contact wrenches; -1 stands
+  // for flexes, which are no geoms. Memory is kept: the first `count` are of this state.
   std::vector<Touch> touches;
   std::size_t count = 0;
   double wrench[6];    // of all contacts [N, N m], pad frame, about its origin

@@ -403,8 +403,8 @@ int init(const Model* model, Data* data, int instance) {
 
 void destroy(Data* data, int instance) { registry().drop(data, instance); }
 
-// Every simulation keeps its own memory, the state is MuJoCo's: a copy needs what sleeps on the pad besides, and one that
-// was made without `init` all of it.
+// Every simulation keeps its own memory, the state is MuJoCo's: a copy needs what sleeps on the pad besides, and one
+// that was made without `init` all of it.
 void copy(Data* to, const Model*, const Data* from, int instance) {
   const Instance* original = registry().find(from, instance);
   if (original == nullptr) return;

@@ -20,8 +20,8 @@ constexpr int kCircle = 64;
 constexpr double kBeside = 1e-3;
 // Share of the facing gap by which a side may always lean over its own width; slope to which a body tilts onto a side,
 // about 12 degrees, but no more than this share of the slope at which its next part comes down; and, over the width,
-// slope of a side of a body that keeps its orientation [m]. Parts that come down at steeper slopes than the last are not
-// looked for.
+// slope of a side of a body that keeps its orientation [m]. Parts that come down at steeper slopes than the last are
+// not looked for.
 constexpr double kLean = 0.5, kMostLean = 0.21, kLeanShare = 0.8, kLevel = 1e-7, kSteepest = 0.6;
 // Slope up to which a half space counts as flat where bodies do not tilt onto leaning sides.
 constexpr double kEndlessLean = 1e-3;
@@ -127,8 +127,8 @@ double least_along(const Shape& shape, const double* up) {
   }
 }
 
-// Smallest boxes of a mesh's triangles that reach below a height along a direction of the mesh's frame, unless they or one
-// around them are passed over; visit(first, count), pass(box, least).
+// Smallest boxes of a mesh's triangles that reach below a height along a direction of the mesh's frame, unless they or
+// one around them are passed over; visit(first, count), pass(box, least).
 template <typename Visit, typename Pass>
 void below(const TriangleMesh& mesh, const double* up, double height, Visit&& visit, Pass&& pass) {
   std::vector<std::uint32_t> stack;
@@ -149,8 +149,8 @@ void below(const TriangleMesh& mesh, const double* up, double height, Visit&& vi
   }
 }
 
-// Area of a mesh's triangles, seen along a direction, that lies within a gap above a plane of it or beyond it, but not in
-// the plane.
+// Area of a mesh's triangles, seen along a direction, that lies within a gap above a plane of it or beyond it, but not
+// in the plane.
 double area_beside(const Shape& shape, const double* up, double height, double gap) {
   Vector own = {0.0, 0.0, 0.0};
   for (int i = 0; i < 3; ++i) {
@@ -231,7 +231,8 @@ double area_of(const Outline& outline) {
   return area;
 }
 
-// Take out edges that two rings pass in opposite directions: pieces of one face that lie side by side become one outline.
+// Take out edges that two rings pass in opposite directions: pieces of one face that lie side by side become one
+// outline.
 void join_pieces(Outline& outline, double same) {
   std::vector<Point> corners;
   std::vector<std::pair<std::size_t, std::size_t>> edges;
@@ -282,8 +283,9 @@ double distance_to(const std::vector<Point>& hull, const Point& at) {
   return least;
 }
 
-// Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame; visit(point). Those within a
-// distance of a point that rise no less than that above the height are passed over: pass(point, distance, rise).
+// Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame; visit(point). Those
+// within a distance of a point that rise no less than that above the height are passed over: pass(point, distance,
+// rise).
 template <typename Visit, typename Pass>
 void outermost(const Shape& shape, const double* up, double height, double farthest, Visit&& visit, Pass&& pass) {
   const double* size = shape.size;

@@ -22,7 +22,8 @@ constexpr int kNear = 2;
 constexpr double kSpare = 4.0;
 // Height over the level up to which a part is kept.
 constexpr double kReached = 2.5;
-// Lengths of a part along and across, as standard deviations, from which on it is long: no ratio of whole numbers of samples.
+// Lengths of a part along and across, as standard deviations, from which on it is long: no ratio of whole numbers of
+// samples.
 constexpr double kElongated = 1.503;
 // Distance from a spring within which a load is on it, over the length of what is looked at.
 constexpr double kOnSpring = 1e-6;
@@ -389,7 +390,8 @@ Plane ContactSearch::resting(const SearchLoad& load) {
   Plane plane = {{0.0, 0.0}, load.through};
   Point inside;
   if (stiffness_.size() < 3 || !nearest_inside(covered(), load.through, 1e-3 * length, inside)) return plane;
-  // On a spring that a load passes by no more than rounding the body rests: which way it would fall rounding would decide.
+  // On a spring that a load passes by no more than rounding the body rests: which way it would fall rounding would
+  // decide.
   for (const Point& at : resting_) {
     if (std::hypot(at.x - inside.x, at.y - inside.y) <= kOnSpring * length) inside = at;
   }

@@ -6,9 +6,9 @@
 namespace mjtactile {
 namespace {
 
-// What is pressed is few cells below this number of them, or below this share of the face's. Of 700 flat faces that lift
-// off in part, on three pads and two levels, these leave none of the fast readings over 15 % from 2,500 cells (six at 16
-// cells and half of the face), and two of the balanced ones over 6 % (eight).
+// What is pressed is few cells below this number of them, or below this share of the face's. Of 700 flat faces that
+// lift off in part, on three pads and two levels, these leave none of the fast readings over 15 % from 2,500 cells (six
+// at 16 cells and half of the face), and two of the balanced ones over 6 % (eight).
 constexpr double kFewCells = 28.0, kFewShare = 0.7;
 // A rigid flat punch under a load a quarter of its width from its rim begins to lift off on the other side (Johnson,
 // Contact Mechanics, 1985, section 2.8): loads closer to the rim press a strip four times as wide as they are away from

@@ -19,8 +19,9 @@ constexpr std::size_t kMostCutFaces = 64;
 constexpr double kFacing = 0.9;
 // Height of what presses over the surface or, where contacts are soft, below it, over the pad's depth.
 constexpr double kNear = 0.8;
-// What of a body is deeper in the pad than where MuJoCo's contacts press, by this factor and length [m], may stand beside
-// the pad: it does where the body turns by more than this slope to rest on it, and by less than this share without it.
+// What of a body is deeper in the pad than where MuJoCo's contacts press, by this factor and length [m], may stand
+// beside the pad: it does where the body turns by more than this slope to rest on it, and by less than this share
+// without it.
 constexpr double kDeeper = 1.5, kDeeperBy = 1e-4;
 constexpr double kTurned = 0.05, kTurnsLess = 0.5;
 // Share of the force that a contact bears at least where it bears all of it.
@@ -385,8 +386,8 @@ void PadSensor<Value>::bound_stress(const Face& cells, double* forces) const {
   }
 }
 
-// Forces on the cells where shear is bounded by friction or does not spread in proportion to the pressure; false where it
-// does, or no better is known.
+// Forces on the cells where shear is bounded by friction or does not spread in proportion to the pressure; false where
+// it does, or no better is known.
 template <typename Value>
 bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
   const TangentialChoice& choice = *options_.tangential;

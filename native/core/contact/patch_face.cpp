@@ -205,7 +205,8 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   return true;
 }
 
-// Heights and gradients of the cells from one on, all looked at together; those over which there is no body are left out.
+// Heights and gradients of the cells from one on, all looked at together; those over which there is no body are left
+// out.
 void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
   points_.clear();
   for (std::size_t i = first; i < cells_.size(); ++i) {
@@ -337,8 +338,8 @@ PatchFace::Arms PatchFace::arms_of(const Cell& cell) {
           {{cell.cosine * lengths[0], cell.sine * lengths[0]}, {-cell.sine * lengths[1], cell.cosine * lengths[1]}}};
 }
 
-// Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes: four that were
-// looked at.
+// Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes: four that
+// were looked at.
 double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
   const Cell& cell = cells_[own];
   double sum = 0.0, apart[2] = {0.0, 0.0};
@@ -399,8 +400,8 @@ std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::si
   return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
 }
 
-// A rectangle that stands for a part must not reach over the sheet's edge, where it would carry nothing: it is turned along
-// the edge, as wide as there is room for, and as long as its area asks.
+// A rectangle that stands for a part must not reach over the sheet's edge, where it would carry nothing: it is turned
+// along the edge, as wide as there is room for, and as long as its area asks.
 void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell) {
   const double c = cell.cosine, s = cell.sine, area = cell.sides[0] * cell.sides[1];
   const double room[2] = {2.0 * std::min(middle.x - sheet.west, sheet.east - middle.x),
@@ -515,8 +516,8 @@ void PatchFace::integrate(const Lattice& lattice, std::size_t first, std::size_t
   }
 }
 
-// Integrals of shear over pairs of cells that middles do not stand for; whole ones of a lattice have them by how far they
-// lie apart, found once.
+// Integrals of shear over pairs of cells that middles do not stand for; whole ones of a lattice have them by how far
+// they lie apart, found once.
 class PatchFace::ShearByOffset {
  public:
   explicit ShearByOffset(const PatchFace& face) : face_(face) {

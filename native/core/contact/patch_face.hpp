@@ -109,7 +109,8 @@ class PatchFace {
   std::size_t sounded_ = 0;
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
-  FarIntegrals far_, far_beside_;              // of all cells, and of those that a lattice's whole cells have no offset to
+  // Of all cells, and of those that a lattice's whole cells have no offset to.
+  FarIntegrals far_, far_beside_;
   std::vector<std::size_t> whole_, beside_;    // a lattice's whole cells, and the others from its first cell on
   std::vector<CellRectangle> rectangles_beside_;
   std::vector<double> values_;

@@ -1,5 +1,5 @@
-// Contact points that bear what MuJoCo says, each on a square of its own: how a body presses of whose geometry nothing is
-// known, as a flex.
+// Contact points that bear what MuJoCo says, each on a square of its own: how a body presses of whose geometry nothing
+// is known, as a flex.
 //
 // Nothing is solved: a flex is not rigid, and each force is known. A square lies where its force passes through the
 // surface, so that force and moment are the contact's.
@@ -28,7 +28,8 @@ class PointPress {
     double strength;     // largest pressure [Pa]; 0: no bound
     Rectangle sheet;     // that squares may cover [m]
   };
-  // Lay a square on each point; points nearer to each other than half the least side share one. False where none presses.
+  // Lay a square on each point; points nearer to each other than half the least side share one. False where none
+  // presses.
   bool lay(const std::vector<ContactPoint>& points, const Options& options);
 
   // The squares as cells, and the forces on them (cells, 3) [N].

@@ -23,7 +23,8 @@ class HeightMap {
     to.clear();
     for (const Point& at : points) to.push_back(height(at.x, at.y));
   }
-  // Where a segment runs below a convex, flat face, whose height is 0. False where the map is no such face: nothing is known.
+  // Where a segment runs below a convex, flat face, whose height is 0. False where the map is no such face: nothing is
+  // known.
   virtual bool flat_over(const Point&, const Point&, SegmentPart&) const { return false; }
   // The direction of a long shape on the body that seems to lie along one: that of a straight side if it nearly is.
   virtual double straightened(double angle) const { return angle; }

@@ -6,8 +6,8 @@
 namespace mjtactile {
 namespace {
 
-// Steps of Newton's iteration, and the length of the last over the sheet's size. What is left goes with its square: on a
-// sheet of 12 mm with radii of 3 mm some picometres.
+// Steps of Newton's iteration, and the length of the last over the sheet's size. What is left goes with its square: on
+// a sheet of 12 mm with radii of 3 mm some picometres.
 constexpr int kSteps = 12;
 constexpr double kConverged = 1e-5;
 // The same where a line goes in, from far away.

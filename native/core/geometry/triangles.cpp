@@ -29,8 +29,8 @@ constexpr double kHidden = 1e-7;
 // Rounding of a box's place, relative to the mesh's size and its distance from the pad's origin.
 constexpr double kRounding = 1e-14;
 constexpr std::ptrdiff_t kEight = 8;
-// Triangles, in all buckets that they meet, up to which each is set against all points: that takes no longer than to look
-// up each point's own.
+// Triangles, in all buckets that they meet, up to which each is set against all points: that takes no longer than to
+// look up each point's own.
 constexpr std::size_t kFewEntries = 64;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
@@ -119,8 +119,8 @@ struct PointGrid {
   }
 
  private:
-  // Points fewer than this are looked at one by one; how far they may lie off their places, over their distance, and how
-  // far beyond it is looked, in distances.
+  // Points fewer than this are looked at one by one; how far they may lie off their places, over their distance, and
+  // how far beyond it is looked, in distances.
   static constexpr std::size_t kFewPoints = 32;
   static constexpr double kOffGrid = 1e-4, kMargin = 1e-2;
 };
@@ -218,8 +218,8 @@ bool TriangleShadow::faces_down(const double corner[3][3], double normal[3]) con
   return normal[2] * normal[2] > kSteep * kSteep * square && !(mesh_->closed && normal[2] > 0.0);
 }
 
-// Boxes that may reach lowest are looked into first, until none may reach below the lowest that was found: boxes as low as
-// that to rounding are not worth a look. `reach(box)`: how low it may reach, infinite where it does not count;
+// Boxes that may reach lowest are looked into first, until none may reach below the lowest that was found: boxes as low
+// as that to rounding are not worth a look. `reach(box)`: how low it may reach, infinite where it does not count;
 // `visit(triangle)` of those in the smallest boxes may set `lowest` lower.
 template <typename Reach, typename Visit>
 void TriangleShadow::walk_down(const double& lowest, Reach&& reach, Visit&& visit) {
@@ -432,8 +432,8 @@ std::size_t TriangleShadow::entries_of(const BucketRange& range) const {
 void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
   BucketRange range;
   if (!buckets_over(around(points), range)) return;
-  // Where there are few triangles each is set against all points. Where most triangles lie between the points it is cheaper
-  // to ask for each point than for each triangle.
+  // Where there are few triangles each is set against all points. Where most triangles lie between the points it is
+  // cheaper to ask for each point than for each triangle.
   PointGrid grid;
   const bool few = entries_of(range) <= kFewEntries && points.size() >= std::size_t{kEight};
   if (!few && (points.size() < range.count() || !grid.fit(points))) {

@@ -17,7 +17,8 @@ constexpr std::size_t kMostPressures = kMostMotions + 1;
 // Shear over pressure that a twist may bring at most, and over what the force along the surface takes on the average.
 constexpr double kMostTwist = 1.0, kTwistOverSliding = 1.5;
 constexpr int kBisections = 40;
-// Tilts that lift the rim of the cells by more than so many indentations are none: pressed cells in one row leave it open.
+// Tilts that lift the rim of the cells by more than so many indentations are none: pressed cells in one row leave it
+// open.
 constexpr double kOpenTilt = 1e3;
 // Distances that differ by less than this share of the face's length are equal.
 constexpr double kTie = 1e-9;
@@ -107,8 +108,8 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   measure(face, law, workspace.matrix);
 }
 
-// The contact without bounds where that keeps to the pad's strength, else one that does. Returns whether forces were found
-// that keep to it although another contact does not.
+// The contact without bounds where that keeps to the pad's strength, else one that does. Returns whether forces were
+// found that keep to it although another contact does not.
 bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) {
   const std::vector<double>& areas = problem.face.areas;
   linear_ = false;

@@ -16,8 +16,8 @@ constexpr double kFits = 1e-10;
 // Damping only steps in where the part is a sliver and its moments nearly singular.
 constexpr double kFirstDamping = 1e-10, kLastDamping = 1e2;
 constexpr double kEnough = 1e-4, kStagnant = 1e-14, kSingular = 1e-17;
-// Nearest the force's line may pass to the rim of the face's hull, over the root of its area. Nearer, the pressure would
-// stand on a sliver and grow without bound.
+// Nearest the force's line may pass to the rim of the face's hull, over the root of its area. Nearer, the pressure
+// would stand on a sliver and grow without bound.
 constexpr double kHullMargin = 1e-3;
 
 }  // namespace

@@ -18,7 +18,8 @@ constexpr double kSafe = 1.01;       // how far beyond a load the loads that can
 
 // Moments of the cells full that lie farthest along a direction, until they bear the force.
 Point farthest(const RigidProblem& problem, const double* most, const Point& along) {
-  static thread_local std::vector<std::pair<double, std::size_t>> far;  // kept between calls: nothing is allocated in a step
+  // Kept between calls: nothing is allocated in a step.
+  static thread_local std::vector<std::pair<double, std::size_t>> far;
   const auto at = [&](std::size_t i) { return Point{problem.modes[3 * i + 1], problem.modes[3 * i + 2]}; };
   far.clear();
   for (std::size_t i = 0; i < problem.cells(); ++i) far.emplace_back(along.x * at(i).x + along.y * at(i).y, i);
@@ -62,8 +63,9 @@ bool bring_within_bearing(const RigidProblem& problem, const double* most, doubl
   if (problem.motions < 3) return false;
   const double force = problem.resultants[0];
   const Point wanted = {problem.resultants[1], problem.resultants[2]}, even = even_moments(problem, most);
-  // Loads that can be borne form a convex set, whose support in a direction is a sum over the farthest cells. Its nearest
-  // point is found on segments between such points (Gilbert, Johnson, Keerthi, IEEE J. Robotics Automation 4, 1988).
+  // Loads that can be borne form a convex set, whose support in a direction is a sum over the farthest cells. Its
+  // nearest point is found on segments between such points (Gilbert, Johnson, Keerthi, IEEE J. Robotics Automation 4,
+  // 1988).
   const auto support = [&](const Point& along) {
     const Point found = farthest(problem, most, along);
     return Point{even.x + (found.x - even.x) / kSafe, even.y + (found.y - even.y) / kSafe};

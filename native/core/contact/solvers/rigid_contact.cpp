@@ -30,8 +30,8 @@ constexpr double kFarOff = 0.2;
 constexpr double kSprings = 0.2;
 // Least compliance of a spring over the largest: layers can leave a cell none of its own.
 constexpr double kStiffest = 1e-3;
-// Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
-// limit it is, and loaded by what is more than the third of the resultants.
+// Where a contact resists one motion this much less than another, it is looked at whether that is open: below the
+// second limit it is, and loaded by what is more than the third of the resultants.
 constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
 
 // How far the share of the worst from which on cells change sides goes towards all of it, where they are not fewer.
@@ -75,8 +75,8 @@ void RigidContact::set_springs(const RigidProblem& problem) {
   }
 }
 
-// Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
-// conditions change sides while that leaves fewer; where it does not for a few times, only the last of them does.
+// Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate
+// their conditions change sides while that leaves fewer; where it does not for a few times, only the last of them does.
 // It is given up where the first contact has more than `far_off` of them.
 bool RigidContact::exchange_from(const RigidProblem& problem, const std::uint8_t* start, std::size_t far_off) {
   const std::size_t cells = problem.cells();
@@ -187,8 +187,8 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
     if (!on_free(problem, most)) return false;
     const std::size_t wrong = find_wrong(problem, most);
     if (wrong == 0) return fill_up(problem, most);
-    // All of them go over while that leaves fewer than ever; where it does not, the body has tilted too far for what was
-    // but a little wrong: then fewer and fewer of them do, the worst.
+    // All of them go over while that leaves fewer than ever; where it does not, the body has tilted too far for what
+    // was but a little wrong: then fewer and fewer of them do, the worst.
     share = wrong < fewest ? share / 2 : share + (1.0 - share) * kStricter;
     fewest = std::min(fewest, wrong);
     send_over(share);
@@ -267,7 +267,8 @@ bool RigidContact::fill_up(const RigidProblem& problem, const double* most) {
   return balances(problem);
 }
 
-// Which cells press too little or too much, or lie where they may not, and by how much of what each bears at most; how many.
+// Which cells press too little or too much, or lie where they may not, and by how much of what each bears at most; how
+// many.
 std::size_t RigidContact::find_wrong(const RigidProblem& problem, const double* most) {
   const Matrix& compliance = *problem.compliance;
   double scale = std::abs(motion_[0]);

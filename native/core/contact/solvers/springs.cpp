@@ -12,14 +12,15 @@ namespace {
 
 constexpr int kIterations = 40;
 constexpr double kTolerance = 1e-12;
-// Stiffness against a tilt, over all springs', below which it is open, and share of the load that turns the body along it.
+// Stiffness against a tilt, over all springs', below which it is open, and share of the load that turns the body along
+// it.
 constexpr double kOpen = 1e-12, kLoaded = 1e-10;
 // Least pivot over the largest of springs that surely leave none open.
 constexpr double kNearlyOpen = 1e-6;
 // Of the load: what may be left of it.
 constexpr double kBalanced = 1e-9;
-// Share of its slope that a step may leave of the energy's; lengths tried, each so many times farther where none was far
-// enough.
+// Share of its slope that a step may leave of the energy's; lengths tried, each so many times farther where none was
+// far enough.
 constexpr double kGoodStep = 0.1, kFarther = 4.0;
 constexpr int kTrials = 60;
 
@@ -104,8 +105,8 @@ bool SpringBed::step() {
   return true;
 }
 
-// Newton's step where the springs under pressure leave a tilt open: it stays as it is, unless the load turns the body along
-// it. Then it goes far, to the next springs.
+// Newton's step where the springs under pressure leave a tilt open: it stays as it is, unless the load turns the body
+// along it. Then it goes far, to the next springs.
 void SpringBed::leave_open(const double* curvature, double* along) const {
   double trace = 0.0, load[kMost];
   for (std::size_t m = 0; m < motions_; ++m) {
@@ -117,8 +118,8 @@ void SpringBed::leave_open(const double* curvature, double* along) const {
   MotionStiffness(motions_, curvature).add_motion(load, openness, along);
 }
 
-// How far along a step the energy's slope, which grows by pieces, comes to next to nothing: Newton's method between bounds;
-// 0 where it falls for ever. Springs are left pressed as they are there.
+// How far along a step the energy's slope, which grows by pieces, comes to next to nothing: Newton's method between
+// bounds; 0 where it falls for ever. Springs are left pressed as they are there.
 double SpringBed::lowest(const double* step, double slope) {
   const double *first = modes_[0], *second = modes_[1], *third = modes_[2];
   for (std::size_t i = 0; i < rates_.size(); ++i) rates_[i] = first[i] * step[0] + second[i] * step[1] + third[i] * step[2];
