@@ -177,7 +177,7 @@ class PadSensor {
   std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
   bool over_sheet(const Face& face, const Placement& placement) const;
   Rectangle sheet() const;
-  // What contacts over a part of the surface are solved on.
+  // The surface as contacts over a part of it see it.
   ContactSurface surface(const Rectangle& part, const TangentPlane* plane = nullptr) const {
     return {part, pad_->compliance(), options_, plane};
   }
