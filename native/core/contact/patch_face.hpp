@@ -32,7 +32,8 @@ class PatchFace {
   struct Territory {
     const std::vector<Region>& regions;
     std::size_t own;
-    // Whether another region has what is at a point: of unlike ones the smaller, of others that whose middle is nearer.
+    // Whether a point belongs to another region. Of regions of unlike size, the smaller one has it. Of others, the one
+    // whose middle is nearer has it.
     bool lost(const Point& at) const;
   };
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.

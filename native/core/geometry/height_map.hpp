@@ -9,7 +9,7 @@
 
 namespace mjtactile {
 
-// Height where there is no body.
+// Height over points where there is no body.
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 // Lower surface of one body over the sheet of one pad, in the pad frame. Only differences of height matter.
