@@ -1,4 +1,4 @@
-// What touches a pad in one state of a simulation.
+// The contacts of a pad in one state of a simulation.
 #pragma once
 
 #include <vector>

@@ -207,8 +207,8 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   return true;
 }
 
-// Heights and gradients of the cells from one on, all looked at together; those over which there is no body are left
-// out.
+// Set heights and gradients of all cells from number `first` on. Heights are looked up together, because that is
+// faster. Cells without a body above are removed.
 void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
   points_.clear();
   for (std::size_t i = first; i < cells_.size(); ++i) {
@@ -340,8 +340,9 @@ PatchFace::Arms PatchFace::arms_of(const Cell& cell) {
           {{cell.cosine * lengths[0], cell.sine * lengths[0]}, {-cell.sine * lengths[1], cell.cosine * lengths[1]}}};
 }
 
-// Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes: four that
-// were looked at.
+// Mean height over a cell from the heights at its four sample points, and its gradient. The mean is exact for a
+// quadratic surface. Points without a body above are left out. `looked_at`: index of the cell's first sample point in
+// points_.
 double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
   const Cell& cell = cells_[own];
   double sum = 0.0, apart[2] = {0.0, 0.0};
@@ -384,7 +385,7 @@ void PatchFace::trim(const HeightWindow& view, double least, double most, Region
         inside = half * (most + (least - most) * static_cast<double>(step) / kTrimSteps);
         found = counts(inside);
       }
-      if (!found) outside = inside = half;  // nothing lies on these lines
+      if (!found) outside = inside = half;  // no end was found, so this side stays
       for (int step = 0; step < kBisections && outside > inside; ++step) {
         const double middle = (inside + outside) / 2;
         (counts(middle) ? inside : outside) = middle;

@@ -39,7 +39,7 @@ class PatchFace {
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
   void sound(Lattice lattice, const HeightWindow& view, const Territory& territory);
   std::size_t sounded() const { return sounded_; }   // number of counted cells of all lattices
-  // Make the counted cells. Cells of which hardly anything counts are left out.
+  // Make the counted cells. Cells are left out if only a tiny part of them counts.
   void lay(const HeightWindow& view);
   // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
   // Its size becomes between `least` and `most` times the old one; it stays as it is where no end is found.
@@ -74,7 +74,7 @@ class PatchFace {
     const Lattice& lattice;
     const HeightWindow& view;
     double column, row;
-    const double* over;       // heights minus the limit at its 3 x 3 nodes; null where there is no body over some
+    const double* over;       // heights minus the limit at its 3 x 3 nodes; null if the body is not over all of them
   };
   struct Nodes {              // heights minus the limit at a cell's corners, middles of its sides and middle
     double over[9];

@@ -43,7 +43,7 @@ class Welder {
     slots_.assign(slots, -1);
   }
 
-  // The number of a point; `count` is what a new one gets.
+  // The number of a point. A new point gets the number `count`.
   std::int32_t number(const Key& key, std::int32_t count) {
     std::size_t at = hash_of(key) & (slots_.size() - 1);
     while (slots_[at] >= 0 && keys_[static_cast<std::size_t>(slots_[at])] != key) at = (at + 1) & (slots_.size() - 1);

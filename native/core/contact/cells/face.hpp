@@ -1,4 +1,4 @@
-// A flat face of a rigid body as contact cells, and where it stands on a pad.
+// A flat face of a rigid body, divided into contact cells, and its placement on a pad.
 #pragma once
 
 #include <cstddef>
