@@ -17,7 +17,7 @@ using namespace mjtactile;
 
 namespace {
 
-// Every thread keeps its memory between calls.
+// Memory that each thread keeps between calls.
 struct Scratch {
   SurfaceGrid::Workspace grid;
   SurfaceCompliance::Workspace compliance;

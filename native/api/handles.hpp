@@ -1,4 +1,4 @@
-// What the C interface's handles hold.
+// The objects behind the handles of the C interface. Each owns its data or shares it by shared_ptr.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ struct mjt_cells {
 
 namespace mjtactile {
 
-// What Python asks of a contact, by names that are known.
+// Options of a contact. `law` and `tangential` must be names for which mjt_knows() is true.
 inline LawOptions law_options(const char* law, const char* tangential, int tilting, double friction, std::size_t cells,
                               double strength) {
   LawOptions options;

@@ -14,7 +14,7 @@ struct mjt_mesh {
 
 namespace {
 
-// Every thread keeps its memory between calls.
+// Memory that each thread keeps between calls.
 TriangleShadow& cast(const mjt_mesh* mesh, const double* pose, const double* part, double floor, double reach) {
   static thread_local TriangleShadow kept;
   kept.cast(mesh->mesh, pose_of(pose), {part[0], part[1], part[2], part[3]}, floor, reach);

@@ -13,14 +13,14 @@ using namespace mjtactile;
 
 namespace {
 
-// Shear within this fraction of friction times pressure slips.
+// A cell slips if its shear is within this fraction of friction times pressure.
 constexpr double kSlips = 1e-6;
-// Times longer than in a step of a simulation that shear may take to solve for.
+// Time that the solution for shear may take, over that in a step of a simulation.
 constexpr double kPatience = 1e4;
-// A tilt that pressed cells tell this much less of than of another stays open.
+// If the least pivot is below this fraction of the largest entry, the pressed cells do not determine the tilt.
 constexpr double kOpen = 1e-12;
 
-// Heights that a function of the caller gives.
+// A height map that calls a function of the caller.
 class CalledMap : public HeightMap {
  public:
   CalledMap(mjt_heights call, const Rectangle& bounds) : heights_(call), bounds_(bounds) {}
@@ -62,9 +62,9 @@ struct mjt_press {
   LawOptions options;
   AnySensor sensor;
   std::vector<Touch> touches;
-  std::vector<SolvedCells> solved;   // of each body
-  std::vector<std::vector<LinearTraction::Edge>> areas;   // under pressure, of those that need no cells
-  CellContact basis;                 // whose parts were asked for last, and the face they are on
+  std::vector<SolvedCells> solved;   // of each body; valid until the next press
+  std::vector<std::vector<LinearTraction::Edge>> areas;   // areas under pressure of bodies that need no cells
+  CellContact basis;                 // the contact of the last mjt_press_parts(), and its face
   std::shared_ptr<const Face> basis_face;
   CellContact::Workspace workspace;
   BentCells::Workspace bent;
@@ -73,7 +73,7 @@ struct mjt_press {
 
 namespace {
 
-// How far the surface went down under a cell [m].
+// Depth of the surface under a cell below the undeformed surface [m].
 double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell) {
   const std::size_t cells = solved.face->cells();
   double sum = 0.0;
@@ -87,7 +87,7 @@ double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell
   return solved.contact->depth(*solved.face, *press.options.law, solved.workspace->matrix, cell);
 }
 
-// Of the body above a cell before it moved [m].
+// Height of the undisplaced body above a cell [m].
 double height(const SolvedCells& solved, std::size_t cell) {
   double above = solved.heights == nullptr ? 0.0 : solved.heights[cell];
   if (solved.sunk != nullptr) above += solved.sunk[cell];
@@ -97,13 +97,14 @@ double height(const SolvedCells& solved, std::size_t cell) {
   return above + view.lowest + view.slopes[0] * (at.x - view.middle.x) + view.slopes[1] * (at.y - view.middle.y);
 }
 
-// The body's motion: where it presses it is as deep as the surface.
+// Set the body's indentation at a point and its slopes. They follow by least squares from the depths of the pressed
+// cells, where the body touches the surface.
 void set_motion(const mjt_press& press, const SolvedCells& solved, const double* point, mjt_pressed& to) {
   const double* placed = solved.workspace->placed.data();
   double gram[9] = {}, right[3] = {};
   const double length = solved.face->length;
   double at[3] = {point[0], point[1], 0.0};
-  if (solved.bent != nullptr) {   // seen from the tangent plane
+  if (solved.bent != nullptr) {   // the cells are in the frame of a tangent plane
     const TangentPlane& plane = solved.bent->plane();
     const double on_surface[3] = {point[0], point[1], plane.surface().at(point[0], point[1]).z};
     plane.into(on_surface, at);
@@ -125,14 +126,14 @@ void set_motion(const mjt_press& press, const SolvedCells& solved, const double*
   to.slopes[0] = right[1] / length;
   to.slopes[1] = right[2] / length;
   if (solved.bent == nullptr) return;
-  // What turns about the plane's axes turns about the pad's.
+  // Convert the rotation from the plane's axes to the pad's.
   const double turn[3] = {-to.slopes[1], to.slopes[0], 0.0};
   double on_pad[3];
   solved.bent->plane().turn_out_of(turn, on_pad);
   to.slopes[0] = on_pad[1], to.slopes[1] = -on_pad[0];
 }
 
-// Edges with pressure on one side only; visit(edge, whether it is on the left).
+// Call visit(edge, whether the pressure is on its left) for all edges with pressure on one side only.
 template <typename Visit>
 void rim(const SolvedCells& solved, Visit&& visit) {
   const auto pressed = [&](std::int32_t cell) { return cell >= 0 && solved.forces[3 * cell + 2] < 0.0; };
@@ -141,12 +142,12 @@ void rim(const SolvedCells& solved, Visit&& visit) {
   }
 }
 
-// Of a cell on the pad's surface [m^2].
+// Area of a cell on the pad's surface [m^2].
 double area(const SolvedCells& solved, std::size_t cell) {
   return solved.bent == nullptr ? solved.face->areas[cell] : solved.face->areas[cell] * solved.bent->stretches()[cell];
 }
 
-// Where a point of the cells' face is on the pad.
+// Position on the pad of a point of the cells' face [m].
 Point on_pad(const SolvedCells& solved, const double* at) {
   if (solved.bent == nullptr) return solved.placement({at[0], at[1]});
   const SeenSurface seen = solved.bent->plane().beyond(at[0], at[1]);
@@ -169,7 +170,7 @@ void describe(const mjt_press& press, const SolvedCells& solved, const double* p
   if (press.options.law->shapes() && to.area > 0.0) set_motion(press, solved, point, to);
 }
 
-// Press all touches, and put out the bodies from `first` to before `last`.
+// Press all touches, and write the results of the bodies from `first` to before `last`.
 void press_once(mjt_press& press, std::size_t first, std::size_t last, const double* points, double* nodal_forces,
                 mjt_pressed* pressed) {
   press.sensor.press(press.touches.data(), press.touches.size(), {});
@@ -188,7 +189,7 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
     press.solved[body] = solved;
     if (solved.contact != nullptr) {
       describe(press, solved, points + 2 * body, to);
-      if (press.touches.size() == 1) {  // its forces are those of all
+      if (press.touches.size() == 1) {  // all nodal forces are its own
         std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
       } else {
         if (solved.bent == nullptr) {
@@ -197,7 +198,7 @@ void press_once(mjt_press& press, std::size_t first, std::size_t last, const dou
           solved.bent->nodal_forces(*solved.face, press.pad->surface(), solved.forces, to.carried, press.bent, nodal);
         }
       }
-    } else if (last - first == 1) {   // law "uniform" without cells, or nothing
+    } else if (last - first == 1) {   // law "uniform" without cells, or no contact
       std::copy(press.sensor.nodal_forces().begin(), press.sensor.nodal_forces().end(), nodal);
       to.area = press.sensor.pressed().area;
       to.peak = press.sensor.pressed().peak;
@@ -231,7 +232,7 @@ mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangen
                          size_t cells, double strength, double narrowest) {
   LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
-  // There is no geometry whose faces a gap could tell, and no pose that stays.
+  // The facing gap and the tolerance of poses are not used, because footprints have no body geometry.
   auto* made = new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
   made->sensor.keep_nodal_forces(true, true);
   made->sensor.set_patience(kPatience);
@@ -260,7 +261,7 @@ void mjt_press_bodies(mjt_press* press, size_t count, const mjt_footprint* const
     press_once(*press, 0, count, points, nodal_forces, pressed);
     return;
   }
-  // The sensor sums forces up: those of one body are told apart where it presses alone, in its own place among all.
+  // The sensor gives the sum of all bodies' nodal forces. To get those of each body, press it alone, at its own index.
   for (size_t i = 0; i < count; ++i) {
     double* wrench = press->touches[i].wrench;
     std::copy(wrenches + 6 * i, wrenches + 6 * i + 6, wrench);
@@ -317,7 +318,7 @@ size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
   const SolvedCells& solved = press->solved[body];
   const LawOptions& options = press->options;
   const bool plain = !options.tangential->couples() && options.friction < 0.0;
-  // Cells of other contacts than of a whole flat face belong to their very load.
+  // Only a whole flat face has cells that do not depend on the load.
   if (solved.contact == nullptr || !plain || solved.view != nullptr || !solved.contact->linear()) return 0;
   const size_t parts = solved.contact->parts(), nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
   if (nodal_forces == nullptr) return parts;

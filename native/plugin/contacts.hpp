@@ -1,4 +1,4 @@
-// What touches a pad in one state of a simulation.
+// The contacts of a pad in one state of a simulation.
 #pragma once
 
 #include <vector>
@@ -8,30 +8,31 @@
 
 namespace mjtactile::mujoco {
 
-// The pad frame in the world; columns of `rotation` are its axes. Of a box it is the middle of its +z face; of a mesh the
-// frame that its vertices are written in, from which MuJoCo moved them to their centre of mass and axes of inertia.
+// The pad frame in the world. Columns of `rotation` are its axes. For a box, the origin is the middle of the +z face.
+// For a mesh, it is the frame of the mesh file, from which MuJoCo moved the vertices to their centre of mass and axes
+// of inertia.
 struct Frame {
   double origin[3], rotation[9];
 };
 
 Frame pad_frame(const Layout& layout, const Model* model, const Data* data, int geom);
 
-// Geoms that are one pad: its own, and behind it those of a pad with hollows, "<name>_piece_1" and so on
-// (mjtactile/sim/pad_geom.py). Never empty.
+// Numbers of the geoms that make up one pad. The first is the pad's own geom. A pad with hollows has further ones,
+// named "<name>_piece_1" and so on (mjtactile/sim/pad_geom.py).
 std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom);
 
 // All contacts of a pad's geoms.
 struct Contacts {
-  // Bodies that press on the sensing surface, by ascending number, with the sum of their contact wrenches; -1 stands for
-  // flexes, which are no geoms. Memory is kept: the first `count` are of this state.
+  // Bodies that press on the sensing surface, by ascending number, with the sums of their contact wrenches. Number -1
+  // stands for all flexes. Only the first `count` entries belong to this state; memory is kept.
   std::vector<Touch> touches;
   std::size_t count = 0;
   double wrench[6];    // of all contacts [N, N m], pad frame, about its origin
 
-  // Read off a state. Contacts that press on the pad's sides or on its rim from beside, or that do not press, are in
-  // the wrench alone: those whose normals lean far from that of the outer surface where they are. Contacts of other
-  // geoms of the pad's body are none of the pad's. How deep a body is sunk and how hard it presses at a point is along
-  // the outer surface's normal there.
+  // Gather the contacts of a state. A contact whose normal leans far from that of the outer surface presses on a side
+  // of the pad or on its rim from beside. Such contacts, and those that do not press, count in the wrench only.
+  // Contacts of other geoms of the pad's body are ignored. Overlap and pressing force are measured along the outer
+  // surface's normal.
   void gather(const Layout& layout, const Functions& functions, const Model* model, const Data* data,
               const std::vector<int>& pieces, const OuterSurface& surface);
 

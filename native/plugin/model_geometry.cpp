@@ -9,7 +9,7 @@
 namespace mjtactile::mujoco {
 namespace {
 
-// Geoms whose names end so press in place of those that collide.
+// Geoms whose names have this ending press instead of those that collide.
 constexpr char kShown[] = "_tactile";
 
 std::uint64_t hash_of(std::uint64_t hash, const void* bytes, std::size_t count) {
@@ -24,7 +24,7 @@ std::uint64_t hash_of(std::uint64_t hash, const void* bytes, std::size_t count) 
   return hash;
 }
 
-// Meshes of all pads of this process, with their flat facets: as long as some body has them.
+// A mesh with its flat facets. Pads of this process share it, as long as some body uses it.
 struct SharedMesh {
   TriangleMesh mesh;
   std::vector<Facet> facets;

@@ -1,4 +1,4 @@
-// Geometry of the bodies of a model as it is now: models may change while they run.
+// Geometry of the bodies of a MuJoCo model. It follows changes of the model between steps.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 
 namespace mjtactile::mujoco {
 
-// From a position [m] and a unit quaternion (w, x, y, z).
+// The pose with a position [m] and a unit quaternion (w, x, y, z).
 Pose pose_of(const double* position, const double* quaternion);
 
-// What presses of a body: its geoms that collide with the pad. Geoms that show its true shape press in their place where
-// their names end in "_tactile".
+// Geometry of the geoms of a body that press on the pad. If the names of some geoms of the body end in "_tactile",
+// these press. Otherwise the geoms that collide with the pad press.
 class ModelGeometry {
  public:
   ModelGeometry(const Layout& layout, const SideLimits& limits) : layout_(&layout), limits_(limits) {}
 
-  // Of a body that touches a pad's geom; made when it is first asked for, and anew when the model has changed. Null where
-  // none of its geoms has a surface.
+  // Geometry of a body that touches a pad's geom. It is made at the first call, and again if the body's geoms have
+  // changed. Null if no geom of the body can press.
   std::shared_ptr<BodyGeometry> body(const Model* model, int body, int pad_geom);
-  // Make those of all bodies that may touch it: meshes take their time, and steps have none.
+  // Make the geometry of all bodies of a model in advance, because meshes take more time than a step has.
   void prepare(const Model* model, int pad_geom);
 
  private:
@@ -34,7 +34,7 @@ class ModelGeometry {
 
     bool operator==(const Geom& other) const;
   };
-  struct Known {
+  struct Known {                  // geometry of a body, and the geoms it was made from
     std::vector<Geom> geoms;
     std::shared_ptr<BodyGeometry> geometry;
   };
@@ -45,12 +45,12 @@ class ModelGeometry {
   const Layout* layout_;
   SideLimits limits_;
   std::map<int, Known> known_;
-  std::vector<Geom> geoms_;   // of the body asked for last
-  std::vector<int> shown_;
+  std::vector<Geom> geoms_;   // the pressing geoms of the last body
+  std::vector<int> shown_;    // its geoms whose names end in "_tactile"
 };
 
-// Names of the kinds of geoms of a body that a pad cannot look at, and of none where it can look at all: found out when a
-// model is compiled. What collides without a mesh, such as a signed distance function that has none.
+// Whether a geom has a shape that the pad can use. It has none if it collides without a mesh, such as a signed distance
+// function without one.
 bool can_be_seen(const Layout& layout, const Model* model, int geom);
 
 }  // namespace mjtactile::mujoco

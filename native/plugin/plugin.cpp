@@ -23,7 +23,7 @@ namespace {
 
 const char* const kAttributes[] = {"pad", "fidelity", "output", "law", "tangential", "friction", "tilt", "visual"};
 constexpr std::size_t kAttributeCount = sizeof kAttributes / sizeof kAttributes[0];
-// Of a heat map: thickness of its tiles [m], and their opacity.
+// Thickness [m] and opacity of a heat map's tiles.
 constexpr double kTileThickness = 2e-5;
 constexpr float kOpacity = 0.75f;
 // Readings that take longer than these are counted [s].
@@ -33,7 +33,7 @@ Layout layout;
 Functions functions;
 mjt_plugin_host python;
 
-// What there is to warn of, until Python fetches it.
+// Queue of warnings until Python fetches them. It may be used from several threads.
 class Notes {
  public:
   void add(const mjt_note& note) {
@@ -63,7 +63,7 @@ Notes& notes() {
   return *all;
 }
 
-// Python's part of an instance, which copies of a simulation share, and what it was warned of.
+// Python's part of an instance, which copies of a simulation share, and the warnings that were given for it.
 class Context {
  public:
   explicit Context(std::int64_t number) : number_(number) {}
@@ -102,10 +102,10 @@ class Reader {
         pad_(resolved.pad->pad),
         sensor_(resolved.pad->pad, options_of(resolved), resolved.facing_gap, resolved.tolerance) {}
   void prepare(const Model* model) { geometry_.prepare(model, geom_); }
-  // Keeps what does not touch any more only because it sleeps.
+  // Copy the contacts of another reader, so that those of sleeping bodies are known.
   void take_sleeping(const Reader& other) { contacts_ = other.contacts_; }
 
-  // Read contacts; with `press`, what they do to the pad.
+  // Gather the contacts. With `press`, compute the pad's response as well.
   void read(const Model* model, const Data* data, const Steadiness& before, bool press) {
     before_ = before;
     const bool sleeping = keep_sleeping(model, data);
@@ -140,10 +140,10 @@ class Reader {
   const std::shared_ptr<Context>& context() const { return context_; }
 
  private:
-  // MuJoCo leaves out the contacts of what sleeps: it has not moved, and presses as it did.
+  // MuJoCo has no contacts of sleeping bodies. They have not moved, so their last contacts are used.
   bool keep_sleeping(const Model*, const Data* data) {
     sleeping_.clear();
-    // A simulation that was reset, or set to a state without contact, has forgotten what touched.
+    // The last contacts do not belong to a simulation that was reset or set to a state without contact.
     if (layout.data_body_awake < 0 || (before_.pose == 0.0 && before_.steps == 0.0)) return false;
     const int* awake = field<const int*>(data, layout.data_body_awake);
     for (std::size_t i = 0; i < contacts_.count; ++i) {
@@ -165,7 +165,7 @@ class Reader {
   }
 
   int geom_;
-  std::vector<int> pieces_;   // geoms that are the pad; looked up in the model that is read first
+  std::vector<int> pieces_;   // geoms of the pad; found at the first reading
   std::shared_ptr<Context> context_;
   ModelGeometry geometry_;
   std::shared_ptr<const Pad> pad_;
@@ -187,7 +187,7 @@ class Instance {
   }
   void prepare(const Model* model) { reader_.prepare(model); }
   void take_sleeping(const Instance& other) { reader_.take_sleeping(other.reader_); }
-  // The same pad in another simulation, which keeps memory of its own.
+  // An instance of the same pad for another simulation, with its own memory.
   std::unique_ptr<Instance> another() const {
     auto made = std::make_unique<Instance>(resolved_, reader_.geom(), addresses_, reader_.context());
     made->reader_.take_sleeping(reader_);
@@ -265,12 +265,12 @@ class Instance {
   mjt_instance resolved_;
   std::vector<int> addresses_;
   Reader reader_;
-  bool needs_stress_ = true;  // or contact forces alone, which MuJoCo has solved
+  bool needs_stress_ = true;  // false if only the contact wrench is wanted
   std::vector<double> readings_;
 };
 
-// Instances by simulation. MuJoCo has a place for a pointer in each mjData, but a simulation restored from a pickle
-// holds the pointers of the one it was made from: they cannot be trusted, and stay unused.
+// Instances by simulation. The plugin's pointers in mjData are not used: a simulation that is restored from a pickle
+// has those of the simulation it was made from.
 class Registry {
  public:
   Instance* find(const Data* data, int instance) {
@@ -283,7 +283,7 @@ class Registry {
     instances_[{data, instance}] = std::move(made);
   }
   void drop(const Data* data, int instance) {
-    std::unique_ptr<Instance> dropped;  // outlives the lock: its end calls Python
+    std::unique_ptr<Instance> dropped;  // destroyed after the lock is released, because its destructor calls Python
     const std::unique_lock<std::shared_mutex> lock(mutex_);
     const auto found = instances_.find({data, instance});
     if (found == instances_.end()) return;
@@ -302,7 +302,7 @@ class Registry {
   std::unordered_map<Key, std::unique_ptr<Instance>, Hash> instances_;
 };
 
-// Never destroyed: simulations may end after this library's own statics.
+// Never destroyed, because simulations may end after this library's static objects.
 Registry& registry() {
   static auto* const all = new Registry;
   return *all;
@@ -313,7 +313,8 @@ double* state_of(const Model* model, Data* data, int instance) {
          field<const int*>(model, layout.model_plugin_stateadr)[instance];
 }
 
-// What an instance's attributes mean, the host's part included where `geom` is one; false, and the error, if wrong.
+// Have Python interpret an instance's attributes. With `geom` < 0, only what the output's size depends on. False if the
+// attributes are wrong; `resolved` then has the error.
 bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved) {
   const char* values[kAttributeCount];
   for (std::size_t i = 0; i < kAttributeCount; ++i) {
@@ -324,7 +325,7 @@ bool resolve(const Model* model, int instance, int geom, mjt_instance& resolved)
   return python.resolve(geom < 0 ? nullptr : static_cast<const void*>(model), geom, values, &resolved) != 0;
 }
 
-// A geom that may collide with the pad but cannot be looked at, or -1.
+// A geom that may collide with the pad but has no usable shape, or -1.
 int unseen_geom(const Model* model, int pad) {
   const int* contype = field<const int*>(model, layout.model_geom_contype);
   const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
@@ -343,7 +344,7 @@ int nstate(const Model*, int) { return 2; }
 
 int nsensordata(const Model* model, int instance, int) {
   mjt_instance resolved;
-  if (!resolve(model, instance, -1, resolved)) return 0;  // init will say why
+  if (!resolve(model, instance, -1, resolved)) return 0;  // init() reports the error
   int size = 0;
   for (int i = 0; i < resolved.output_count; ++i) {
     const int output = resolved.outputs[i];
@@ -403,8 +404,8 @@ int init(const Model* model, Data* data, int instance) {
 
 void destroy(Data* data, int instance) { registry().drop(data, instance); }
 
-// Every simulation keeps its own memory, the state is MuJoCo's: a copy needs what sleeps on the pad besides, and one that
-// was made without `init` all of it.
+// MuJoCo copies the plugin's state. A copied simulation also needs the contacts of sleeping bodies, and a new instance
+// if it was made without `init`.
 void copy(Data* to, const Model*, const Data* from, int instance) {
   const Instance* original = registry().find(from, instance);
   if (original == nullptr) return;
@@ -468,7 +469,8 @@ void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, do
   Reader& own = reader->reader;
   AnySensor& sensor = own.sensor();
   sensor.keep_nodal_forces(forces != nullptr);
-  // No state is kept here: whether a pose is steady is not known, and what sleeps is what was read last.
+  // A reader has no state in the simulation. So a pose never counts as steady, and contacts of sleeping bodies are
+  // those of the last reading.
   own.read(static_cast<const Model*>(model), static_cast<const Data*>(data), {1.0, 0.0}, true);
   if (readings != nullptr) sensor.readings(readings);
   if (stress != nullptr) sensor.stress(stress);

@@ -9,10 +9,10 @@
 /* Outputs of a sensor, in the order they were asked for. */
 enum { MJT_VON_MISES = 0, MJT_STRESS = 1, MJT_WRENCH = 2, MJT_CARRIED = 3, MJT_RANGE = 4, MJT_MOST_OUTPUTS = 5 };
 
-/* What the attributes of one instance mean. */
+/* The attributes of one instance, as Python interpreted them. */
 typedef struct mjt_instance {
   const mjt_pad* pad;
-  int64_t context;   /* of the host */
+  int64_t context;   /* number by which Python knows the instance */
   double friction, tolerance, facing_gap, strength;
   int taxels;
   char law[16], tangential[16];
@@ -21,42 +21,44 @@ typedef struct mjt_instance {
   char error[1024];
 } mjt_instance;
 
-/* Something to warn of, once for every sensor, body and event: 0 beyond the range of small strains, 1 not carried,
-   2 approximated, 3 refused (Event). Body -1: a flex. Pressure [Pa], indentation [m]. */
+/* A warning, given once for every sensor, body and event. Events: 0 beyond the range of small strains, 1 not carried,
+   2 approximated, 3 refused (see Event). Body -1: a flex. Pressure [Pa], indentation [m]. */
 typedef struct mjt_note {
   int64_t context;
   int event, body;
   double pressure, indentation;
 } mjt_note;
 
-/* Python's part; none of it is called from within a step. */
+/* Functions of Python. None of them is called during a step. */
 typedef struct mjt_plugin_host {
-  /* `model` null: only what the output's size takes. 0 where the attributes are wrong, and the error. */
+  /* Interpret an instance's attributes. `model` null: only what the output's size depends on. 0 if the attributes are
+     wrong; the instance then has the error. */
   int (*resolve)(const void* model, int geom, const char* const* values, mjt_instance* instance);
   void (*release)(int64_t context);
-  /* Have `deliver` called when Python runs next (Py_AddPendingCall); it fetches what there is to warn of. */
+  /* Have `deliver` called when Python runs next (Py_AddPendingCall). It fetches the warnings. */
   int (*schedule)(int (*deliver)(void*), void* argument);
   int (*deliver)(void* argument);
 } mjt_plugin_host;
 
 /* Names of the attributes, in the order their values reach `resolve`. */
 MJT_API size_t mjt_plugin_attributes(const char* const** names);
-/* Register the plugin with the running MuJoCo; its slot, or -1. Once per process. */
+/* Register the plugin with the running MuJoCo, once per process. Returns its slot, or -1 if the layout does not fit. */
 MJT_API int mjt_plugin_register(const int64_t* layout, size_t layout_count, const void* const* functions,
                                 size_t function_count, const mjt_plugin_host* host);
-/* Python is about to end: what is destroyed from now on is not released there. */
+/* To be called before Python ends. From then on, no function of Python is called. */
 MJT_API void mjt_plugin_leave(void);
-/* The next thing to warn of; 0 where there is none. */
+/* Take the next warning. 0 if there is none. */
 MJT_API int mjt_plugin_next_note(mjt_note* note);
 
 /* Counts of one sensor in one simulation since it was made: readings with contact; contacts beyond the range, not
-   carried, approximated, refused; readings that took over 1 ms, over 5 ms; and the longest [s]. 0 where there is none. */
+   carried, approximated, refused; readings that took over 1 ms, over 5 ms; and the longest [s]. Returns 0 if there is
+   no such sensor. */
 enum { MJT_HEALTH = 8 };
 MJT_API int mjt_plugin_health(const void* data, int instance, double* health);
 
-/* A pad of a model read without a sensor. Readings (taxels), stress (6, taxels), nodal forces (nodes y, nodes x, 3),
-   wrench (6), carried (6), and state: range, indentation [m], area under pressure [m^2], largest pressure [Pa]; each may
-   be null. */
+/* A pad of a model that is read without a sensor. Results: readings (taxels), stress (6, taxels), nodal forces (nodes
+   y, nodes x, 3), wrench (6), carried wrench (6), and state (4): range [-], indentation [m], area under pressure [m^2],
+   largest pressure [Pa]. Pointers of results that are not wanted are null. */
 struct mjt_reader;
 MJT_API mjt_reader* mjt_reader_new(const mjt_instance* instance, int geom);
 MJT_API void mjt_reader_read(mjt_reader* reader, const void* model, const void* data, double* readings, double* stress,

@@ -5,7 +5,7 @@
 namespace mjtactile {
 namespace {
 
-// Bases that many searches have not asked for belong to poses that are past.
+// Bases that were not used in this many searches are dropped, because their poses belong to the past.
 constexpr std::uint64_t kForgotten = 10000;
 constexpr std::size_t kMostBasisBytes = std::size_t{256} << 20;
 

@@ -36,8 +36,8 @@ struct BasisKey {
   std::uint64_t hash() const;
 };
 
-// The wrench bases of this process. Those that were not used for longest are dropped beyond a limit of memory. Its
-// functions may be called from several threads.
+// The wrench bases of this process. Beyond a limit of memory, the least recently used ones are dropped. Its functions
+// may be called from several threads.
 template <typename Value>
 class BasisCache {
  public:
@@ -46,7 +46,7 @@ class BasisCache {
   // A basis whose parts add up to a wrench (6) [N, N m], and the weights of the parts (parts); null if none is kept.
   std::shared_ptr<const Basis<Value>> find(const BasisKey& key, const Face& face, const double* wrench,
                                            std::vector<double>& weights, CellContact::Workspace& workspace);
-  // Add a basis that takes so many bytes.
+  // Add a basis of a given size [bytes].
   void keep(const BasisKey& key, std::shared_ptr<const Basis<Value>> basis, std::size_t bytes);
   // Memory of all bases.
   std::size_t bytes();

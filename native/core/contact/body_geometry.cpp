@@ -12,18 +12,21 @@ namespace {
 using Vector = std::array<double, 3>;
 
 constexpr double kPi = 3.14159265358979323846;
-// What lies in a plane to this [m] is flat; directions that agree to this [-] are one.
+// Points within this distance of a plane [m] lie in it. Directions that differ by less than this [-] are equal.
 constexpr double kFlatness = 1e-6, kSameDirection = 1e-6;
-// Corners of the polygon that stands for a circle.
+// Number of corners of the polygon that replaces a circle.
 constexpr int kCircle = 64;
-// Share of a side's area that may be near the pad beside it: rounded edges and the like make a side curved.
+// A side is flat only if the area of the body near its plane, such as rounded edges, is less than this fraction of the
+// side's area.
 constexpr double kBeside = 1e-3;
-// Share of the facing gap by which a side may always lean over its own width; slope to which a body tilts onto a side,
-// about 12 degrees, but no more than this share of the slope at which its next part comes down; and, over the width,
-// slope of a side of a body that keeps its orientation [m]. Parts that come down at steeper slopes than the last are not
-// looked for.
+// Limits of the slope at which a side faces the pad:
+// kLean: a side may always rise by this fraction of the facing gap over its width.
+// kMostLean: a body that may tilt comes down on a side up to this slope, about 12 degrees.
+// kLeanShare: but not beyond this fraction of the slope at which another part of the body touches.
+// kLevel: a side of a body that keeps its orientation may rise by this over its width [m].
+// kSteepest: parts that would touch only at steeper slopes are not searched for.
 constexpr double kLean = 0.5, kMostLean = 0.21, kLeanShare = 0.8, kLevel = 1e-7, kSteepest = 0.6;
-// Slope up to which a half space counts as flat where bodies do not tilt onto leaning sides.
+// Slope up to which a half space faces the pad if bodies do not tilt onto inclined sides.
 constexpr double kEndlessLean = 1e-3;
 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -42,7 +45,7 @@ Vector turned(const Pose& local, const double* direction) {
 struct Part {
   std::size_t shape;
   Vector up;        // the inward normal
-  double height;    // along it [m]
+  double height;    // of the part along `up` [m]
   bool endless;
   std::vector<std::vector<Vector>> loops;
 };
@@ -81,7 +84,7 @@ void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>*
     for (const double sign : {-1.0, 1.0}) {
       const double normal[3] = {0.0, 0.0, sign};
       std::vector<Vector> loop;
-      // The polygon of the circle's area.
+      // A polygon with the circle's area.
       const double radius = shape.size[0] * std::sqrt(2.0 * kPi / kCircle / std::sin(2.0 * kPi / kCircle));
       for (int k = 0; k < kCircle; ++k) {
         const double angle = 2.0 * kPi * k / kCircle;
@@ -97,7 +100,7 @@ void add_parts(const Shape& shape, std::size_t number, const std::vector<Facet>*
   }
 }
 
-// The least height of a shape along a direction of the body's frame [m].
+// Least coordinate of a shape along a direction of the body's frame [m].
 double least_along(const Shape& shape, const double* up) {
   Vector own = {0.0, 0.0, 0.0};
   for (int i = 0; i < 3; ++i) {
@@ -127,8 +130,8 @@ double least_along(const Shape& shape, const double* up) {
   }
 }
 
-// Smallest boxes of a mesh's triangles that reach below a height along a direction of the mesh's frame, unless they or one
-// around them are passed over; visit(first, count), pass(box, least).
+// Call visit(first, count) for the smallest boxes of a mesh's triangles that extend below a height along a direction of
+// the mesh's frame. A box is skipped if pass(box, its least height) is true for it or for a box around it.
 template <typename Visit, typename Pass>
 void below(const TriangleMesh& mesh, const double* up, double height, Visit&& visit, Pass&& pass) {
   std::vector<std::uint32_t> stack;
@@ -149,8 +152,8 @@ void below(const TriangleMesh& mesh, const double* up, double height, Visit&& vi
   }
 }
 
-// Area of a mesh's triangles, seen along a direction, that lies within a gap above a plane of it or beyond it, but not in
-// the plane.
+// Area of a mesh's triangles, projected along a direction, that is below a gap above a plane but not in the plane
+// [m^2].
 double area_beside(const Shape& shape, const double* up, double height, double gap) {
   Vector own = {0.0, 0.0, 0.0};
   for (int i = 0; i < 3; ++i) {
@@ -175,7 +178,7 @@ double area_beside(const Shape& shape, const double* up, double height, double g
       const double normal[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
       const double seen = -0.5 * dot(normal, own.data());
       if (mesh.closed ? seen <= 0.0 : seen == 0.0) continue;
-      // The share of a triangle below a height, from its corners' heights in order.
+      // Fraction of a triangle below a height, from the sorted heights of its corners.
       std::sort(rise, rise + 3);
       double share = 1.0;
       if (gap < rise[2]) {
@@ -231,7 +234,7 @@ double area_of(const Outline& outline) {
   return area;
 }
 
-// Take out edges that two rings pass in opposite directions: pieces of one face that lie side by side become one outline.
+// Remove edges that two rings pass in opposite directions, so that adjacent pieces of one face become one outline.
 void join_pieces(Outline& outline, double same) {
   std::vector<Point> corners;
   std::vector<std::pair<std::size_t, std::size_t>> edges;
@@ -264,7 +267,7 @@ void join_pieces(Outline& outline, double same) {
     while (at != begin) {
       ring.push_back(corners[at]);
       const auto next = std::find_if(edges.begin(), edges.end(), [at](const auto& edge) { return edge.first == at; });
-      if (next == edges.end()) return;  // not closed: the pieces do not fit together
+      if (next == edges.end()) return;  // not closed: the pieces do not fit together, and area is lost
       at = next->second;
       edges.erase(next);
     }
@@ -282,8 +285,9 @@ double distance_to(const std::vector<Point>& hull, const Point& at) {
   return least;
 }
 
-// Points of a shape that its other parts do not reach beyond, or hardly, in the body's frame; visit(point). Those within a
-// distance of a point that rise no less than that above the height are passed over: pass(point, distance, rise).
+// Call visit(point) for the outermost points of a shape, in the body's frame. Points are skipped in groups: if
+// pass(middle, distance, rise) is true, all points within that distance of the middle rise by at least `rise` above the
+// height and are not visited.
 template <typename Visit, typename Pass>
 void outermost(const Shape& shape, const double* up, double height, double farthest, Visit&& visit, Pass&& pass) {
   const double* size = shape.size;
@@ -313,7 +317,7 @@ void outermost(const Shape& shape, const double* up, double height, double farth
       }
     }
   } else if (shape.kind == ShapeKind::triangles) {
-    // What rises more steeply than bodies ever lean need not be looked at.
+    // Parts that rise more steeply than bodies ever lean are not needed.
     Vector own = {0.0, 0.0, 0.0};
     for (int i = 0; i < 3; ++i) {
       for (int k = 0; k < 3; ++k) own[static_cast<std::size_t>(i)] += shape.local.rotation[3 * k + i] * up[k];
@@ -335,7 +339,7 @@ void outermost(const Shape& shape, const double* up, double height, double farth
   }
 }
 
-// The least slope from a side's rim to any other point of the body.
+// Least slope from a side's rim to any other point of the body [-].
 double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   std::vector<Point> corners;
   Extent extent;
@@ -361,7 +365,7 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
       const double distance = away(point);
       if (distance > 0.0) least = std::min(least, rise / distance);
     };
-    // Nothing within a box is less steep than its lowest over its farthest.
+    // No point of a box has a smaller slope than the box's least height over its largest distance.
     outermost(shape, side.up(), side.height, farthest, visit, [&](const Vector& middle, double around, double rise) {
       return rise > kFlatness && rise >= least * (away(middle) + around);
     });
@@ -369,7 +373,7 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   return least;
 }
 
-// A part's loops on a side, counter-clockwise about the inward normal.
+// Outline of a part in a side's frame, counter-clockwise about the inward normal.
 Outline outline_on(const FlatSide& side, const Part& part) {
   Outline outline;
   for (const auto& loop : part.loops) {
@@ -392,14 +396,14 @@ Extent extent_of(const Outline& outline) {
   return extent;
 }
 
-// Whether an extent meets none of those known; it is known from then on.
+// Whether an extent overlaps none of the known ones. It is added to them.
 bool is_apart(const Extent& extent, std::vector<Extent>& known) {
   const bool apart = std::none_of(known.begin(), known.end(), [&](const Extent& one) { return extent.meets(one); });
   known.push_back(extent);
   return apart;
 }
 
-// Join a side's pieces into one outline; false where some overlap.
+// Join a side's pieces into one outline. False if some of them overlap.
 bool join_side_by_side(Outline& outline) {
   const double before = area_of(outline);
   join_pieces(outline, kFlatness);
@@ -412,7 +416,7 @@ bool join_side_by_side(Outline& outline) {
   return apart;
 }
 
-// Put all parts in the plane of one, which may be of several shapes, on a side; false where they do not lie apart.
+// Add all parts in the plane of parts[first], of any shapes, to a side. False if they overlap.
 bool gather(const std::vector<Part>& parts, std::size_t first, std::vector<std::uint8_t>& done, FlatSide& side) {
   std::vector<Extent> extents;
   bool apart = true;

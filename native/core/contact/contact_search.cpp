@@ -9,24 +9,27 @@
 namespace mjtactile {
 namespace {
 
-// Points along each side of a closer look at a part, and how many of them at least lie under the level in the end.
+// A part is sampled on a grid of kCloser x kCloser points. The grid is refined until at least kEnough points are below
+// the level, at most kLooks times.
 constexpr std::size_t kCloser = 15, kEnough = 25;
 constexpr int kLooks = 4, kBisections = 16;
-// They lie closer together by this factor: of points on the very edge of the sheet rounding would decide.
+// These grids are smaller than the part by this factor, because rounding would decide whether a point exactly on the
+// sheet's edge has a height.
 constexpr double kWithin = 1.0 - 1e-9;
-// Parts are looked at one by one up to this many; more are taken together.
+// Largest number of parts that are sampled on their own. If there are more, they are treated as one part.
 constexpr std::size_t kMostParts = 16;
-// Points no further apart than this in the grid belong together: narrow contacts show at some of its points only.
+// Points within this many grid steps belong to one part, because the grid misses some points of narrow contacts.
 constexpr int kNear = 2;
-// Load over the one to carry up to which parts are gathered: what is a little higher may touch, too.
+// Parts are collected up to the level that carries this multiple of the load, because slightly higher ones may touch.
 constexpr double kSpare = 4.0;
-// Height over the level up to which a part is kept.
+// A part without points below the level is kept if it has some below this multiple of it.
 constexpr double kReached = 2.5;
-// Lengths of a part along and across, as standard deviations, from which on it is long: no ratio of whole numbers of samples.
+// A part is long if its standard deviation along is more than this multiple of that across. The value is not a ratio
+// that small counts of samples can have, so that rounding does not decide.
 constexpr double kElongated = 1.503;
-// Distance from a spring within which a load is on it, over the length of what is looked at.
+// A load within this distance of a spring acts on it, over the length of the sampled area.
 constexpr double kOnSpring = 1e-6;
-// Perimeter of a circle over that of the steps of a grid about it.
+// Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
 constexpr double kRound = 0.78539816339744830962;
 
 }  // namespace
@@ -74,7 +77,8 @@ bool ContactSearch::look(const HeightMap& map) {
   }
   map.heights(points_, raw_);
   bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
-  // A low point between those of the grid takes the place of its nearest; of several as low the one nearest to it.
+  // A candidate that is lower than the nearest grid point replaces it. Of several equally low ones, the one nearest to
+  // the grid point is used.
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
     if (!std::isfinite(height_there)) continue;
@@ -92,7 +96,7 @@ bool ContactSearch::look(const HeightMap& map) {
   return any;
 }
 
-// Middles of equal parts: bodies end at the bounds.
+// Grid points are the middles of equal cells of the bounds, because the body ends at the bounds themselves.
 Point ContactSearch::grid_point(std::size_t sample) const {
   return {bounds_.west + (bounds_.east - bounds_.west) * (static_cast<double>(sample % kLines) + 0.5) / kLines,
           bounds_.south + (bounds_.north - bounds_.south) * (static_cast<double>(sample / kLines) + 0.5) / kLines};
@@ -102,7 +106,7 @@ void ContactSearch::set_heights(const Plane& plane) {
   const std::size_t count = raw_.size();
   heights_.resize(count);
   for (std::size_t i = 0; i < count; ++i) heights_[i] = raw_[i] - plane(points_[i].x, points_[i].y);
-  double least[4] = {kNowhere, kNowhere, kNowhere, kNowhere};  // side by side: one would wait for itself
+  double least[4] = {kNowhere, kNowhere, kNowhere, kNowhere};  // four independent minima for speed
   for (std::size_t i = 0; i + 4 <= count; i += 4) {
     for (std::size_t k = 0; k < 4; ++k) least[k] = std::min(least[k], heights_[i + k]);
   }
@@ -116,7 +120,7 @@ std::size_t ContactSearch::root(std::size_t sample) {
   return sample;
 }
 
-// Let the level rise until the parts under it carry the load.
+// Raise the level until the parts below it carry kSpare times the load, then connect the parts.
 void ContactSearch::flood(const SearchLoad& load) {
   rising_.begin(heights_);
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
@@ -143,7 +147,7 @@ void ContactSearch::flood(const SearchLoad& load) {
   connect();
 }
 
-// Samples under the level that are near each other belong together: each is named after the first of its part.
+// Join samples below the level that are near each other (union-find). The root of a part is its first sample.
 void ContactSearch::connect() {
   constexpr auto kLast = static_cast<int>(kLines) - 1;
   flooded_.clear();
@@ -156,7 +160,7 @@ void ContactSearch::connect() {
   for (const std::size_t sample : flooded_) {
     parents_[sample] = sample;
     const auto column = static_cast<int>(sample % kLines), row = static_cast<int>(sample / kLines);
-    // The one beside it has met all that is near to both.
+    // If the sample to the left is below the level, it has been joined to all samples near both.
     const bool beside = column > 0 && under_[sample - 1];
     for (int j = std::max(row - kNear, 0); j <= row; ++j) {
       const int first = !beside ? column - kNear : j < row ? column + kNear : column - 1;
@@ -210,7 +214,7 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
   }
 }
 
-// Perimeter of what of a part lies under a level [m], and its area.
+// Perimeter [m] of the area of a part below a level. Adds this area [m^2] to `area`.
 double ContactSearch::perimeter(const Part& part, double level, double& area) {
   const UnderLevel found = kernels().count_under(part.heights.data(), part.rows, part.columns, level);
   area += static_cast<double>(found.points) * part.cell;
@@ -218,7 +222,7 @@ double ContactSearch::perimeter(const Part& part, double level, double& area) {
          static_cast<double>(found.level) * part.region.width / static_cast<double>(part.columns);
 }
 
-// The level at which all parts together carry the load, by bisection.
+// Find the level at which all parts together carry the load, by bisection.
 void ContactSearch::set_level(const SearchLoad& load) {
   double deepest = 0.0, highest = 0.0;
   for (std::size_t k = 0; k < part_count_; ++k) {
@@ -258,7 +262,7 @@ void ContactSearch::set_level(const SearchLoad& load) {
   if (area < load.least_area) level_ = least(load.least_area);
 }
 
-// The rectangle about what of a part lies under a level.
+// The rectangle around the points of a part below a level. Sets their area [m^2] and their number.
 Region ContactSearch::region_under(const Part& part, double level, double& area, std::size_t& count) {
   chosen_.clear();
   for (std::size_t place = 0; place < part.heights.size(); ++place) {
@@ -307,7 +311,7 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     if (count == 0) level *= kReached, region = region_under(parts_[k], level, area, count);
     if (count == 0) continue;
     reached_ = std::max(reached_, level);
-    // It may end anywhere between the last point under the level and the next.
+    // The part ends somewhere between the last point below the level and the next one.
     const double c = std::abs(std::cos(region.angle - parts_[k].region.angle));
     const double s = std::abs(std::sin(region.angle - parts_[k].region.angle));
     const double step[2] = {parts_[k].region.width / static_cast<double>(parts_[k].columns),
@@ -334,7 +338,7 @@ bool ContactSearch::supported(const SearchLoad& load) const {
 }
 
 std::vector<Point> ContactSearch::covered() const {
-  // The ends of every row of the grid, and the low points beside it, have all corners of the hull among them.
+  // All corners of the hull are ends of a row of the grid or points that were moved off the grid.
   std::vector<Point> ends;
   for (const std::size_t sample : moved_) ends.push_back(points_[sample]);
   const auto counts = [this](std::size_t sample) {
@@ -380,7 +384,7 @@ Plane ContactSearch::resting(const SearchLoad& load) {
   resting_.clear();
   for (std::size_t i = 0; i < raw_.size(); ++i) {
     if (!std::isfinite(raw_[i])) continue;
-    // As stiff per area as the surface is under a face a tenth as long as what is looked at.
+    // Stiffness per area of the surface under a flat face a tenth as long as the sampled area.
     stiffness_.push_back(cell * 20.0 * load.modulus / length);
     modes_.insert(modes_.end(), {1.0, (points_[i].x - middle.x) / length, (points_[i].y - middle.y) / length});
     bed_heights_.push_back(raw_[i] - least);
@@ -389,7 +393,8 @@ Plane ContactSearch::resting(const SearchLoad& load) {
   Plane plane = {{0.0, 0.0}, load.through};
   Point inside;
   if (stiffness_.size() < 3 || !nearest_inside(covered(), load.through, 1e-3 * length, inside)) return plane;
-  // On a spring that a load passes by no more than rounding the body rests: which way it would fall rounding would decide.
+  // If the load passes a spring within rounding, it acts exactly on it. Otherwise rounding would decide to which side
+  // the body falls.
   for (const Point& at : resting_) {
     if (std::hypot(at.x - inside.x, at.y - inside.y) <= kOnSpring * length) inside = at;
   }

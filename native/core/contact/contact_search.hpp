@@ -50,7 +50,7 @@ class ContactSearch {
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   // Height of the level above the body's lowest point [m].
   double level() const { return level_; }
-  // Heights that differ by no more are equal [m]: symmetric bodies have symmetric spots, and flat ones are flat.
+  // Heights that differ by at most this are equal [m], so that rounding does not break the symmetry of a body's spots.
   double same() const { return kSame * spacing_; }
   // Height of the level if no least area were asked for [m].
   double loaded() const { return loaded_; }
@@ -91,7 +91,7 @@ class ContactSearch {
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
 
-  // A height above the lowest point; 0 for what is as low as that.
+  // A height above the lowest point [m]; 0 if it differs from it by rounding only.
   double levelled(double height) const { return std::abs(height) <= same() ? 0.0 : height; }
 
   static constexpr std::size_t kLines = 33;

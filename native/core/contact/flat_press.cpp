@@ -6,18 +6,20 @@
 namespace mjtactile {
 namespace {
 
-// What is pressed is few cells below this number of them, or below this share of the face's. Of 700 flat faces that lift
-// off in part, on three pads and two levels, these leave none of the fast readings over 15 % from 2,500 cells (six at 16
-// cells and half of the face), and two of the balanced ones over 6 % (eight).
+// The pressed cells are few if they are less than this number, or less than this share of the face's cells. Measured on
+// 700 flat faces that lift off in part, on three pads and two fidelities, against 2,500 cells: no reading of fidelity
+// "fast" is off by more than 15 %, and two of "balanced" by more than 6 %. With limits of 16 cells and half of the face
+// these were six and eight.
 constexpr double kFewCells = 28.0, kFewShare = 0.7;
-// A rigid flat punch under a load a quarter of its width from its rim begins to lift off on the other side (Johnson,
-// Contact Mechanics, 1985, section 2.8): loads closer to the rim press a strip four times as wide as they are away from
-// it. A strip that holds less than this share of what are few cells is not tried.
+// A rigid flat punch begins to lift off on the far side if its load is a quarter of its width from the rim (Johnson,
+// Contact Mechanics, 1985, section 2.8). Loads closer to the rim press a strip kStrip times as wide as their distance
+// from it. If that strip has less than the fraction kSurelyFew of what counts as few cells, the face's own cells are
+// not tried.
 constexpr double kStrip = 4.0, kSurelyFew = 0.7;
 
 double few(std::size_t cells) { return std::min(kFewCells, kFewShare * static_cast<double>(cells)); }
 
-// Whether a load that passes through a point of a face's frame leaves few of its cells pressed, by far.
+// Whether a load through a point of the face's frame certainly presses too few of its cells.
 bool surely_few(const Face& face, const Point& at) {
   double pressed = 1.0;
   for (std::size_t i = 0; i < face.corners.size(); ++i) {
@@ -65,7 +67,7 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Contac
   small_ = part_.solve(map_, surface, wrench, workspace);
   if (small_) return true;
   if (tried) {
-    whole_.place(face, placement, surface, workspace);  // the workspace was the other's
+    whole_.place(face, placement, surface, workspace);  // the workspace has the cells of part_
   } else {
     press_whole();
   }

@@ -13,7 +13,8 @@ namespace mjtactile {
 
 class FlatPress {
  public:
-  // contact() has the answer, on face(). False where the force does not press.
+  // Solve the contact of a face under a wrench (6) about the pad's origin [N, N m]. The result is contact(), on the
+  // cells of face(). The face must live as long as this result is used. False if the force does not press.
   bool solve(const Face& face, const Placement& placement, const ContactSurface& surface, const double* wrench,
              CellContact::Workspace& workspace);
   // See PatchPress.
@@ -29,9 +30,9 @@ class FlatPress {
       integrate_edges(*face_, integrals);
     }
   }
-  // Heights of the body above the cells [m]; null where it is flat.
+  // Heights of the body above the cells (cells) [m]; null if the contact is on the face's own cells.
   const double* heights() const { return small_ ? part_.heights().data() : nullptr; }
-  // Plane from which heights are measured, if there are any.
+  // Plane from which these heights are measured.
   const PatchFace::HeightWindow& view() const { return part_.view(); }
   const Face& face() const { return small_ ? part_.face() : *face_; }
   const Placement& placement() const { return small_ ? kUnmoved : placement_; }
@@ -48,7 +49,7 @@ class FlatPress {
   std::vector<Point> starts_, ends_;
 };
 
-// Whether so few of a face's cells are in contact that they are too coarse.
+// Whether so few of a face's cells are in contact that finer cells are needed.
 bool is_small(const CellContact& contact);
 
 }  // namespace mjtactile

@@ -110,7 +110,7 @@ void Pad::set_class_of(StressMap<Value>& map, std::size_t c, std::size_t count, 
   typename StressMap<Value>::Class& of_class = map.classes[c];
   const std::vector<std::size_t> order = map.set_columns(of_class, count, columns, signs);
 
-  // A left factor mixes patterns of very different strength and is small: half precision at least.
+  // Columns of a left factor combine entries of very different size, so bytes are too coarse for it. It is small.
   const Precision left = precision_ == Precision::byte ? Precision::half : precision_;
   of_class.factors.clear();
   for (std::size_t k = 0; k < map.layers.size(); ++k) {

@@ -1,4 +1,5 @@
-// One pad's tables in the form the fast path reads them in. Immutable once made: shared by all threads.
+// One pad's tables as the core uses them: influence matrices, compliance, outer surface. It owns copies of all data.
+// Immutable once made, and shared by all threads.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@
 
 namespace mjtactile {
 
-// How a layer's taxels average their sample points: sparse rows (taxels, quadrants * points).
+// Weights of sample points in the taxels of one layer: a sparse matrix (taxels, quadrants * points) by rows.
 struct AveragingRows {
   std::size_t points, taxels;
   const std::int32_t* starts;   // (taxels + 1)
@@ -22,21 +23,21 @@ struct AveragingRows {
   const double* weights;
 };
 
-// A stress matrix of one class and layer: whole, or left (columns, rank) times right (rank, rows); rows are
+// The stress matrix of one class and layer, stored whole or as a low-rank product left * right. Rows are
 // (coordinate, point).
 struct MatrixFactors {
   std::size_t rank;     // 0: whole
-  const double* left;   // (columns, rank or rows) [Pa/N]
-  const double* right;  // (rank, rows), null where whole
+  const double* left;   // (columns, rank), or (columns, rows) if whole [Pa/N]
+  const double* right;  // (rank, rows); null if whole
 };
 
-// Beyond these strains are no longer small: mean pressure [Pa] and indentation [m]. And the sheet's thickness [m].
+// Mean pressure [Pa] and indentation [m] up to which strains are small, and the sheet's thickness [m].
 struct LinearRange {
   double pressure, indentation, depth;
 };
 
-// Of a heat map on the surface, in the pad frame: where it lies, its axes as columns, and half its sides [m]; and the
-// reading that colours it.
+// A tile of the heat map on the surface, in the pad frame: middle [m], axes as columns, half lengths of its sides [m],
+// and the number of the reading that colours it.
 struct Tile {
   double position[3], rotation[9], half_size[2];
   std::size_t reading;
@@ -44,27 +45,28 @@ struct Tile {
 
 class Pad {
  public:
-  // `corners`: where loads are spread onto the elements' corners; null where they act on all nodes.
+  // `corners`: how loads are replaced by forces on the elements' corners; null if tables have columns of all nodes.
   Pad(SurfaceGrid surface, Precision precision, const CornerSpread* corners);
 
-  // What contacts need: when strains are small, at which reading [Pa] the taxels of each sensing layer saturate, and
-  // how far the surface gives under cells.
+  // Data that contacts need: the range of small strains, and the reading [Pa] at which taxels of each sensing layer
+  // saturate.
   void set_range(const LinearRange& range, std::vector<double> saturation) {
     range_ = range;
     saturation_ = std::move(saturation);
   }
-  // Of a curved pad.
+  // The outer surface, for a curved pad.
   void set_outer(OuterSurface outer) { outer_ = std::move(outer); }
   void set_compliance(SurfaceCompliance compliance) { compliance_ = std::move(compliance); }
 
   void set_tiles(std::vector<Tile> tiles) { tiles_ = std::move(tiles); }
 
-  // In this order: the mirrors, with the quadrants' signs (quadrants, classes), and every layer; then every class.
+  // Set the matrices in this order: the mirrors, with the signs of each class in the quadrants (quadrants, classes);
+  // every layer; every class.
   void set_mirrors(bool x, bool y, const double* signs);
   void add_layer(const AveragingRows& rows);
-  // `columns`: quarter's degree of freedom (component, y, x), of corners where loads act there, -> column or -1;
-  // `signs`: (3 components, 2 axes). `mean`: matrices to the mean stress, wanted for whole tensors only, in place of
-  // those to deviatoric stress.
+  // `columns` (component, y, x): for each degree of freedom of the quarter, its column in the matrices, or -1. `signs`
+  // (3 components, 2 axes): see StressMap::Class. `mean`: whether these are matrices to the mean stress, which are
+  // needed for whole tensors only, instead of those to the deviatoric stress.
   void set_class(std::size_t c, std::size_t count, const std::int32_t* columns, const double* signs,
                  const MatrixFactors* layers, bool mean);
 
@@ -81,7 +83,7 @@ class Pad {
   std::size_t bytes() const;
   bool twofold() const { return precision_ == Precision::twofold; }
   Precision precision() const { return precision_; }
-  // Whether whole stress tensors are at hand.
+  // Whether whole stress tensors can be computed.
   bool has_mean() const { return has_mean_; }
 
   template <typename Value>

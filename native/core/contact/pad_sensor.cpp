@@ -9,40 +9,46 @@
 namespace mjtactile {
 namespace {
 
-// Steps at one pose after which a basis is worth its making.
+// Number of steps at one pose after which a basis is made.
 constexpr double kSteady = 8.0;
-// A face that overhangs the sheet is cut at its edge for places rounded to this [m, rad]: what the edge is off by is a
-// hundredth of the depth of the first taxels. Steps of angle go into a right angle: turned scenes are cut alike.
+// A face that extends beyond the sheet is cut at the sheet's edge, for a placement rounded to this [m, rad]. The error
+// of the edge is a hundredth of the depth of the first taxels. A right angle is a multiple of the angle's step, so that
+// scenes turned by it are cut alike.
 constexpr double kCutStep = 5e-6, kCutTurn = 1.57079632679489661923 / 3142;
 constexpr std::size_t kMostCutFaces = 64;
-// Faces that lean more than this never face the pad alone (their cosine).
+// Least cosine of a face's slope with which it may face the pad alone.
 constexpr double kFacing = 0.9;
-// Height of what presses over the surface or, where contacts are soft, below it, over the pad's depth.
+// Largest distance of a pressing face from the surface, above it or, with soft contacts, below it, over the pad's
+// depth.
 constexpr double kNear = 0.8;
-// What of a body is deeper in the pad than where MuJoCo's contacts press, by this factor and length [m], may stand beside
-// the pad: it does where the body turns by more than this slope to rest on it, and by less than this share without it.
+// Parts of a body that are deeper in the pad than MuJoCo's contacts, by the factor kDeeper and the length kDeeperBy
+// [m], may be beside the pad. They are taken to be if the body tilts by more than the slope kTurned to rest on them,
+// and by less than the fraction kTurnsLess of that without them.
 constexpr double kDeeper = 1.5, kDeeperBy = 1e-4;
 constexpr double kTurned = 0.05, kTurnsLess = 0.5;
-// Share of the force that a contact bears at least where it bears all of it.
+// A contact counts as carrying all of the force if it carries this fraction.
 constexpr double kBears = 0.99;
-// Where nothing of a body's geometry faces the pad, squares about its contact points bear it: their least side over the
-// facing gap.
+// Least side of the squares about contact points, over the facing gap. They carry a body whose geometry does not face
+// the pad.
 constexpr double kLeastSpot = 4.0;
-// Rounds in which bodies on one pad settle beside each other, and the change of forces that ends them, over the force.
+// Several bodies are solved in turn for at most this many rounds, or until no cell's force changes by more than this
+// fraction of the body's force.
 constexpr int kRounds = 12;
 constexpr double kSettled = 1e-8;
-// What is not carried, over the wrench, that is more than rounding and the margin at a face's rim.
+// A residual above this fraction of the wrench is reported. Smaller ones come from rounding and the margin at a face's
+// rim.
 constexpr double kLeftOver = 5e-3;
-// Forces within two to this power, up or down, of 1 N are read as they are: single precision squares stresses.
+// Forces outside 2^-20 to 2^20 N are scaled, because single precision must hold the squares of stresses.
 constexpr int kCommonPowers = 20;
 // Width of the narrowest cells over the pad's depth.
 constexpr double kNarrowest = 0.01;
-// Contact cells up to which shear is solved for in the time of a step. Who asks for more waits for them: the time grows
-// with their cube.
+// Number of contact cells up to which shear is solved within the time of a step. With more cells, the allowed time
+// grows with the cube of their number.
 constexpr double kQuick = 100.0;
-// A hash kept as a double must be a whole number that a double holds.
+// Hashes are kept as doubles, which hold whole numbers up to 2^53 exactly.
 constexpr std::uint64_t kHashMask = (std::uint64_t{1} << 52) - 1;
-// Deviatoric coordinates and the mean stress under x -> -x and y -> -y (mjtactile/influence/matrices.py).
+// Whether deviatoric coordinates and the mean stress change their sign under x -> -x and y -> -y
+// (mjtactile/influence/matrices.py).
 constexpr bool kOdd[kDeviatoric][2] = {{false, false}, {false, false}, {true, true}, {false, true}, {true, false}};
 constexpr bool kEven[1][2] = {{false, false}};
 
@@ -62,7 +68,7 @@ Pose at(const std::array<std::int64_t, 12>& whole, double tolerance) {
 
 double pressing(const Touch& touch) { return -touch.wrench[2]; }
 
-// The largest number in the wrenches; not finite where one of them is not.
+// The largest absolute number in the wrenches; not finite if one of them is not finite.
 double largest_of(const Touch* touches, std::size_t count) {
   double largest = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -98,7 +104,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   key_ = key_of(touches, count);
   const double largest = largest_of(touches, count);
   if (!std::isfinite(largest)) {
-    // The simulation has come apart: no number would be right.
+    // The simulation has diverged, so no reading would be right.
     std::fill(response_.begin(), response_.end(), std::numeric_limits<Value>::quiet_NaN());
     std::fill(mean_response_.begin(), mean_response_.end(), std::numeric_limits<Value>::quiet_NaN());
     note(Event::refused, touches[0], largest, largest);
@@ -116,7 +122,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   }
 }
 
-// As if nothing touched.
+// Reset all results to those of a pad without contact.
 template <typename Value>
 void PadSensor<Value>::begin(std::size_t count) {
   touched_ = count > 0;
@@ -133,7 +139,7 @@ void PadSensor<Value>::begin(std::size_t count) {
   solved_.assign(count, 0);
 }
 
-// A hash of which bodies touch, and of their rounded poses.
+// Hash of the touching bodies and their rounded poses.
 template <typename Value>
 double PadSensor<Value>::key_of(const Touch* touches, std::size_t count) const {
   std::uint64_t hash = count;
@@ -146,7 +152,7 @@ double PadSensor<Value>::key_of(const Touch* touches, std::size_t count) const {
   return static_cast<double>(hash & kHashMask);
 }
 
-// One body as if it were alone; `place`: of its press.
+// Solve one body's contact as if it were alone. `place`: index of its BodyPress.
 template <typename Value>
 void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool steady) {
   BodyPress& press = *presses_[place];
@@ -156,7 +162,7 @@ void PadSensor<Value>::press_alone(const Touch& seen, std::size_t place, bool st
     return;
   }
   Placement placement = kUnmoved;
-  // On a curved pad no flat side lies whole.
+  // A whole flat side cannot touch a curved pad.
   const std::shared_ptr<const Face> face = curved() ? nullptr : face_towards(touch, placement);
   if (face != nullptr && steady && press_steady(touch, face)) return;
   if (face != nullptr && options_.law->presses_faces() && press_linear(touch, *face, placement)) return;
@@ -172,7 +178,7 @@ Steadiness PadSensor<Value>::after(const Steadiness& before) const {
   return {key_, before.pose == key_ ? std::min(before.steps + 1.0, kSteady) : 1.0};
 }
 
-// The contact of one body as if it were alone, on a flat face or by its shape; false where its geometry says nothing.
+// Solve one body's contact on cells, on a flat face or by its shape. False if its geometry does not face the pad.
 template <typename Value>
 bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::shared_ptr<const Face>& face,
                              const Placement& placement) {
@@ -180,7 +186,7 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   press.flat = face != nullptr;
   const bool whole = touch.map == nullptr && touch.geometry != nullptr && !touch.geometry->shapes().empty();
   if (press.flat && press.face.solve(*face, placement, surface(sheet()), touch.wrench, press.workspace)) {
-    // Where it tips over, or sinks in so far that its face bears no more, other parts of the body touch as well.
+    // If the body tips over, or the face cannot carry all of the force, other parts of the body touch as well.
     const bool bears = borne_by(press.face.contact()) > kBears * pressing(touch);
     if (!whole || (bears && !press.face.tips_over())) return true;
   }
@@ -189,7 +195,7 @@ bool PadSensor<Value>::solve(const Touch& touch, BodyPress& press, const std::sh
   return whole && press_shapes(touch, press);
 }
 
-// The contact of a body's own shapes; false where none of them faces the pad.
+// Solve the contact of a body's own shapes. False if none of them faces the pad.
 template <typename Value>
 bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
   const auto bears = [&](double force) { return force > kBears * pressing(touch); };
@@ -198,7 +204,7 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
   const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
   const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
   if (!deeper || (bears(whole) && turned < kTurned)) return whole > 0.0;
-  // What is deeper in the pad than MuJoCo's contacts say may be beside it. Then the body turns less without that.
+  // Parts deeper in the pad than MuJoCo's contacts may be beside it. The body then tilts less without them.
   std::swap(press.patch, press.other_patch);
   std::swap(press.gap, press.other_gap);
   const double above = press_above(touch, press, -sunk);
@@ -210,12 +216,13 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
   return whole > 0.0;
 }
 
-// The contact of a body's own shapes as far as they stand above a floor; the force it bears, 0 where there is none.
+// Solve the contact of the parts of a body's shapes above a floor [m]. Returns the force that it carries [N], 0 if
+// there is no contact.
 template <typename Value>
 double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
   const TangentPlane* plane = plane_of(press);
   const Rectangle part = plane == nullptr ? sheet() : plane->whole().bounds;
-  // Over a curved pad the body may stand between its highest and its lowest point.
+  // Over a curved pad, the body may be anywhere between the surface's lowest and highest point.
   const double lowest = plane == nullptr ? 0.0 : plane->whole().lowest;
   const double highest = plane == nullptr ? 0.0 : plane->whole().highest;
   const HeightRange range = {lowest + floor, highest + pad_->depth(), highest};
@@ -229,7 +236,7 @@ double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, doubl
   return borne_by(press.patch.contact());
 }
 
-// Where geometry says nothing, each of MuJoCo's contact points bears its own force.
+// Press with MuJoCo's contact points, each with its own force, if the geometry does not face the pad.
 template <typename Value>
 bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
   const TangentPlane* plane = plane_of(press);
@@ -250,7 +257,7 @@ bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
   return true;
 }
 
-// A body that is known by its heights over the pad.
+// Solve the contact of a body that is given by its heights over the pad.
 template <typename Value>
 bool PadSensor<Value>::press_map(const Touch& touch, BodyPress& press) {
   const TangentPlane* plane = plane_of(press);
@@ -262,7 +269,7 @@ bool PadSensor<Value>::press_map(const Touch& touch, BodyPress& press) {
   return press.patch.solve(press.over, surface(plane->whole().bounds, plane), touch.wrench, press.workspace);
 }
 
-// What touches a curved pad, as it is seen from the tangent plane where its force goes in.
+// Transform a touch into the frame of the tangent plane at the body's centre of pressure on a curved pad.
 template <typename Value>
 const Touch& PadSensor<Value>::turned(const Touch& touch, BodyPress& press) const {
   Point foot = {0.0, 0.0};
@@ -290,7 +297,7 @@ const Touch& PadSensor<Value>::turned(const Touch& touch, BodyPress& press) cons
   return press.here;
 }
 
-// Each body in turn on the surface as the others leave it, until no force changes.
+// Solve each body in turn on the surface as deformed by the others, until no force changes (Gauss-Seidel).
 template <typename Value>
 void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
   for (int round = 0; round < kRounds; ++round) {
@@ -319,7 +326,7 @@ void PadSensor<Value>::couple(const Touch* touches, std::size_t count) {
   }
 }
 
-// How far one body bends the surface under another's cells.
+// Add to press.sunk how far another body lowers the surface under this body's cells [m].
 template <typename Value>
 void PadSensor<Value>::sink(const BodyPress& other, BodyPress& press) {
   const auto on_surface = [this](const BodyPress& one, const Bend& bend) {
@@ -355,7 +362,8 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
   add(forces_.data());
 }
 
-// Cells that press along their own normals carry forces along the tangent plane by that; shear carries the rest.
+// Compute the nodal forces of a contact on a curved pad. Cells press along their own normals, which have components
+// along the tangent plane. These carry a part of the tangential force, and shear carries the rest.
 template <typename Value>
 void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
   const CellContact& contact = press.contact();
@@ -372,7 +380,8 @@ void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
   press.laid().nodal_forces(cells, pad_->surface(), press.forces.data(), press.carried, press.bent, forces_.data());
 }
 
-// Under the surface no cell brings about more von Mises stress than the strength: what shear is over that is left out.
+// Bound the force on each cell so that sqrt(p^2 + 3 t^2) of pressure p and shear t does not exceed the strength. Shear
+// beyond that is left out.
 template <typename Value>
 void PadSensor<Value>::bound_stress(const Face& cells, double* forces) const {
   for (std::size_t i = 0; options_.strength > 0.0 && i < cells.cells(); ++i) {
@@ -385,8 +394,8 @@ void PadSensor<Value>::bound_stress(const Face& cells, double* forces) const {
   }
 }
 
-// Forces on the cells where shear is bounded by friction or does not spread in proportion to the pressure; false where it
-// does, or no better is known.
+// Compute the forces on the cells if shear is bounded by friction or is not in proportion to the pressure. False if it
+// is plainly in proportion, or if no solution was found.
 template <typename Value>
 bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
   const TangentialChoice& choice = *options_.tangential;
@@ -419,7 +428,7 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
   return !outcome.refused;
 }
 
-// Law "uniform" on a flat face: exact, without cells.
+// Solve law "uniform" on a flat face exactly, without cells.
 template <typename Value>
 bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const Placement& placement) {
   if (!uniform_.solve(face, placement, pad_->surface(), touch.wrench, options_.friction, forces_.data())) return false;
@@ -444,11 +453,11 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
     CellContact contact;
     contact.place(*face, placement, surface(sheet()), workspace_);
     contact.press(*face, surface(sheet()), {touch.wrench}, workspace_);
-    if (!contact.linear() || is_small(contact)) return false;  // its cells belong to this very load
+    if (!contact.linear() || is_small(contact)) return false;  // another load would need other cells
     if (!contact.make_parts(*face, *options_.law, workspace_)) return false;
     if (!contact.weights(*face, options_, touch.wrench, weights_, workspace_)) return false;
     const auto& map = pad_->template deviatoric<Value>();
-    // One scale for all layers: bytes would leave the deep ones too few digits.
+    // A column has one scale for all layers, so bytes would leave the deep layers too few digits.
     const Precision stored = pad_->precision() == Precision::byte ? Precision::half : pad_->precision();
     Columns<Value> responses(contact.parts(), map.response_size, stored);
     std::vector<Value> response(map.response_size);
@@ -486,7 +495,7 @@ void PadSensor<Value>::note(Event event, const Touch& touch, double pressure, do
 
 template <typename Value>
 void PadSensor<Value>::note_range(const Touch& touch, const double* force, double area, double indentation) {
-  // As von Mises's stress counts shear.
+  // Shear counts as in the von Mises stress.
   const double pressure = std::sqrt(force[2] * force[2] + 3.0 * (force[0] * force[0] + force[1] * force[1])) / area;
   pressed_.area += area;
   pressed_.indentation = std::max(pressed_.indentation, indentation);
@@ -495,7 +504,7 @@ void PadSensor<Value>::note_range(const Touch& touch, const double* force, doubl
   if (share > 1.0) note(Event::beyond_range, touch, pressure, indentation);
 }
 
-// Add what is carried of a wrench; what is left over counts where it is more than rounding.
+// Add the carried part of a wrench, and note the residual if it is more than rounding.
 template <typename Value>
 void PadSensor<Value>::note_carried(const Touch& touch, const double* carried) {
   const double length = std::sqrt((sheet().east - sheet().west) * (sheet().north - sheet().south));
@@ -531,7 +540,8 @@ void PadSensor<Value>::readings(double* readings) {
   pad_->template deviatoric<Value>().readings(response_.data(), map_workspace_, readings);
   for (std::size_t i = 0; power_ != 0 && i < pad_->taxels(); ++i) readings[i] = std::ldexp(readings[i], power_);
   if (!(options_.strength > 0.0)) return;
-  // Several bodies on one place, and corners of the sheet, add up to more than the cells of each were allowed.
+  // Cells are bounded per body. Several bodies at one place and corners of the sheet can exceed that, so taxels
+  // saturate.
   const std::size_t each = pad_->taxels() / pad_->layers();
   for (const double most : pad_->saturation()) {
     for (std::size_t i = 0; i < each; ++i, ++readings) *readings = *readings > most ? most : *readings;
@@ -589,14 +599,14 @@ Rectangle PadSensor<Value>::sheet() const {
   return {surface.low_x(), surface.low_y(), surface.high_x(), surface.high_y()};
 }
 
-// The flat face that a body turns to the pad, as far as it lies on the sheet, and where it stands; null for none.
+// The flat face with which a body faces the pad, cut at the sheet's edge, and its placement. Null if there is none.
 template <typename Value>
 std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, Placement& placement) {
   if (touch.face != nullptr) placement = touch.placement;
   if (touch.face != nullptr || touch.geometry == nullptr) return touch.face;
   BodyGeometry& body = *touch.geometry;
   const double* up = touch.pose.rotation + 6;
-  // Where the force passes, what presses is near the surface; a face far below it is beside the pad, or under it.
+  // A pressing face is near the surface where the force passes. A face far below it is beside or under the pad.
   const double near = kNear * pad_->depth();
   const double x = -touch.wrench[4] / touch.wrench[2], y = touch.wrench[3] / touch.wrench[2];
   for (std::size_t i = 0; i < body.sides(); ++i) {
@@ -647,7 +657,7 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
   std::shared_ptr<Face> face;
   if (any) {
     face = std::make_shared<Face>();
-    // Squares along the outline's own axes, and along the sheet's where it is that.
+    // The squares lie along the side's own axes, or along the sheet's if the side covers all of it.
     if (cutter_.make(cut, options_.cells, *face, whole.endless ? 0.0 : static_cast<double>(place[2]) * kCutTurn)) {
       std::copy(whole.rotation, whole.rotation + 9, face->rotation);
       face->height = whole.height;

@@ -51,7 +51,8 @@ struct SolvedCells {
   Placement placement = kUnmoved;
   const BentCells* bent = nullptr;         // how the cells lie on a curved pad; null on a flat pad
   const double* carried = nullptr;         // wrench (6) that the cells carry, as Touch::wrench [N, N m]
-  const PatchFace::HeightWindow* view = nullptr;   // the view from which heights are measured; null for cells of a flat face
+  // The view from which heights are measured; null for cells of a flat face.
+  const PatchFace::HeightWindow* view = nullptr;
   const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
   const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
   const double* forces = nullptr;          // on the cells (cells, 3) [N]; on a curved pad in the tangent plane's frame
@@ -73,7 +74,8 @@ constexpr std::size_t kEvents = 4;
 // Summary of one step's contacts.
 struct Pressed {
   double carried[6] = {};   // wrench that the readings carry, about the pad's origin, pad frame [N, N m]
-  double range = 0.0;       // largest pressure, shear counted, or indentation of a contact over its limit for small strains [-]
+  // Largest pressure, shear counted, or indentation of a contact over its limit for small strains [-].
+  double range = 0.0;
   double indentation = 0.0, area = 0.0, peak = 0.0;   // deepest [m], under pressure [m^2], largest pressure [Pa]
   struct Note {
     Event event;
@@ -175,7 +177,7 @@ class PadSensor {
   std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
   bool over_sheet(const Face& face, const Placement& placement) const;
   Rectangle sheet() const;
-  // What contacts over a part of the surface are solved on.
+  // The surface as contacts over a part of it see it.
   ContactSurface surface(const Rectangle& part, const TangentPlane* plane = nullptr) const {
     return {part, pad_->compliance(), options_, plane};
   }

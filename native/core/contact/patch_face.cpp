@@ -9,31 +9,33 @@
 namespace mjtactile {
 namespace {
 
-// Cells of which the body covers less than this share are left out.
+// Cells of which the body covers less than this fraction are left out.
 constexpr double kLeastShare = 1e-3;
-// Those of no more than this width (standard deviation over a cell's size) are, too.
+// So are parts that are not wider than this (standard deviation over a cell's size).
 constexpr double kLeastWidth = 1e-4;
-// Lines through a cell on which it is looked at what is covered (Gauss points), steps along them, and bisections.
+// The covered part of a cell is found on lines at Gauss points, with so many steps along a line and bisections.
 constexpr double kLines[3] = {-0.38729833462074168852, 0.0, 0.38729833462074168852};
 constexpr double kWeights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
 constexpr int kSteps = 4, kBisections = 6;
-// Steps from a region's sides inward in which it is looked where the body comes as low as counts.
+// Number of steps, from a region's sides inward, in which the end of the body is searched.
 constexpr int kTrimSteps = 8;
-// Lines along a region on which it is looked, over its breadth.
+// Positions of the lines along a region on which this search runs, over the region's breadth.
 constexpr double kTrimLines[] = {0.0, -0.25, 0.25, -0.45, 0.45};
-// Parts of cells this many times as long as wide (as variances) are turned along their length.
+// Rectangles of parts whose variances have at least this ratio are turned along the part's length.
 constexpr double kSlanted = 2.25;
-// How far beyond a lattice it is looked whether the body goes on there, over the size of its cells, and how often.
+// A lattice grows if the body continues at this distance beyond it, over the size of a cell, at most kGrowths times.
 constexpr double kBeyond = 0.25;
 constexpr std::size_t kGrowths = 12;
-// Areas of two regions of which the smaller has less than this share of the other are unlike.
+// Two regions are of unlike size if the area of the smaller is less than this fraction of the other's.
 constexpr double kUnlike = 0.5;
-// Over the room up to the sheet's edge: rounding must not decide whether a rectangle that ends there is beyond it.
+// A rectangle may exceed the room up to the sheet's edge by this fraction, because rounding must not decide whether one
+// that ends there is beyond it.
 constexpr double kFlush = 1e-9;
 
-// Where a line through a cell runs below 0, in parts of the cell from its middle; `over`: heights at its 3 x 3 nodes.
+// Ends of the part of a line through a cell where interpolated heights are below 0, from -0.5 to 0.5 along the cell.
+// `over`: heights at the cell's 3 x 3 nodes. False if there is no such part.
 bool between_nodes(const double* over, bool along, double line, double& low, double& high) {
-  // Heights on the line at the cell's rims and middle, from the nodes about it.
+  // Heights on the line at the cell's sides and middle, interpolated between nodes.
   const int before = line < 0.0 ? 0 : 1;
   const double share = line < 0.0 ? 1.0 + 2.0 * line : 2.0 * line;
   double at[3];
@@ -53,7 +55,7 @@ bool between_nodes(const double* over, bool along, double line, double& low, dou
   return low < high;
 }
 
-// A height over a point as it is from where the view is.
+// Height over a point as measured from the view's plane [m].
 double seen_from(const PatchFace::HeightWindow& view, const Point& at, double height) {
   return height - view.slopes[0] * (at.x - view.middle.x) - view.slopes[1] * (at.y - view.middle.y) - view.lowest;
 }
@@ -80,7 +82,7 @@ double PatchFace::seen(const HeightWindow& view, const Point& at) const {
   return seen_from(view, at, view.map->height(at.x, at.y));
 }
 
-// Equal parts of a body must not have their cells by the order in which they were found: that changes as it turns.
+// The order of regions must not decide between equal parts of a body, because it changes as the body turns.
 bool PatchFace::Territory::lost(const Point& at) const {
   const Region& here = regions[own];
   const auto away = [&at](const Region& one) { return std::hypot(at.x - one.centre.x, at.y - one.centre.y); };
@@ -93,7 +95,7 @@ bool PatchFace::Territory::lost(const Point& at) const {
   return false;
 }
 
-// More cells on the sides on which the body goes on beyond the lattice, until it does nowhere.
+// Add rows and columns of cells on the sides where the body continues beyond the lattice.
 void PatchFace::grow(const HeightWindow& view, const Territory& territory, Lattice& lattice) const {
   const auto counts = [&](double column, double row) {
     const Point at = lattice.at(column, row);
@@ -111,7 +113,7 @@ void PatchFace::grow(const HeightWindow& view, const Territory& territory, Latti
       beyond[3] = beyond[3] || (counts(column, rows + kBeyond) && counts(column, rows - 0.5));
     }
     if (!beyond[0] && !beyond[1] && !beyond[2] && !beyond[3]) return;
-    // Its middle lies between the new ends.
+    // The new middle, in coordinates of the old lattice.
     const double along = (columns + (beyond[1] ? 1.0 : 0.0) - (beyond[0] ? 1.0 : 0.0)) / 2;
     const double across = (rows + (beyond[3] ? 1.0 : 0.0) - (beyond[2] ? 1.0 : 0.0)) / 2;
     const Point centre = lattice.at(along, across);
@@ -172,7 +174,7 @@ void PatchFace::lay(const HeightWindow& view) {
   set_heights(view, first);
 }
 
-// One more cell, without its height; false where too little of it counts.
+// Add a cell, without its height. False if too little of it counts.
 bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_t place) {
   const Lattice& lattice = lattices_[number];
   const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
@@ -184,7 +186,7 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
     Covered covered;
     if (!cover({lattice, view, column, row, nodes.finite == 9 ? nodes.over : nullptr}, covered)) return false;
     middle = lattice.at(column + 0.5 + covered.x / lattice.size, row + 0.5 + covered.y / lattice.width());
-    // Ends are found to a part of a cell: a sliver's middle may come to lie where there is nothing, beyond the sheet.
+    // Ends are only accurate to a fraction of a cell, so the middle of a sliver may be beyond the sheet.
     if (!view.map->bounds().holds(middle.x, middle.y)) return false;
     const double mean = (covered.xx + covered.yy) / 2, apart = std::hypot((covered.xx - covered.yy) / 2, covered.xy);
     double longer = covered.xx, shorter = covered.yy;
@@ -194,7 +196,7 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
       cell.cosine = lattice.cosine * c - lattice.sine * s;
       cell.sine = lattice.sine * c + lattice.cosine * s;
       longer = mean + apart;
-      shorter = covered.area * covered.area / (144.0 * longer);  // of a rectangle of that length and area
+      shorter = covered.area * covered.area / (144.0 * longer);  // variance of a rectangle of that length and area
     }
     cell.sides[0] = std::sqrt(covered.area * std::sqrt(longer / shorter));
     cell.sides[1] = covered.area / cell.sides[0];
@@ -205,7 +207,8 @@ bool PatchFace::cut_out(const HeightWindow& view, std::size_t number, std::size_
   return true;
 }
 
-// Heights and gradients of the cells from one on, all looked at together; those over which there is no body are left out.
+// Set heights and gradients of all cells from number `first` on. Heights are looked up together, because that is
+// faster. Cells without a body above are removed.
 void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
   points_.clear();
   for (std::size_t i = first; i < cells_.size(); ++i) {
@@ -237,11 +240,12 @@ void PatchFace::set_heights(const HeightWindow& view, std::size_t first) {
   cells_.resize(kept), goes_on_.resize(kept), face_.centroids.resize(kept);
 }
 
-// The part of a cell under the view's height: along lines in both directions, so that turning the scene turns the cell.
+// Find the part of a cell below the view's limit, on lines in both directions, so that the result does not depend on
+// how the scene is turned. False if the part is too small.
 bool PatchFace::cover(const CutCell& cut, Covered& covered) const {
   Covered found[2] = {};
   const int along = sweep(cut, true, found[0]), across = sweep(cut, false, found[1]);
-  // Lines that run along a narrow part hit or miss all of it: those across it tell more.
+  // Lines along a narrow part hit or miss it as a whole. Lines across it are more accurate.
   covered = {};
   for (int k = 0; k < 2; ++k) {
     const int own = k == 0 ? along : across, other = k == 0 ? across : along;
@@ -256,12 +260,12 @@ bool PatchFace::cover(const CutCell& cut, Covered& covered) const {
   covered.xx = covered.xx / whole - covered.x * covered.x;
   covered.yy = covered.yy / whole - covered.y * covered.y;
   covered.xy = covered.xy / whole - covered.x * covered.y;
-  // What one line alone meets has no width; rounding would leave it some.
+  // A part that only one line meets has no width except rounding.
   const double least = kLeastWidth * kLeastWidth * cell;
   return covered.xx > least && covered.yy > least;
 }
 
-// Lines through the cell in one direction; returns how many of them meet the part.
+// Add the area and moments of the part, from lines in one direction. Returns the number of lines that meet it.
 int PatchFace::sweep(const CutCell& cut, bool along, Covered& sum) const {
   int hits = 0;
   const double size = cut.lattice.size, other_size = cut.lattice.width();
@@ -286,8 +290,7 @@ int PatchFace::sweep(const CutCell& cut, bool along, Covered& sum) const {
   return hits;
 }
 
-// Where a line through a cell runs below the view's height, in parts of the cell from its middle, where the body is not
-// over all of the cell.
+// The same as between_nodes(), by a search along the line, for cells that the body does not cover entirely.
 bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double& low, double& high) const {
   const auto point = [&](double part) {
     const double u = along ? part : line, v = along ? line : part;
@@ -330,15 +333,16 @@ bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double&
   return true;
 }
 
-// Where a cell is looked at, on both sides of its middle.
+// Offsets from a cell's middle to its sample points, of which there is one on either side along both axes.
 PatchFace::Arms PatchFace::arms_of(const Cell& cell) {
   const double lengths[2] = {cell.sides[0] / std::sqrt(6.0), cell.sides[1] / std::sqrt(6.0)};
   return {{lengths[0], lengths[1]},
           {{cell.cosine * lengths[0], cell.sine * lengths[0]}, {-cell.sine * lengths[1], cell.cosine * lengths[1]}}};
 }
 
-// Averaged over the cell, exactly for a quadratic surface, as far as the body is over the points that takes: four that were
-// looked at.
+// Mean height over a cell from the heights at its four sample points, and its gradient. The mean is exact for a
+// quadratic surface. Points without a body above are left out. `looked_at`: index of the cell's first sample point in
+// points_.
 double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
   const Cell& cell = cells_[own];
   double sum = 0.0, apart[2] = {0.0, 0.0};
@@ -381,7 +385,7 @@ void PatchFace::trim(const HeightWindow& view, double least, double most, Region
         inside = half * (most + (least - most) * static_cast<double>(step) / kTrimSteps);
         found = counts(inside);
       }
-      if (!found) outside = inside = half;  // nothing lies on these lines
+      if (!found) outside = inside = half;  // no end was found, so this side stays
       for (int step = 0; step < kBisections && outside > inside; ++step) {
         const double middle = (inside + outside) / 2;
         (counts(middle) ? inside : outside) = middle;
@@ -399,8 +403,8 @@ std::int32_t PatchFace::cell_at(std::size_t lattice, std::size_t column, std::si
   return column < own.columns && row < own.rows ? places_[firsts_[lattice] + row * own.columns + column] : kNone;
 }
 
-// A rectangle that stands for a part must not reach over the sheet's edge, where it would carry nothing: it is turned along
-// the edge, as wide as there is room for, and as long as its area asks.
+// Keep the rectangle that replaces a part within the sheet, because traction beyond the edge would be lost. The
+// rectangle is turned parallel to the edge, made as wide as there is room, and as long as its area needs.
 void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell) {
   const double c = cell.cosine, s = cell.sine, area = cell.sides[0] * cell.sides[1];
   const double room[2] = {2.0 * std::min(middle.x - sheet.west, sheet.east - middle.x),
@@ -416,7 +420,7 @@ void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell)
     sides[k] = room[k];
     sides[1 - k] = std::min(area / sides[k], room[1 - k]);
   }
-  // Cells along the edge keep their axes: pairs of parallel ones are integrated in closed form.
+  // Cells that are parallel to the edge keep their axes, because parallel pairs are integrated in closed form.
   const bool upright = std::abs(s) > std::abs(c);
   if (std::min(std::abs(s), std::abs(c)) > kFlush) cell.cosine = upright ? 0.0 : 1.0, cell.sine = upright ? 1.0 : 0.0;
   cell.sides[0] = sides[upright ? 1 : 0];
@@ -437,7 +441,7 @@ void PatchFace::finish(const Rectangle& sheet) {
   add_edges();
 }
 
-// Centroids without those in the middle between two others: none of them is a corner of the hull.
+// Centroids without those between two neighbours in a row, which cannot be corners of the hull.
 std::vector<Point> PatchFace::outermost() const {
   std::vector<Point> points;
   const auto whole = [&](std::size_t lattice, std::size_t column, std::size_t row) {
@@ -477,7 +481,8 @@ void PatchFace::integrate() {
   mirror_upper(face_.inverse_distance.data(), count, count);
 }
 
-// Rows of a lattice's cells, from the diagonal on. Between whole cells of a lattice the integrals are known by offset.
+// Compute the rows of a lattice's cells in the matrix of integrals, from the diagonal on. Integrals over pairs of whole
+// cells depend on their offset only.
 void PatchFace::integrate(const Lattice& lattice, std::size_t first, std::size_t last) {
   const std::size_t count = cells_.size();
   whole_.clear(), beside_.clear(), rectangles_beside_.clear();
@@ -492,7 +497,7 @@ void PatchFace::integrate(const Lattice& lattice, std::size_t first, std::size_t
   far_beside_.fit(rectangles_beside_);
   values_.resize(beside_.size());
   inverse_distance_by_offset(lattice.columns, lattice.rows, lattice.size, lattice.width(), offsets_);
-  std::size_t wholes = 0, others = 0;   // that come before the row's cell
+  std::size_t wholes = 0, others = 0;   // numbers of cells of both kinds before the row's cell
   for (std::size_t i = first; i < last; ++i) {
     double* own = face_.inverse_distance.data() + i * count;
     if (!cells_[i].whole) {
@@ -515,8 +520,7 @@ void PatchFace::integrate(const Lattice& lattice, std::size_t first, std::size_t
   }
 }
 
-// Integrals of shear over pairs of cells that middles do not stand for; whole ones of a lattice have them by how far they
-// lie apart, found once.
+// Integrals of shear over pairs of near cells. For whole cells of one lattice, each offset is computed once.
 class PatchFace::ShearByOffset {
  public:
   explicit ShearByOffset(const PatchFace& face) : face_(face) {
@@ -526,7 +530,7 @@ class PatchFace::ShearByOffset {
     }
   }
 
-  // Of one cell and a later one; false where their middles stand for them.
+  // The integrals over a cell and a later one. False if the two are far apart.
   bool has(std::size_t one, std::size_t other, PairShear& pair) {
     const Cell &from = face_.cells_[one], &to = face_.cells_[other];
     const CellRectangle &first = face_.rectangles_[one], &second = face_.rectangles_[other];
@@ -547,7 +551,8 @@ class PatchFace::ShearByOffset {
  private:
   const PatchFace& face_;
   std::vector<std::size_t> firsts_;   // of each lattice
-  std::vector<PairShear> found_;      // by rows apart and by columns apart, from all of them to the left on
+  // By offset in rows (from 0) and in columns (from -columns); xx is infinite if not computed yet.
+  std::vector<PairShear> found_;
 };
 
 void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
@@ -562,7 +567,7 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   ShearByOffset apart(*this);
   for (std::size_t i = 0; i < count; ++i) {
     const CellRectangle& cell = rectangles_[i];
-    // Cells of a lattice are equal, but for some.
+    // Most neighbours are equal, and so are their integrals.
     const CellRectangle* before = i > 0 ? &rectangles_[i - 1] : nullptr;
     if (before == nullptr || cell.sides[0] != before->sides[0] || cell.sides[1] != before->sides[1] ||
         cell.cosine != before->cosine || cell.sine != before->sine) {
@@ -591,7 +596,7 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
   }
 }
 
-// Whole cells share edges; one that is covered in part has its own.
+// Make the cells' edges. Neighbouring whole cells share an edge; a cell that is covered in part has four of its own.
 void PatchFace::add_edges() {
   const auto add = [&](const Point& start, const Point& end, std::int32_t left, std::int32_t right) {
     face_.edges.push_back({{start.x, start.y}, {end.x, end.y}, left, right});
@@ -617,7 +622,7 @@ void PatchFace::add_edges() {
     };
     const auto x = static_cast<double>(column), y = static_cast<double>(row);
     const Point corners[4] = {lattice.at(x, y), lattice.at(x + 1, y), lattice.at(x + 1, y + 1), lattice.at(x, y + 1)};
-    // Its right and upper edges, and the left and lower ones where no cell has them.
+    // Its right and upper edges; also the left and lower ones if no neighbour adds them.
     add(corners[1], corners[2], own, whole(column + 1, row));
     add(corners[2], corners[3], own, whole(column, row + 1));
     if (column == 0 || whole(column - 1, row) < 0) add(corners[3], corners[0], own, -1);

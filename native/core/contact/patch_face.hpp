@@ -32,13 +32,14 @@ class PatchFace {
   struct Territory {
     const std::vector<Region>& regions;
     std::size_t own;
-    // Whether another region has what is at a point: of unlike ones the smaller, of others that whose middle is nearer.
+    // Whether a point belongs to another region. Of regions of unlike size, the smaller one has it. Of others, the one
+    // whose middle is nearer has it.
     bool lost(const Point& at) const;
   };
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
   void sound(Lattice lattice, const HeightWindow& view, const Territory& territory);
   std::size_t sounded() const { return sounded_; }   // number of counted cells of all lattices
-  // Make the counted cells. Cells of which hardly anything counts are left out.
+  // Make the counted cells. Cells are left out if only a tiny part of them counts.
   void lay(const HeightWindow& view);
   // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
   // Its size becomes between `least` and `most` times the old one; it stays as it is where no end is found.
@@ -73,7 +74,7 @@ class PatchFace {
     const Lattice& lattice;
     const HeightWindow& view;
     double column, row;
-    const double* over;       // heights minus the limit at its 3 x 3 nodes; null where there is no body over some
+    const double* over;       // heights minus the limit at its 3 x 3 nodes; null if the body is not over all of them
   };
   struct Nodes {              // heights minus the limit at a cell's corners, middles of its sides and middle
     double over[9];
@@ -109,7 +110,8 @@ class PatchFace {
   std::size_t sounded_ = 0;
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
-  FarIntegrals far_, far_beside_;              // of all cells, and of those that a lattice's whole cells have no offset to
+  // Of all cells, and of those that a lattice's whole cells have no offset to.
+  FarIntegrals far_, far_beside_;
   std::vector<std::size_t> whole_, beside_;    // a lattice's whole cells, and the others from its first cell on
   std::vector<CellRectangle> rectangles_beside_;
   std::vector<double> values_;

@@ -6,7 +6,7 @@
 namespace mjtactile {
 namespace {
 
-// Area of a square over what its force needs at the pad's strength.
+// Area of a square over the least area that bears its force at the pad's strength.
 constexpr double kSpotArea = 1.5;
 
 }  // namespace
@@ -22,7 +22,7 @@ bool PointPress::lay(const std::vector<ContactPoint>& points, const Options& opt
   return !forces_.empty();
 }
 
-// Contacts at one place are one: MuJoCo gives several where the triangles of a flex meet.
+// Add up contact points at one place. MuJoCo gives several where triangles of a flex meet.
 void PointPress::gather(const std::vector<ContactPoint>& points, double apart) {
   gathered_.clear();
   for (const ContactPoint& point : points) {
@@ -56,7 +56,7 @@ void PointPress::add_square(const ContactPoint& point, const Options& options) {
   face_.centroids.push_back({x, y});
   face_.areas.push_back(4 * half * half);
   area_ += face_.areas.back();
-  // No square brings about more von Mises stress than the strength.
+  // Bound the force so that sqrt(p^2 + 3 t^2) of pressure p and shear t does not exceed the strength.
   const double most = options.strength > 0.0 ? options.strength * face_.areas.back() : kNowhere;
   const double normal = std::max(wrench[2], -most), shear = std::hypot(wrench[0], wrench[1]);
   const double bound = options.strength > 0.0 ? std::sqrt(std::max(most * most - normal * normal, 0.0) / 3.0) : shear;
@@ -92,7 +92,7 @@ void PointPress::nodal_forces(const SurfaceGrid& grid, double* carried, double* 
 
 void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal) {
   bent_.lay(face_, plane);
-  // From the plane's axes to the pressing along each square's own normal and the shear in it.
+  // Decompose forces along the plane's axes into pressing along the square's own normal and shear in the square.
   for (std::size_t i = 0; i < face_.cells(); ++i) {
     const double* slopes = bent_.slopes().data() + 2 * i;
     double* force = forces_.data() + 3 * i;

@@ -1,8 +1,8 @@
-// Contact points that bear what MuJoCo says, each on a square of its own: how a body presses of whose geometry nothing is
-// known, as a flex.
+// Bodies whose geometry is not known, such as flexes. Each of MuJoCo's contact points presses with its own force on a
+// square.
 //
-// Nothing is solved: a flex is not rigid, and each force is known. A square lies where its force passes through the
-// surface, so that force and moment are the contact's.
+// No contact is solved, because a flex is not rigid and each force is known. A square is centred where its force passes
+// through the surface, so that force and moment are those of the contact.
 #pragma once
 
 #include <vector>
@@ -28,7 +28,8 @@ class PointPress {
     double strength;     // largest pressure [Pa]; 0: no bound
     Rectangle sheet;     // that squares may cover [m]
   };
-  // Lay a square on each point; points nearer to each other than half the least side share one. False where none presses.
+  // Make a square for each point. Points closer to each other than half the least side share one. False if no point
+  // presses.
   bool lay(const std::vector<ContactPoint>& points, const Options& options);
 
   // The squares as cells, and the forces on them (cells, 3) [N].
@@ -36,9 +37,11 @@ class PointPress {
   const std::vector<double>& forces() const { return forces_; }
   double area() const { return area_; }   // of all squares [m^2]
   double peak() const;                    // largest pressure [Pa]
-  // Nodal forces (nodes y, nodes x, 3) [N] on a flat pad, and the wrench (6) that they carry about the pad's origin.
+  // Compute the nodal forces (nodes y, nodes x, 3) [N] on a flat pad, and the wrench (6) that they carry about the
+  // pad's origin [N, N m].
   void nodal_forces(const SurfaceGrid& grid, double* carried, double* nodal);
-  // The same on a curved pad, seen from a plane. `carried`: the wrench that is wanted, becomes the one carried.
+  // The same on a curved pad, where points and squares are in the frame of a tangent plane. `carried`: on entry the
+  // wanted wrench, on return the one carried (see BentCells::nodal_forces).
   void nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal);
 
  private:

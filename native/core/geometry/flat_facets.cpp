@@ -10,13 +10,13 @@
 namespace mjtactile {
 namespace {
 
-// Corners of a facet are no further than this from its plane [m], nor than this share of the mesh's size.
+// Largest distance of a facet's corners from its plane: in m, and over the mesh's size.
 constexpr double kFlat = 1e-6, kFlatShare = 1e-4;
-// Normals of its triangles differ by no more than this [rad], unless rounded corners turn them.
+// Largest angle between normals of a facet's triangles, except for rounding of their corners [rad].
 constexpr double kSameNormal = 1e-4;
 // Rounding of corners, relative to the mesh's size: four units of single precision.
 constexpr double kRounding = 4.8e-7;
-// Planes that agree are in neighbouring cells of this many tolerances.
+// Size of a cell in the space of planes, in tolerances. Equal planes are in the same or neighbouring cells.
 constexpr double kCell = 4.0;
 
 struct Vector {
@@ -31,9 +31,9 @@ Vector cross(const Vector& a, const Vector& b) {
 }
 double length(const Vector& a) { return std::sqrt(dot(a, a)); }
 
-// Sums over triangles, and the plane through their middle.
+// Sums over triangles, and the plane through their centroid with their mean normal.
 struct Plane {
-  Vector area_normal, moment;  // vector area [m^2]; middles by area [m^3]
+  Vector area_normal, moment;  // vector area [m^2]; sum of the middles times areas [m^3]
   double area = 0.0;
   Vector normal;
   double offset = 0.0;
@@ -49,16 +49,17 @@ struct Plane {
   }
 };
 
-// Connected triangles of one plane: a range of the finder's members.
+// Connected triangles in one plane, as a range of the finder's members_.
 struct Region {
   Plane plane;
   std::size_t first, last;
 };
 
-// Regions by cells of their planes, four numbers each. What agrees is in the same cell or in a neighbouring one.
+// A hash of regions by their planes. A plane is four numbers, rounded to a cell. Equal planes are in the same cell or
+// in a neighbouring one.
 class PlaneCells {
  public:
-  static constexpr unsigned kAround = 16;  // cells in which what agrees with a plane may be
+  static constexpr unsigned kAround = 16;  // number of cells that planes equal to a given one may be in
 
   PlaneCells(const std::vector<Region>& regions, double flat)
       : regions_(regions), steps_{kCell * kSameNormal, kCell * kSameNormal, kCell * kSameNormal, kCell * flat} {
@@ -71,7 +72,7 @@ class PlaneCells {
     std::sort(entries_.begin(), entries_.end());
   }
 
-  // Numbers of the regions in cells that have at least this area together [m^2].
+  // Numbers of the regions in all cells whose total area is at least this [m^2].
   std::vector<std::uint32_t> heavy(double least) const {
     std::vector<std::uint32_t> found;
     for (std::size_t i = 0, next; i < entries_.size(); i = next) {
@@ -85,7 +86,7 @@ class PlaneCells {
     return found;
   }
 
-  // visit(number) of each region in the cells about a plane.
+  // Call visit(number) for each region in the cells around a plane.
   template <typename Visit>
   void visit_around(const Plane& plane, Visit visit) const {
     for (unsigned side = 0; side < kAround; ++side) {
@@ -164,7 +165,7 @@ class FacetFinder {
     return static_cast<std::size_t>(mesh_.faces[3 * triangle + k]);
   }
 
-  // Vector areas, areas, middles, and by how much rounding may turn each triangle.
+  // Compute each triangle's vector area, area, middle, and the angle by which rounding may turn it.
   void measure() {
     area_normals_.resize(count_), areas_.assign(count_, 0.0), middles_.resize(count_), turns_.resize(count_);
     for (std::size_t t = 0; t < count_; ++t) {
@@ -180,7 +181,7 @@ class FacetFinder {
     }
   }
 
-  // Over each edge that belongs to two triangles, the other one.
+  // Find each triangle's neighbours over edges that belong to exactly two triangles.
   void find_neighbours() {
     edges_ = mesh_edges(mesh_.faces, mesh_.vertices.size() / 3);
     neighbours_.assign(3 * count_, -1);
@@ -202,7 +203,7 @@ class FacetFinder {
     return length(apart) <= turns_[triangle] * areas_[triangle];
   }
 
-  // Connected triangles of one plane each, begun from the largest.
+  // Grow regions of connected triangles in one plane, beginning with the largest triangle.
   void grow() {
     std::vector<std::uint32_t> order(count_);
     std::iota(order.begin(), order.end(), 0U);
@@ -232,7 +233,7 @@ class FacetFinder {
     }
   }
 
-  // Regions of one plane together; those of too little area left out, as far as that is seen at once.
+  // Join the regions that are in one plane. Planes with less than `least` area [m^2] are left out.
   std::vector<std::pair<Plane, Triangles>> coplanar(double least) const {
     const PlaneCells cells(regions_, flat_);
     std::vector<std::uint32_t> order = cells.heavy(least / PlaneCells::kAround);
@@ -250,7 +251,7 @@ class FacetFinder {
     return found;
   }
 
-  // A region and all others of its plane that are not taken yet; they are from now on.
+  // Join a region and all others in its plane that are not taken yet, and mark them as taken.
   std::pair<Plane, Triangles> join(std::uint32_t seed, const PlaneCells& cells, std::vector<std::uint8_t>& taken) const {
     const Plane& begun = regions_[seed].plane;
     std::pair<Plane, Triangles> joined;
@@ -273,7 +274,7 @@ class FacetFinder {
     return std::all_of(first, last, [&](std::uint32_t triangle) { return in_plane(plane, triangle); });
   }
 
-  // Add neighbours that lie in the plane that came out in the end: the first triangles' may have been less certain.
+  // Add neighbours that lie in the final plane. It is more accurate than the plane of the first triangles.
   void fill_up(const Plane& plane, Triangles& members, std::vector<std::uint32_t>& owner, std::uint32_t number) const {
     for (const std::uint32_t t : members) owner[t] = number;
     for (std::size_t i = 0; i < members.size(); ++i) {
@@ -287,7 +288,7 @@ class FacetFinder {
     }
   }
 
-  // Whether all corners are near the plane that came out in the end.
+  // Whether all corners are near the final plane.
   bool is_flat(const Plane& plane, const Triangles& members) const {
     return std::all_of(members.begin(), members.end(), [&](std::uint32_t t) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -297,7 +298,7 @@ class FacetFinder {
     });
   }
 
-  // Whether a corner of the mesh is further along a direction than a limit [m].
+  // Whether a corner of the mesh has a coordinate along a direction above a limit [m].
   bool reaches_beyond(const Vector& direction, double limit) const {
     std::vector<std::uint32_t> open = {0};
     while (!open.empty()) {
@@ -323,15 +324,15 @@ class FacetFinder {
     return false;
   }
 
-  // Where a loop of a facet goes on.
+  // An edge of a facet's outline, from one vertex to another.
   struct Step {
     std::int32_t from, to;
     bool used;
   };
 
-  // Edges of a facet that only one of its triangles has, chained into loops.
+  // Chain the edges that only one triangle of a facet has into loops.
   void outline(const Triangles& members, const Vector& normal, double side, Facet& facet) const {
-    // Axes across the normal, right-handed with it.
+    // Axes in the facet's plane, right-handed with the normal.
     Vector u = std::abs(normal.x) < 0.6 ? Vector{1.0, 0.0, 0.0} : Vector{0.0, 1.0, 0.0};
     u = u - dot(u, normal) * normal;
     u = (1.0 / length(u)) * u;
@@ -350,7 +351,7 @@ class FacetFinder {
       for (Step* step = &start; step != nullptr && !step->used;) {
         step->used = true;
         loop.push_back(step->from);
-        // At a corner where several loops meet, the area on the left goes on to the next edge clockwise from here.
+        // At a corner where several loops meet, the area on the left is bounded by the next edge clockwise.
         const auto here = flat(step->to), back = flat(step->from);
         const double behind = std::atan2(back[1] - here[1], back[0] - here[0]);
         Step* best = nullptr;
@@ -378,7 +379,7 @@ class FacetFinder {
     }
   }
 
-  // Edges that triangles of a facet pass one way more often than the other, by the vertex they start from.
+  // Edges that triangles of a facet pass more often in one direction than in the other, sorted by their first vertex.
   std::vector<Step> boundary(const Triangles& members, double side) const {
     struct Passed {
       std::int32_t low, high;
@@ -410,12 +411,12 @@ class FacetFinder {
     return steps;
   }
 
-  // The points of a loop that are corners: points on the line between those beside them, to rounding, are left out.
-  // None where the loop has no area.
+  // Corners of a loop, without points that are on the line between their neighbours up to rounding. Empty if the loop
+  // has no area.
   std::vector<std::size_t> corners_of(const std::vector<std::array<double, 2>>& points, double& area) const {
     const double near = kRounding * size_ / 4;
     const std::size_t count = points.size();
-    // It starts at the point furthest from some other, which is a corner for certain.
+    // Start at the point furthest from another one, which is certainly a corner.
     std::size_t start = 0;
     double away = 0.0;
     for (std::size_t k = 1; k < count; ++k) {
@@ -424,7 +425,7 @@ class FacetFinder {
     }
     const auto at = [&](std::size_t i) { return points[(start + i) % count]; };
     std::vector<std::size_t> kept = {start};
-    // From the last corner: directions of lines that pass all points left out since, and how far those went.
+    // Range of directions of lines from the last corner that pass all points since, and the largest distance of these.
     std::array<double, 2> from = at(0);
     double middle = 0.0, least = -4.0, most = 4.0, furthest = 0.0;
     bool open = false;
@@ -436,7 +437,7 @@ class FacetFinder {
         const double direction = distance > near ? std::atan2(dy, dx) : middle;
         const double off = wrapped(direction - middle);
         if (open && (distance < furthest - near || off < least || off > most)) {
-          // The point before was a corner.
+          // The previous point was a corner.
           const std::size_t corner_at = (start + i - 1) % count;
           kept.push_back(corner_at);
           from = points[corner_at];

@@ -7,18 +7,19 @@ namespace mjtactile {
 namespace {
 
 constexpr std::size_t kFewEdges = 32;
-// Strips into which the edges of other outlines are sorted.
+// Number of strips into which the edges of other outlines are sorted.
 constexpr std::size_t kStrips = 64;
-// How far corners that are looked at lie inside their outline, along an edge and across it, over the edge's length.
+// Candidates at corners are moved inside the outline by these distances along an edge and across it, over its length.
 constexpr double kInside = 1e-9, kAcross = 1e-11;
-// What rounding leaves of a corner's distance to a side that it lies on, over the face's size.
+// Largest rounding error of a corner's distance to a side on which it lies, over the face's size.
 constexpr double kOnSide = 1e-12;
-// Turn [rad] up to which a direction is that of a side; how much farther off the sides of another direction must be.
+// A direction is replaced by that of a side if it is within this angle [rad], and if sides of other directions are
+// farther off by the factor kClearly.
 constexpr double kNearSide = 0.05, kClearly = 1.5;
 
-// Nowhere is what heights above points beside the sheet and above the ceiling become.
+// Set heights over points beside the sheet and heights above the ceiling to kNowhere.
 void clip(const std::vector<Point>& points, const Rectangle& to_sheet, double to_ceiling, double* heights) {
-  // Values of their own, which nothing that is written changes: several points are looked at side by side.
+  // Local copies, so that the compiler knows that writing heights does not change them and vectorises the loop.
   const Rectangle sheet = to_sheet;
   const double ceiling = to_ceiling;
   const Point* const at = points.data();
@@ -96,10 +97,10 @@ void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& 
   if (!convex_) fill_strips();
 }
 
-// The sides of a convex face; false where it is none. Edges that follow each other on a straight line are one side.
+// Set the sides of a convex face. Consecutive edges on a straight line become one side. False if it is not convex.
 bool FlatMap::set_sides() {
   sides_.clear();
-  // No more edges than are worth a look at all of their corners.
+  // The test below compares all edges with all corners, so it is limited to few edges.
   if (starts_.size() > kFewEdges) return false;
   double size = 0.0;
   for (const Point& corner : starts_) size = std::max(size, std::hypot(corner.x - starts_[0].x, corner.y - starts_[0].y));
@@ -151,7 +152,7 @@ void FlatMap::heights(const std::vector<Point>& points, std::vector<double>& to)
     return;
   }
   to.assign(points.size(), 0.0);
-  // Values of their own, which nothing that is written changes: several points are looked at side by side.
+  // Local copies, so that the compiler vectorises the loop.
   double* const heights = to.data();
   const Point* const at = points.data();
   const std::size_t count = points.size();
@@ -176,7 +177,7 @@ double FlatMap::straightened(double angle) const {
   const double c = std::cos(angle), s = std::sin(angle);
   double nearest = kClearly * kNearSide, next = nearest;
   for (const Side& side : sides_) {
-    // From the angle to the side's, either way along it.
+    // Angle from the given direction to the side's, whichever way the side points.
     const double turn = std::atan(-(side.x * c + side.y * s) / (side.y * c - side.x * s));
     if (std::abs(turn - nearest) <= kOnSide) continue;
     if (std::abs(turn) < std::abs(nearest)) {
@@ -190,7 +191,7 @@ double FlatMap::straightened(double angle) const {
   return clear ? angle + nearest : angle;
 }
 
-// Inside is what the outline winds around, its edges included.
+// A point is inside if the outline's winding number about it is not zero, or if it is on an edge.
 double FlatMap::height(double x, double y) const {
   if (!sheet_.holds(x, y)) return kNowhere;
   if (convex_) {

@@ -49,7 +49,7 @@ class FlatMap : public HeightMap {
   Rectangle sheet_ = {}, bounds_ = {};
   // A point is inside a convex face if it lies left of all sides.
   struct Side {
-    double x, y, offset;   // normal to the left, and how far the line lies along it [m]
+    double x, y, offset;   // unit normal to the left, and coordinate of the line along it [m]
 
     double inside(double at_x, double at_y) const { return x * at_x + y * at_y - offset; }
   };

@@ -9,7 +9,7 @@
 
 namespace mjtactile {
 
-// Height where there is no body.
+// Height over points where there is no body.
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 // Lower surface of one body over the sheet of one pad, in the pad frame. Only differences of height matter.
@@ -23,9 +23,11 @@ class HeightMap {
     to.clear();
     for (const Point& at : points) to.push_back(height(at.x, at.y));
   }
-  // Where a segment runs below a convex, flat face, whose height is 0. False where the map is no such face: nothing is known.
+  // The part of a segment that is below a convex, flat face of height 0. False if the map is not that of such a face;
+  // `part` is then undefined.
   virtual bool flat_over(const Point&, const Point&, SegmentPart&) const { return false; }
-  // The direction of a long shape on the body that seems to lie along one: that of a straight side if it nearly is.
+  // The direction [rad] of a long part of the body, given an estimate: that of a straight side if the estimate is close
+  // to one, else the estimate.
   virtual double straightened(double angle) const { return angle; }
   // A part of the sheet that contains all points with a finite height.
   virtual Rectangle bounds() const = 0;

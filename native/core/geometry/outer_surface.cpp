@@ -7,7 +7,8 @@
 namespace mjtactile {
 namespace {
 
-// Coefficients, by the power of the place in parts of the distance, of the cubic with values and slopes at two lines.
+// Hermite cubic between two grid lines: coefficients by powers of the position over the spacing, from values and
+// slopes.
 void cubic(const double values[2], const double slopes[2], double distance, double out[4]) {
   const double rise = values[1] - values[0], first = slopes[0] * distance, second = slopes[1] * distance;
   out[0] = values[0], out[1] = first, out[2] = 3.0 * rise - 2.0 * first - second, out[3] = first + second - 2.0 * rise;
@@ -43,7 +44,7 @@ OuterSurface OuterSurface::patch(const Rectangle& sheet, std::size_t count_x, st
   auto* cell = made.cells_.data();
   for (std::size_t row = 0; row + 1 < count_y; ++row) {
     for (std::size_t column = 0; column + 1 < count_x; ++column, ++cell) {
-      // Along x on both lines, of the surface and of its slope along y; then along y, of each coefficient.
+      // First along x on both lines, for the surface and its slope along y; then along y, for each coefficient.
       double heights[2][4], slopes[2][4];
       for (std::size_t j = 0; j < 2; ++j) {
         const double *west = jets + 4 * ((row + j) * count_x + column), *east = west + 4;
@@ -66,7 +67,7 @@ inline SurfacePoint OuterSurface::within(double x, double y) const {
   if (is_quadric()) {
     const double p = numbers_[0], q = numbers_[1], c = numbers_[2];
     const double away = p * x * x + q * y * y, root = std::sqrt(1.0 - away);
-    // c (root - 1) loses digits where the surface is nearly flat.
+    // The form c (root - 1) would lose digits if the surface is nearly flat.
     return {-c * away / (1.0 + root), {-c * p * x / root, -c * q * y / root}};
   }
   double s = 0.0, t = 0.0;

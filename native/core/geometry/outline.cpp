@@ -9,22 +9,24 @@
 namespace mjtactile {
 namespace {
 
-// Areas below this fraction of the rectangle are rounding.
+// Areas below this fraction of the rectangle's are rounding.
 constexpr double kNoArea = 1e-14;
 
-// One side of the rectangle: what is kept has x * normal[0] + y * normal[1] > offset.
+// One side of the rectangle. Points are kept if sign * (coordinate - at) > 0.
 struct Side {
-  int axis;      // 0: x is constant along it, 1: y
-  double at;
-  double sign;   // 1 where larger coordinates are kept
+  int axis;      // coordinate that is constant along the side: 0 for x, 1 for y
+  double at;     // its value [m]
+  double sign;   // 1 if larger coordinates are kept, -1 if smaller ones
 };
 
+// A point where a ring crosses a side: its position along the side, and the number of the chain that begins or ends
+// there.
 struct Crossing {
-  double along;       // the side, what is kept on the left
+  double along;
   std::size_t number;
 };
 
-// What a cut keeps of the rings: chains of points from where a ring enters to where it leaves.
+// The parts of rings that a cut keeps: chains of points from where a ring enters the kept side to where it leaves it.
 struct Workspace {
   std::vector<std::vector<Point>> chains;
   std::size_t used = 0;
@@ -50,19 +52,19 @@ Point crossing(const Side& side, const Point& a, const Point& b) {
   return {a.x + part * (b.x - a.x), side.at};
 }
 
-// Distance along the side, with what is kept on the left.
+// Coordinate along the side, directed so that the kept half plane is on its left [m].
 double along(const Side& side, const Point& point) {
   return side.axis == 0 ? -side.sign * point.y : side.sign * point.x;
 }
 
-// Keep one of an outline's rings, with the memory that earlier ones left.
+// Add an empty ring to an outline, reusing the memory of earlier rings.
 std::vector<Point>& next_ring(Outline& outline, std::size_t& used) {
   if (used == outline.rings.size()) outline.rings.emplace_back();
   outline.rings[used].clear();
   return outline.rings[used++];
 }
 
-// The chains are joined along the side: from where the outline leaves to where it comes back next.
+// Clip an outline at one side. Chains are joined along the side: each exit is connected to the next entry.
 void cut(const Side& side, Outline& outline, Workspace& workspace) {
   std::swap(workspace.before, outline);
   workspace.used = 0;
@@ -71,7 +73,7 @@ void cut(const Side& side, Outline& outline, Workspace& workspace) {
   std::size_t used = 0;
   for (const std::vector<Point>& ring : workspace.before.rings) {
     const std::size_t count = ring.size();
-    std::size_t first = 0;  // where the ring enters
+    std::size_t first = 0;  // start of an edge by which the ring enters
     while (first < count && !(keeps(side, ring[(first + 1) % count]) && !keeps(side, ring[first]))) ++first;
     if (first == count) {
       if (count > 0 && keeps(side, ring[0])) next_ring(outline, used) = ring;

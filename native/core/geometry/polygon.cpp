@@ -25,7 +25,7 @@ void clip_side(const std::vector<Point>& polygon, const Point& a, const Point& b
 }  // namespace
 
 Rectangle around(const std::vector<Point>& points) {
-  constexpr std::size_t kBeside = 4;  // side by side: one would wait for itself
+  constexpr std::size_t kBeside = 4;  // four independent bounds for speed
   double west[kBeside], south[kBeside], east[kBeside], north[kBeside];
   std::fill(west, west + kBeside, kNoRectangle.west), std::fill(south, south + kBeside, kNoRectangle.south);
   std::fill(east, east + kBeside, kNoRectangle.east), std::fill(north, north + kBeside, kNoRectangle.north);
@@ -76,7 +76,7 @@ bool nearest_inside(const std::vector<Point>& polygon, const Point& point, doubl
     inside = left_of(a, b, point) > margin * std::hypot(b.x - a.x, b.y - a.y);
   }
   if (inside) return true;
-  // The polygon without what lies within the margin of its sides.
+  // Shrink the polygon by the margin.
   std::vector<Point> inner = polygon, before;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     before.swap(inner);

@@ -18,29 +18,29 @@ struct Rectangle {
   bool holds(double x, double y) const { return x >= west && x <= east && y >= south && y <= north; }
 };
 
-// What two rectangles have in common; west beyond east or south beyond north if that is nothing.
+// Intersection of two rectangles. If it is empty, west is beyond east or south beyond north.
 inline Rectangle common(const Rectangle& a, const Rectangle& b) {
   return {std::max(a.west, b.west), std::max(a.south, b.south), std::min(a.east, b.east), std::min(a.north, b.north)};
 }
 
-// The least rectangle that holds two.
+// The least rectangle that contains two rectangles.
 inline Rectangle around(const Rectangle& a, const Rectangle& b) {
   return {std::min(a.west, b.west), std::min(a.south, b.south), std::max(a.east, b.east), std::max(a.north, b.north)};
 }
 
-// Holds nothing: around() it and another rectangle is the other.
+// The empty rectangle, the neutral element of around().
 constexpr Rectangle kNoRectangle = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
                                     -std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
 
-// The least rectangle that holds points.
+// The least rectangle that contains all points.
 Rectangle around(const std::vector<Point>& points);
 
-// A part of a segment: where it begins and ends, over the segment's length from its start.
+// A part of a segment: positions of its beginning and end, from 0 at the segment's start to 1 at its end.
 struct SegmentPart {
   double low = 0.0, high = 1.0;
 
   bool is_empty() const { return !(low < high); }
-  // Keep what lies where something linear, known at the segment's start and end, is not negative.
+  // Restrict the part to where a linear function is not negative, given its values at the segment's start and end.
   void keep_positive(double at_start, double at_end) {
     if (at_start < 0.0 && at_end < 0.0) high = low;
     if ((at_start < 0.0) == (at_end < 0.0)) return;

@@ -8,17 +8,18 @@ namespace {
 
 // Directions whose sine with a face is below this count as parallel to it (mjtactile/geometry/primitives.py).
 constexpr double kParallel = 1e-12;
-// Axes of which the sine with the pad is below this lie level: both of their ends are as low.
+// Axes whose sine with the pad is below this are level, and both of their ends are lowest.
 constexpr double kLevel = 1e-9;
-// How far above its lowest point, or the surface if that is higher, a mesh is looked at: over the ceiling's height over
-// the surface. On a curved pad what touches may stand higher than what hangs over a slope.
+// Triangles are used up to this height above the mesh's lowest point, or above the surface if that is higher. The unit
+// is the ceiling's height above the surface. On a curved pad, the part that touches may be higher than one over a
+// slope.
 constexpr double kReach = 0.3;
-// Points along the edges and generators on which shapes may touch.
+// Number of candidates along each edge or generator on which a shape may touch.
 constexpr std::size_t kAlong = 17;
-// Share by which such points lie farther inside: whether the shape is over a point of its rim rounding would decide.
+// Fraction by which candidates are moved inside, because rounding would decide whether the shape is over its own rim.
 constexpr double kInside = 1e-9;
 
-// Where a line is inside something convex; empty where enter > leave.
+// The segment of a line that is inside a convex shape; empty if enter > leave.
 struct Interval {
   double enter, leave;
 };
@@ -85,7 +86,8 @@ void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& p
   }
 }
 
-// Where the scaled coordinates along the first axes, measured from a centre, lie in the unit ball.
+// The part where scaled coordinates along the first `axes` axes, from a centre, are in the unit ball: an ellipsoid for
+// three axes, a cylinder for two.
 PlacedShape::Round PlacedShape::round(const double* scales, int axes, const double* centre) const {
   Round made = {{centre[0], centre[1], centre[2]}, {0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, false};
   double along[3][3] = {}, square = 0.0, straight = 0.0;  // the pad's axes in the scaled frame
@@ -111,7 +113,7 @@ PlacedShape::Round PlacedShape::round(const double* scales, int axes, const doub
   return made;
 }
 
-// |coordinate| <= half along one of the shape's axes.
+// The part where |coordinate| <= half along one of the shape's axes.
 PlacedShape::Slab PlacedShape::slab(int axis, double half) const {
   const double x = pose_.rotation[axis], y = pose_.rotation[3 + axis], direction = pose_.rotation[6 + axis];
   if (std::abs(direction) < kParallel) return {{x, y}, half, true};
@@ -249,7 +251,8 @@ void PlacedShape::add_bottoms(std::vector<Point>& points) {
   }
 }
 
-// Points along a box's edges of one direction that end in a lowest corner; of upright ones the other edges have them.
+// Add points along those edges of a box in one direction that end in a lowest corner. Vertical edges need none, because
+// other edges have their lowest corners.
 void PlacedShape::add_lowest_edges(int axis, std::vector<Point>& points) const {
   const double* up = pose_.rotation + 6;
   const int one = (axis + 1) % 3, other = (axis + 2) % 3;

@@ -26,7 +26,7 @@ struct Shape {
 // Heights between which bodies count [m]: lower parts stand beside the pad, and higher parts are out of reach.
 struct HeightRange {
   double floor, ceiling;
-  double surface;   // of the pad's surface where it is highest
+  double surface;   // highest point of the pad's surface
 };
 
 // A shape at a pose over a pad, in the pad frame.

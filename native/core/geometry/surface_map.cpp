@@ -6,9 +6,11 @@
 namespace mjtactile {
 namespace {
 
-// What is no farther from the surface than this lies on it: faces as curved as the pad do, to rounding [m].
+// Distances from the surface below this are zero, because faces with the pad's own curvature lie on it up to rounding
+// [m].
 constexpr double kOnSurface = 1e-10;
-// Steps of the secant method from the surface to a body above it, and the length of the last over the body's width.
+// Largest number of steps of the secant method from the surface to the body, and length of the last step over the
+// body's width.
 constexpr int kSteps = 6;
 constexpr double kSame = 1e-9;
 
@@ -21,7 +23,7 @@ void SurfaceMap::place(const HeightMap& body, const TangentPlane& plane, double 
   ceiling_ = ceiling;
   bounds_ = common(body.bounds(), plane.whole().bounds);
   candidates_ = body.candidates();
-  if (bounds_.holds(0.0, 0.0)) candidates_.push_back({0.0, 0.0});   // where the force goes in
+  if (bounds_.holds(0.0, 0.0)) candidates_.push_back({0.0, 0.0});   // the force passes through the plane's origin
 }
 
 double SurfaceMap::over_surface(double height, double surface) const {
@@ -54,7 +56,7 @@ double TurnedMap::height(double u, double v) const {
   return found[0];
 }
 
-// Ask for the body's heights below where each line is looked at.
+// Look up the body's heights at the trial points of all lines.
 void TurnedMap::look(const std::vector<Point>& points) const {
   const double *origin = plane_->origin(), *axes = plane_->axes();
   asked_.clear();
@@ -66,8 +68,8 @@ void TurnedMap::look(const std::vector<Point>& points) const {
   upright_->heights(asked_, found_);
 }
 
-// On the line over (u, v), out from the surface, to where it is as high as the body: the secant method, begun as if the
-// body ran along the surface.
+// Find the point on the line over (u, v) where it is as high as the body, by the secant method. The first step assumes
+// that the body is parallel to the surface.
 void TurnedMap::heights(const std::vector<Point>& points, std::vector<double>& to) const {
   const double *origin = plane_->origin(), *axes = plane_->axes();
   to.assign(points.size(), kNowhere);

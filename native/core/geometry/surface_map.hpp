@@ -27,7 +27,7 @@ class SurfaceMap : public HeightMap {
   double floor_ = 0.0, ceiling_ = 0.0;
   Rectangle bounds_ = {};
   std::vector<Point> candidates_;
-  mutable std::vector<double> surface_;   // kept: nothing is allocated in a step
+  mutable std::vector<double> surface_;   // kept between calls so that a step allocates nothing
 };
 
 // Heights over a tangent plane of a body that is given by its heights z(x, y) in the pad frame.

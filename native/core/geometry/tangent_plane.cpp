@@ -6,17 +6,17 @@
 namespace mjtactile {
 namespace {
 
-// Steps of Newton's iteration, and the length of the last over the sheet's size. What is left goes with its square: on a
-// sheet of 12 mm with radii of 3 mm some picometres.
+// Largest number of steps of Newton's iteration, and length of the last one over the sheet's size. The remaining error
+// decreases with its square: some picometres on a sheet of 12 mm with radii of 3 mm.
 constexpr int kSteps = 12;
 constexpr double kConverged = 1e-5;
-// The same where a line goes in, from far away.
+// The same for the point where a line enters the surface, from far away.
 constexpr double kSame = 1e-13;
-// Where it is looked how the surface bends, over the sheet's size.
+// Distance of the points from which curvatures are computed, over the sheet's size.
 constexpr double kNearBy = 0.02;
-// What leans more than this against the plane is not seen (its cosine).
+// Least cosine between the surface's normal and the plane's; steeper parts are treated as not met.
 constexpr double kSeen = 0.1;
-// Lines along each side on which it is looked how far a piece reaches, and the margin about what they see, over it.
+// Bounds of a piece are found on a grid of so many points along each side, with a margin over the result.
 constexpr int kLines = 9;
 constexpr double kMargin = 0.02;
 
@@ -28,12 +28,14 @@ void cross(const double* a, const double* b, double* out) {
   out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-// Where a line goes into a surface: the point of the pad's plane below, and the surface there.
+// Find the point where a line enters a surface. `along`: its unit direction; `nearest`: a point of it. Sets the point
+// of the pad's plane below, and the surface there. False if the line does not run into the surface.
 bool goes_in(const OuterSurface& surface, const double* along, const double* nearest, double size, Point& found,
              SurfacePoint& under) {
   const Rectangle& sheet = surface.sheet();
   const Point middle = {(sheet.west + sheet.east) / 2, (sheet.south + sheet.north) / 2};
-  // From outside, where the line is above a convex surface, Newton's iteration runs to where it goes in and never past.
+  // Start outside, above the surface. If the surface is convex, Newton's iteration then approaches the entry point
+  // without overshooting.
   double at = -(along[0] * (nearest[0] - middle.x) + along[1] * (nearest[1] - middle.y) + along[2] * nearest[2]) - size;
   for (int step = 0; step < 4 * kSteps; ++step) {
     found = {nearest[0] + at * along[0], nearest[1] + at * along[1]};
@@ -51,7 +53,7 @@ bool goes_in(const OuterSurface& surface, const double* along, const double* nea
 
 }  // namespace
 
-// On the line over (u, v): a w^2 + 2 b w + c = 0.
+// Solve a w^2 + 2 b w + c = 0 on the line over (u, v).
 inline TangentPlane::Quadric::Meeting TangentPlane::Quadric::meet(double u, double v) const {
   const double a = forms[2], b = middle + forms[4] * u + forms[5] * v;
   const double c = forms[0] * u * u + forms[1] * v * v + 2.0 * forms[3] * u * v;
@@ -86,7 +88,7 @@ void TangentPlane::touch(const OuterSurface& surface, const Point& foot) {
   size_ = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
   if (!surface.is_quadric()) find_bends();
   whole_ = piece(sheet);
-  whole_.highest = std::max(whole_.highest, 0.0);   // of where it is touched
+  whole_.highest = std::max(whole_.highest, 0.0);   // height of the point where the plane touches
 }
 
 SeenPiece TangentPlane::piece(const Rectangle& above) const {
@@ -123,7 +125,7 @@ void TangentPlane::heights(const std::vector<Point>& points, std::vector<double>
   const Quadric quadric = quadric_;
   const Point origin = {origin_[0], origin_[1]};
   const double along[3] = {axes_[0], axes_[3], axes_[6]}, across[3] = {axes_[1], axes_[4], axes_[7]};
-  // Without branches: several points at once.
+  // Without branches, so that the compiler vectorises the loop.
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double u = points[i].x, v = points[i].y;
     const Quadric::Meeting meets = quadric.meet(u, v);
@@ -155,7 +157,8 @@ bool TangentPlane::look_at_quadric(double u, double v, SeenSurface& seen) const 
   return true;
 }
 
-// Newton's iteration along the line over (u, v), from the circle that bends as the surface does in its direction.
+// Newton's iteration along the line over (u, v). It starts from a circle with the surface's curvature in the direction
+// of (u, v).
 bool TangentPlane::look_at_patch(double u, double v, SeenSurface& seen) const {
   const double *along = axes_, *across = axes_ + 3, *normal = axes_ + 6;
   const double base[3] = {origin_[0] + u * along[0] + v * across[0], origin_[1] + u * along[1] + v * across[1],
@@ -179,7 +182,7 @@ bool TangentPlane::look_at_patch(double u, double v, SeenSurface& seen) const {
   return false;
 }
 
-// Half the second derivatives of w at the plane's point, from slopes at points near it.
+// Set bends_: half the second derivatives of w at the plane's origin, from slopes at nearby points.
 void TangentPlane::find_bends() {
   const double step = kNearBy * size_;
   std::fill(bends_, bends_ + 3, 0.0);
@@ -254,7 +257,7 @@ bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point
     SurfacePoint at;
     if (!goes_in(surface, along, nearest, size, found, at)) return false;
     const double normal[3] = {-at.slopes[0], -at.slopes[1], 1.0};
-    // So that the line's own moment is across the force.
+    // Subtract the torsion, so that the remaining moment is perpendicular to the force.
     const double turn = product(wrench + 3, along) / product(normal, along);
     double changed = 0.0;
     for (int k = 0; k < 3; ++k) {

@@ -56,11 +56,12 @@ class TangentPlane {
   const double* origin() const { return origin_; }
 
  private:
-  // A quadric by its quadratic form on pairs of axes (uu, vv, ww, uv, uw, vw), and on w and the origin from its middle.
+  // A quadric in the plane's frame: its quadratic form on pairs of axes (uu, vv, ww, uv, uw, vw), and on the w axis
+  // with the vector from the quadric's middle to the plane's origin.
   struct Quadric {
     struct Meeting {
-      double w, root;   // height of the upper of the line's two meetings with it [m]; half the root of what they solve
-      bool seen;
+      double w, root;   // height of the upper intersection [m]; square root of the quadratic equation's discriminant
+      bool seen;        // whether there is one, and the surface is not too steep there
     };
     double forms[6] = {}, middle = 0.0;
 

@@ -10,9 +10,9 @@
 namespace mjtactile {
 namespace {
 
-// Vertices are welded where they agree to this [m], as trimesh does (its tol.merge).
+// Vertices that agree to this are welded [m]; the same value as tol.merge of trimesh.
 constexpr double kWeld = 1e-8;
-// Triangles of a box that is not halved any more.
+// Boxes with at most this many triangles are not halved.
 constexpr std::uint32_t kLeaf = 4;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
@@ -34,7 +34,7 @@ std::uint64_t hash_of(const Key& key) {
   return hash;
 }
 
-// Numbers for points that agree: an open table of those seen, at most half full.
+// A hash table with open addressing that numbers points, equal ones alike. It is at most half full.
 class Welder {
  public:
   explicit Welder(std::size_t most) {
@@ -43,7 +43,7 @@ class Welder {
     slots_.assign(slots, -1);
   }
 
-  // The number of a point; `count` is what a new one gets.
+  // The number of a point. A new point gets the number `count`.
   std::int32_t number(const Key& key, std::int32_t count) {
     std::size_t at = hash_of(key) & (slots_.size() - 1);
     while (slots_[at] >= 0 && keys_[static_cast<std::size_t>(slots_[at])] != key) at = (at + 1) & (slots_.size() - 1);
@@ -95,7 +95,7 @@ struct Centre {
   std::uint32_t triangle;
 };
 
-// Halve the triangles from `first` on at the median along their longest extent, and so on.
+// Make the tree of boxes: halve the triangles at the median along their longest extent, recursively.
 void halve(std::vector<Centre>& centres, std::uint32_t first, std::uint32_t count, std::vector<MeshBox>& boxes) {
   const std::size_t here = boxes.size();
   boxes.push_back({});
@@ -124,10 +124,10 @@ void halve(std::vector<Centre>& centres, std::uint32_t first, std::uint32_t coun
   halve(centres, first + half, count - half, boxes);
 }
 
-// Unit normals are rounded to single precision; a box of theirs is this much wider.
+// Unit normals are rounded to single precision, so their bounds are widened by this.
 constexpr float kNormalRounding = 1e-6F;
 
-// Boxes around the triangles as they are now. Corners that are not finite count for none.
+// Set the boxes' bounds from the present vertices. Corners that are not finite are ignored.
 void fit_boxes(TriangleMesh& mesh) {
   for (std::size_t b = mesh.boxes.size(); b-- > 0;) {
     MeshBox& box = mesh.boxes[b];
@@ -169,7 +169,7 @@ void fit_boxes(TriangleMesh& mesh) {
   }
 }
 
-// Vertices in the order in which the triangles name them: those of one box lie near each other in memory.
+// Order vertices by their first use in the triangles, so that those of one box are near each other in memory.
 void sort_vertices(TriangleMesh& mesh) {
   std::vector<std::int32_t> number(mesh.vertices.size() / 3, -1);
   std::vector<double> sorted;
@@ -226,7 +226,7 @@ TriangleMesh indexed_mesh(std::vector<double> vertices, std::vector<std::int32_t
         sum += mesh.vertices[3 * static_cast<std::size_t>(faces[3 * std::size_t{t} + k]) + i];
       }
       const auto middle = static_cast<float>(sum / 3.0);
-      centres[t].at[i] = std::isfinite(middle) ? middle : 0.0F;  // what is not finite has no order
+      centres[t].at[i] = std::isfinite(middle) ? middle : 0.0F;  // numbers that are not finite cannot be sorted
     }
   }
   mesh.boxes.reserve(count);
@@ -307,7 +307,7 @@ TriangleMesh make_height_field(std::size_t rows, std::size_t columns, const doub
     const std::size_t here = rim[i], after = rim[(i + 1) % rim.size()];
     add(here, here + below, after + below), add(here, after + below, after);
   }
-  // The boxes are made over a flat field: heights that change later meet a tree that suits any of them.
+  // The tree is made for a flat field, so that it suits any heights that are set later.
   std::vector<double> vertices(6 * below, 0.0);
   TriangleMesh flat;
   flat.vertices = std::move(vertices);

@@ -10,33 +10,34 @@
 namespace mjtactile {
 namespace {
 
-// Points this far outside a triangle, relative to its size, still meet it: no light falls through shared edges.
+// Points this far outside a triangle, relative to its size, still count as inside, so that no gaps open at shared
+// edges.
 constexpr double kSeam = 1e-9;
-// Triangles steeper than this (the cosine of their normal with the pad's) show only their edge.
+// Triangles whose normal has a cosine with the pad's below this are vertical and are ignored.
 constexpr double kSteep = 1e-9;
-// Buckets along each side; each kind holds a whole number of the finest ones.
+// Possible numbers of buckets along each side. Each bucket consists of a whole number of the finest ones.
 constexpr std::size_t kBuckets[] = {4, 6, 8, 12, 16, 24, 32, 48, 96};
-// Buckets for each triangle at least: more take longer to fill, fewer hold more triangles to look at.
+// Least number of buckets per triangle. More take longer to fill, and fewer have more triangles to test per point.
 constexpr std::size_t kBucketsEach = 4;
-// Fewer triangles than this are looked at one by one where their box is over the part.
+// A box that is entirely over the part is not searched further if it has at most this many triangles.
 constexpr std::uint32_t kFew = 32;
 // Buckets along each side of the grid that thins candidates for a first touch.
 constexpr std::size_t kCandidates = 16;
-// Vertices within this of each other's height are level: rounding must not choose between them [m].
+// Heights of vertices that differ by less than this are equal, because rounding must not choose between them [m].
 constexpr double kLevel = 1e-12;
 // A candidate this far above another part of the mesh is hidden by it [m].
 constexpr double kHidden = 1e-7;
 // Rounding of a box's place, relative to the mesh's size and its distance from the pad's origin.
 constexpr double kRounding = 1e-14;
 constexpr std::ptrdiff_t kEight = 8;
-// Triangles, in all buckets that they meet, up to which each is set against all points: that takes no longer than to look
-// up each point's own.
+// Up to this many entries in the buckets, each triangle is tested against all points. That is as fast as looking up the
+// bucket of each point.
 constexpr std::size_t kFewEntries = 64;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 using Spot = std::array<double, 3>;
 
-// A triangle cut at a rectangle: a convex polygon.
+// A triangle clipped at a rectangle: a convex polygon.
 struct Polygon {
   Spot corners[7];
   std::size_t count = 0;
@@ -47,7 +48,7 @@ struct Polygon {
   }
 
  private:
-  // Keep what lies beyond a line, or before it where sign is -1.
+  // Keep the part where sign * (coordinate - line) >= 0.
   void cut(std::size_t axis, double line, double sign) {
     Spot kept[7];
     std::size_t left = 0;
@@ -67,13 +68,13 @@ struct Polygon {
   }
 };
 
-// Points as they lie on a grid, row by row: where its lines meet.
+// A regular grid, not necessarily along x and y, on which points lie row by row.
 struct PointGrid {
-  std::size_t counts[2] = {};   // in a row, and rows
+  std::size_t counts[2] = {};   // points in a row, and rows
   Point first = {0.0, 0.0};
   double per[2][2] = {};         // places along rows and across them per length along x and y [1/m]
 
-  // False where they do not lie like that, or are too few.
+  // Fit the grid to points. False if they do not form one, or are too few.
   bool fit(const std::vector<Point>& points) {
     if (points.size() < kFewPoints) return false;
     first = points.front();
@@ -106,7 +107,7 @@ struct PointGrid {
     return true;
   }
 
-  // Columns and rows, up to the end, outside of which none of the points is in a rectangle.
+  // Ranges of columns and rows that contain all grid points in a rectangle, from `from` to before `end`.
   void find(double west, double east, double south, double north, std::size_t from[2], std::size_t end[2]) const {
     const double x = (west + east) / 2 - first.x, y = (south + north) / 2 - first.y;
     for (int axis = 0; axis < 2; ++axis) {
@@ -119,8 +120,8 @@ struct PointGrid {
   }
 
  private:
-  // Points fewer than this are looked at one by one; how far they may lie off their places, over their distance, and how
-  // far beyond it is looked, in distances.
+  // Least number of points; largest distance of a point from its place on the grid, over the spacing; and margin around
+  // rectangles, in spacings.
   static constexpr std::size_t kFewPoints = 32;
   static constexpr double kOffGrid = 1e-4, kMargin = 1e-2;
 };
@@ -130,7 +131,7 @@ bool within(const double corner[3][3], const Rectangle& part) {
          part.holds(corner[2][0], corner[2][1]);
 }
 
-// Least height at the floor or above of a triangle's part over a rectangle; infinite where there is none.
+// Least height, at the floor or above, of a triangle over a rectangle [m]; infinite if it has none.
 double lowest_over(const double corner[3][3], const Rectangle& part, double floor) {
   double low = kInfinite, high = -kInfinite;
   if (within(corner, part)) {
@@ -169,7 +170,7 @@ void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rect
   fill_buckets();
 }
 
-// Where a box reaches along an axis of the pad [m], at least.
+// Bounds of a box along an axis of the pad, widened by rounding errors [m].
 TriangleShadow::Span TriangleShadow::span(const MeshBox& box, int axis) const {
   const double* row = pose_.rotation + 3 * axis;
   double low = pose_.position[axis] - slack_, high = pose_.position[axis] + slack_;
@@ -181,7 +182,7 @@ TriangleShadow::Span TriangleShadow::span(const MeshBox& box, int axis) const {
   return {low, high};
 }
 
-// Whether some triangle of a box may be met from below.
+// Whether a triangle of a box may face down.
 bool TriangleShadow::may_face_down(const MeshBox& box) const {
   if (!mesh_->closed) return true;
   double most = 0.0;
@@ -192,7 +193,7 @@ bool TriangleShadow::may_face_down(const MeshBox& box) const {
   return most >= 0.0;
 }
 
-// Coordinates of a triangle's corners along an axis of the pad, the least and the greatest [m].
+// Compute the coordinates of a triangle's corners along an axis of the pad [m]. Returns their bounds.
 TriangleShadow::Span TriangleShadow::corner_span(std::uint32_t triangle, int axis, double corner[3][3]) const {
   const double* row = pose_.rotation + 3 * axis;
   const std::int32_t* face = mesh_->faces.data() + 3 * std::size_t{triangle};
@@ -218,9 +219,9 @@ bool TriangleShadow::faces_down(const double corner[3][3], double normal[3]) con
   return normal[2] * normal[2] > kSteep * kSteep * square && !(mesh_->closed && normal[2] > 0.0);
 }
 
-// Boxes that may reach lowest are looked into first, until none may reach below the lowest that was found: boxes as low as
-// that to rounding are not worth a look. `reach(box)`: how low it may reach, infinite where it does not count;
-// `visit(triangle)` of those in the smallest boxes may set `lowest` lower.
+// Best-first search for the lowest point. Boxes are searched in order of the least height that they may have, until
+// none can be below `lowest` by more than rounding. `reach(box)`: this least height, infinite if the box does not
+// count. `visit(triangle)`: called for the triangles of the smallest boxes; may decrease `lowest`.
 template <typename Reach, typename Visit>
 void TriangleShadow::walk_down(const double& lowest, Reach&& reach, Visit&& visit) {
   const auto& boxes = mesh_->boxes;
@@ -296,7 +297,7 @@ void TriangleShadow::gather() {
   }
 }
 
-// Keep a triangle if it may be met between the floor and the ceiling over the part.
+// Add a triangle if it faces down and may be over the part between the floor and the ceiling.
 void TriangleShadow::take(std::uint32_t triangle) {
   double corner[3][3], normal[3];
   const Span z = corner_span(triangle, 2, corner);
@@ -320,7 +321,7 @@ void TriangleShadow::take(std::uint32_t triangle) {
   spans_.push_back({x, y});
 }
 
-// Buckets cover what of the part lies under triangles, and no more: a small body has as many of them as a large one.
+// Buckets cover only the part of the area under triangles, so that they are finer under a small body.
 void TriangleShadow::place_buckets() {
   grid_ = kNoRectangle;
   for (const auto& [x, y] : spans_) grid_ = around(grid_, {x.low, y.low, x.high, y.high});
@@ -341,7 +342,7 @@ std::uint8_t TriangleShadow::finest_bucket(double at, std::size_t axis) const {
   return static_cast<std::uint8_t>(place < static_cast<double>(kFinest) ? static_cast<std::size_t>(place) : kFinest - 1);
 }
 
-// Triangles by the buckets their boxes meet, one bucket after the other.
+// List the triangles of each bucket that their bounds overlap.
 void TriangleShadow::fill_buckets() {
   side_ = kFinest;
   for (const std::size_t side : kBuckets) {
@@ -379,7 +380,7 @@ double TriangleShadow::height(double x, double y, double floor) const {
     const double second = triangle.second[0] * x + triangle.second[1] * y + triangle.second[2];
     const double third = triangle.third[0] * x + triangle.third[1] * y + triangle.third[2];
     const double here = triangle.height + second * triangle.second_rise + third * triangle.third_rise;
-    // One question instead of four, the answers to which nobody can guess.
+    // One branch instead of four, because the processor cannot predict them.
     const double inside = std::min(std::min(second, third), 1.0 - (second + third));
     if ((inside >= -kSeam) & (here >= floor) & (here < lowest)) lowest = here;
   }
@@ -400,7 +401,7 @@ bool TriangleShadow::buckets_over(const Rectangle& box, BucketRange& range) cons
   return true;
 }
 
-// Visit every triangle of some buckets once, in the first of them that it meets.
+// Visit every triangle of a range of buckets exactly once, in the first of its buckets.
 template <typename Visit>
 void TriangleShadow::over(const BucketRange& range, Visit&& visit) const {
   if (range.count() == side_ * side_) {
@@ -432,8 +433,8 @@ std::size_t TriangleShadow::entries_of(const BucketRange& range) const {
 void TriangleShadow::lower(const std::vector<Point>& points, double floor, double* heights) const {
   BucketRange range;
   if (!buckets_over(around(points), range)) return;
-  // Where there are few triangles each is set against all points. Where most triangles lie between the points it is cheaper
-  // to ask for each point than for each triangle.
+  // Few triangles are tested against all points. If there are fewer points than buckets, most triangles lie between the
+  // points, and looking up each point is cheaper.
   PointGrid grid;
   const bool few = entries_of(range) <= kFewEntries && points.size() >= std::size_t{kEight};
   if (!few && (points.size() < range.count() || !grid.fit(points))) {
@@ -443,8 +444,8 @@ void TriangleShadow::lower(const std::vector<Point>& points, double floor, doubl
     }
     return;
   }
-  static thread_local std::vector<double> x, y, lowest;  // kept between calls: nothing is allocated in a step
-  // A row is looked at in whole eights: what goes beyond it asks about points of the next one, or about none.
+  static thread_local std::vector<double> x, y, lowest;  // kept between calls so that a step allocates nothing
+  // The kernel processes eight points at once. At the end of a row, it continues into the next row or the padding.
   const std::size_t count = points.size(), room = count + std::size_t{kEight};
   x.resize(room), y.resize(room), lowest.resize(room);
   for (std::size_t i = 0; i < count; ++i) x[i] = points[i].x, y[i] = points[i].y;
@@ -491,7 +492,7 @@ std::size_t TriangleShadow::vertex(const Triangle& triangle, std::size_t corner)
   return static_cast<std::size_t>(mesh_->faces[3 * std::size_t{triangle.number} + corner]);
 }
 
-// A vertex that has a lower neighbour is none of the lowest points.
+// Mark vertices that have a lower neighbour, because they are no candidates.
 void TriangleShadow::pass_over_higher_vertices() {
   done_.resize(std::max(done_.size(), mesh_->vertices.size() / 3), 0);
   if (++calls_ == 0) {
@@ -507,7 +508,7 @@ void TriangleShadow::pass_over_higher_vertices() {
   }
 }
 
-// The vertices of a triangle that are left, and the lowest points of what the part's rim cuts off it.
+// Offer the unmarked vertices of a triangle as candidates. If the part's rim cuts it, offer the lowest points there.
 void TriangleShadow::offer_lowest(const Triangle& triangle) {
   double corner[3][3];
   const bool may_be_cut = triangle.first[0] == 0 || triangle.first[1] == 0 || triangle.last[0] == kFinest - 1 ||
@@ -535,13 +536,13 @@ void TriangleShadow::offer_lowest(const Triangle& triangle) {
   }
 }
 
-// Keep a point in place of its bucket's candidate where it is lower.
+// Make a point the candidate of its bucket if it is lower than the present one.
 void TriangleShadow::offer(std::vector<Spot>& candidates, const Spot& spot) {
   if (!(spot[2] >= floor_ && spot[2] <= ceiling_)) return;
   constexpr std::size_t finer = kFinest / kCandidates;
   const std::size_t column = finest_bucket(spot[0], 0) / finer, row = finest_bucket(spot[1], 1) / finer;
   Spot& kept = candidates[row * kCandidates + column];
-  // Among level ones that nearest to the bucket's middle: which triangle came first says nothing.
+  // Of equally low points, keep the one nearest to the bucket's middle, so that the order of triangles does not matter.
   const auto away = [&](const Spot& at) {
     return std::hypot(at[0] - grid_.west - (static_cast<double>(column) + 0.5) * finer / per_[0],
                       at[1] - grid_.south - (static_cast<double>(row) + 0.5) * finer / per_[1]);
@@ -549,7 +550,7 @@ void TriangleShadow::offer(std::vector<Spot>& candidates, const Spot& spot) {
   if (spot[2] < kept[2] - kLevel || (spot[2] <= kept[2] + kLevel && away(spot) < away(kept))) kept = spot;
 }
 
-// At the rim the surface goes on into the next bucket: only the lowest of neighbours is a candidate.
+// Along the rim the surface continues into the next bucket, so only candidates without a lower neighbour count.
 bool TriangleShadow::is_lowest_on_rim(std::size_t at) const {
   const std::size_t row = at / kCandidates, column = at % kCandidates;
   for (std::size_t r = row > 0 ? row - 1 : 0; r <= std::min(row + 1, kCandidates - 1); ++r) {

@@ -37,7 +37,7 @@ CornerSpread::Axis CornerSpread::axis(const std::vector<double>& ends) {
 
 void CornerSpread::spread(const double* nodal, std::vector<double>& row, std::vector<double>& corners) const {
   const std::size_t width = 3 * x_.nodes;
-  static thread_local std::vector<std::uint8_t> empty;  // kept between calls: nothing is allocated in a step
+  static thread_local std::vector<std::uint8_t> empty;  // kept between calls so that a step allocates nothing
   empty.resize(y_.nodes);
   for (std::size_t y = 0; y < y_.nodes; ++y) empty[y] = is_zero(nodal + y * width, width) ? 1 : 0;
   corners.resize(3 * y_.corners * x_.corners);

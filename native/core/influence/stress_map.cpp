@@ -11,11 +11,11 @@
 namespace mjtactile {
 namespace {
 
-constexpr std::size_t kAligned = 16;   // rows are padded to this many, so that kernels see whole vectors only
-constexpr std::size_t kChunk = 128;    // columns handed to a kernel at once
-constexpr double kTopByte = 127.0;     // a scaled column's largest entry in bytes
-constexpr int kTopExponent = 15;       // of a scaled column's largest entry; half precision ends just below 2^16
-// Forces below this share of the precision's rounding, relative to the largest, are rounding themselves.
+constexpr std::size_t kAligned = 16;   // rows are padded to a multiple of this, so that kernels see whole vectors only
+constexpr std::size_t kChunk = 128;    // columns passed to a kernel at once
+constexpr double kTopByte = 127.0;     // largest entry of a scaled column in bytes
+constexpr int kTopExponent = 15;       // exponent of a scaled column's largest entry; half precision ends below 2^16
+// Forces below this fraction of the machine epsilon, relative to the largest force, are neglected.
 constexpr double kNegligible = 1.0 / 16.0;
 
 void add(const Byte* const* columns, const float* weights, std::size_t count, std::size_t rows, float* sums) {
@@ -45,9 +45,10 @@ void norms_of(const double* const* classes, const double* signs, std::size_t poi
   kernels().norms_double(classes, signs, points, norms);
 }
 
-// The same of a sheet with fewer mirrors, which has as many images as classes.
+// The same for a sheet with one mirror or none, which has as many images of the quarter as classes.
 template <typename Value>
-void norms_of_few(const Value* const* classes, std::size_t count, const Value* signs, std::size_t points, Value* norms) {
+void norms_of_few(const Value* const* classes, std::size_t count, const Value* signs, std::size_t points,
+                  Value* norms) {
   for (std::size_t image = 0; image < count; ++image, norms += points) {
     std::fill(norms, norms + points, Value(0));
     for (std::size_t k = 0; k < kDeviatoric; ++k) {
@@ -183,7 +184,7 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
 
 template <typename Value>
 std::size_t StressMap<Value>::row_stride() const {
-  const std::size_t used = 3 * part(nodes_x, 0) + 1;  // a number more is written
+  const std::size_t used = 3 * part(nodes_x, 0) + 1;  // the kernel writes one number beyond the row
   return (used + kAligned - 1) / kAligned * kAligned;
 }
 
@@ -208,7 +209,7 @@ std::vector<std::size_t> StressMap<Value>::set_columns(Class& of_class, std::siz
   return order;
 }
 
-// Forces of all classes on the quarter, in rows where there are any; the largest of them.
+// Decompose nodal forces into those of the classes on the quarter, only in rows with forces. Returns the largest.
 template <typename Value>
 double StressMap<Value>::fold(const double* forces, Workspace& workspace) const {
   const std::size_t quarter_x = part(nodes_x, 0), quarter_y = part(nodes_y, 1), stride = row_stride();
@@ -216,7 +217,7 @@ double StressMap<Value>::fold(const double* forces, Workspace& workspace) const 
   workspace.rows.clear();
   workspace.folded.resize(kClasses * quarter);
   std::fill(workspace.largest, workspace.largest + kClasses, 0.0);
-  double about[kClasses][2][4] = {}, on_mirror[kClasses][2][4] = {};  // on a mirror a node is its own image
+  double about[kClasses][2][4] = {}, on_mirror[kClasses][2][4] = {};  // a node on the mirror y = 0 is its own image
   for (std::size_t c = 0; c < class_count(); ++c) {
     for (std::size_t component = 0; component < 3; ++component) {
       about[c][0][component] = on_mirror[c][0][component] = classes[c].signs[component][0];
@@ -248,7 +249,7 @@ double StressMap<Value>::fold(const double* forces, Workspace& workspace) const 
   return *std::max_element(workspace.largest, workspace.largest + kClasses);
 }
 
-// One row of one class of a sheet with fewer mirrors; the largest of its forces.
+// One row of one class on a sheet with one mirror or none. Returns the largest force.
 template <typename Value>
 double StressMap<Value>::fold_row(const double* upper, const double* lower, const double shares[2][4],
                                   const double* allowed, double* to) const {
@@ -267,8 +268,8 @@ double StressMap<Value>::fold_row(const double* upper, const double* lower, cons
   return largest;
 }
 
-// Columns and weights of a class's forces, scaled so that none is larger than 1: any magnitude keeps its digits in single
-// precision.
+// Columns and weights of the forces of class `c` that are not negligible; returns their number. Forces are divided by
+// `scale`, so that none is larger than 1 and single precision neither overflows nor underflows.
 template <typename Value>
 std::size_t StressMap<Value>::keep(std::size_t c, double scale, Workspace& workspace) const {
   const double least = scale * kNegligible * static_cast<double>(std::numeric_limits<Value>::epsilon());
@@ -325,8 +326,9 @@ void StressMap<Value>::means(const Value* response, const bool odd[][2], double*
         double sum = 0.0;
         for (std::uint32_t i = share.first; i < share.first + share.count; ++i) {
           const std::size_t quadrant = layer.places[i] / layer.points, point = layer.places[i] % layer.points;
-          // With both mirrors, quadrants 1 and 3 lie at negative x, 2 and 3 at negative y.
-          const bool west = mirrored[0] && quadrant % 2 == 1, south = mirrored[1] && quadrant / (mirrored[0] ? 2 : 1) == 1;
+          // With both mirrors, quadrants 1 and 3 are at negative x, and 2 and 3 at negative y.
+          const bool west = mirrored[0] && quadrant % 2 == 1;
+          const bool south = mirrored[1] && quadrant / (mirrored[0] ? 2 : 1) == 1;
           const bool flipped = (odd[k][0] && west) != (odd[k][1] && south);
           double value = 0.0;
           for (std::size_t c = 0; c < class_count(); ++c) {

@@ -1,9 +1,11 @@
 // From nodal forces on the surface to stress at sample points, and to von Mises readings.
 //
-// Everything is kept by the sheet's symmetry classes (mjtactile/fem/symmetry.py), four with both mirrors: a load is folded
-// into forces on a quarter of the surface, one set per class, and each class has its own matrix to the stress at points of
-// a quarter. Along an axis without a mirror the quarter is as long as the whole.
-// The response is linear in the load and adds up over loads; the readings, means of norms, come from it at the end.
+// Tables use the sheet's mirror symmetry (mjtactile/fem/symmetry.py). With both mirrors there are four symmetry
+// classes. A load is decomposed into one set of forces per class on a quarter of the surface, and each class has its
+// own matrix to the stress at the sample points of that quarter. Along an axis without a mirror, the quarter is as long
+// as the sheet.
+// The stress of all classes is called the response. It is linear in the load, so responses of several loads are added
+// up. Readings are means of norms and are computed from the sum.
 #pragma once
 
 #include <cstddef>
@@ -16,25 +18,27 @@
 
 namespace mjtactile {
 
-constexpr std::size_t kClasses = 4;     // at most
+constexpr std::size_t kClasses = 4;     // largest number of symmetry classes
 constexpr std::size_t kDeviatoric = 5;  // coordinates of deviatoric stress; their norm is the von Mises stress
 constexpr std::size_t kTensor = 6;      // components xx, yy, zz, xy, yz, zx of a stress tensor
 
+// Storage of the matrices' numbers; `twofold` is double precision.
 enum class Precision { half, single, twofold, byte };
 
-// A matrix stored column by column, each one run of memory; in half precision and in bytes every column has a scale.
+// A matrix stored column by column. Columns in half precision and in bytes have a scale each. It owns its memory.
+// `Value`: type of the sums.
 template <typename Value>
 class Columns {
  public:
   Columns(std::size_t count, std::size_t rows, Precision precision);
 
   std::size_t rows() const { return rows_; }
-  std::size_t stride() const { return stride_; }
-  std::size_t bytes() const;
+  std::size_t stride() const { return stride_; }   // rows rounded up to whole vectors
+  std::size_t bytes() const;                       // memory of the numbers
 
-  // Store one column, (rows).
+  // Store one column (rows).
   void set(std::size_t column, const double* values);
-  // sums += sum_j weights[j] * column places[j]; sums has `stride` entries.
+  // sums += sum over j < count of weights[j] * column places[j]; `sums` has stride() entries.
   void add(const std::uint32_t* places, const Value* weights, std::size_t count, Value* sums) const;
 
  private:
@@ -51,36 +55,39 @@ class Columns {
   std::vector<Value> scales_;
 };
 
-// One taxel's share in the norms of its sample points.
+// The entries of Layer::places and Layer::weights that belong to one taxel.
 struct Share {
-  std::uint32_t first, count;  // entries from `first` on
+  std::uint32_t first, count;
 };
 
-// What every class and layer of one pad needs. `Value` is float, or double for tables in double precision.
+// The matrices of one pad, by symmetry class and sensing layer. `Value` is float, or double for tables in double
+// precision. It owns its memory and is immutable once filled by Pad; Workspace holds what a call changes.
 template <typename Value>
 class StressMap {
  public:
   struct Layer {
-    std::size_t points = 0;               // folded sample points
-    std::size_t rows = 0;                 // room for a class's coordinates * points, whole vectors
-    std::size_t offset = 0;               // of its class 0 in the response; classes follow each other
-    std::vector<Share> taxels;            // per taxel, in reading order
-    bool single = false;                  // whether each of them has one entry, in their order
-    std::vector<std::uint32_t> places;    // norm number quadrant * points + point
-    std::vector<Value> weights;
+    std::size_t points = 0;               // sample points in the quarter
+    std::size_t rows = 0;                 // coordinates * points, rounded up to whole vectors
+    std::size_t offset = 0;               // start of class 0 in the response; the other classes follow
+    std::vector<Share> taxels;            // in reading order
+    bool single = false;                  // whether each taxel has exactly one sample point, in reading order
+    std::vector<std::uint32_t> places;    // sample points of the taxels, as quadrant * points + point
+    std::vector<Value> weights;           // of these points in the taxel's mean
   };
   struct Class {
-    // Of the quarter's degrees of freedom (y, x, component), rows of `row_stride`: the column, and 1, or 0 where it has none.
+    // For each of the quarter's degrees of freedom (y, x, component), in rows of `row_stride`: its column in the
+    // matrices; and 1 if it has a column, else 0.
     std::vector<std::uint32_t> columns;
     std::vector<double> allowed;
-    std::vector<std::vector<Columns<Value>>> factors;  // per layer: forces to stress, or to coefficients and those on
+    // Per layer: the matrix from forces to stress, or the two factors of its low-rank form.
+    std::vector<std::vector<Columns<Value>>> factors;
     double signs[3][2];                   // of each force component under x -> -x and y -> -y
   };
   struct Workspace {
     std::vector<std::uint32_t> places;
-    std::vector<std::size_t> rows;     // of the quarter, in which there are forces
-    std::vector<double> folded;        // forces of each class, as its columns
-    double largest[kClasses] = {};     // of each class [N]
+    std::vector<std::size_t> rows;     // rows of the quarter in which there are forces
+    std::vector<double> folded;        // forces of each class on the quarter, ordered as Class::columns [N]
+    double largest[kClasses] = {};     // largest force of each class [N]
     std::vector<double> spread_row, corners;
     std::vector<Value> weights;
     AlignedVector<Value> sums, norms;
@@ -88,28 +95,31 @@ class StressMap {
   };
 
   std::size_t coordinates = kDeviatoric;  // or 1, for the mean stress
-  // Of the surface, or its corners where loads are spread onto those.
-  std::size_t nodes_x = 0, nodes_y = 0, response_size = 0, taxels = 0;
-  std::vector<CornerSpread> spread;  // none or one
-  Value signs[kClasses * kClasses] = {};  // (quadrants, classes); 0 of those that are none
+  // Nodes of the surface; corners of the elements if loads are spread onto these.
+  std::size_t nodes_x = 0, nodes_y = 0;
+  std::size_t response_size = 0, taxels = 0;   // of all layers
+  std::vector<CornerSpread> spread;  // one if loads are spread onto corners, else none
+  // Sign of a class's stress in a quadrant (quadrants, classes); 0 beyond class_count().
+  Value signs[kClasses * kClasses] = {};
   bool mirrored[2] = {true, true};        // whether the sheet is its own image under x -> -x, and under y -> -y
   std::vector<Layer> layers;
   Class classes[kClasses];
 
-  // Take over so many columns (component, y, x of the quarter), negative for none, and signs of each component under x -> -x and
-  // y -> -y; returns in which order the columns are wanted: those of nodes side by side after each other.
+  // Set the columns of a class. `columns` (component, y, x of the quarter): the table's column of a degree of freedom,
+  // negative for none; `count` of them are not negative. `parities` (3, 2): sign of each force component under x -> -x
+  // and y -> -y. Returns the table's columns in the order in which they must be stored: neighbouring nodes together.
   std::vector<std::size_t> set_columns(Class& of_class, std::size_t count, const std::int32_t* columns,
                                        const double* parities) const;
-  // response += that to nodal forces (surface nodes y, nodes x, 3) [N].
+  // Add the response to nodal forces (surface nodes y, nodes x, 3) [N].
   void add_response(const double* forces, Workspace& workspace, Value* response) const;
-  // Readings (taxels of all layers) [Pa] of a response of deviatoric stress.
+  // Readings (taxels of all layers) [Pa] from the response of deviatoric stress.
   void readings(const Value* response, Workspace& workspace, double* readings) const;
-  // Means over each taxel's sample points, (coordinates, taxels) [Pa]. `odd`: per coordinate, whether it changes its
-  // sign under x -> -x and under y -> -y.
+  // Means of the stress over each taxel's sample points (coordinates, taxels) [Pa]. `odd`: for each coordinate, whether
+  // it changes its sign under x -> -x and under y -> -y.
   void means(const Value* response, const bool odd[][2], double* means) const;
   std::size_t bytes() const;
   std::size_t class_count() const { return (mirrored[0] ? 2u : 1u) * (mirrored[1] ? 2u : 1u); }
-  // Nodes of the part that stands for the whole, along an axis that has so many.
+  // Number of nodes in the quarter along an axis (0: x, 1: y) with `nodes` nodes in all.
   std::size_t part(std::size_t nodes, int axis) const { return mirrored[axis] ? nodes / 2 + 1 : nodes; }
 
  private:

@@ -10,19 +10,21 @@
 namespace mjtactile {
 namespace {
 
-constexpr int kPowers = 3;  // of a local coordinate in a quadratic shape function
+constexpr int kPowers = 3;  // powers of the local coordinate (xi or eta) in a quadratic shape function
 constexpr int kForces = 3;
 // Powers 1 to 3 of xi at an element's left end.
 constexpr double kLeftEnd[kPowers] = {-1.0, 1.0, -1.0};
-// Moments of an element: by force and power of eta those of powers of xi, and what passes it.
+// Moments of an element: for each force component and power of eta, one for each power of xi, and one of the edges to
+// its right.
 constexpr std::size_t kMoments = kForces * kPowers * (kPowers + 1);
 
-// Elements along one axis on the way along an edge, and where, from 0 at its start to 1 at its end, the next one begins.
+// The elements along one axis through which an edge runs, one after the other. next() is the position along the edge,
+// from 0 at its start to 1 at its end, where it enters the next element.
 class Walk {
  public:
   Walk(const std::vector<double>& ends, double start, double direction)
       : ends_(ends), start_(start), direction_(direction) {
-    // What starts on a line goes into the element that lies ahead.
+    // An edge that starts on a grid line belongs to the element ahead of it.
     const auto after = direction < 0.0 ? std::lower_bound(ends.begin(), ends.end(), start)
                                        : std::upper_bound(ends.begin(), ends.end(), start);
     element_ = after - ends.begin() - 1;
@@ -31,7 +33,7 @@ class Walk {
 
   double next() const { return next_; }
   bool within() const { return element_ >= 0 && element_ < last() + 1; }
-  // The element, or the outermost one on this side.
+  // The present element; beside the sheet, the outermost element on that side.
   std::size_t nearest() const {
     return static_cast<std::size_t>(std::min(std::max(element_, std::ptrdiff_t{0}), last()));
   }
@@ -45,7 +47,8 @@ class Walk {
   void look_ahead() {
     const std::ptrdiff_t line = direction_ < 0.0 ? element_ : element_ + 1;
     const bool any = direction_ != 0.0 && line >= 0 && line <= last() + 1;
-    next_ = any ? (ends_[static_cast<std::size_t>(line)] - start_) / direction_ : std::numeric_limits<double>::infinity();
+    next_ = any ? (ends_[static_cast<std::size_t>(line)] - start_) / direction_
+                : std::numeric_limits<double>::infinity();
   }
 
   const std::vector<double>& ends_;
@@ -53,7 +56,7 @@ class Walk {
   std::ptrdiff_t element_;
 };
 
-// The element that holds a coordinate; the first or the last for what lies outside.
+// The element that contains a coordinate; beside the sheet, the first or last one.
 std::size_t element(const std::vector<double>& ends, double at) {
   const auto after = std::upper_bound(ends.begin() + 1, ends.end() - 1, at);
   return static_cast<std::size_t>(after - ends.begin()) - 1;
@@ -69,24 +72,24 @@ void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, 
   workspace.moments.resize(columns * rows * kMoments);
   workspace.first.assign(rows, columns);
   workspace.last.assign(rows, 0);
-  workspace.middle = count > 0 ? element(x_, edges[0].start[0]) : columns;
+  workspace.reference_column = count > 0 ? element(x_, edges[0].start[0]) : columns;
   set_reference(count > 0 ? edges[0].start[0] : low_x(), workspace);
   for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
   gather(workspace, forces);
 }
 
-// Areas in the element of the first edge are counted from that edge, in others from their left ends: of polygons much
-// smaller than an element, areas as large as the element would leave few digits.
+// Areas are counted from the left boundary of an element, but from the first edge in the column that contains it. For
+// polygons much smaller than an element, differences of areas as large as the element would lose most digits.
 void SurfaceGrid::set_reference(double x, Workspace& workspace) const {
-  if (workspace.middle >= x_.size() - 1) return;
-  const double left = x_[workspace.middle], half = (x_[workspace.middle + 1] - left) / 2;
+  if (workspace.reference_column >= x_.size() - 1) return;
+  const double left = x_[workspace.reference_column], half = (x_[workspace.reference_column + 1] - left) / 2;
   const double xi = std::min(1.0, std::max(-1.0, (x - left) / half - 1.0));
   const double powers[kPowers] = {xi, xi * xi, xi * xi * xi};
   std::copy_n(powers, kPowers, workspace.reference);
 }
 
-// Something runs in an element: only those from the first to the last such of a row are cleared, and gathered from.
-void SurfaceGrid::reach(std::size_t row, std::size_t column, Workspace& workspace) const {
+// Extend the row's range of elements by one that contains an edge. Only elements in this range are cleared and summed.
+void SurfaceGrid::include(std::size_t row, std::size_t column, Workspace& workspace) const {
   std::size_t &first = workspace.first[row], &last = workspace.last[row];
   const auto clear = [&](std::size_t begin, std::size_t end) {
     const std::size_t place = row * (x_.size() - 1) + begin;
@@ -128,10 +131,10 @@ void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const
 
 void SurfaceGrid::add_piece(const double* start, const double* end, const double* traction, std::size_t column,
                             std::size_t row, Workspace& workspace) const {
-  reach(row, column, workspace);
+  include(row, column, workspace);
   const double origin[2] = {x_[column], y_[row]};
   const double per[2] = {2.0 / (x_[column + 1] - x_[column]), 2.0 / (y_[row + 1] - y_[row])};
-  const double* from = column == workspace.middle ? workspace.reference : kLeftEnd;
+  const double* from = column == workspace.reference_column ? workspace.reference : kLeftEnd;
   kernels().add_edge_moments(start, end, origin, per, from, traction,
                              workspace.moments.data() + (row * (x_.size() - 1) + column) * kMoments);
 }
@@ -142,10 +145,10 @@ void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
   for (std::size_t row = 0; row < rows; ++row) {
     if (workspace.first[row] > workspace.last[row]) continue;
     double right[kForces * kPowers] = {};
-    // Left of all edges nothing is left to fill: those of closed polygons cancel.
+    // Elements left of all edges need nothing: the contributions of a closed polygon's edges cancel there.
     for (std::size_t column = workspace.last[row] + 1; column-- > workspace.first[row];) {
-      double part[kPowers] = {};  // integrals of xi^a over what lies left of the reference
-      if (column == workspace.middle) {
+      double part[kPowers] = {};  // integrals of xi^a from the left boundary to the reference
+      if (column == workspace.reference_column) {
         for (int a = 0; a < kPowers; ++a) part[a] = (workspace.reference[a] - kLeftEnd[a]) / (a + 1);
       }
       kernels().add_element_forces(workspace.moments.data() + (row * columns + column) * kMoments,

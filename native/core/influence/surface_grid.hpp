@@ -6,16 +6,16 @@
 
 namespace mjtactile {
 
-// An edge of a polygon, with the area on its left [m], and the step of the traction across it [Pa].
+// An edge of a polygon [m], and the traction on its left minus the traction on its right [Pa].
 struct TractionEdge {
   double start[2], end[2];
   double traction[3];
 };
 
-// Quadratic elements on the sheet's surface; nodes are the elements' ends and middles.
+// Quadratic elements on the sheet's surface, in the pad frame. Nodes are at the elements' boundaries and middles.
 class SurfaceGrid {
  public:
-  // Ends of the elements along x and along y, ascending [m].
+  // Coordinates of the element boundaries along x and along y, ascending [m].
   SurfaceGrid(std::vector<double> x, std::vector<double> y);
 
   const std::vector<double>& x() const { return x_; }
@@ -27,28 +27,28 @@ class SurfaceGrid {
   double low_y() const { return y_.front(); }
   double high_y() const { return y_.back(); }
 
-  // Numbers the caller keeps between calls, so that none of them allocates.
+  // Memory that the caller keeps between calls, so that they do not allocate.
   struct Workspace {
-    std::vector<double> moments;           // per element, of what runs in it and of what passes it on its right
-    std::vector<std::size_t> first, last;  // per row: elements with anything in them, first > last for none
-    std::size_t middle = 0;                // column of the first edge
-    double reference[3] = {};              // powers of xi there from which its areas are counted
+    std::vector<double> moments;           // per element: integrals over the edges in it and over those right of it
+    std::vector<std::size_t> first, last;  // per row: range of elements that contain edges, first > last for none
+    std::size_t reference_column = 0;      // column of elements that contains the start of the first edge
+    double reference[3] = {};              // powers 1 to 3 of xi from which areas in that column are counted
   };
 
-  // Consistent nodal forces [N] of tractions that are constant on polygons, given by their edges, into
-  // (nodes y, nodes x, 3). Green's theorem along x turns the integrals into sums over edges, split at the grid lines:
-  // an edge feeds the element it runs in, and fills all elements of its row further left.
+  // Compute the consistent nodal forces (nodes y, nodes x, 3) [N] of tractions that are constant on polygons. Polygons
+  // are given by their edges. Green's theorem turns area integrals into sums over the edges, split at the grid lines.
+  // An edge contributes to the element that contains it and to all elements of the same row on its left.
   void traction_forces(const TractionEdge* edges, std::size_t count, Workspace& workspace, double* forces) const;
 
  private:
   void add_edge(const TractionEdge& edge, Workspace& workspace) const;
-  // A piece of an edge in one element, to the left or right of the sheet's in the outermost.
+  // Add a piece of an edge that lies in one element. Pieces beside the sheet count for the nearest element.
   void add_piece(const double* start, const double* end, const double* traction, std::size_t column, std::size_t row,
                  Workspace& workspace) const;
   void gather(Workspace& workspace, double* forces) const;
 
   void set_reference(double x, Workspace& workspace) const;
-  void reach(std::size_t row, std::size_t column, Workspace& workspace) const;
+  void include(std::size_t row, std::size_t column, Workspace& workspace) const;
 
   std::vector<double> x_, y_;
 };

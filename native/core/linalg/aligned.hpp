@@ -1,4 +1,4 @@
-// Memory that begins at a cache line: vectors loaded from rows of whole ones never straddle two.
+// Memory aligned to cache lines, so that a SIMD load never straddles two of them.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ struct AlignedAllocator {
   template <typename Other>
   AlignedAllocator(const AlignedAllocator<Other>&) {}
 
-  // Matrices of which a step reads lines here and there begin at a large page and lie in such ones where the system has
-  // them: looking up small pages would take longer than reading what is there.
+  // Large matrices use the system's large pages if it has them. A step reads scattered columns of them, and with small
+  // pages the address lookups would take longer than the reading.
   static constexpr std::size_t kLargePage = std::size_t{1} << 21;
 
   Value* allocate(std::size_t count) {
@@ -29,7 +29,7 @@ struct AlignedAllocator {
     if (size < kLargePage) return static_cast<Value*>(::operator new(size, kLine));
     void* at = ::operator new(size, std::align_val_t{kLargePage});
 #ifdef __linux__
-    madvise(at, size / kLargePage * kLargePage, MADV_HUGEPAGE);  // as well as may be: without it numbers are the same
+    madvise(at, size / kLargePage * kLargePage, MADV_HUGEPAGE);  // may fail: only speed depends on it
 #endif
     return static_cast<Value*>(at);
   }

@@ -11,12 +11,13 @@ namespace mjtactile {
 
 namespace {
 
-constexpr std::size_t kSquare = 16;  // entries along the sides of what is moved at once
+constexpr std::size_t kBlock = 16;  // rows and columns of the blocks that are transposed at once
 
-// Factor the leading `size` rows of `u`, of which those before `known`, whole blocks, stand as far as they go; to their
-// right is the matrix. Row blocks: what lies above a block is taken off it in one product, then it is factored by itself.
+// Cholesky factorisation of the leading `size` rows of `u` in place, by blocks of rows. In the first `known` rows, a
+// whole number of blocks, the first `known` columns hold their factor already and the other columns the matrix. The
+// contribution of all rows above a block is subtracted in one product, then the block is factored.
 bool factor_from(double* u, std::size_t stride, std::size_t size, std::size_t known) {
-  static thread_local std::vector<double> above;  // kept between calls: nothing is allocated in a step
+  static thread_local std::vector<double> above;  // kept between calls so that a step allocates nothing
   const std::size_t end = Matrix::padded(size);
   for (std::size_t first = 0; first < size; first += kFactorRows) {
     const std::size_t last = std::min(first + kFactorRows, size), begin = std::max(first, known);
@@ -38,7 +39,7 @@ bool factor_from(double* u, std::size_t stride, std::size_t size, std::size_t kn
 
 void solve_lower(const double* upper, std::size_t stride, std::size_t size, Matrix& right) {
   const std::size_t sides = right.rows();
-  static thread_local std::vector<double> known;  // kept between calls: nothing is allocated in a step
+  static thread_local std::vector<double> known;  // kept between calls so that a step allocates nothing
   known.resize(sides * kFactorRows);
   for (std::size_t first = 0; first < size; first += kFactorRows) {
     const std::size_t last = std::min(first + kFactorRows, size);
@@ -52,7 +53,7 @@ void solve_lower(const double* upper, std::size_t stride, std::size_t size, Matr
         for (std::size_t j = i + 1; j < last; ++j) x[j] -= row[j] * value;
       }
     }
-    // What the block takes off all that follows, in one product.
+    // Subtract the block's contribution from all later rows in one product.
     kernels().multiply_add(known.data(), kFactorRows, 1, upper + first * stride + last, stride, right.data() + last,
                            right.stride(), sides, Matrix::padded(size) - last, last - first);
   }
@@ -65,7 +66,7 @@ bool is_zero(const double* run, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     std::uint64_t bits;
     std::memcpy(&bits, run + i, sizeof bits);
-    any |= bits << 1;  // without the sign
+    any |= bits << 1;  // drops the sign bit
   }
   return any == 0;
 }
@@ -75,23 +76,25 @@ void add_product(const Matrix& symmetric, const double* x, double* sums) {
   kernels().add_window(symmetric.data(), 1, 0, size, symmetric.stride(), x, size, false, sums);
 }
 
-void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, std::size_t column, std::size_t column_end,
-                    Matrix& to) {
-  // Square by square: both sides of one stay in the first-level cache.
-  for (std::size_t first = row; first < row_end; first += kSquare) {
-    const std::size_t last = std::min(first + kSquare, row_end);
-    for (std::size_t begin = column; begin < column_end; begin += kSquare) {
-      const std::size_t end = std::min(begin + kSquare, column_end);
-      kernels().transpose(from[first] + begin, from.stride(), last - first, end - begin, to[begin] + first, to.stride());
+void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, std::size_t column,
+                    std::size_t column_end, Matrix& to) {
+  // By blocks: source and target of one block fit into the first-level cache.
+  for (std::size_t first = row; first < row_end; first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, row_end);
+    for (std::size_t begin = column; begin < column_end; begin += kBlock) {
+      const std::size_t end = std::min(begin + kBlock, column_end);
+      kernels().transpose(from[first] + begin, from.stride(), last - first, end - begin, to[begin] + first,
+                          to.stride());
     }
   }
 }
 
 void mirror_upper(double* matrix, std::size_t stride, std::size_t size) {
-  for (std::size_t first = 0; first < size; first += kSquare) {
-    const std::size_t last = std::min(first + kSquare, size);
-    for (std::size_t begin = 0; begin < first; begin += kSquare) {
-      kernels().transpose(matrix + begin * stride + first, stride, kSquare, last - first, matrix + first * stride + begin, stride);
+  for (std::size_t first = 0; first < size; first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, size);
+    for (std::size_t begin = 0; begin < first; begin += kBlock) {
+      kernels().transpose(matrix + begin * stride + first, stride, kBlock, last - first,
+                          matrix + first * stride + begin, stride);
     }
     for (std::size_t i = first; i < last; ++i) {
       for (std::size_t j = first; j < i; ++j) matrix[i * stride + j] = matrix[j * stride + i];
@@ -118,15 +121,16 @@ std::size_t SubmatrixFactor::known(const std::vector<std::size_t>& places) const
 
 bool SubmatrixFactor::factor(const Matrix& matrix, const std::vector<std::size_t>& places) {
   if (is_of(places)) return true;
-  const std::size_t stands = known(places), size = places.size();
-  upper_.resize(matrix.rows(), matrix.rows());  // rows of one length, whatever the number of places: what stands stays
+  const std::size_t known_rows = known(places), size = places.size();
+  // The stride must not depend on the number of places, because known rows of the factor stay where they are.
+  upper_.resize(matrix.rows(), matrix.rows());
   for (std::size_t a = 0; a < size; ++a) {
     const double* from = matrix[places[a]];
     double* to = upper_[a];
-    for (std::size_t b = std::max(a, stands); b < size; ++b) to[b] = from[places[b]];
+    for (std::size_t b = std::max(a, known_rows); b < size; ++b) to[b] = from[places[b]];
   }
   places_ = places;
-  if (factor_from(upper_.data(), upper_.stride(), size, stands)) return true;
+  if (factor_from(upper_.data(), upper_.stride(), size, known_rows)) return true;
   forget();
   return false;
 }

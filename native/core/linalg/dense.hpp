@@ -8,18 +8,18 @@
 
 namespace mjtactile {
 
-// A matrix stored row by row, each padded to whole vectors; the padding holds numbers that mean nothing.
+// A matrix stored row by row. Rows are padded to whole SIMD vectors; the padding is undefined. It owns its memory.
 class Matrix {
  public:
   static constexpr std::size_t kPadding = 8;
 
-  // As many as fill whole vectors.
+  // Number of columns rounded up to whole vectors.
   static std::size_t padded(std::size_t columns) { return (columns + kPadding - 1) / kPadding * kPadding; }
 
   Matrix() = default;
   Matrix(std::size_t rows, std::size_t columns) { resize(rows, columns); }
 
-  // Set the shape; entries are unspecified afterwards, memory is kept.
+  // Set the shape. Entries are undefined afterwards. Memory only grows.
   void resize(std::size_t rows, std::size_t columns) {
     rows_ = rows;
     columns_ = columns;
@@ -39,40 +39,43 @@ class Matrix {
   AlignedVector<double> entries_;
 };
 
-// Whether all numbers of a run are zero.
+// Whether all of `count` consecutive numbers are zero.
 bool is_zero(const double* run, std::size_t count);
-// sums += a symmetric matrix, whole, times x.
+// sums += symmetric x. Both triangles of the matrix must be filled.
 void add_product(const Matrix& symmetric, const double* x, double* sums);
-// Of a matrix the part from a row and a column on up to others, into its transposed.
-void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, std::size_t column, std::size_t column_end,
-                    Matrix& to);
-// Entries under the diagonal become those above it.
+// Copy the block of rows [row, row_end) and columns [column, column_end) of a matrix to the transposed place of `to`.
+void transpose_part(const Matrix& from, std::size_t row, std::size_t row_end, std::size_t column,
+                    std::size_t column_end, Matrix& to);
+// Copy the upper triangle to the lower one.
 void mirror_upper(Matrix& matrix);
-// The same of rows (size) that are `stride` apart.
+// The same for a matrix (size, size) whose rows are `stride` apart.
 void mirror_upper(double* matrix, std::size_t stride, std::size_t size);
 
-// Factor a symmetric positive definite matrix, of which the upper triangle is read, into U^T U; U replaces it.
-// False where the matrix is not positive definite.
+// Cholesky factorisation U^T U of a symmetric positive definite matrix. Only the upper triangle is read, and U replaces
+// it. False if the matrix is not positive definite.
 bool factor(Matrix& matrix);
 
-// The two halves of solving U^T U x = b: U^T y = b for several b at once, each a row of `right`, which y replaces, and
-// U x = y for one. Products y . y of the first half already are those of b with the solutions.
+// The two substitutions that solve U^T U x = b. The forward one solves U^T y = b for several b, each a row of `right`,
+// which y replaces. The backward one solves U x = y for one y. Since y1 . y2 = b1 . x2, scalar products of right sides
+// with solutions need the forward substitution only.
 void solve_forward(const Matrix& upper, Matrix& right);
 void solve_backward(const Matrix& upper, double* x);
 
-// The factor of some rows and columns of a symmetric matrix. The next one starts where the list of them first differs
-// from the last: those that change often belong at its end.
+// Cholesky factor of a principal submatrix: some rows and the same columns of a symmetric matrix. If the next list of
+// rows begins like the last one, that part of the factor is kept. So rows that change often belong at the end of the
+// list.
 class SubmatrixFactor {
  public:
-  // The matrix is another: nothing stands.
+  // Drop the factor. Call this before factor() is given another matrix.
   void forget() { places_.clear(); }
-  // Factor the rows and columns `places` of a matrix, in that order. False where they are not positive definite.
+  // Factor the rows and columns `places` of a matrix, in that order. False if the submatrix is not positive definite.
   bool factor(const Matrix& matrix, const std::vector<std::size_t>& places);
-  // How many of these would be factored already, whole blocks of them.
+  // Number of first rows of `places` whose factor is known already, in whole blocks.
   std::size_t known(const std::vector<std::size_t>& places) const;
-  // Whether these were factored last.
+  // Whether `places` were factored last.
   bool is_of(const std::vector<std::size_t>& places) const { return !places.empty() && places == places_; }
 
+  // As the functions of the same names above, with the factor of the last factor().
   void solve_forward(Matrix& right) const;
   void solve_backward(double* x) const;
 

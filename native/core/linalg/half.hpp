@@ -1,4 +1,5 @@
-// Half precision (IEEE 754 binary16) without hardware: what every other path is compared with.
+// Half precision (IEEE 754 binary16) in portable code. The kernels that use the processor's conversions must agree with
+// it.
 #pragma once
 
 #include <cstdint>

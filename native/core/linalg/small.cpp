@@ -11,7 +11,7 @@ double dot(const double* a, const double* b, std::size_t count) {
   return kernels().dot(a, b, count);
 }
 
-// Gauss's elimination without pivoting.
+// Gaussian elimination without pivoting.
 bool solve_small(std::size_t size, const double* matrix, double* right, std::size_t sides, double least) {
   double a[kMostSmall][kMostSmall], largest = 0.0;
   for (std::size_t i = 0; i < size; ++i) {
@@ -36,7 +36,7 @@ bool solve_small(std::size_t size, const double* matrix, double* right, std::siz
   return true;
 }
 
-// Jacobi's rotations, one pair of axes after the other.
+// Cyclic Jacobi rotations (Golub, Van Loan, Matrix Computations, section 8.5).
 void symmetric_eigen(std::size_t size, const double* matrix, double* values, double* vectors) {
   constexpr int kSweeps = 30;
   double a[kMostSmall][kMostSmall];
@@ -91,14 +91,14 @@ double MotionStiffness::load_along(std::size_t vector, const double* load) const
   return along;
 }
 
-double MotionStiffness::give_along(std::size_t vector, const double* load, const Openness& openness) const {
+double MotionStiffness::compliance_along(std::size_t vector, const double* load, const Openness& openness) const {
   if (values_[vector] > openness.open) return 1.0 / values_[vector];
   return std::abs(load_along(vector, load)) > openness.loaded ? 1.0 / openness.open : 0.0;
 }
 
 void MotionStiffness::add_motion(const double* load, const Openness& openness, double* motion) const {
   for (std::size_t k = 0; k < size_; ++k) {
-    const double share = give_along(k, load, openness) * load_along(k, load);
+    const double share = compliance_along(k, load, openness) * load_along(k, load);
     for (std::size_t m = 0; m < size_; ++m) motion[m] += share * vectors_[m * size_ + k];
   }
 }
@@ -106,10 +106,10 @@ void MotionStiffness::add_motion(const double* load, const Openness& openness, d
 void MotionStiffness::invert(const double* load, const Openness& openness, double* inverse) const {
   std::fill(inverse, inverse + size_ * size_, 0.0);
   for (std::size_t k = 0; k < size_; ++k) {
-    const double give = give_along(k, load, openness);
+    const double compliance = compliance_along(k, load, openness);
     for (std::size_t i = 0; i < size_; ++i) {
       for (std::size_t j = 0; j < size_; ++j) {
-        inverse[i * size_ + j] += give * vectors_[i * size_ + k] * vectors_[j * size_ + k];
+        inverse[i * size_ + j] += compliance * vectors_[i * size_ + k] * vectors_[j * size_ + k];
       }
     }
   }

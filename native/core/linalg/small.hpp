@@ -1,41 +1,43 @@
-// Symmetric systems of a few unknowns, of which some motions may be open.
+// Symmetric systems of a few unknowns, such as the rigid motions of a body. They may be singular: a contact can leave a
+// motion without resistance, which is called open here.
 #pragma once
 
 #include <cstddef>
 
 namespace mjtactile {
 
-constexpr std::size_t kMostSmall = 6;
+constexpr std::size_t kMostSmall = 6;   // largest number of unknowns
 
 // Scalar product of two vectors.
 double dot(const double* a, const double* b, std::size_t count);
 
-// Solve a symmetric positive definite system (size, size), at most kMostSmall, for several right sides, each a column of
-// `right` (size, sides), which the solutions replace. False where a pivot is less than `least` of the largest diagonal
-// entry; `right` means nothing then.
+// Solve a symmetric positive definite system (size, size), at most kMostSmall, for several right sides. Each is a
+// column of `right` (size, sides) and is replaced by its solution. False if a pivot is less than `least` times the
+// largest diagonal entry; `right` is then undefined.
 bool solve_small(std::size_t size, const double* matrix, double* right, std::size_t sides, double least);
 
 // Eigenvalues (in no order) and unit eigenvectors, as columns, of a symmetric matrix (size, size), at most kMostSmall.
 void symmetric_eigen(std::size_t size, const double* matrix, double* values, double* vectors);
 
-// Which motions of a body count as open: those that resist it at most so much. An open motion stays as it is, unless more
-// than `loaded` of a load acts along it: then the body goes far along it.
+// When a motion of a body counts as open: if its stiffness is at most `open`. The body does not move along an open
+// motion unless the load along it exceeds `loaded`. It then moves as if its stiffness were `open`, which is far.
 struct Openness {
   double open, loaded;
 };
 
-// A body's stiffness against its motions, a positive semidefinite matrix (size, size), at most kMostSmall.
+// Stiffness of a contact against the body's rigid motions, a positive semidefinite matrix (size, size), at most
+// kMostSmall. Units are those of the matrix; the matrix is copied.
 class MotionStiffness {
  public:
   MotionStiffness(std::size_t size, const double* matrix);
-  double largest() const;   // eigenvalue
-  // Add how a load moves the body (size,).
+  double largest() const;   // largest eigenvalue
+  // Add the body's motion (size) under a load (size) to `motion`.
   void add_motion(const double* load, const Openness& openness, double* motion) const;
-  // The matrix (size, size) that gives motions for loads, where a given load decides which motions stay.
+  // The matrix (size, size) that maps loads to motions. `load` decides which open motions the body moves along.
   void invert(const double* load, const Openness& openness, double* inverse) const;
 
  private:
-  double give_along(std::size_t vector, const double* load, const Openness& openness) const;
+  double compliance_along(std::size_t vector, const double* load, const Openness& openness) const;
   double load_along(std::size_t vector, const double* load) const;
 
   std::size_t size_;

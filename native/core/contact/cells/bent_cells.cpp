@@ -8,7 +8,7 @@
 namespace mjtactile {
 namespace {
 
-// Motions that the loaded nodes resist this much less than others are not corrected.
+// Least pivot, over the largest, with which the loaded nodes can carry a correction of the wrench.
 constexpr double kOpen = 1e-10;
 
 }  // namespace
@@ -20,7 +20,7 @@ void BentCells::lay(const Face& face, const TangentPlane& plane) {
   stretches_.resize(cells), seen_.resize(3 * cells);
   for (std::size_t i = 0; i < cells; ++i) {
     const Point& at = face.centroids[i];
-    const SeenSurface seen = plane.beyond(at.x, at.y);   // cells may reach over the pad's edge
+    const SeenSurface seen = plane.beyond(at.x, at.y);   // cells may extend beyond the pad's edge
     const double here[3] = {at.x, at.y, seen.height};
     double* position = positions_.data() + 3 * i;
     plane.out_of(here, position);
@@ -47,7 +47,7 @@ void BentCells::along_plane(const double* pressing, double* along) const {
 
 void BentCells::force_on(std::size_t cell, const double* force, double* on_pad) const {
   const double* slopes = slopes_.data() + 2 * cell;
-  // Shear lies in the cell, the pressing along its normal (-slopes, 1).
+  // Shear is in the cell's own plane; pressing is along its normal (-slopes, 1).
   const double here[3] = {force[0] - slopes[0] * force[2], force[1] - slopes[1] * force[2],
                           force[2] + slopes[0] * force[0] + slopes[1] * force[1]};
   plane_->turn_out_of(here, on_pad);
@@ -62,7 +62,7 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const do
   for (const CellEdge& edge : face.edges) {
     const SeenSurface start = plane_->beyond(edge.start[0], edge.start[1]), end = plane_->beyond(edge.end[0], edge.end[1]);
     const TractionEdge on_pad = {{start.x, start.y}, {end.x, end.y}, {0.0, 0.0, 0.0}};
-    // Of the polygons that the cells are on the pad's plane.
+    // Areas of the polygons to which the cells project on the pad's plane.
     const double near[2] = {on_pad_[0], on_pad_[1]};
     const double cross = ((start.x - near[0]) * (end.y - near[1]) - (end.x - near[0]) * (start.y - near[1])) / 2;
     if (edge.left >= 0) workspace.areas[place(edge.left)] += cross;
@@ -101,7 +101,7 @@ void BentCells::gather(const SurfaceGrid& grid, double* nodal, std::vector<Loade
   }
 }
 
-// Loaded nodes take what is left of the wrench as a rigid motion of what each carries.
+// Correct the resultant of nodal forces: each node gets a correction in proportion to its weight and to a rigid motion.
 bool BentCells::correct(const std::vector<LoadedNode>& nodes, double* wrench) const {
   const double* origin = plane_->origin();
   double sum[6] = {}, all = 0.0, length = 0.0;
@@ -115,8 +115,8 @@ bool BentCells::correct(const std::vector<LoadedNode>& nodes, double* wrench) co
   }
   if (!(all > 0.0)) return false;
   length = std::max(std::sqrt(length / all), 1e-9);
-  // Motions: three translations and three turns about the plane's point, over the length. Moments of the weights tell
-  // what forces in proportion to them and to a motion sum up to.
+  // Motions are three translations and three rotations about the plane's origin, with arms divided by the length. Their
+  // Gram matrix follows from the first and second moments of the weights.
   double first[3] = {}, second[3][3] = {};
   for (const LoadedNode& node : nodes) {
     for (int i = 0; i < 3; ++i) {
@@ -130,12 +130,13 @@ bool BentCells::correct(const std::vector<LoadedNode>& nodes, double* wrench) co
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t next = (i + 1) % 3, last = (i + 2) % 3;
     gram[7 * i] = 1.0;
-    // A turn about axis i moves along the next axis by minus the last coordinate, and along the last by the next one.
+    // A rotation about axis i moves a point along the next axis by minus its last coordinate, and along the last axis
+    // by its next coordinate.
     gram[6 * next + 3 + i] = gram[6 * (3 + i) + next] = -first[last];
     gram[6 * last + 3 + i] = gram[6 * (3 + i) + last] = first[next];
     for (std::size_t j = 0; j < 3; ++j) gram[6 * (3 + i) + 3 + j] = (i == j ? squares : 0.0) - second[i][j];
   }
-  double left[6];   // about the plane's point
+  double left[6];   // missing force and moment, about the plane's origin
   for (int k = 0; k < 3; ++k) {
     const double moment = origin[(k + 1) % 3] * wrench[(k + 2) % 3] - origin[(k + 2) % 3] * wrench[(k + 1) % 3];
     left[k] = (wrench[k] - sum[k]) / all;

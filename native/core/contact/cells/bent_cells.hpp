@@ -1,9 +1,10 @@
-// Contact cells of a tangent plane laid onto the curved surface below it.
+// Contact cells of a tangent plane, projected onto the curved surface along the plane's normal.
 //
-// Each cell presses along its own normal n, inclined to the plane's normal N by the slopes of the surface. Forces
-// f are measured along N. The force along n is f / c with c = n . N, on an area of 1 / c times the cell's in the plane,
-// so the pressure is f over the cell's area, as on a flat pad. For moments, f acts where the line along n through the
-// cell meets the plane. The surface moves along n; a body that moves along N meets a displacement w along n after w / c.
+// Each cell presses along its own normal n, which is inclined to the plane's normal N by the slopes of the surface.
+// Forces f are measured along N. With c = n . N, the force along n is f / c, and it acts on an area of 1 / c times that
+// of the cell in the plane. So the pressure is f over the cell's area in the plane, as on a flat pad. For moments, f
+// acts where the line along n through the cell meets the plane. The surface moves along n. A displacement w along n is
+// closed by a motion w / c of the body along N.
 #pragma once
 
 #include <cstddef>
@@ -19,9 +20,10 @@ namespace mjtactile {
 class BentCells {
  public:
   struct LoadedNode {
-    double* force;
-    double arm[3], weight;   // from the plane's point [m]; how much presses on it [N]
+    double* force;           // (3) [N], pad frame; in the caller's nodal forces
+    double arm[3], weight;   // position from the plane's origin, pad frame [m]; size of the force along N [N]
   };
+  // Memory that the caller keeps between calls.
   struct Workspace {
     SurfaceGrid::Workspace grid;
     std::vector<TractionEdge> edges;
@@ -29,12 +31,12 @@ class BentCells {
     std::vector<LoadedNode> nodes;
   };
 
-  // Map the cells of a face, whose frame is the plane's, onto the surface. The plane must outlive this object.
+  // Project the cells of a face, whose frame is the plane's, onto the surface. The plane must outlive this object.
   void lay(const Face& face, const TangentPlane& plane);
 
   const TangentPlane& plane() const { return *plane_; }
-  // Of each cell: where it is on the pad (cells, 2) and in the pad frame (cells, 3) [m], where forces along N act
-  // (cells, 2) [m], slopes of the surface along U and V (cells, 2), and 1 / c (cells).
+  // Positions of the cells: x and y (cells, 2) and all coordinates (cells, 3) in the pad frame [m]. Points of the plane
+  // at which forces along N act (cells, 2) [m]. Slopes of the surface along u and v (cells, 2) [-]. 1 / c (cells) [-].
   const std::vector<double>& on_pad() const { return on_pad_; }
   const std::vector<double>& positions() const { return positions_; }
   const std::vector<double>& levers() const { return levers_; }
@@ -45,13 +47,14 @@ class BentCells {
     return {positions_.data(), stretches_.data(), seen_.data(), seen_.data() + cells, seen_.data() + 2 * cells};
   }
 
-  // Resultants of pressing forces f (cells) in the plane: forces along U and V, and the torsion about N.
+  // Resultants in the plane of pressing forces f (cells) [N]: forces along u and v [N], and the torsion about N [N m].
   void along_plane(const double* pressing, double* along) const;
-  // Force on a cell in the pad frame, of shear along U and V and -f.
+  // Force on a cell in the pad frame (3) [N], from its shear along u and v and -f (3) [N].
   void force_on(std::size_t cell, const double* force, double* on_pad) const;
-  // Nodal forces (nodes y, nodes x, 3) [N] of forces (shear along U and V, -f) on the cells (cells, 3), with a wrench (6)
-  // about the pad's origin: what rounding of cells to polygons leaves of it is spread over what is pressed. False, and
-  // the wrench becomes that of the forces, where they are too few to carry it.
+  // Nodal forces (nodes y, nodes x, 3) [N] of forces on the cells (cells, 3), as for force_on(). They are corrected to
+  // have exactly the resultant `wrench` (6), about the pad's origin, pad frame [N, N m]: cells are polygons on the pad,
+  // so their nodal forces miss it slightly. False if the loaded nodes cannot carry this wrench. Forces are then not
+  // corrected, and `wrench` becomes their own resultant.
   bool nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, double* wrench,
                     Workspace& workspace, double* nodal) const;
 
@@ -61,7 +64,7 @@ class BentCells {
 
   const TangentPlane* plane_ = nullptr;
   std::vector<double> on_pad_, positions_, levers_, slopes_, stretches_;
-  std::vector<double> seen_;   // u, v and w of all cells, in blocks
+  std::vector<double> seen_;   // positions in the plane's frame (3, cells) [m]
 };
 
 }  // namespace mjtactile

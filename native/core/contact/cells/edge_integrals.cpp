@@ -10,10 +10,11 @@ constexpr double kLeastDistance = 1e-12;
 
 }  // namespace
 
-// 1/2 [s r + d^2 asinh(s / d)] between the ends.
+// The antiderivative is 1/2 [s r + d^2 asinh(s / d)], with the distance d of the line and r^2 = s^2 + d^2.
 double SeenLine::distance() const {
   const double square = beside * beside;
-  // The larger end first: the logarithm of the other cancels only where its factor, the square, vanishes.
+  // Use the end with the larger coordinate in the numerator. The denominator then suffers from cancellation only where
+  // the factor d^2 makes the term vanish.
   const bool turned = low + high < 0.0;
   const double near = turned ? -high : low, far = turned ? -low : high;
   const double to_near = std::sqrt(near * near + square), to_far = std::sqrt(far * far + square);
@@ -38,7 +39,7 @@ void EdgeIntegrals::inverse_distance(const std::vector<CellEdge>& edges, std::si
     left_[e] = edge.left < 0 ? cells : static_cast<std::size_t>(edge.left);
     right_[e] = edge.right < 0 ? cells : static_cast<std::size_t>(edge.right);
   }
-  // Sums over pairs of edges, each once; both orders together are the integrals.
+  // Sum over pairs of edges, each pair once. The other order is added at the end.
   integrals.assign(cells * cells, 0.0);
   sums_.assign(width, 0.0);
   for (std::size_t e = 0; e < count; ++e) {
@@ -67,7 +68,7 @@ void EdgeIntegrals::inverse_distance(const std::vector<CellEdge>& edges, std::si
   }
 }
 
-// The Taylor series to second order about the middles.
+// Integrals of r with all edges before this one, by a Taylor series of second order about the middles.
 void EdgeIntegrals::far(std::size_t edge) {
   const double x = middle_x_[edge], y = middle_y_[edge], u = unit_x_[edge], v = unit_y_[edge];
   const double length = length_[edge], own_square = length * length / 24;
@@ -83,13 +84,13 @@ void EdgeIntegrals::far(std::size_t edge) {
     aligned[f] = u * to_u[f] + v * to_v[f];
     value[f] = (r + bend * inverse) * (length * to[f]);
   }
-  // With itself, in closed form, and half of it: the other half is the other order's.
+  // The edge with itself, in closed form. It is halved, because both orders are added at the end.
   distance_[edge] = INFINITY;
   aligned_[edge] = 1.0;
   value_[edge] = length * length * length / 6;
 }
 
-// Gauss points on the shorter edge, the closed form along the longer one.
+// Replace the integrals with near edges: Gauss points on the shorter edge, closed form along the longer one.
 void EdgeIntegrals::near(std::size_t edge) {
   const auto integral = [this](std::size_t shorter, std::size_t longer) {
     double sum = 0.0;

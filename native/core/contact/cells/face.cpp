@@ -16,7 +16,7 @@ bool CellEdge::step(const std::vector<double>& tractions, double* step) const {
 }
 
 bool place(const Face& face, const Pose& pose, Placement& placement) {
-  double turn[9];  // face's frame to the pad's: pose.rotation * face.rotation^T
+  double turn[9];  // from the face's frame to the pad's: pose.rotation * face.rotation^T
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       double sum = 0.0;

@@ -6,49 +6,53 @@
 namespace mjtactile {
 namespace {
 
-// Width of all rings over the size of the squares, and the shares of it at which each ends. Two rings where at least
-// this share of the cells is left for the squares: the readings' error halves.
+// Width of all rings over the size of the squares, and the shares of it at which each ring ends. Two rings halve the
+// readings' error. They are used if at least the fraction kEnoughInside of the cells is left for the squares.
 constexpr double kOneRing = 0.1, kTwoRings = 0.3;
 constexpr double kOneLayer[] = {1.0}, kTwoLayers[] = {0.15, 1.0};
 constexpr double kEnoughInside = 0.25;
-// Pieces under this share of a whole cell join a neighbour; outlines of more corners lose those that nobody sees.
+// Parts of squares below this fraction of a whole square are joined to a neighbour.
 constexpr double kSliver = 0.35;
+// Outlines with more corners are simplified, with a tolerance relative to the size of a cell.
 constexpr std::size_t kMostCorners = 400;
 constexpr double kUnseen = 1e-3;
 
 constexpr std::size_t kMostCells = 4000;
-// What is below these fractions of the outline's extent, or of its square, is rounding.
+// Rounding errors of distances over the outline's extent, and of areas over its square.
 constexpr double kSamePoint = 1e-12, kStraight = 1e-13, kNoArea = 1e-12, kOnLine = 1e-13;
-// Layouts tried for the wanted number of cells, and the ratio to it that will do.
+// Number of layouts tried for the wanted number of cells. A layout is accepted if the logarithm of its number over the
+// wanted one is at most kClose.
 constexpr int kAttempts = 7;
 constexpr double kClose = 0.1;
-// Edges of the outline longer than this, over the size of the squares, end pieces of the ring.
+// Edges of the outline longer than this, over the size of the squares, are divided on their own. Runs of shorter edges
+// are divided as one curve.
 constexpr double kLongEdge = 0.5;
-// Cuts nearer than this to a corner, over the size of the squares, move there.
+// Cuts nearer than this to a corner, over the size of the squares, are moved to the corner.
 constexpr double kSnap = 0.1;
-// Loops shorter than this have a ring in one piece, over the size of the squares.
+// Round loops shorter than this, over the size of the squares, have a ring of one piece.
 constexpr double kOnePiece = 1.5;
-// Corners of the outline that move the ring's inner side by less are left out of it, over the ring's width.
+// The ring's inner side leaves out corners of the outline that change it by less than this, over the ring's width.
 constexpr double kSmooth = 0.2;
-// How far the ring's corners reach inward at most, over its width, at corners that point outward and inward.
+// Largest length of a mitre at convex and at concave corners, over the ring's width.
 constexpr double kMitre = 5.0, kNotch = 2.0;
-// Share of the way to the outline's other side that a ring takes at most.
+// Largest width of a ring over the distance to the opposite side of the outline.
 constexpr double kRoom = 0.4;
-// Inner sides of edges that a ring swallows: those shorter than this, over the ring's width, become a point.
+// A run of inner edges that point backward is merged into a point if its part of the outline is shorter than this, over
+// the ring's width. Otherwise the ring is made narrower there.
 constexpr double kSwallowed = 3.0;
-constexpr int kMends = 8;
-// Rings narrower than this share have cells too thin for their integrals.
+constexpr int kMends = 8;   // rounds of repairs to the inner side
+// Least width of a ring over the wanted one. Narrower cells are too thin for accurate integrals.
 constexpr double kLeastShare = 1.0 / 16;
 // Lengths and distances that differ by less than this fraction count as equal.
 constexpr double kTie = 1e-6;
-// Pieces of a ring smaller than this fraction of a whole one join a neighbour; and squares of which less is left, even
-// where two neighbours have an equal claim to them.
+// Pieces of a ring below this fraction of a whole piece are joined to a neighbour. So are parts of squares below this
+// fraction of a square, even if two neighbours share equally long edges with them.
 constexpr double kNoPiece = 1e-2;
-constexpr int kJoins = 4;
-// Area of the outline's convex hull, over its own, up to which it counts as convex.
+constexpr int kJoins = 4;   // rounds of joining
+// An outline counts as convex if its hull's area is at most this times its own.
 constexpr double kConvex = 1.0 + 1e-6;
 
-// Second moments that differ by less than this fraction give a cell no axes.
+// A cell whose principal second moments differ by less than this fraction has no principal axes.
 constexpr double kRound = 1e-9;
 
 double distance(const Point& a, const Point& b) {
@@ -90,7 +94,7 @@ bool FaceCells::make(const Outline& outline, std::size_t count, Face& face, doub
   if (!tidy(outline, cosine, sine)) return false;
   const auto wanted = static_cast<double>(count);
   if (points_.size() > kMostCorners) simplify(kUnseen * std::sqrt(area_ / wanted));
-  // area / h^2 squares inside and about one piece per ring and length h along the outline.
+  // Squares of size h: about area / h^2 of them inside, and length / h pieces in each ring.
   const auto size_with = [&](double rings) {
     const double along = rings * length_;
     return (along + std::sqrt(along * along + 4 * wanted * area_)) / (2 * wanted);
@@ -120,9 +124,10 @@ Point FaceCells::placed(const Point& at, double cosine, double sine) const {
   return turned({at.x + middle_.x, at.y + middle_.y}, cosine, sine);
 }
 
-// The face's cells with their integrals; false where some are too thin for these to have digits left.
+// Set the face's cells and their integrals. False if a cell is too thin: cancellation then leaves its integral no
+// digits.
 bool FaceCells::describe(Face& face, double cosine, double sine) {
-  // Integrals about the middle, where coordinates have all their digits.
+  // Integrals use coordinates about the middle, where rounding is least.
   face.edges.clear();
   for (const RawEdge& edge : edges_) {
     face.edges.push_back({{edge.start.x, edge.start.y}, {edge.end.x, edge.end.y}, edge.left, edge.right});
@@ -147,7 +152,7 @@ bool FaceCells::describe(Face& face, double cosine, double sine) {
   return true;
 }
 
-// Points in the lattice's axes about the middle, without those that say nothing.
+// Set points_ and loops_ from an outline, without redundant corners and rings without area. False if no area is left.
 bool FaceCells::tidy(const Outline& outline, double cosine, double sine) {
   points_.clear();
   loops_.clear();
@@ -191,8 +196,8 @@ bool FaceCells::find_extent(const Outline& outline, double cosine, double sine) 
   return extent > 0.0 && std::isfinite(extent);
 }
 
-// Whether a corner between two others lies on one of them, or on the line between them.
-bool FaceCells::says_nothing(const Point& before, const Point& at, const Point& after) const {
+// Whether a corner coincides with the one before it, or lies on the line through the corners before and after it.
+bool FaceCells::is_redundant(const Point& before, const Point& at, const Point& after) const {
   const double extent = std::max(extent_[0], extent_[1]);
   return distance(before, at) <= kSamePoint * extent ||
          std::abs(left_of(before, at, after)) <= kStraight * extent * distance(before, after);
@@ -203,7 +208,7 @@ void FaceCells::add_corners(const std::vector<Point>& ring, double cosine, doubl
   const double same = kSamePoint * std::max(extent_[0], extent_[1]);
   for (const Point& corner : ring) {
     const Point at = turned(corner, cosine, -sine), point = {at.x - middle_.x, at.y - middle_.y};
-    while (points_.size() >= first + 2 && says_nothing(points_[points_.size() - 2], points_.back(), point)) {
+    while (points_.size() >= first + 2 && is_redundant(points_[points_.size() - 2], points_.back(), point)) {
       points_.pop_back();
     }
     if (points_.size() > first && distance(points_.back(), point) <= same) continue;
@@ -211,18 +216,18 @@ void FaceCells::add_corners(const std::vector<Point>& ring, double cosine, doubl
   }
 }
 
-// Take out what says nothing where the last corners meet the first of a loop.
+// Remove redundant corners where the end of a loop meets its start.
 void FaceCells::close_loop(std::size_t first) {
   const double same = kSamePoint * std::max(extent_[0], extent_[1]);
   std::size_t begin = first;
   for (bool again = true; again && points_.size() >= begin + 3;) {
     const std::size_t end = points_.size();
     again = false;
-    if (says_nothing(points_[end - 2], points_[end - 1], points_[begin]) ||
+    if (is_redundant(points_[end - 2], points_[end - 1], points_[begin]) ||
         distance(points_[end - 1], points_[begin]) <= same) {
       points_.pop_back();
       again = true;
-    } else if (says_nothing(points_[end - 1], points_[begin], points_[begin + 1])) {
+    } else if (is_redundant(points_[end - 1], points_[begin], points_[begin + 1])) {
       ++begin;
       again = true;
     }
@@ -230,7 +235,7 @@ void FaceCells::close_loop(std::size_t first) {
   points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.begin() + static_cast<std::ptrdiff_t>(begin));
 }
 
-// Drop corners that matter less than a tolerance.
+// Remove corners that change the outline by less than a tolerance [m].
 void FaceCells::simplify(double tolerance) {
   std::size_t used = 0;
   for (Loop& loop : loops_) {
@@ -256,9 +261,10 @@ void FaceCells::simplify(double tolerance) {
   points_.resize(used);
 }
 
-// The layout whose number of cells is next to what is wanted.
+// Find the size of squares that gives about the wanted number of cells. `width`: of all rings, over that size.
 bool FaceCells::fit(double size, double wanted, double width) {
-  double best = 0.0, least = INFINITY, few = INFINITY, many = 0.0;  // sizes with too few cells and with too many
+  double best = 0.0, least = INFINITY;    // size with the least error so far, and this error
+  double few = INFINITY, many = 0.0;      // sizes that give too few cells and too many
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const std::size_t cells = lay_out(size, width * size);
     if (cells == 0) return false;
@@ -307,7 +313,7 @@ std::size_t FaceCells::lay_out(double size, double width) {
   return cells_;
 }
 
-// Where pieces of the ring end along one loop, and which corners its inner side has.
+// Divide one loop into pieces of the ring, and choose the corners of the ring's inner side.
 void FaceCells::walk(const Loop& loop) {
   const std::size_t count = loop.last - loop.first;
   lengths_.resize(count);
@@ -336,7 +342,7 @@ void FaceCells::walk(const Loop& loop) {
   keep(walk_loops_.back());
 }
 
-// Edges cut into equal pieces each, and runs of short ones between them; from a long edge on.
+// Cut each long edge into equal pieces, and each run of short edges between two long ones. `begin`: a long edge.
 void FaceCells::cut_edges(std::size_t begin) {
   const std::size_t count = lengths_.size();
   std::size_t edge = begin;
@@ -361,7 +367,7 @@ void FaceCells::cut_edges(std::size_t begin) {
 
 bool FaceCells::is_long(std::size_t edge) const { return lengths_[edge] > kLongEdge * size_; }
 
-// A loop's corners and cuts in their order; returns at how many of them pieces end.
+// Append a loop's corners and cuts to walk_, in order. Returns the number of stations among them.
 std::int32_t FaceCells::add_walk(const Loop& loop) {
   const std::size_t count = loop.last - loop.first;
   std::size_t next = 0;
@@ -383,12 +389,12 @@ std::int32_t FaceCells::add_walk(const Loop& loop) {
   return stations;
 }
 
-// Cut where a distance along the outline from an edge's beginning leads to, or at the corner next to it.
+// Add a cut at a distance along the outline from an edge's start [m], or at a corner close to it.
 void FaceCells::add_cut(std::size_t edge, double along) {
   while (along > lengths_[edge]) {
     along -= lengths_[edge];
     edge = edge + 1 < lengths_.size() ? edge + 1 : 0;
-    if (is_long(edge)) along = 0.0;  // rounding at the end of a run
+    if (is_long(edge)) along = 0.0;  // the run ends here; only rounding is left
   }
   const double after = lengths_[edge] - along, snap = std::min(std::min(along, after), kSnap * size_);
   if (snap < kSnap * size_ && std::abs(after - along) > kTie * lengths_[edge]) {
@@ -398,7 +404,8 @@ void FaceCells::add_cut(std::size_t edge, double along) {
   cuts_.push_back({edge, along});
 }
 
-// Pieces of a loop without long edges: equal between where it reaches farthest along the axes.
+// Cut a loop without long edges into pieces. Anchors are its extreme points along the axes, so that symmetric loops
+// have symmetric pieces. Pieces between two anchors are equal.
 void FaceCells::cut_round_loop(const Loop& loop, double length) {
   if (length < kOnePiece * size_) return;
   const std::size_t count = loop.last - loop.first;
@@ -412,7 +419,7 @@ void FaceCells::cut_round_loop(const Loop& loop, double length) {
     double most = -INFINITY;
     for (std::size_t i = 0; i < count; ++i) most = std::max(most, reach(i));
     const auto farthest = [&](std::size_t i) { return reach(i) >= most - kTie * extent; };
-    // One corner, or the middle of one edge; of several places none.
+    // The extreme must be one corner or the middle of one edge. If it is reached in several places, it is not used.
     std::size_t corners = 0, edges = 0;
     double from = 0.0, corner = 0.0, middle = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -466,7 +473,8 @@ void FaceCells::keep(const Loop& loop) {
   if (width_ > 0.0) direct_inward(kept_loops_.back());
 }
 
-// Douglas and Peucker between two points of a loop; of two points equally far from the chord both are kept.
+// Keep corners between two points of a loop by the algorithm of Douglas and Peucker. If two points are equally far from
+// the chord, both are kept, so that symmetric outlines stay symmetric.
 void FaceCells::keep_corners(const Loop& loop, std::size_t from, std::size_t to, double tolerance) {
   const std::size_t count = loop.last - loop.first;
   const auto at = [&](std::size_t i) -> WalkPoint& { return walk_[loop.first + i % count]; };
@@ -496,7 +504,7 @@ void FaceCells::keep_corners(const Loop& loop, std::size_t from, std::size_t to,
   }
 }
 
-// Mitre joints, of limited length.
+// Set the inward vectors of a loop's kept points: mitre joints of limited length.
 void FaceCells::direct_inward(const Loop& loop) {
   const std::size_t count = loop.last - loop.first;
   for (std::size_t k = 0; k < count; ++k) {
@@ -505,7 +513,7 @@ void FaceCells::direct_inward(const Loop& loop) {
     const double in = distance(before, own.at), out = distance(own.at, after);
     const double u[2] = {(own.at.x - before.x) / in, (own.at.y - before.y) / in};
     const double v[2] = {(after.x - own.at.x) / out, (after.y - own.at.y) / out};
-    const double x = -u[1] - v[1], y = u[0] + v[0], size = std::sqrt(x * x + y * y);  // 2 cosines of half the turn
+    const double x = -u[1] - v[1], y = u[0] + v[0], size = std::sqrt(x * x + y * y);  // 2 cos(half the turn)
     const bool notch = u[0] * v[1] - u[1] * v[0] < 0.0;
     if (size > kTie) {
       const double reach = std::min(2.0 / size, notch ? kNotch : kMitre) / size;
@@ -523,7 +531,7 @@ void FaceCells::set_inner(KeptPoint& point) {
   point.inner = {point.at.x + point.share * width_ * point.inward.x, point.at.y + point.share * width_ * point.inward.y};
 }
 
-// Narrower rings where the outline's other side is near.
+// Make the ring narrower where the opposite side of the outline is near.
 void FaceCells::bound_shares() {
   for (const Loop& own_loop : kept_loops_) {
     for (std::size_t k = own_loop.first; k < own_loop.last; ++k) {
@@ -558,8 +566,8 @@ void FaceCells::mend_inner_side() {
   }
 }
 
-// Where edges of the inner side run backwards the ring swallows them: each run of them becomes one point, or the ring
-// is narrower there.
+// Repair edges of the inner side that point opposite to their edges of the outline. Each run of them is merged into one
+// point, or the ring becomes narrower there. Returns whether anything was changed.
 bool FaceCells::mend_inner_side(const Loop& loop) {
   const std::size_t count = loop.last - loop.first;
   const auto at = [&](std::size_t k) -> KeptPoint& { return kept_[loop.first + k % count]; };
@@ -580,7 +588,7 @@ bool FaceCells::mend_inner_side(const Loop& loop) {
   bool mended = false;
   for (std::size_t step = 1; step < count; ++step) {
     const std::size_t first = forward + step;
-    std::size_t last = first;  // point at the end of the run
+    std::size_t last = first;  // last point of the run
     while (backward_[last % count]) ++last;
     if (last == first) continue;
     mended = true;
@@ -612,7 +620,8 @@ void FaceCells::shrink(KeptPoint& point) {
   set_inner(point);
 }
 
-// Narrow the ring where its inner side crosses itself, to nothing the last time.
+// Make the ring narrower where its inner side crosses itself. In the last round its width becomes zero there. Returns
+// whether there was a crossing.
 bool FaceCells::uncross(bool last) {
   bool found = false;
   for (std::size_t first = 0; first < kept_loops_.size(); ++first) {
@@ -648,7 +657,7 @@ void FaceCells::place_lattice() {
   rows_ = pieces_of(extent_[1], size_);
   lines(extent_[0], columns_, lines_x_);
   lines(extent_[1], rows_, lines_y_);
-  // What lies on a line but for rounding lies there to the last digit: no edges are left between.
+  // Move points that are on a line up to rounding exactly onto it, so that no tiny edges remain.
   for (KeptPoint& point : kept_) {
     snap(point.inner);
     if (point.share == 0.0) walk_[point.walk].at = point.at = point.inner;
@@ -708,11 +717,11 @@ void FaceCells::add_edge(const Point& start, const Point& end, std::int32_t left
   edges_.push_back({start, end, left, right});
 }
 
-// The part within the rings, cut into squares. Of each square, what hangs together is a cell.
+// Cut the area within the rings along the lattice. Each connected part of a square becomes a cell.
 void FaceCells::cut_at_lattice() {
   upright_.clear();
   level_.clear();
-  // Corners of all squares, then chains of edges within one.
+  // Items after those of the rings: the corners of all squares; walk_lattice() adds chains of edges.
   const std::size_t items = static_cast<std::size_t>(ring_cells_) + 4 * columns_ * rows_;
   square_of_.assign(items, -1);
   for (std::size_t i = static_cast<std::size_t>(ring_cells_); i < items; ++i) {
@@ -741,7 +750,7 @@ std::int32_t FaceCells::new_chain(std::size_t column, std::size_t row) {
   return chain;
 }
 
-// Follow a loop from square to square.
+// Follow a loop from square to square. Adds its edges, with one chain per stay in a square, and its crossings.
 void FaceCells::walk_lattice(const Loop& loop) {
   if (loop.first == loop.last) return;
   Point at = inner_[loop.first].at;
@@ -791,7 +800,7 @@ void FaceCells::walk_lattice(const Loop& loop) {
   unite(begun, chain);
 }
 
-// Edges along the lattice's lines, between where loops cross them.
+// Add the lattice's own edges: along its lines, between crossings with the loops, where the area is inside.
 void FaceCells::add_lines(std::vector<Crossing>& crossings, bool upright) {
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
     return a.line != b.line ? a.line < b.line : a.place != b.place ? a.place < b.place : a.at < b.at;
@@ -801,7 +810,7 @@ void FaceCells::add_lines(std::vector<Crossing>& crossings, bool upright) {
   const auto corner = [&](std::size_t line, std::size_t place, bool high_side, bool high_end) {
     const std::size_t beside = high_side ? line : line - 1;
     const std::size_t square = upright ? place * columns_ + beside : beside * columns_ + place;
-    // 1: of the higher corners along x, 2: along y.
+    // A square's corners are numbered by two bits: 1 for the higher x, 2 for the higher y.
     const bool x = upright ? !high_side : high_end, y = upright ? high_end : !high_side;
     return ring_cells_ + static_cast<std::int32_t>(4 * square + (x ? 1 : 0) + (y ? 2 : 0));
   };
@@ -848,7 +857,7 @@ void FaceCells::unite(std::int32_t a, std::int32_t b) {
   parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
 }
 
-// Number the cells that edges belong to, and measure them.
+// Number the cells, and compute their areas and centroids from their edges.
 void FaceCells::label_cells() {
   label_.assign(parent_.size(), -1);
   kinds_.clear();
@@ -884,7 +893,8 @@ std::size_t FaceCells::label_of(std::int32_t item) {
   return static_cast<std::size_t>(label_[static_cast<std::size_t>(root(item))]);
 }
 
-// A hole within one square touches none of its sides: it belongs to the largest cell there.
+// A hole inside a square has no edge in common with the lattice, so its chain is not united with another item. Give it
+// to the largest cell of the square.
 void FaceCells::join_parts_of_squares() {
   const double square = size_ * size_;
   bool joined = false;
@@ -901,7 +911,7 @@ void FaceCells::join_parts_of_squares() {
   if (joined) label_cells();
 }
 
-// Cells too small join the neighbour they share the longest edges with.
+// Join cells that are too small to the neighbour with which they share the longest edges.
 void FaceCells::join_slivers() {
   const double square = extent_[0] / static_cast<double>(columns_) * extent_[1] / static_cast<double>(rows_);
   for (int round = 0; round < kJoins; ++round) {
@@ -926,7 +936,7 @@ void FaceCells::join_slivers() {
     bool joined = false;
     for (std::size_t i = 0; i < shared_.size();) {
       const std::size_t cell = shared_[i].cell;
-      // Squares prefer squares, pieces of a ring take what there is.
+      // Parts of squares prefer squares; pieces of a ring join any neighbour.
       double best[2] = {0.0, 0.0}, second[2] = {0.0, 0.0};
       std::size_t found[2] = {cell, cell};
       while (i < shared_.size() && shared_[i].cell == cell) {
@@ -946,7 +956,7 @@ void FaceCells::join_slivers() {
       }
       const int kind = best[0] > 0.0 ? 0 : 1;
       if (found[kind] == cell) continue;
-      // Of two with an equal claim neither takes it, so that symmetric outlines keep symmetric cells.
+      // If two neighbours share equally long edges, the cell stays, so that symmetric outlines have symmetric cells.
       if (second[kind] > (1.0 - kTie) * best[kind] && areas_[cell] > kNoPiece * square) continue;
       unite(kinds_[cell].item, kinds_[found[kind]].item);
       joined = true;
@@ -956,7 +966,7 @@ void FaceCells::join_slivers() {
   }
 }
 
-// On the principal axes of inertia, of cells that have none along the face's.
+// Quadrature points lie on a cell's principal axes of inertia. If a cell has none, the face's axes are used.
 void FaceCells::place_quadrature(const Face& face) {
   inertia_.assign(3 * cells_, 0.0);
   for (const CellEdge& edge : face.edges) {
@@ -989,7 +999,7 @@ void FaceCells::place_quadrature(const Face& face) {
   }
 }
 
-// Edges between different cells alone, with the cells' numbers, and straight ones in one piece.
+// Replace items by cell numbers in the edges, remove edges within a cell, and merge straight edges.
 void FaceCells::finish() {
   std::size_t used = 0;
   const double extent = std::max(extent_[0], extent_[1]);

@@ -1,4 +1,4 @@
-// Contact cells of a flat face's outline: narrow pieces along it, squares inside.
+// Division of a flat face into contact cells: narrow pieces along its outline, squares inside.
 #pragma once
 
 #include <cstddef>
@@ -11,57 +11,68 @@
 
 namespace mjtactile {
 
-// Makes contact cells; keeps its memory between calls.
+// Makes contact cells. It keeps its memory between calls.
 //
-// Everything is made of edges with a cell on either side: edges of the outline, of the rings along it, and of the
-// lattice inside. Cells are what their edges enclose, so that areas and nodal forces add up whatever the outline.
+// One or two rings of narrow pieces follow the outline, because pressure is singular there (docs/contact.md). A lattice
+// of squares fills the rest. All of it is represented by directed edges with a cell on either side. A cell is the area
+// that its edges enclose, so that the cells' areas and nodal forces add up to those of the outline.
 class FaceCells {
  public:
-  // About `count` cells that fill an outline: all of the face but its rotation, height, slope and `cut`. The squares lie
-  // along the axes turned by `angle` [rad]. False where the outline encloses nothing or crosses itself.
+  // Divide an outline [m] into about `count` cells. Sets all members of the face that depend on its cells: not its
+  // rotation, height, slopes, `quadrature` and `cut`. Sides of the squares are along the axes turned by `angle` [rad].
+  // False if the outline encloses no area or crosses itself.
   bool make(const Outline& outline, std::size_t count, Face& face, double angle = 0.0);
-  // Four points per cell of the last face whose mean integrates quadratic functions over it.
+  // Four points per cell of the last face (4 cells) [m]. Their mean integrates quadratic functions over the cell.
   const std::vector<Point>& quadrature() const { return quadrature_; }
 
  private:
+  // A closed ring of points: those from `first` to before `last` in a list.
   struct Loop {
-    std::size_t first, last;  // of its points
+    std::size_t first, last;
   };
-  // A corner of the outline, or a cut in one of its edges.
+  // A corner of the outline, or a point at which one of its edges is cut.
   struct WalkPoint {
     Point at;
-    bool station, kept;  // whether a piece of the ring ends here; whether the ring's inner side has a corner here
-    std::int32_t piece;  // of the ring, from here to the next
+    bool station;        // whether a piece of the ring ends here
+    bool kept;           // whether the ring's inner side has a corner here
+    std::int32_t piece;  // piece of the ring from here to the next point
   };
   // A corner of the ring's inner side.
   struct KeptPoint {
-    Point at, inward, inner;  // on the outline; from there to the inner side of a ring of unit width; on the inner side
-    double share;             // of the ring's width
-    std::size_t walk;
-    bool swallowed;           // whether its inner side fell together with a neighbour's
+    Point at;          // the point of the outline to which it belongs
+    Point inward;      // vector from there to the inner side of a ring of unit width
+    Point inner;       // the corner itself
+    double share;      // width of the ring here, over the wanted width
+    std::size_t walk;  // index of `at` in walk_
+    bool swallowed;    // whether the corner was merged with a neighbour
   };
+  // A cut in an edge of the outline: its number, and the distance from its start [m].
   struct Cut {
     std::size_t edge;
-    double along;  // [m]
+    double along;
   };
+  // A point of the rings' innermost side.
   struct InnerPoint {
     Point at;
     std::int32_t right;  // piece of the ring to the right of the edge that begins here, -1 for none
   };
-  // Where a loop crosses a line of the lattice.
+  // A crossing of a loop and a line of the lattice.
   struct Crossing {
     std::uint32_t line, place;  // number of the line, and of the row or column along it
-    double at;
-    int sign;                   // by which the loop's turns grow beyond it, along the line
+    double at;                  // coordinate along the line [m]
+    int sign;                   // change of the loop's winding number at the crossing, along the line
     std::int32_t low, high;     // chains of the loop's edges on the line's two sides
   };
+  // An edge between two items, -1 for none. Items are explained at parent_.
   struct RawEdge {
     Point start, end;
-    std::int32_t left, right;  // -1 for none
+    std::int32_t left, right;
   };
+  // One of a cell's items, and the square that contains the cell, -1 for pieces of rings.
   struct Kind {
-    std::int32_t item, square;  // one of the cell's; the square it lies in, -1 for pieces of rings
+    std::int32_t item, square;
   };
+  // Length of an edge that a cell shares with a neighbour [m].
   struct Shared {
     std::size_t cell, neighbour;
     double length;
@@ -69,12 +80,13 @@ class FaceCells {
 
   bool tidy(const Outline& outline, double cosine, double sine);
   bool find_extent(const Outline& outline, double cosine, double sine);
-  bool says_nothing(const Point& before, const Point& at, const Point& after) const;
+  bool is_redundant(const Point& before, const Point& at, const Point& after) const;
   void add_corners(const std::vector<Point>& ring, double cosine, double sine);
   void close_loop(std::size_t first);
   void simplify(double tolerance);
   bool fit(double size, double wanted, double width);
-  // Number of cells of a layout with squares of a size and rings of a width [m]; 0 where some enclose nothing.
+  // Divide the outline by squares and rings of a size and a width [m]. Returns the number of cells, 0 if one of them
+  // has no area.
   std::size_t lay_out(double size, double width);
   void walk(const Loop& loop);
   void cut_edges(std::size_t begin);
@@ -111,15 +123,15 @@ class FaceCells {
   bool describe(Face& face, double cosine, double sine);
   void place_quadrature(const Face& face);
 
-  std::vector<Point> points_;  // of the outline, in the lattice's axes about its middle
-  std::vector<Loop> loops_;
+  std::vector<Point> points_;  // corners of the outline, along the lattice's axes from the middle of its bounds [m]
+  std::vector<Loop> loops_;    // rings of points_
   Point middle_ = {0.0, 0.0};
   double extent_[2] = {0.0, 0.0}, area_ = 0.0, length_ = 0.0;
 
-  double size_ = 0.0, width_ = 0.0;  // of a square; of all rings together [m]
-  const double* layers_ = nullptr;   // shares of the width at which rings end
-  std::size_t layer_count_ = 0;
-  std::int32_t pieces_ = 0, ring_cells_ = 0;  // of one ring, and of all
+  double size_ = 0.0, width_ = 0.0;  // size of a square; width of all rings together [m]
+  const double* layers_ = nullptr;   // inner end of each ring, over the width of all
+  std::size_t layer_count_ = 0;      // number of rings
+  std::int32_t pieces_ = 0, ring_cells_ = 0;  // number of pieces in one ring, and in all rings
   std::vector<WalkPoint> walk_;
   std::vector<KeptPoint> kept_;
   std::vector<Loop> walk_loops_, kept_loops_, inner_loops_;
@@ -133,11 +145,12 @@ class FaceCells {
   std::vector<Crossing> upright_, level_;
   std::vector<RawEdge> edges_;
 
-  // Items are pieces of rings, corners of squares and chains of edges in a square; those of one cell are united.
+  // A cell consists of items: pieces of rings, corners of squares, and chains of edges within a square. A union-find
+  // forest joins the items of one cell: parent_ by item, with its square (-1 for none) and, for roots, its cell.
   std::vector<std::int32_t> parent_, square_of_, label_;
   std::vector<Kind> kinds_;
   std::vector<double> areas_;
-  std::vector<Point> moments_;  // middles of the cells
+  std::vector<Point> moments_;  // centroids of the cells
   std::vector<Shared> shared_;
   std::size_t cells_ = 0;
   std::vector<double> inertia_;  // second moments of each cell, xx, xy, yy

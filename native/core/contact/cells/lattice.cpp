@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kQuarter = 1.57079632679489661923;
 constexpr double kLongest = 5.0;
-// What rounding adds to a whole number of cells.
+// Largest rounding error of a number of cells that should be whole.
 constexpr double kMostRounding = 1e-9;
 
 }  // namespace
@@ -28,7 +28,7 @@ double Region::stretch() const {
 }
 
 Lattice Region::lattice(double cell_area, double narrowest) const {
-  // A point or a line takes one narrowest cell across: nothing can be divided by its size.
+  // A point or a line becomes one narrowest cell wide, because no extent may be zero below.
   if (!(width > 0.0) || !(height > 0.0)) {
     return Region{centre, angle, width > 0.0 ? width : narrowest, height > 0.0 ? height : narrowest}.lattice(cell_area,
                                                                                                              narrowest);
@@ -38,12 +38,12 @@ Lattice Region::lattice(double cell_area, double narrowest) const {
     return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(extent / step - kMostRounding)));
   };
   if (height < narrowest && width > 0.0 && height > 0.0) {
-    // Nobody can tell what there is across it, but along it.
+    // Taxels cannot resolve the pressure across such a narrow region, so one row of cells is enough.
     const std::size_t columns = cells(width, std::max(cell_area / height, narrowest));
     const double size = width / static_cast<double>(columns);
     return {centre, angle, size, size / height, columns, 1, c, s};
   }
-  // Cells that may not be as narrow as a long contact would have them are shorter instead.
+  // If cells with the preferred ratio of sides would be too narrow, the ratio is reduced.
   const double longer = std::min(stretch(), std::max(cell_area / (narrowest * narrowest), 1.0));
   const double size = std::max(std::sqrt(cell_area * longer), narrowest * longer);
   const std::size_t columns = cells(width, size), rows = cells(height, size / longer);

@@ -8,16 +8,16 @@
 
 namespace mjtactile {
 
-// Equal rectangles in rows and columns about a centre, turned by an angle.
+// Equal rectangles in rows and columns about a centre, turned by an angle, in the pad frame.
 struct Lattice {
-  Point centre;
-  double angle, size, stretch;  // of the rows [rad]; cells are `size` [m] long, along the rows, and size / stretch wide
+  Point centre;                 // [m]
+  double angle, size, stretch;  // direction of the rows [rad]; length of a cell along it [m]; length over width [-]
   std::size_t columns, rows;
   double cosine, sine;          // of the angle
 
   std::size_t cells() const { return columns * rows; }
   double width() const { return size / stretch; }
-  // Where lattice coordinates, counted in cells from its first corner, lie in the plane.
+  // The point with given lattice coordinates, which count cells from the lattice's first corner [m].
   Point at(double column, double row) const {
     const double x = (column - static_cast<double>(columns) / 2) * size;
     const double y = (row - static_cast<double>(rows) / 2) * width();
@@ -25,18 +25,18 @@ struct Lattice {
   }
 };
 
-// A rectangle in the plane, turned by an angle: where a body presses, as far as that is known.
+// A rectangle in the pad frame, turned by an angle, that estimates where a body presses. The width is along the angle.
 struct Region {
-  Point centre;
-  double angle, width, height;
+  Point centre;                  // [m]
+  double angle, width, height;   // [rad, m, m]
 
   double area() const { return width * height; }
   bool holds(const Point& at) const;
-  // Turned by a quarter where it is wider than long, so that the longer side comes first.
+  // The same rectangle with the longer side as its width.
   Region lengthwise() const;
-  // Length of cells over their width, a power of two: long contacts take long cells.
+  // Length of cells over their width, a power of two. Long contacts get long cells.
   double stretch() const;
-  // Equal cells of about an area that cover it, none narrower than a width.
+  // Equal cells that cover the region, with about the given area [m^2]. None is narrower than `narrowest` [m].
   Lattice lattice(double cell_area, double narrowest) const;
 };
 

@@ -6,9 +6,9 @@
 namespace mjtactile {
 namespace {
 
-constexpr std::size_t kPowers = 4;  // of a local coordinate: a quadratic shape function times a linear traction
+constexpr std::size_t kPowers = 4;  // powers of a local coordinate: quadratic shape function times linear traction
 constexpr std::size_t kOwn = kPowers * kPowers;
-// Gauss points on [0, 1]: an integrand along an edge has degree 7.
+// Number of Gauss points on [0, 1]. Four are exact, because an integrand along an edge has degree 7.
 constexpr int kNodes = 4;
 constexpr double kShapes[3][3] = {{0.0, -0.5, 0.5}, {1.0, 0.0, -1.0}, {0.0, 0.5, 0.5}};
 // Integrals of xi^a over [-1, 1].
@@ -31,7 +31,7 @@ const Gauss kGauss;
 void LinearTraction::cover(const Face& face, const Placement& placement) {
   edges_.clear();
   for (const CellEdge& edge : face.edges) {
-    if ((edge.left >= 0) == (edge.right >= 0)) continue;  // between two cells, or within one
+    if ((edge.left >= 0) == (edge.right >= 0)) continue;  // not on the outline
     const Point start = placement({edge.start[0], edge.start[1]}), end = placement({edge.end[0], edge.end[1]});
     edges_.push_back(edge.left >= 0 ? Edge{start, end} : Edge{end, start});
   }
@@ -77,7 +77,7 @@ void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* fun
     meets.push_back(meet);
     part.push_back(first < 0.0 ? LinearTraction::Edge{meet, edge.end} : LinearTraction::Edge{edge.start, meet});
   }
-  // Along the line, the area on the left, it runs from every other meeting point to the next.
+  // The part's edges on the line itself, with the area on their left: from every second meeting point to the next.
   std::sort(meets.begin(), meets.end(), [&](const Point& a, const Point& b) {
     return function[2] * (a.x - b.x) - function[1] * (a.y - b.y) < 0.0;
   });
@@ -105,14 +105,15 @@ bool LinearTraction::fit(const double* wrench, double* coefficients) const {
   const double x = integrals_.x / area, y = integrals_.y / area;  // the centroid
   const double xx = (integrals_.xx - x * integrals_.x) / area, yy = (integrals_.yy - y * integrals_.y) / area;
   const double xy = (integrals_.xy - x * integrals_.y) / area;
-  const double moment_x = wrench[4] - x * normal, moment_y = -wrench[3] - y * normal;  // integrals of p x and p y about it
+  // Integrals of p x and p y about the centroid.
+  const double moment_x = wrench[4] - x * normal, moment_y = -wrench[3] - y * normal;
   const double determinant = xx * yy - xy * xy;
   if (!(determinant > 0.0)) return false;
   double* pressure = coefficients + 6;
   pressure[1] = -(yy * moment_x - xy * moment_y) / (determinant * area);
   pressure[2] = -(xx * moment_y - xy * moment_x) / (determinant * area);
   pressure[0] = -normal / area - pressure[1] * x - pressure[2] * y;
-  // Shear: constant, and a turn about the centroid.
+  // Shear is a constant plus a rotation about the centroid.
   const double turn = (wrench[5] - (x * wrench[1] - y * wrench[0])) / (area * (xx + yy));
   const double shear[2] = {wrench[0] / area, wrench[1] / area};
   const double parts[6] = {shear[0] + turn * y, 0.0, -turn, shear[1] - turn * x, turn, 0.0};
@@ -159,7 +160,7 @@ void LinearTraction::nodal_forces(const SurfaceGrid& grid, const double* coeffic
   }
 }
 
-// As SurfaceGrid does it: split at the grid lines.
+// Split an edge at the grid lines, as SurfaceGrid::add_edge does.
 void LinearTraction::add_edge(const SurfaceGrid& grid, const Edge& edge) {
   const double direction[2] = {edge.end.x - edge.start.x, edge.end.y - edge.start.y};
   const double start[2] = {edge.start.x, edge.start.y};
@@ -202,7 +203,7 @@ void LinearTraction::add_piece(const SurfaceGrid& grid, const Point& start, cons
     const double x = start.x + kGauss.nodes[g] * (end.x - start.x), y = start.y + kGauss.nodes[g] * (end.y - start.y);
     const double xi = std::min(1.0, std::max(-1.0, (x - grid.x()[column]) / half_x - 1.0));
     const double eta = (y - grid.y()[row]) * per_y - 1.0;
-    // Integrals of xi^a from the element's left side.
+    // Integrals of xi^a from the element's left boundary.
     double left[kPowers], power = xi, sign = -1.0;
     for (std::size_t a = 0; a < kPowers; ++a, power *= xi, sign = -sign) {
       left[a] = half_x * (power - sign) / static_cast<double>(a + 1);

@@ -1,4 +1,4 @@
-// Tractions that are linear over an area, and their exact nodal forces, for law "uniform".
+// Tractions that vary linearly over an area, and their exact nodal forces, for law "uniform".
 #pragma once
 
 #include <cstddef>
@@ -9,31 +9,32 @@
 
 namespace mjtactile {
 
-// Area of a polygon and its integrals of x, y, x^2, x y and y^2.
+// Area of a polygon [m^2], and its integrals of x, y [m^3], x^2, x y and y^2 [m^4].
 struct AreaIntegrals {
   double area, x, y, xx, xy, yy;
 };
 
-// An area by its edges, each with the area on its left: start (2) and end (2) [m].
+// An area in the pad frame, given by its edges [m]. The area is on the left of each edge. It owns its memory, which is
+// kept between calls.
 class LinearTraction {
  public:
   struct Edge {
     Point start, end;
   };
 
-  // The area a face covers where it stands.
+  // Set the area to that of a face at a placement.
   void cover(const Face& face, const Placement& placement);
   const AreaIntegrals& integrals() const { return integrals_; }
   const std::vector<Edge>& edges() const { return edges_; }
-  const std::vector<Point>& hull() const { return hull_; }   // counter-clockwise
-  // Clip the area to where a linear function (constant, slopes along x and y) is positive.
+  const std::vector<Point>& hull() const { return hull_; }   // convex hull of the face, counter-clockwise
+  // Clip the area to the half plane where a linear function (constant, slopes along x and y) is positive.
   void keep_where(const double* function);
-  // Pressure and shear that carry a wrench (force [N], moment about the pad's origin [N m]): a constant and gradients
-  // along x and y of each component, (3, 3) [Pa, Pa/m]. False where it would pull somewhere.
+  // Linear traction with a given wrench (force [N], moment about the pad's origin [N m]): for each component a constant
+  // and the gradients along x and y, (3, 3) [Pa, Pa/m]. False if the traction would pull at a corner of the hull.
   bool carry(const double* wrench, double* coefficients) const;
-  // The same wherever it pulls; false where the area is none.
+  // The same, even if the traction pulls. False if the force does not press or there is no area.
   bool fit(const double* wrench, double* coefficients) const;
-  // Nodal forces (nodes y, nodes x, 3) [N] of tractions with such coefficients.
+  // Compute the consistent nodal forces (nodes y, nodes x, 3) [N] of the traction with these coefficients.
   void nodal_forces(const SurfaceGrid& grid, const double* coefficients, double* forces);
 
  private:
@@ -45,12 +46,14 @@ class LinearTraction {
   std::vector<Point> hull_;
   std::vector<Edge> cut_;
   std::vector<Point> meets_;
-  std::vector<double> own_, passing_, crossings_;  // as in SurfaceGrid, of the area alone
+  // Moments per element of the edges in it, and of those right of it, as in SurfaceGrid; scratch for add_edge().
+  std::vector<double> own_, passing_, crossings_;
 };
 
-// Integrals over an area by its edges, summed up about a point near it so that no digits are lost.
+// Integrals over an area, about the pad's origin. They are summed about the point `near`, which should be close to the
+// area, because cancellation is least there.
 AreaIntegrals integrals_of(const std::vector<LinearTraction::Edge>& edges, const Point& near);
-// Edges of the part of an area where a linear function is positive; `meets` is scratch.
+// Set `part` to the edges of the part of an area where a linear function is positive. `meets` is scratch memory.
 void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* function, std::vector<Point>& meets,
                std::vector<LinearTraction::Edge>& part);
 

@@ -14,15 +14,16 @@ namespace mjtactile {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-// Outlines that agree to this fraction of their size after a turn and a shift share one set of cells.
+// Outlines share cells if they agree to this fraction of their size after a rigid motion.
 constexpr double kSameShape = 2e-12;
-// Sets of cells kept with their half-space integrals, which take longer to make than everything else.
+// Number of shapes whose cells are kept. Their half-space integrals take longer than everything else.
 constexpr std::size_t kKeptShapes = 64;
-// Outlines of more corners count as round.
+// Outlines with more corners count as round.
 constexpr std::size_t kRound = 60;
-// Sides this near to a direction run along it [rad]; directions whose sides' lengths agree to this share are alike.
+// Sides within this angle of a direction count as parallel to it [rad]. Two directions are equal if the lengths of
+// their sides agree to the fraction kAlike.
 constexpr double kParallel = 1e-3, kAlike = 1e-6;
-// Directions this near to the pad's axes are these [rad].
+// Directions within this angle of the x axis are set to 0 [rad].
 constexpr double kLevel = 1e-9;
 // Difference over sum of the principal moments of inertia above which an area is long.
 constexpr double kLong = 1e-2;
@@ -43,7 +44,7 @@ void visit_sides(const std::vector<Point>& ring, Visit&& visit) {
   for (std::size_t i = 0; i < ring.size(); ++i) visit(ring[i], ring[i + 1 == ring.size() ? 0 : i + 1]);
 }
 
-// Principal axis of the area, 0 where there is none.
+// Angle of the principal axis of inertia [rad]; 0 if the area has none. `middle`: a point near the area.
 double direction_of_length(const Outline& outline, const Point& middle) {
   double area = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
   for (const std::vector<Point>& ring : outline.rings) {
@@ -65,7 +66,7 @@ double direction_of_length(const Outline& outline, const Point& middle) {
   return levelled(within_quarter(0.5 * std::atan2(2 * xy, xx - yy)));
 }
 
-// Corners of a shape in its own frame, in whole units of a resolution [m], by ring.
+// Corners of a shape by ring, in its own frame, as multiples of a resolution [m]; and the wanted number of cells.
 struct OutlineKey {
   std::vector<std::vector<std::pair<std::int64_t, std::int64_t>>> rings;
   double resolution;
@@ -148,7 +149,7 @@ PlacedCells placed_cells(const Outline& outline, std::size_t count) {
       high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
     }
   }
-  // On a grid: rounding while a punch moves must not make another shape of it.
+  // Corners are rounded to a grid, because rounding errors of a moving punch must not make it another shape.
   const double size = std::max(high.x - low.x, high.y - low.y);
   OutlineKey key = {{}, std::exp2(std::floor(std::log2(kSameShape * size))), count};
   for (const std::vector<Point>& ring : outline.rings) {

@@ -9,18 +9,20 @@
 namespace mjtactile {
 namespace {
 
-// Distances from which on a series stands for integrals: of rectangles in a lattice over their longer side, of any two over
-// half the sum of their diagonals.
+// Distances above which a series about the middles replaces the integral: for rectangles of one lattice, over their
+// longer side; for any two, over half the sum of their diagonals.
 constexpr double kFarInLattice = 16.0, kFar = 1.5;
-// Sine of an angle below which rectangles are taken to lie along the same axes: of neighbours that is within .5 % for most,
-// where points of their parts are 2 to 5 % off.
+// Rectangles whose angle has a sine below this are treated as parallel. For most neighbours that is accurate to 0.5 %,
+// while sums over points of their parts are off by 2 to 5 %.
 constexpr double kNearlyParallel = 0.15;
-// Parts along each side at most into which near rectangles are cut that are turned against each other.
+// Largest number of parts along each side into which near, not parallel rectangles are divided.
 constexpr int kMostParts = 4;
-// Parts that fall together see each other as a square sees itself: 1/r averages to this over its side.
+// Mean of 1/r over all pairs of points of a square, times its side. Parts that coincide interact as a square with
+// itself.
 constexpr double kOwn = 2.97;
 
-// The axes along which two rectangles lie, nearly: the mean of theirs, and the second's sides along them.
+// Common axes of two nearly parallel rectangles: the mean of both directions, and the second's sides along them.
+// `shared` is false if the rectangles are not nearly parallel.
 struct SharedAxes {
   SharedAxes(const CellRectangle& a, const CellRectangle& b) : cosine(a.cosine), sine(a.sine), sides{b.sides[0], b.sides[1]} {
     double along = a.cosine * b.cosine + a.sine * b.sine, across = a.cosine * b.sine - a.sine * b.cosine;
@@ -32,7 +34,7 @@ struct SharedAxes {
       across = -across;
     }
     if (along < 0.0) along = -along, across = -across;
-    // Half of the turn from one to the other.
+    // Half the rotation from the first to the second.
     const double length = std::hypot(1.0 + along, across), c = (1.0 + along) / length, s = across / length;
     cosine = c * a.cosine - s * a.sine;
     sine = c * a.sine + s * a.cosine;
@@ -42,8 +44,8 @@ struct SharedAxes {
   bool shared;
 };
 
-// Points at which a kernel that is integrated twice along each axis is wanted: its second differences along both are the
-// integral over a pair of rectangles along the same axes.
+// The integral of a kernel over a pair of parallel rectangles is a second difference, along both axes, of the kernel
+// integrated twice along each axis. These are the 16 points at which that function is needed.
 struct PairCorners {
   static constexpr std::size_t count = 16;
 
@@ -90,11 +92,11 @@ PairShear parallel_shear(const CellRectangle& a, const CellRectangle& b, const S
           c * along - s * across, s * along + c * across};
 }
 
-// Middles of equal parts of two rectangles, small enough to stand for them where they are near to each other.
+// Middles of equal parts of two rectangles that are near each other but not parallel.
 struct Parts {
   Parts(const CellRectangle& a, const CellRectangle& b) {
     const double least = std::min({a.sides[0], a.sides[1], b.sides[0], b.sides[1]}), per = 2.0 / least;
-    double size = 0.0;  // of the larger ones
+    double size = 0.0;  // largest area of a part [m^2]
     for (int k = 0; k < 2; ++k) {
       const CellRectangle& one = k == 0 ? a : b;
       int along[2];
@@ -120,7 +122,7 @@ struct Parts {
 
   double x[2][kMostParts * kMostParts], y[2][kMostParts * kMostParts];
   int counts[2] = {0, 0};
-  double softened;   // the least square of a distance
+  double softened;   // lower bound of squared distances, for parts that coincide [m^2]
 };
 
 double near_integral(const CellRectangle& a, const CellRectangle& b) {
@@ -186,11 +188,11 @@ PairShear near_shear_integrals(const CellRectangle& a, const CellRectangle& b) {
 
 namespace {
 
-// As inverse_distance_by_offset() wants it, anew.
+// Compute the table of inverse_distance_by_offset().
 void find_by_offset(std::size_t columns, std::size_t rows, double width, double height, std::vector<double>& table) {
   constexpr double kSecondDifference[3] = {1.0, -2.0, 1.0};
   const double sides[2] = {width, height}, away = kFarInLattice * std::max(width, height);
-  // Neighbours share the points of their differences.
+  // Second differences of neighbouring offsets use the same points.
   const std::size_t across = columns + 2, points = across * (rows + 2);
   std::vector<double> at(2 * points), values(points);
   for (std::size_t row = 0; row < rows + 2; ++row) {
@@ -227,8 +229,8 @@ void find_by_offset(std::size_t columns, std::size_t rows, double width, double 
   }
 }
 
-// Lattices are alike but for their size: how many times cells are longer than wide is a power of two for most. Tables of
-// unit cells up to some offset, found once.
+// Tables of cells of unit length up to some offset, computed once. The ratio of a cell's sides is a power of two in
+// most lattices, so that these differ from a unit lattice by their size only.
 class UnitTables {
  public:
   static constexpr std::size_t kMost = 48;
@@ -239,7 +241,7 @@ class UnitTables {
       find_by_offset(kMost, kMost, 1.0, std::ldexp(1.0, -power), tables_[power]);
     }
   }
-  // Null where there is none.
+  // The table for a lattice; null if there is none.
   const double* of(std::size_t columns, std::size_t rows, double width, double height) const {
     int power;
     if (columns > kMost || rows > kMost || std::frexp(width / height, &power) != 0.5 || power < 1) return nullptr;

@@ -11,20 +11,23 @@ namespace mjtactile {
 namespace {
 
 constexpr double kHullMargin = 1e-3;
-// A shear that pressed cells resist this much less than another is not carried.
+// Torsion is not carried if the pressed cells' polar moment, over their force, is below this.
 constexpr double kOpen = 1e-12;
 constexpr std::size_t kMostPressures = kMostMotions + 1;
-// Shear over pressure that a twist may bring at most, and over what the force along the surface takes on the average.
+// Shear due to torsion is limited so that no cell's shear exceeds kMostTwist times its pressure, or kTwistOverSliding
+// times the mean shear due to the tangential force if that is more.
 constexpr double kMostTwist = 1.0, kTwistOverSliding = 1.5;
 constexpr int kBisections = 40;
-// Tilts that lift the rim of the cells by more than so many indentations are none: pressed cells in one row leave it open.
+// A tilt is set to zero if it moves the rim of the cells by more than this many indentations. Pressed cells in one row
+// do not determine it.
 constexpr double kOpenTilt = 1e3;
-// Distances that differ by less than this share of the face's length are equal.
+// Distances that differ by less than this fraction of the face's length count as equal.
 constexpr double kTie = 1e-9;
-// Share of what all cells can bear above which none of them is left to search with.
+// If the load is at least this fraction of what all cells together can bear, all of them are pressed in proportion.
 constexpr double kNearlyAll = 0.98;
 
-// Rigid motions of a cell at a point: x, y and a turn, times the face's length.
+// Displacements of a point, over the face's length from the cells' middle, under the body's motions in the plane:
+// translations along x and y, and a rotation.
 void shear_modes(const Point& at, double modes[2][3]) {
   modes[0][0] = 1.0, modes[0][1] = 0.0, modes[0][2] = -at.y;
   modes[1][0] = 0.0, modes[1][1] = 1.0, modes[1][2] = at.x;
@@ -93,7 +96,7 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   const LawProblem problem = {face, surface.compliance, rigid, workspace.matrix, body.start};
   found_.contact.allow();
   std::copy(wanted, wanted + motions(), wanted_);
-  // Shear takes a part of the strength.
+  // Shear uses a part of the strength: sqrt(p^2 + 3 t^2) is bounded.
   const double sliding = std::min(std::hypot(wrench[0], wrench[1]) / -wrench[2], kMostTwist);
   strength_ = options.strength / std::sqrt(1.0 + 3.0 * sliding * sliding);
   const bool spread = solve(law, problem, workspace);
@@ -107,8 +110,8 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
   measure(face, law, workspace.matrix);
 }
 
-// The contact without bounds where that keeps to the pad's strength, else one that does. Returns whether forces were found
-// that keep to it although another contact does not.
+// Solve the contact without bounds. If that exceeds the pad's strength or fails, solve it with bounded pressure.
+// Returns whether forces with bounded pressure were found.
 bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) {
   const std::vector<double>& areas = problem.face.areas;
   linear_ = false;
@@ -131,7 +134,7 @@ bool CellContact::solve(const ContactLaw& law, const LawProblem& problem, Worksp
   return bound_pressure(law, problem, workspace);
 }
 
-// Whether the load leaves next to nothing of what all cells bear.
+// Whether the load is nearly all that the cells can bear together.
 bool CellContact::fills_all(const LawProblem& problem) const {
   const std::vector<double>& areas = problem.face.areas;
   return problem.body.resultants[0] >= kNearlyAll * strength_ * std::accumulate(areas.begin(), areas.end(), 0.0);
@@ -142,15 +145,15 @@ void CellContact::set_most(const std::vector<double>& areas, Workspace& workspac
   for (std::size_t i = 0; i < areas.size(); ++i) workspace.most[i] = strength_ * areas[i];
 }
 
-// Whether no forces that keep to the strength carry the load, for its moments and not for its size. Then the contact
-// without bounds is not worth a look.
+// Whether forces within the strength certainly cannot carry the load because of its moments. The contact without bounds
+// is then not solved.
 bool CellContact::lies_beyond_bearing(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) const {
   if (!(strength_ > 0.0) || !law.couples() || fills_all(problem)) return false;
   set_most(problem.face.areas, workspace);
   return mjtactile::lies_beyond_bearing(problem.body, workspace.most.data());
 }
 
-// How deep the surface lies under the pressed cells, and whether the tilt found is one.
+// Compute the indentation and the energy, and drop a tilt that the pressed cells do not determine.
 void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix& between) {
   indentation_ = energy_ = 0.0;
   for (std::size_t i = 0; i < found_.normal.size(); ++i) {
@@ -169,7 +172,7 @@ void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix&
 
 bool CellContact::make_parts(const Face& face, const ContactLaw& law, Workspace& workspace) {
   const RigidProblem body = {&workspace.matrix, workspace.modes.data(), motions(), nullptr, wanted_};
-  if (!law.couples()) {  // found without a compliance between cells
+  if (!law.couples()) {  // such laws solve without found_.contact, which has the maps
     if (!law.set_compliance(face, found_, workspace.matrix)) return false;
     if (!found_.contact.exchange(body, found_.pressed.data())) return false;
   }
@@ -191,8 +194,8 @@ bool CellContact::make_parts(const Face& face, const ContactLaw& law, Workspace&
   return true;
 }
 
-// Cells bear no more than the strength; where all of them together bear less than the load, the rest is not carried.
-// False where nothing was found that bears it; exact_ says whether it is a contact.
+// Solve with pressures bounded by the strength. A load beyond what all cells bear is carried in part. False if no
+// forces were found that carry the load. exact_: whether the forces satisfy the contact conditions.
 bool CellContact::bound_pressure(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) {
   const std::vector<double>& areas = problem.face.areas;
   const std::size_t cells = areas.size();
@@ -206,14 +209,15 @@ bool CellContact::bound_pressure(const ContactLaw& law, const LawProblem& proble
     return true;
   }
   exact_ = false;
-  if (!law.set_compliance(problem.face, found_, workspace.matrix)) return false;  // the nearest cells bear it
+  if (!law.set_compliance(problem.face, found_, workspace.matrix)) return false;  // fill_nearest() follows
   exact_ = found_.contact.solve_bounded(problem.body, workspace.most.data(), found_.pressed);
   if (!found_.contact.carries()) return false;
   found_.take(found_.contact, motions());
   return true;
 }
 
-// The cells nearest to where the force passes, under the strength or under what all of them need.
+// Press the cells nearest to the force's line of action at the strength, until they carry the force. Without a
+// strength, the pressure is 1.25 times the mean.
 void CellContact::fill_nearest(const Face& face, const double* wrench, Workspace& workspace) {
   const std::size_t cells = face.cells();
   const Point at = placement_(through(wrench));
@@ -233,7 +237,7 @@ void CellContact::fill_nearest(const Face& face, const double* wrench, Workspace
   double left = -wrench[2];
   const std::vector<std::size_t>& order = workspace.order;
   for (std::size_t first = 0, next = 0; first < cells && left > 0.0; first = next) {
-    // Cells as far away as each other share what is left: their order changes as the body turns.
+    // Cells at equal distances share the remaining force, because rounding would decide their order.
     double alike = 0.0;
     do {
       alike += face.areas[order[next++]];
@@ -258,7 +262,7 @@ void CellContact::resultants(const Face& face, const double* wrench, double* res
   resultants[2] = normal * (inside.y - centre_.y) / face.length;
 }
 
-// Where a force's line passes through the surface, in the face's frame.
+// Point at which the force's line of action passes through the surface, in the face's frame.
 Point CellContact::through(const double* wrench) const {
   return placement_.back(-wrench[4] / wrench[2], wrench[3] / wrench[2]);
 }
@@ -288,7 +292,7 @@ void CellContact::forces(const Face& face, const double* wrench, double* forces)
   }
   if (!(sum > 0.0) || (wrench[0] == 0.0 && wrench[1] == 0.0 && wrench[5] == 0.0)) return;
   pressed = {pressed.x / sum, pressed.y / sum};
-  // Sliding without a turn, and a turn about the middle of the pressure for the rest of the torsion.
+  // A translation carries the tangential force. A rotation about the centre of pressure carries the remaining torsion.
   const double slide[2] = {wrench[0] / sum, wrench[1] / sum};
   const double middle[2] = {centre_.x + face.length * pressed.x, centre_.y + face.length * pressed.y};
   const double torsion = wrench[5] - (middle[0] * wrench[1] - middle[1] * wrench[0]);

@@ -37,7 +37,7 @@ struct ContactSurface {
   const TangentPlane* plane = nullptr;   // from which everything is seen on a curved pad; null on a flat one
 };
 
-// What is pressed on cells.
+// A body that is pressed on cells. Pointers belong to the caller and are used during press() only.
 struct PressedBody {
   const double* wrench;                  // force [N], which presses, and moment about the pad's origin [N m]
   const double* heights = nullptr;       // of the body above each cell at first touch [m]; null for a flat face

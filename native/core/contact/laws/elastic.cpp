@@ -7,10 +7,11 @@
 namespace mjtactile {
 namespace {
 
-// Shares by which cells are taken to be softer where their compliance is not positive definite, the first and the most.
+// If the compliance is not positive definite, its diagonal is increased by this fraction of its largest entry. The
+// fraction grows from the first value to the second.
 constexpr double kSofter = 1e-3, kSoftest = 1.0;
 
-// The pad's own compliance against the rigid body.
+// A rigid body on the pad's own compliance.
 class Elastic final : public ContactLaw {
  public:
   const char* name() const override { return "elastic"; }
@@ -21,7 +22,8 @@ class Elastic final : public ContactLaw {
     double softer = kSofter;
     while (!found.contact.solve(problem.body, problem.start)) {
       if (found.contact.definite() || softer > kSoftest) return false;
-      // Under layers far from a half space what tables and cells leave out can outweigh a cell's own compliance.
+      // If layers make the sheet very different from a half space, errors of tables and cells can exceed a cell's own
+      // compliance.
       double largest = 0.0;
       for (std::size_t i = 0; i < between.rows(); ++i) largest = std::max(largest, std::abs(between[i][i]));
       for (std::size_t i = 0; i < between.rows(); ++i) between[i][i] += softer * largest;

@@ -6,11 +6,11 @@
 namespace mjtactile {
 namespace {
 
-// Rounds in which contact area and stiffness of a foundation adapt to each other.
+// Largest number of rounds in which the contact area and the springs' stiffness are adapted to each other.
 constexpr int kRounds = 30;
 constexpr double kSameArea = 1e-9;
 
-// Springs whose stiffness fits the area that comes into contact.
+// Independent springs. Their stiffness depends on the area in contact (mjtactile/contact/foundation.py).
 class Foundation final : public ContactLaw {
  public:
   const char* name() const override { return "foundation"; }

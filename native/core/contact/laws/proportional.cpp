@@ -3,7 +3,7 @@
 namespace mjtactile {
 namespace {
 
-// Everywhere in proportion to the pressure, with a turn.
+// Shear in proportion to the pressure, plus a rotation that carries the torsion.
 class Proportional final : public TangentialChoice {
  public:
   const char* name() const override { return "proportional"; }

@@ -3,7 +3,7 @@
 namespace mjtactile {
 namespace {
 
-// A pressure that is linear over the area, and zero where that would pull.
+// Pressure that is linear over the area and zero where it would pull. Equal springs under the cells give it.
 class Uniform final : public ContactLaw {
  public:
   const char* name() const override { return "uniform"; }
@@ -13,7 +13,7 @@ class Uniform final : public ContactLaw {
   bool solve(const LawProblem& problem, LawContact& found) const override {
     const RigidProblem& body = problem.body;
     if (!found.bed.solve(problem.face.areas, body.modes, body.motions, nullptr, body.resultants)) return false;
-    found.take(found.bed, 1);  // its tilt is the pressure's
+    found.take(found.bed, 1);  // the springs' tilt is that of the pressure, not of the body
     return true;
   }
 

@@ -10,14 +10,14 @@ namespace mjtactile {
 namespace {
 
 constexpr int kSteps = 60;
-// Newton's method ends where force and moments fit to this fraction of the force; on the part it found, both are then
-// made exact.
+// Newton's method ends when force and moments agree to this fraction of the force. They are then made exact on the part
+// of the face that was found.
 constexpr double kFits = 1e-10;
-// Damping only steps in where the part is a sliver and its moments nearly singular.
+// Damping is needed only if the part under pressure is a sliver, because its moments are then nearly singular.
 constexpr double kFirstDamping = 1e-10, kLastDamping = 1e2;
 constexpr double kEnough = 1e-4, kStagnant = 1e-14, kSingular = 1e-17;
-// Nearest the force's line may pass to the rim of the face's hull, over the root of its area. Nearer, the pressure would
-// stand on a sliver and grow without bound.
+// Least distance of the force's line of action from the rim of the face's hull, over the square root of its area.
+// Closer to the rim, the pressure would act on a sliver and grow without bound.
 constexpr double kHullMargin = 1e-3;
 
 }  // namespace
@@ -51,12 +51,13 @@ bool UniformPress::solve(const Face& face, const Placement& placement, const Sur
   return true;
 }
 
-// The part of the face under pressure; `moments`: of the pressure with 1, x and y over the force.
+// Restrict traction_ to the part of the face under pressure. `moments`: integrals of the pressure times 1, x and y,
+// over the force. False if none was found.
 bool UniformPress::find_part(const double* moments) {
   const AreaIntegrals all = traction_.integrals();
   centre_ = {all.x / all.area, all.y / all.area};
   scale_ = std::sqrt(all.area);
-  // In units of the face about its centroid.
+  // Coordinates about the face's centroid, over the square root of its area.
   whole_.clear();
   for (const LinearTraction::Edge& edge : traction_.edges()) {
     whole_.push_back({{(edge.start.x - centre_.x) / scale_, (edge.start.y - centre_.y) / scale_},
@@ -65,7 +66,7 @@ bool UniformPress::find_part(const double* moments) {
   const double wanted[3] = {1.0, (moments[1] - centre_.x) / scale_, (moments[2] - centre_.y) / scale_};
   double coefficients[3] = {1e300, 0.0, 0.0}, part[3][3];
   double system[9], step[3];
-  energy(coefficients, wanted, part);  // of the whole face
+  energy(coefficients, wanted, part);  // sets `part` to the moments of the whole face
   const auto solve = [&](double damping, const double* right) {
     for (std::size_t a = 0; a < 3; ++a) {
       step[a] = right[a];
@@ -73,8 +74,8 @@ bool UniformPress::find_part(const double* moments) {
     }
     return solve_small(3, system, step, 1, kSingular);
   };
-  // The pressure without clipping has negative energy, and one that is nowhere positive has none: steps that lower the
-  // energy never lose the contact.
+  // Start from the pressure without clipping. Its energy is negative, and a pressure that is nowhere positive has
+  // energy 0. So steps that lower the energy cannot lose the contact.
   if (!solve(0.0, wanted)) return false;
   for (std::size_t a = 0; a < 3; ++a) coefficients[a] = step[a];
   double now = energy(coefficients, wanted, part);
@@ -102,14 +103,14 @@ bool UniformPress::find_part(const double* moments) {
     now = lower;
     if (stagnant) break;
   }
-  // Back to the pad's axes.
+  // Back to pad coordinates.
   const double pressure[3] = {coefficients[0] - (coefficients[1] * centre_.x + coefficients[2] * centre_.y) / scale_,
                               coefficients[1] / scale_, coefficients[2] / scale_};
   traction_.keep_where(pressure);
   return traction_.integrals().area > 0.0;
 }
 
-// Energy of a pressure where it is positive, and its second moments there.
+// Energy of a pressure, clipped where it is negative, and the moments (of 1, x, y with 1, x, y) of the part under it.
 double UniformPress::energy(const double* coefficients, const double* wanted, double moments[3][3]) {
   cut_where(whole_, coefficients, crossings_, part_);
   const AreaIntegrals part = integrals_of(part_, {0.0, 0.0});
@@ -123,7 +124,8 @@ double UniformPress::energy(const double* coefficients, const double* wanted, do
   return sum;
 }
 
-// Reduce shear and torsion of a wrench to what friction holds under nodal forces; whether they had to be.
+// Reduce the shear and torsion of a wrench to what friction carries under the normal nodal forces. Returns whether they
+// were reduced.
 bool UniformPress::hold(const SurfaceGrid& grid, double friction, double* wrench, const double* forces) {
   const std::size_t columns = grid.nodes_x(), rows = grid.nodes_y();
   const auto node = [](const std::vector<double>& ends, std::size_t i) {
@@ -132,7 +134,7 @@ bool UniformPress::hold(const SurfaceGrid& grid, double friction, double* wrench
   points_.resize(columns * rows);
   normal_.resize(columns * rows);
   places_.clear();
-  // Nodal forces of a polygon are partly negative; friction is bound by the pressure they stand for.
+  // Some nodal forces of a positive pressure are negative. Leave these out, and scale the others to the same force.
   double positive = 0.0;
   for (std::size_t i = 0; i < columns * rows; ++i) {
     points_[i] = {node(grid.x(), i % columns), node(grid.y(), i / columns)};
@@ -157,7 +159,7 @@ bool UniformPress::hold(const SurfaceGrid& grid, double friction, double* wrench
   } else {
     std::fill(held, held + 3, 0.0);
   }
-  // The torsion counts about the centre of pressure: back to the pad's origin.
+  // Convert the torsion about the centre of pressure to one about the pad's origin.
   double origin[3];
   const double force[2] = {held[0], held[1]};
   grip_.about_centre(force, 0.0, origin);

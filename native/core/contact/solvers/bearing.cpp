@@ -11,18 +11,20 @@
 namespace mjtactile {
 namespace {
 
-constexpr int kSupports = 32;        // directions tried, at most
-constexpr double kNothing = 1e-9;    // moment that counts as none, over the force times the cells' length
-constexpr double kClose = 1e-12;     // the search ends where a direction brings no more of the distance's square
-constexpr double kSafe = 1.01;       // how far beyond a load the loads that can be borne must reach, over the load
+constexpr int kSupports = 32;        // largest number of directions tried
+constexpr double kNothing = 1e-9;    // moments below this, over the force times the cells' length, count as zero
+constexpr double kClose = 1e-12;     // least decrease of the squared distance by a direction; else the search ends
+constexpr double kSafe = 1.01;       // factor by which loads that can be borne must exceed the load
 
-// Moments of the cells full that lie farthest along a direction, until they bear the force.
+// Support of the set of loads that can be borne: the moments if the cells that lie farthest along a direction carry the
+// force, each with its largest force.
 Point farthest(const RigidProblem& problem, const double* most, const Point& along) {
-  static thread_local std::vector<std::pair<double, std::size_t>> far;  // kept between calls: nothing is allocated in a step
+  // Kept between calls so that a step allocates nothing.
+  static thread_local std::vector<std::pair<double, std::size_t>> far;
   const auto at = [&](std::size_t i) { return Point{problem.modes[3 * i + 1], problem.modes[3 * i + 2]}; };
   far.clear();
   for (std::size_t i = 0; i < problem.cells(); ++i) far.emplace_back(along.x * at(i).x + along.y * at(i).y, i);
-  // Few cells bear the force, mostly.
+  // A heap and not a sorted list, because few cells bear the force in most cases.
   const auto nearer = [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; };
   std::make_heap(far.begin(), far.end(), nearer);
   Point moments = {0.0, 0.0};
@@ -36,7 +38,7 @@ Point farthest(const RigidProblem& problem, const double* most, const Point& alo
   return moments;
 }
 
-// Moments of the force if all cells bear the same share of their most.
+// Moments if all cells bear the same share of their largest force.
 Point even_moments(const RigidProblem& problem, const double* most) {
   const double force = problem.resultants[0], all = std::accumulate(most, most + problem.cells(), 0.0);
   Point even = {0.0, 0.0};
@@ -62,8 +64,9 @@ bool bring_within_bearing(const RigidProblem& problem, const double* most, doubl
   if (problem.motions < 3) return false;
   const double force = problem.resultants[0];
   const Point wanted = {problem.resultants[1], problem.resultants[2]}, even = even_moments(problem, most);
-  // Loads that can be borne form a convex set, whose support in a direction is a sum over the farthest cells. Its nearest
-  // point is found on segments between such points (Gilbert, Johnson, Keerthi, IEEE J. Robotics Automation 4, 1988).
+  // The loads that can be borne form a convex set. Its support in a direction is a sum over the cells farthest along
+  // it. The nearest point of the set is found on segments between supports (Gilbert, Johnson, Keerthi, IEEE J. Robotics
+  // Automation 4, 1988).
   const auto support = [&](const Point& along) {
     const Point found = farthest(problem, most, along);
     return Point{even.x + (found.x - even.x) / kSafe, even.y + (found.y - even.y) / kSafe};
@@ -93,7 +96,7 @@ bool lies_beyond_bearing(const RigidProblem& problem, const double* most) {
   const Point even = even_moments(problem, most);
   const Point away = minus({problem.resultants[1], problem.resultants[2]}, even);
   const double wanted = product(away, away) * kSafe;
-  // Cells beyond the middle, pressed alike, bring the force at least this far if they bear all of it.
+  // If all cells beyond the middle, pressed alike, can bear the force, the support reaches at least this far.
   double borne = 0.0, brought = 0.0;
   for (std::size_t i = 0; i < problem.cells(); ++i) {
     const Point at = {problem.modes[3 * i + 1] - even.x / force, problem.modes[3 * i + 2] - even.y / force};

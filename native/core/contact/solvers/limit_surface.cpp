@@ -10,10 +10,10 @@ namespace {
 
 // A wrench within this fraction of the limit counts as carried (tests/reference has the law).
 constexpr double kAtLimit = 1e-9;
-// A shear that pressed cells resist this much less than another is open.
+// A motion is open if its stiffness is below this fraction of the largest.
 constexpr double kOpen = 1e-13;
-// Motions over which the cone of a cell that the body turns about is rounded, over the body's motion: the last of them,
-// and those that lead there where Newton's method does not find its way at once.
+// If the body turns about a cell, the extent has a kink there. It is rounded over motions of this size, relative to the
+// body's motion. If Newton's method fails with the last value, it begins with the larger ones.
 constexpr double kRounding = 1e-8;
 constexpr double kLeadIn[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7};
 constexpr int kSteps = 20, kHalvings = 30;
@@ -111,7 +111,7 @@ double ShearGrip::work(const double* direction, double rounding, double* slope, 
   return sum;
 }
 
-// Newton's method with shorter steps where the whole one does not descend, for
+// Newton's method, with shorter steps if the whole step does not descend, for the minimum of
 //   work(origin + axes . place)                          over two unknowns (pull null), or
 //   work(place) + |place|^2 / 2 - pull . place           over all three.
 bool ShearGrip::descend(double* place, const double (*axes)[3], std::size_t unknowns, const double* origin,
@@ -157,7 +157,7 @@ bool ShearGrip::descend(double* place, const double (*axes)[3], std::size_t unkn
     double share = 1.0, next[3] = {}, next_slope[3];
     for (int halving = 0; halving < kHalvings; ++halving, share *= 0.5) {
       for (std::size_t k = 0; k < unknowns; ++k) next[k] = place[k] + share * change[k];
-      // What is less than the value's own digits cannot be compared.
+      // Differences below the value's rounding error cannot be compared.
       if (fall < 1e-14 * std::abs(value) || value_at(next, next_slope, nullptr) <= value - 1e-4 * share * fall) break;
     }
     std::copy(next, next + unknowns, place);
@@ -167,7 +167,7 @@ bool ShearGrip::descend(double* place, const double (*axes)[3], std::size_t unkn
 }
 
 void ShearGrip::least_resisted(const double* unit, double* direction) const {
-  // Two axes across the wanted wrench.
+  // Two axes perpendicular to the wanted wrench.
   int least = 0;
   for (int i = 1; i < 3; ++i) {
     if (std::abs(unit[i]) < std::abs(unit[least])) least = i;
@@ -223,7 +223,7 @@ bool ShearGrip::nearest(const double* wanted, double friction, double* shear) co
   least_resisted(unit, direction);
   const double pull[3] = {wanted[0] / limit, wanted[1] / limit, wanted[2] / limit};
   if (!(size / limit - work(direction, 0.0, slope, nullptr) > kAtLimit)) return false;
-  // How far the set lies behind the wanted wrench, seen along a direction: that one, or the wrench's own.
+  // By how much the wanted wrench exceeds the set along a direction: the one found, or the wrench's own.
   const auto gap = [&](const double* along) { return dot(pull, along) - work(along, 0.0, slope, nullptr); };
   const double length = std::sqrt(dot(direction, direction));
   for (double& one : direction) one /= length;

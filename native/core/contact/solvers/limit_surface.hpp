@@ -35,7 +35,7 @@ class ShearGrip {
   // Shear with the wanted resultants that is proportional to the normal forces, plus a rotation about their centre.
   void proportional(const double* wanted, double* shear) const;
   // Shear of sliding cells under the wrench nearest to the wanted one that friction carries. False if friction carries
-  // the wanted wrench itself; `shear` then means nothing.
+  // the wanted wrench itself; `shear` is then undefined.
   bool nearest(const double* wanted, double friction, double* shear) const;
   // Shear with the wanted resultants, which are within the limit. On every cell it is the same fraction of what
   // friction bears; returns this fraction. `direction`: motion (x, y, rotation times the length) that belongs to the

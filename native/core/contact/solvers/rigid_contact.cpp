@@ -13,30 +13,33 @@
 namespace mjtactile {
 namespace {
 
-// Forces that pull and separations that overlap count from this share of the largest on.
+// Pulling forces and overlaps below this fraction of the largest force and separation are ignored.
 constexpr double kTolerance = 1e-11;
 constexpr double kBalanced = 1e-9;
-// Exchanges of cells, and those that may leave as many wrong ones before single cells are exchanged.
+// Largest number of exchanges. After kPatience of them that do not reduce the number of violated cells, single cells
+// are exchanged.
 constexpr std::size_t kExchanges = 24, kPatience = 3;
-// Steps of the descent that has the last word, and rounds with bounded forces: time is bounded, too.
+// Largest numbers of steps of the final descent, and of rounds with bounded forces. They bound the time.
 constexpr std::size_t kDescents = 20, kBounded = 60, kBoundedDescents = 200;
-// Cells that are wrong by this share of the worst change sides together in a descent.
+// In a descent, cells change sides together if their violation is at least this fraction of the largest.
 constexpr double kGoOver = 0.5;
-// Work that one contact may take, as cubes of factored sizes: so much, and so many factorisations of all cells.
+// Largest work of one contact, counted as cubes of factored sizes: this much, or so many factorisations of all cells.
 constexpr double kMostWork = 5e6, kMostFactors = 8.0;
-// Share of the cells which, if wrong at a first guess, show that springs guess better.
+// If more than this fraction of the cells is violated by the first guess, the search begins again from springs.
 constexpr double kFarOff = 0.2;
-// Springs that start the search, over the stiffness of single cells.
+// Stiffness of the springs that start the search, over that of single cells.
 constexpr double kSprings = 0.2;
-// Least compliance of a spring over the largest: layers can leave a cell none of its own.
+// Least compliance of a spring over the largest. Under some layers a cell's own compliance is zero or negative.
 constexpr double kStiffest = 1e-3;
-// Where a contact resists one motion this much less than another, it is looked at whether that is open: below the second
-// limit it is, and loaded by what is more than the third of the resultants.
+// Motions may be open if the least pivot of the stiffness is below the fraction kOpen of the largest entry. A motion is
+// open if its stiffness is below the fraction kOpenMotion of the largest. It is loaded if the load along it exceeds the
+// fraction kLoaded of the resultants.
 constexpr double kOpen = 1e-10, kOpenMotion = 1e-12, kLoaded = 1e-11;
 
-// How far the share of the worst from which on cells change sides goes towards all of it, where they are not fewer.
+// Each time the number of violated cells does not decrease, the fraction of the largest violation from which on cells
+// change sides moves this far towards 1.
 constexpr double kStricter = 1.0 / 3.0;
-// To which side a cell goes in an exchange with bounded forces.
+// State to which a cell changes in an exchange with bounded forces.
 constexpr std::uint8_t kStays = 0, kIsFree = 1, kPresses = 2, kIsFull = 3;
 
 double along(const double* map, const double* resultants, std::size_t motions) {
@@ -49,7 +52,7 @@ double along(const double* map, const double* resultants, std::size_t motions) {
 
 bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start) {
   const std::size_t cells = problem.cells();
-  // Under a flat face springs know no better.
+  // Under a flat face springs are no better guess.
   const std::size_t far_off = problem.heights == nullptr ? cells : static_cast<std::size_t>(kFarOff * static_cast<double>(cells));
   if ((start != nullptr || problem.heights == nullptr) && exchange_from(problem, start, far_off)) return true;
   set_springs(problem);
@@ -75,16 +78,16 @@ void RigidContact::set_springs(const RigidProblem& problem) {
   }
 }
 
-// Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994): all cells that violate their
-// conditions change sides while that leaves fewer; where it does not for a few times, only the last of them does.
-// It is given up where the first contact has more than `far_off` of them.
+// Block principal pivoting (Portugal, Judice, Vicente, Mathematics of Computation 63, 1994). All cells that violate
+// their conditions change sides as long as that reduces their number. If it has not for some exchanges, only the last
+// violated cell changes sides. False if the first solution has more than `far_off` violated cells, or none is found.
 bool RigidContact::exchange_from(const RigidProblem& problem, const std::uint8_t* start, std::size_t far_off) {
   const std::size_t cells = problem.cells();
   pressed_.assign(cells, 1);
   if (start != nullptr) pressed_.assign(start, start + cells);
   std::size_t fewest = cells + 1, patience = kPatience;
   for (std::size_t trial = 0; trial < kExchanges; ++trial) {
-    if (!on(problem)) return false;
+    if (!solve_pressed(problem)) return false;
     const std::size_t wrong = violated(exchange_);
     if (wrong == 0) return balances(problem);
     if (trial == 0 && wrong > far_off) return false;
@@ -102,7 +105,7 @@ bool RigidContact::exchange_from(const RigidProblem& problem, const std::uint8_t
   return false;
 }
 
-// Whether what rounding leaves of the resultants is rounding.
+// Whether the forces have the wanted resultants up to rounding.
 bool RigidContact::balances(const RigidProblem& problem) const {
   double left = 0.0, size = 0.0;
   for (std::size_t m = 0; m < motions_; ++m) {
@@ -114,16 +117,16 @@ bool RigidContact::balances(const RigidProblem& problem) const {
   return left <= kBalanced * size;
 }
 
-// Primal active-set method from the springs' forces, which carry the resultants: the energy falls at every step, so
-// that it cannot cycle.
+// Primal active-set method, started from the springs' forces, which carry the resultants. The energy decreases in every
+// step, so that it cannot cycle.
 bool RigidContact::descend(const RigidProblem& problem) {
   reached_ = springs_.forces();
   for (std::size_t i = 0; i < cells(); ++i) pressed_[i] = reached_[i] > 0.0 ? 1 : 0;
   for (std::size_t trial = 0; trial < std::min(cells(), kDescents); ++trial) {
-    if (!on(problem)) return false;
+    if (!solve_pressed(problem)) return false;
     double largest = 0.0, length = 1.0;
     for (const double force : forces_) largest = std::max(largest, std::abs(force));
-    // As far towards the solution on these cells as none of them pulls.
+    // Move towards the solution on these cells until one of them would pull.
     for (std::size_t i = 0; i < cells(); ++i) {
       const double wanted = forces_[i];
       if (pressed_[i] && wanted < -kTolerance * largest) length = std::min(length, reached_[i] / (reached_[i] - wanted));
@@ -160,7 +163,7 @@ bool RigidContact::solve_bounded(const RigidProblem& problem, const double* most
   double nearer[kMostMotions];
   const bool borne = !bring_within_bearing(problem, most, nearer);
   if (borne && exchange_bounded(problem, most)) return true;
-  // Springs that yield tell which cells are full.
+  // The yielding springs give a first guess of the cells at their limit, which are called full.
   set_springs(problem);
   carries_ = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, nearer, most);
   const RigidProblem moved = {problem.compliance, problem.modes, problem.motions, problem.heights, nearer};
@@ -185,35 +188,36 @@ bool RigidContact::exchange_bounded(const RigidProblem& problem, const double* m
   double share = 0.0;
   for (std::size_t round = 0; round < kBounded; ++round) {
     if (!on_free(problem, most)) return false;
-    const std::size_t wrong = find_wrong(problem, most);
+    const std::size_t wrong = find_violated(problem, most);
     if (wrong == 0) return fill_up(problem, most);
-    // All of them go over while that leaves fewer than ever; where it does not, the body has tilted too far for what was
-    // but a little wrong: then fewer and fewer of them do, the worst.
+    // All violated cells change sides as long as that reduces their number. Otherwise the body tilted too far, and
+    // cells with small violations should not have changed. Then only those with the largest violations change sides,
+    // fewer each time.
     share = wrong < fewest ? share / 2 : share + (1.0 - share) * kStricter;
     fewest = std::min(fewest, wrong);
-    send_over(share);
+    change_sides(share);
   }
   return false;
 }
 
-// Primal active-set method from the yielding springs' forces: see descend().
+// Primal active-set method, started from the forces of yielding springs; see descend().
 bool RigidContact::descend_bounded(const RigidProblem& problem, const double* most) {
   double share = kGoOver;
   for (std::size_t trial = 0; trial < kBoundedDescents && on_free(problem, most); ++trial) {
     const double length = step_within(most);
     if (length < 1.0) {
-      // Cells that went over together may block each other: then they go one by one.
+      // Cells that changed sides together may block each other. Then they change one by one.
       if (length < kTolerance) share = 1.0;
       continue;
     }
-    if (find_wrong(problem, most) == 0) {
+    if (find_violated(problem, most) == 0) {
       if (fill_up(problem, most)) return true;
       break;
     }
-    send_over(share);
+    change_sides(share);
   }
   forces_.resize(cells());
-  // Steps add up what rounding leaves of each.
+  // Rounding errors of the steps accumulate. Scale the forces so that they carry the load.
   const double drift = problem.resultants[0] / std::accumulate(reached_.begin(), reached_.end(), 0.0);
   for (std::size_t i = 0; i < cells(); ++i) {
     forces_[i] = drift * reached_[i];
@@ -222,8 +226,8 @@ bool RigidContact::descend_bounded(const RigidProblem& problem, const double* mo
   return false;
 }
 
-// Go towards the forces of the last solution until a cell pulls or bears too much; cells where that is are set free or
-// full. Returns the share of the way that was gone.
+// Move the forces towards the last solution until a cell would pull or exceed its limit. These cells become free or
+// full. Returns the fraction of the way.
 double RigidContact::step_within(const double* most) {
   double length = 1.0;
   const auto pulls = [&](std::size_t i) { return forces_[i] < -kTolerance * most[i]; };
@@ -242,7 +246,7 @@ double RigidContact::step_within(const double* most) {
   return length;
 }
 
-// The solution where full cells bear all they can and exactly the pressed ones carry the rest of the load.
+// Solve for the forces if full cells bear their limit and exactly the pressed ones carry the rest of the load.
 bool RigidContact::on_free(const RigidProblem& problem, const double* most) {
   const Matrix& compliance = *problem.compliance;
   const std::size_t motions = problem.motions;
@@ -253,13 +257,13 @@ bool RigidContact::on_free(const RigidProblem& problem, const double* most) {
   for (std::size_t j = 0; j < cells(); ++j) {
     if (!full_[j]) continue;
     for (std::size_t m = 0; m < motions; ++m) left[m] -= most[j] * problem.modes[j * motions + m];
-    // The surface lies lower where a full cell pushes it.
+    // Full cells lower the surface under the others.
     for (std::size_t i = 0; i < cells(); ++i) pushed_[i] += most[j] * compliance[j][i];
   }
-  return on({&compliance, problem.modes, motions, pushed_.data(), left});
+  return solve_pressed({&compliance, problem.modes, motions, pushed_.data(), left});
 }
 
-// Give full cells their forces; false where the forces do not carry the load.
+// Set the forces on full cells to their limits. False if all forces together do not carry the load.
 bool RigidContact::fill_up(const RigidProblem& problem, const double* most) {
   for (std::size_t i = 0; i < cells(); ++i) {
     if (full_[i]) forces_[i] = most[i], pressed_[i] = 1;
@@ -267,8 +271,10 @@ bool RigidContact::fill_up(const RigidProblem& problem, const double* most) {
   return balances(problem);
 }
 
-// Which cells press too little or too much, or lie where they may not, and by how much of what each bears at most; how many.
-std::size_t RigidContact::find_wrong(const RigidProblem& problem, const double* most) {
+// Find the cells that violate their conditions: pressed ones that pull or exceed their limit, free ones that overlap,
+// full ones that push the surface deeper than the body is. Violations are relative to the cell's limit. Returns their
+// number.
+std::size_t RigidContact::find_violated(const RigidProblem& problem, const double* most) {
   const Matrix& compliance = *problem.compliance;
   double scale = std::abs(motion_[0]);
   for (const double pushed : pushed_) scale = std::max(scale, std::abs(pushed));
@@ -277,7 +283,7 @@ std::size_t RigidContact::find_wrong(const RigidProblem& problem, const double* 
   for (std::size_t i = 0; i < cells(); ++i) {
     const double deep = std::max(compliance[i][i] * most[i], std::numeric_limits<double>::min());
     if (full_[i]) {
-      // Let go where the surface would be pushed deeper than the body is.
+      // The surface under a full cell is not deeper than the body, unless its force is too large.
       if (separation_[i] > kTolerance * scale) exchange_[i] = kPresses, excess_[i] = separation_[i] / deep;
     } else if (pressed_[i]) {
       if (forces_[i] > most[i] * (1.0 + kTolerance)) exchange_[i] = kIsFull, excess_[i] = forces_[i] / most[i] - 1.0;
@@ -289,8 +295,8 @@ std::size_t RigidContact::find_wrong(const RigidProblem& problem, const double* 
   return cells() - static_cast<std::size_t>(std::count(exchange_.begin(), exchange_.end(), kStays));
 }
 
-// Cells that are wrong by no less than this share of the worst change sides.
-void RigidContact::send_over(double share) {
+// Cells whose violation is at least this fraction of the largest change sides.
+void RigidContact::change_sides(double share) {
   const double least = share * *std::max_element(excess_.begin(), excess_.end());
   for (std::size_t i = 0; i < cells(); ++i) {
     if (exchange_[i] == kStays || excess_[i] < least) continue;
@@ -299,8 +305,9 @@ void RigidContact::send_over(double share) {
   }
 }
 
-// The solution if exactly the pressed cells were in contact; false where they cannot carry resultants.
-bool RigidContact::on(const RigidProblem& problem) {
+// Solve for the forces, motion and separation if exactly the pressed cells are in contact. False if these cells cannot
+// carry the resultants.
+bool RigidContact::solve_pressed(const RigidProblem& problem) {
   const std::size_t motions = problem.motions;
   motions_ = motions;
   if (!factor_pressed(problem)) return false;
@@ -336,7 +343,7 @@ bool RigidContact::on(const RigidProblem& problem) {
   return true;
 }
 
-// The factor of the pressed cells' compliance and what does not depend on heights, unless they are known.
+// Factor the pressed cells' compliance, and compute what does not depend on the heights, unless both are known.
 bool RigidContact::factor_pressed(const RigidProblem& problem) {
   const std::size_t motions = problem.motions;
   if (order_.size() != problem.cells()) order_by_height(problem.heights, problem.cells(), order_);
@@ -362,7 +369,8 @@ bool RigidContact::factor_pressed(const RigidProblem& problem) {
   return true;
 }
 
-// The inverse of the stiffness, on what is wanted where pressed cells in one row leave a tilt open.
+// Invert the stiffness against the body's motions. If the pressed cells leave a tilt open, such as cells in one row,
+// the wanted resultants decide whether the body moves along it.
 bool RigidContact::invert_stiffness(const double* wanted) {
   const std::size_t motions = motions_;
   double matrix[kMostMotions * kMostMotions], inverse[kMostMotions * kMostMotions];
@@ -384,7 +392,7 @@ bool RigidContact::invert_stiffness(const double* wanted) {
   return true;
 }
 
-// What forces and a motion leave between surface and body, (padded cells), 0 under pressed cells.
+// Separation of surface and body under forces and a motion, (padded cells) [m]; 0 under pressed cells.
 void RigidContact::separate(const RigidProblem& problem, const double* forces, const double* motion,
                             double* separation) const {
   const Matrix& compliance = *problem.compliance;
@@ -446,7 +454,7 @@ bool RigidContact::under(const double* resultants, double* forces) const {
   return overlap <= kTolerance * scale;
 }
 
-// Which cells pull although pressed, or overlap although not; how many.
+// Find the pressed cells that pull and the free cells that overlap. Returns their number.
 std::size_t RigidContact::violated(std::vector<std::uint8_t>& violated) const {
   violated.assign(cells(), 0);
   double largest = 0.0, scale = std::abs(motion_[0]);

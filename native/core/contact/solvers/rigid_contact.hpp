@@ -68,7 +68,7 @@ class RigidContact {
 
  private:
   bool exchange_from(const RigidProblem& problem, const std::uint8_t* start, std::size_t far_off);
-  bool on(const RigidProblem& problem);
+  bool solve_pressed(const RigidProblem& problem);
   void set_springs(const RigidProblem& problem);
   void start_from_springs(const double* most);
   bool exchange_bounded(const RigidProblem& problem, const double* most);
@@ -82,8 +82,8 @@ class RigidContact {
   bool descend(const RigidProblem& problem);
   bool balances(const RigidProblem& problem) const;
   std::size_t violated(std::vector<std::uint8_t>& violated) const;
-  std::size_t find_wrong(const RigidProblem& problem, const double* most);
-  void send_over(double share);
+  std::size_t find_violated(const RigidProblem& problem, const double* most);
+  void change_sides(double share);
 
   std::size_t motions_ = 0;
   bool flexible_ = true, definite_ = true, carries_ = true;

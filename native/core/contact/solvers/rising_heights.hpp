@@ -75,7 +75,8 @@ class RisingHeights {
   }
 
   std::vector<std::pair<double, std::uint32_t>> order_;
-  // Ends of the shelves in `order_` while it is filled, then their beginnings; the last is of what is left out.
+  // Ends of the shelves in `order_` while it is filled, then their beginnings; the last one is for heights that are
+  // left out.
   std::ptrdiff_t ends_[kShelves + 1] = {};
   std::vector<std::uint8_t> shelves_;    // of each height
   std::size_t shelf_ = 0;

@@ -7,7 +7,7 @@
 namespace mjtactile {
 namespace {
 
-// Changes of residuals this much smaller than others along some combination say nothing about it.
+// Combinations of the residuals' changes that are smaller than the others by this factor are rounding and are not used.
 constexpr double kOpen = 1e-14;
 
 }  // namespace

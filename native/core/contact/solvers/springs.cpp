@@ -12,21 +12,22 @@ namespace {
 
 constexpr int kIterations = 40;
 constexpr double kTolerance = 1e-12;
-// Stiffness against a tilt, over all springs', below which it is open, and share of the load that turns the body along it.
+// A tilt is open if its stiffness is below the fraction kOpen of all springs'. The body moves along an open tilt if the
+// load along it exceeds the fraction kLoaded of the force.
 constexpr double kOpen = 1e-12, kLoaded = 1e-10;
-// Least pivot over the largest of springs that surely leave none open.
+// If the least pivot is above this fraction of the largest, no tilt is open.
 constexpr double kNearlyOpen = 1e-6;
-// Of the load: what may be left of it.
+// Largest residual of the resultants, over the load.
 constexpr double kBalanced = 1e-9;
-// Share of its slope that a step may leave of the energy's; lengths tried, each so many times farther where none was far
-// enough.
+// The line search ends if the energy's slope has decreased to this fraction. It tries so many lengths, and extends the
+// step by this factor while it is too short.
 constexpr double kGoodStep = 0.1, kFarther = 4.0;
 constexpr int kTrials = 60;
 
 }  // namespace
 
-// The motion d minimises 1/2 sum k (B d - g)_+^2 - q.d, less where springs yield: Newton's method, as far along every
-// step as the energy falls.
+// The motion d minimises the energy 1/2 sum k (B d - g)_+^2 - q.d, which grows linearly where springs yield. Newton's
+// method with a line search.
 bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes, std::size_t motions,
                       const double* heights, const double* resultants, const double* most) {
   stiffness_ = &stiffness;
@@ -35,13 +36,13 @@ bool SpringBed::solve(const std::vector<double>& stiffness, const double* modes,
   set_rows(modes, heights, most);
   begin();
   press(motion_);
-  for (int iteration = 0; iteration < kIterations && left_over() > kTolerance * resultants[0]; ++iteration) {
+  for (int iteration = 0; iteration < kIterations && residual() > kTolerance * resultants[0]; ++iteration) {
     if (!step()) break;
   }
   const std::size_t cells = stiffness.size();
   pressed_.resize(cells);
   for (std::size_t i = 0; i < cells; ++i) pressed_[i] = depths_[i] > 0.0 ? 1 : 0;
-  return left_over() <= kBalanced * resultants[0];
+  return residual() <= kBalanced * resultants[0];
 }
 
 void SpringBed::set_rows(const double* modes, const double* heights, const double* most) {
@@ -57,7 +58,7 @@ void SpringBed::set_rows(const double* modes, const double* heights, const doubl
   for (std::vector<double>* one : {&depths_, &forces_, &elastic_, &rates_, &weighted_}) one->resize(cells);
 }
 
-// As deep as all springs together would be pressed, over the highest of them.
+// Initial motion: all springs pressed together, beginning from the highest of the heights.
 void SpringBed::begin() {
   total_ = 0.0;
   double highest = 0.0;
@@ -74,8 +75,8 @@ void SpringBed::press(const double* motion) {
   kernels().press_springs(springs, motion, stiffness_->size(), depths_.data(), forces_.data(), elastic_.data());
 }
 
-// The largest part of the resultants that the springs do not carry, which is the slope of the energy.
-double SpringBed::left_over() {
+// Set the gradient of the energy: resultants of the springs' forces minus those wanted. Returns its largest component.
+double SpringBed::residual() {
   double largest = 0.0;
   for (std::size_t m = 0; m < motions_; ++m) {
     gradient_[m] = dot(forces_.data(), modes_[m], forces_.size()) - resultants_[m];
@@ -84,7 +85,7 @@ double SpringBed::left_over() {
   return largest;
 }
 
-// One step of Newton's method from where left_over() looked; false where none lowers the energy.
+// One step of Newton's method from the motion of the last residual(). False if it cannot lower the energy.
 bool SpringBed::step() {
   double curvature[kMost * kMost], along[kMost] = {}, slope = 0.0;
   const std::size_t cells = elastic_.size();
@@ -95,18 +96,18 @@ bool SpringBed::step() {
     }
   }
   for (std::size_t m = 0; m < motions_; ++m) along[m] = -gradient_[m];
-  if (!solve_small(motions_, curvature, along, 1, kNearlyOpen)) leave_open(curvature, along);
+  if (!solve_small(motions_, curvature, along, 1, kNearlyOpen)) step_with_open_tilt(curvature, along);
   for (std::size_t m = 0; m < motions_; ++m) slope += gradient_[m] * along[m];
   if (!(slope < 0.0)) return false;
-  const double length = lowest(along, slope);
+  const double length = line_search(along, slope);
   if (!(length > 0.0)) return false;
   for (std::size_t m = 0; m < motions_; ++m) motion_[m] += length * along[m];
   return true;
 }
 
-// Newton's step where the springs under pressure leave a tilt open: it stays as it is, unless the load turns the body along
-// it. Then it goes far, to the next springs.
-void SpringBed::leave_open(const double* curvature, double* along) const {
+// Newton's step if the pressed springs leave a tilt open. The body does not move along it unless the load does work
+// along it. In that case the step is long enough to reach the next springs.
+void SpringBed::step_with_open_tilt(const double* curvature, double* along) const {
   double trace = 0.0, load[kMost];
   for (std::size_t m = 0; m < motions_; ++m) {
     trace += curvature[m * motions_ + m];
@@ -117,9 +118,9 @@ void SpringBed::leave_open(const double* curvature, double* along) const {
   MotionStiffness(motions_, curvature).add_motion(load, openness, along);
 }
 
-// How far along a step the energy's slope, which grows by pieces, comes to next to nothing: Newton's method between bounds;
-// 0 where it falls for ever. Springs are left pressed as they are there.
-double SpringBed::lowest(const double* step, double slope) {
+// Line search: the length of the step at which the energy's slope, which is piecewise linear, nearly vanishes. Newton's
+// method with bisection as safeguard. Returns 0 if the slope stays negative. The springs' state is that at the end.
+double SpringBed::line_search(const double* step, double slope) {
   const double *first = modes_[0], *second = modes_[1], *third = modes_[2];
   for (std::size_t i = 0; i < rates_.size(); ++i) rates_[i] = first[i] * step[0] + second[i] * step[1] + third[i] * step[2];
   double length = 1.0, least = 0.0, most = std::numeric_limits<double>::infinity();
@@ -133,7 +134,7 @@ double SpringBed::lowest(const double* step, double slope) {
     (after < 0.0 ? least : most) = length;
     for (std::size_t i = 0; i < rates_.size(); ++i) weighted_[i] = elastic_[i] * rates_[i];
     length -= after / dot(weighted_.data(), rates_.data(), rates_.size());
-    // Where no spring resists, or beyond the bounds, halfway between them.
+    // Bisect if no spring resists or Newton's method leaves the bounds.
     if (!(length > least && length < most)) length = std::isfinite(most) ? (least + most) / 2 : kFarther * least;
   }
   press(motion_);

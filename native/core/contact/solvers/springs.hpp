@@ -27,19 +27,19 @@ class SpringBed {
   void set_rows(const double* modes, const double* heights, const double* most);
   void begin();
   void press(const double* motion);
-  double left_over();
+  double residual();
   bool step();
-  void leave_open(const double* curvature, double* along) const;
-  double lowest(const double* step, double slope);
+  void step_with_open_tilt(const double* curvature, double* along) const;
+  double line_search(const double* step, double slope);
 
   const std::vector<double>* stiffness_ = nullptr;
   const double* resultants_ = nullptr;
   std::size_t motions_ = 0;
   double total_ = 0.0, motion_[kMost] = {}, gradient_[kMost] = {};
-  Matrix modes_;                                    // by motion, 0 for those beyond motions_
+  Matrix modes_;                                    // (kMost, cells), 0 for rows beyond motions_
   std::vector<double> heights_, most_;
-  std::vector<double> depths_, forces_, elastic_;   // under the motion; how stiff each spring is there
-  std::vector<double> rates_, weighted_;            // of the depths along a step; scratch
+  std::vector<double> depths_, forces_, elastic_;   // of each spring: depth [m], force [N], present stiffness [N/m]
+  std::vector<double> rates_, weighted_;            // change of the depths along a step; scratch
   std::vector<std::uint8_t> pressed_;
 };
 

@@ -10,8 +10,8 @@ namespace mjtactile {
 class WorkLimit {
  public:
   void allow(double multiplications) { left_ = multiplications; }
-  // Subtract the work of factoring a symmetric matrix of which so many first rows are factored already. Returns whether
-  // that was still allowed.
+  // Subtract the work of factoring a symmetric matrix whose first `known` rows are factored already. Returns whether it
+  // was still allowed.
   bool factorisation(std::size_t size, std::size_t known = 0) {
     left_ -= work(size, known);
     return left_ >= 0.0;
