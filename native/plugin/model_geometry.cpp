@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <mutex>
 #include <string>
 #include <unordered_map>
@@ -35,13 +36,16 @@ std::shared_ptr<const SharedMesh> shared_mesh(std::uint64_t key, double facing_g
   static std::mutex mutex;
   static auto* const known = new std::unordered_map<std::uint64_t, std::weak_ptr<const SharedMesh>>;
   const std::lock_guard<std::mutex> lock(mutex);
-  auto& place = (*known)[key];
+  // Which facets are flat depends on the gap, too.
+  auto& place = (*known)[hash_of(key, &facing_gap, sizeof facing_gap)];
   std::shared_ptr<const SharedMesh> found = place.lock();
   if (found == nullptr) {
     auto made = std::make_shared<SharedMesh>();
     made->mesh = make();
     made->facets = flat_facets(made->mesh, facing_gap);
     place = found = std::move(made);
+    // Meshes that no body uses any more: a height field that changes at every step leaves one each time.
+    for (auto at = known->begin(); at != known->end();) at = at->second.expired() ? known->erase(at) : std::next(at);
   }
   return found;
 }

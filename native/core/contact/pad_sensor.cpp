@@ -638,7 +638,7 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
   if (whole.endless) place = {};
   for (auto known = cut_faces_.begin(); known != cut_faces_.end(); ++known) {
     if (known->body == touch.body && known->side == side && known->place == place &&
-        known->geometry == touch.geometry.get()) {
+        known->geometry.lock() == touch.geometry) {
       cut_faces_.splice(cut_faces_.begin(), cut_faces_, known);
       return known->face;
     }
@@ -669,7 +669,7 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
       face = nullptr;
     }
   }
-  cut_faces_.push_front({touch.body, side, place, touch.geometry.get(), face});
+  cut_faces_.push_front({touch.body, side, place, touch.geometry, face});
   if (cut_faces_.size() > kMostCutFaces) cut_faces_.pop_back();
   return face;
 }

@@ -146,7 +146,7 @@ class PadSensor {
     int body;
     std::size_t side;
     std::array<std::int64_t, 3> place;
-    const BodyGeometry* geometry;
+    std::weak_ptr<const BodyGeometry> geometry;  // unlike an address, never that of a later geometry
     std::shared_ptr<const Face> face;
   };
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
