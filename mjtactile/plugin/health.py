@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from mjtactile.errors import ContactWarning, SceneError, of_type
 
 #: Number of fields of `Health`.
-HEALTH_NUMBERS = 8
+HEALTH_NUMBERS = 9
 #: Whether contacts cause warnings; MJTACTILE_WARNINGS=0 or `set_warnings` switch them off.
 _enabled = os.environ.get("MJTACTILE_WARNINGS", "1") != "0"
 
@@ -46,6 +46,7 @@ class Health(NamedTuple):
         not_carried: contacts whose wrench the sensing surface carries only in part.
         approximated: contacts for which no solution of the law, or of its shear, was found; they have a simpler answer.
         refused: contacts that could not be solved.
+        resized: readings while the pad's geom had another size than the pad, which has to keep its size.
         slow: readings that took more than 1 ms.
         very_slow: readings that took more than 5 ms.
         slowest: longest reading [s].
@@ -56,6 +57,7 @@ class Health(NamedTuple):
     not_carried: int
     approximated: int
     refused: int
+    resized: int
     slow: int
     very_slow: int
     slowest: float
@@ -63,8 +65,8 @@ class Health(NamedTuple):
     @classmethod
     def of(cls, numbers: Any) -> Health:
         """Counts from the core's numbers, (HEALTH_NUMBERS,)."""
-        readings, beyond, left, approximated, refused, slow, very_slow = (int(number) for number in numbers[:-1])
-        return cls(readings, beyond, left, approximated, refused, slow, very_slow, float(numbers[-1]))
+        counts = [int(number) for number in numbers[:-1]]
+        return cls._make([*counts, float(numbers[-1])])
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,8 @@ def message(names: Names, note: Note) -> str:
         "at the top layer's modulus, or the shear is spread in proportion to the pressure.",
         f"{who}: nothing is read from it. It presses where nothing of its geometry faces the sensing surface, or its "
         "contact force is not finite.",
+        f"pad '{names.pad}': its geom has changed its size since the simulation was made. The tables are those of the "
+        "first size. Leave geom_size of pads as it is, or make a model for each size.",
     )[int(note.event)]
 
 

@@ -28,6 +28,10 @@ constexpr double kTileThickness = 2e-5;
 constexpr float kOpacity = 0.75f;
 // Readings that take longer than these are counted [s].
 constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
+// Largest difference between a pad's size and its geom's [m], as in mjtactile/sim/geoms.py; and the body of a note that is
+// about the pad alone.
+constexpr double kSizeTolerance = 1e-6;
+constexpr int kNoBody = -1;
 
 Layout layout;
 Functions functions;
@@ -121,10 +125,8 @@ class Reader {
     sensor_.press(contacts_.touches.data(), contacts_.count, before);
     if (contacts_.count == 0) return;
     health_[0] += 1.0;
-    for (const Pressed::Note& note : sensor_.pressed().notes) {
-      health_[1 + static_cast<std::size_t>(note.event)] += 1.0;
-      if (context_ != nullptr) context_->warn(note);
-    }
+    for (const Pressed::Note& note : sensor_.pressed().notes) tell(note);
+    if (!has_own_size(model)) tell({Event::resized, kNoBody, 0.0, 0.0});
     const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (took > kSlow) health_[1 + kEvents] += 1.0;
     if (took > kVerySlow) health_[2 + kEvents] += 1.0;
@@ -140,6 +142,18 @@ class Reader {
   const std::shared_ptr<Context>& context() const { return context_; }
 
  private:
+  void tell(const Pressed::Note& note) {
+    health_[1 + static_cast<std::size_t>(note.event)] += 1.0;
+    if (context_ != nullptr) context_->warn(note);
+  }
+  // Whether the geom of a flat pad is as large as the pad. It was when the simulation was made, but models can change.
+  bool has_own_size(const Model* model) const {
+    if (!pad_->outer().is_flat()) return true;
+    const double* half = field<const double*>(model, layout.model_geom_size) + 3 * geom_;
+    const SurfaceGrid& surface = pad_->surface();
+    const double own[3] = {surface.high_x() - surface.low_x(), surface.high_y() - surface.low_y(), pad_->depth()};
+    return std::equal(own, own + 3, half, [](double a, double b) { return std::abs(a - 2.0 * b) <= kSizeTolerance; });
+  }
   // MuJoCo has no contacts of sleeping bodies. They have not moved, so their last contacts are used.
   bool keep_sleeping(const Model*, const Data* data) {
     sleeping_.clear();

@@ -281,7 +281,7 @@ def test_missing_geom_lists_those_there_are(draft):
 
 def test_geom_of_another_size_is_refused_naming_both(draft):
     model = press_scene("square", pad=Pad(size=(16e-3, 15e-3)))
-    with pytest.raises(SceneError, match=r"16 x 15 x 5 mm, but the pad 15 x 15 x 5 mm.*half"):
+    with pytest.raises(SceneError, match=r"16 x 15 x 5 mm, but the pad measures 15 x 15 x 5 mm.*half"):
         TactileSensor(model, influence=draft)
 
 

@@ -4,6 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
+import mjtactile
+
 RNG = np.random.default_rng(5)
 #: Half sizes [m] of a body that stands on the pad's rim; its lower side stays where it is.
 SIZES = [(0.003, width, 0.0025) for width in RNG.uniform(1e-3, 4e-3, 10)]
@@ -44,3 +46,19 @@ def test_bodies_over_the_rim_that_change_size_read_as_bodies_made_so(kind):
     for number in RNG.integers(len(SIZES), size=CHANGES):
         resize(model, kind, SIZES[number])
         np.testing.assert_array_equal(read(model, data), fresh[number])
+
+
+def test_a_pad_that_changes_its_size_is_told_of_once_and_counted():
+    model = mujoco.MjModel.from_xml_string(scene("box"))
+    data = mujoco.MjData(model)
+    read(model, data)
+    assert mjtactile.plugin_health(model, data, "touch").resized == 0
+    model.geom("pad").size = (0.006, 0.0075, 0.0025)
+    with pytest.warns(mjtactile.ContactWarning, match="its geom has changed its size"):
+        read(model, data)
+    for _ in range(2):  # a second warning would be an error
+        read(model, data)
+    assert mjtactile.plugin_health(model, data, "touch").resized == 3
+    model.geom("pad").size = (0.0075, 0.0075, 0.0025)
+    read(model, data)
+    assert mjtactile.plugin_health(model, data, "touch").resized == 3

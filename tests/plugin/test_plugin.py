@@ -214,7 +214,7 @@ def test_wrong_attributes_say_the_right_ones(config):
 
 def test_a_geom_that_is_no_pad_is_refused():
     size = 'type="box" size=".0075 .0075 .0025"'
-    with pytest.raises(ValueError, match="14 x 15 x 5 mm, but the pad 15 x 15 x 5 mm"):
+    with pytest.raises(ValueError, match="14 x 15 x 5 mm, but the pad measures 15 x 15 x 5 mm"):
         mujoco.MjModel.from_xml_string(scene().replace(size, 'type="box" size=".007 .0075 .0025"'))
     with pytest.raises(ValueError, match="is not a box"):
         mujoco.MjModel.from_xml_string(scene().replace(size, 'type="sphere" size=".01"'))
@@ -357,7 +357,7 @@ def test_a_mujoco_that_describes_itself_wrongly_is_refused(monkeypatch):
     shorter = copy.copy(structs.STRUCTS["mjModel"])
     object.__setattr__(shorter, "fields", tuple(model_fields[1:]))
     monkeypatch.setitem(structs.STRUCTS, "mjModel", shorter)
-    with pytest.raises(mjtactile.NativeError, match=r"Tested are 3\.3\.7 to 4\.0"):
+    with pytest.raises(mjtactile.NativeError, match=r"tested with MuJoCo 3\.3\.7 to 4\.0"):
         mujoco_layout()
 
 

@@ -67,9 +67,10 @@ struct Steadiness {
 };
 
 // What happened to a body's contact: its strains are beyond the linear range; it carries only a part of the wrench; the
-// law found no solution, and a simpler distribution carries the wrench; or it was refused and carries nothing.
-enum class Event { beyond_range, not_carried, approximated, refused };
-constexpr std::size_t kEvents = 4;
+// law found no solution, and a simpler distribution carries the wrench; or it was refused and carries nothing. And what
+// happened to the pad: its geom no longer has the size for which its tables were built.
+enum class Event { beyond_range, not_carried, approximated, refused, resized };
+constexpr std::size_t kEvents = 5;
 
 // Summary of one step's contacts.
 struct Pressed {
