@@ -87,7 +87,7 @@ def test_a_module_that_was_changed_is_refused_until_it_is_entered_anew(tmp_path)
     folder = tmp_path / "weights"
     shutil.copytree(SHIPPED / "all", folder)
     shutil.copy(folder / "shape-star.safetensors", folder / "shape-square.safetensors")
-    with pytest.raises(RecognitionError, match=r"shape-square\.safetensors is not the file"):
+    with pytest.raises(RecognitionError, match=r"shape-square\.safetensors does not match its hash"):
         recognition.load("shape", folder=folder)
     shutil.copy(SHIPPED / "all" / "shape-square.safetensors", folder / "shape-square.safetensors")
     before = read_registry(folder)
