@@ -86,7 +86,8 @@ bool ContactSearch::look(const HeightMap& map) {
     const auto nearest = [](double part) {
       return static_cast<std::size_t>(std::min(std::max(part * kLines, 0.0), kLines - 1.0));
     };
-    const std::size_t place = nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
+    const std::size_t place =
+        nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
     const Point middle = grid_point(place), &kept = points_[place];
     const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
     if (!(height_there < raw_[place] - (nearer ? -same() : same()))) continue;
@@ -185,7 +186,9 @@ void ContactSearch::gather_parts() {
   if (members_.size() < part_count_) members_.resize(part_count_);
   if (parts_.size() < part_count_) parts_.resize(part_count_);
   for (std::size_t k = 0; k < part_count_; ++k) members_[k].clear();
-  for (const std::size_t sample : flooded_) members_[together ? 0 : labels_[root(sample)]].push_back(grid_point(sample));
+  for (const std::size_t sample : flooded_) {
+    members_[together ? 0 : labels_[root(sample)]].push_back(grid_point(sample));
+  }
   const double sides[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   for (std::size_t k = 0; k < part_count_; ++k) {
     Region region = region_about(members_[k], sides, 0.0, *map_);
@@ -199,7 +202,8 @@ Point ContactSearch::point_of(const Part& part, std::size_t place) const {
   const double u = (static_cast<double>(place % part.columns) + 0.5) / static_cast<double>(part.columns) - 0.5;
   const double v = (static_cast<double>(place / part.columns) + 0.5) / static_cast<double>(part.rows) - 0.5;
   const double x = kWithin * u * part.region.width, y = kWithin * v * part.region.height;
-  return {part.region.centre.x + part.cosine * x - part.sine * y, part.region.centre.y + part.sine * x + part.cosine * y};
+  return {part.region.centre.x + part.cosine * x - part.sine * y,
+          part.region.centre.y + part.sine * x + part.cosine * y};
 }
 
 void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
@@ -363,7 +367,8 @@ double ContactSearch::share_until(const Plane& seen, const Plane& tilt, double h
     const double falls = tilt(at.x, at.y);
     if (!(falls > 0.0) || !std::isfinite(raw_[i])) continue;
     const double share = std::max(raw_[i] - seen(at.x, at.y) - lowest_ - height, 0.0) / falls;
-    if (share < least && std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
+    if (share < least &&
+        std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
       least = share;
     }
   }

@@ -49,7 +49,9 @@ void Pad::set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* si
   map.mirrored[0] = x, map.mirrored[1] = y;
   const std::size_t count = map.class_count();
   for (std::size_t image = 0; image < count; ++image) {
-    for (std::size_t c = 0; c < count; ++c) map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
+    for (std::size_t c = 0; c < count; ++c) {
+      map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
+    }
   }
 }
 

@@ -212,7 +212,9 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
   std::swap(press.patch, press.other_patch);
   std::swap(press.gap, press.other_gap);
   const TangentPlane* plane = plane_of(press);
-  if (whole > 0.0) press.patch.place(surface(plane == nullptr ? sheet() : plane->whole().bounds, plane), press.workspace);
+  if (whole > 0.0) {
+    press.patch.place(surface(plane == nullptr ? sheet() : plane->whole().bounds, plane), press.workspace);
+  }
   return whole > 0.0;
 }
 
@@ -528,7 +530,9 @@ void PadSensor<Value>::add(const double* forces) {
     for (double& force : forces_) force = std::ldexp(force, -power_);
   }
   pad_->template deviatoric<Value>().add_response(forces_.data(), map_workspace_, response_.data());
-  if (pad_->has_mean()) pad_->template mean<Value>().add_response(forces_.data(), map_workspace_, mean_response_.data());
+  if (pad_->has_mean()) {
+    pad_->template mean<Value>().add_response(forces_.data(), map_workspace_, mean_response_.data());
+  }
 }
 
 template <typename Value>
@@ -647,7 +651,8 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
   Outline cut;
   bool any = true;
   if (whole.endless) {
-    cut.rings.push_back({{over.west, over.south}, {over.east, over.south}, {over.east, over.north}, {over.west, over.north}});
+    cut.rings.push_back(
+        {{over.west, over.south}, {over.east, over.south}, {over.east, over.north}, {over.west, over.north}});
   } else {
     const double angle = static_cast<double>(place[2]) * kCutTurn;
     const Placement there = {std::cos(angle), std::sin(angle),

@@ -232,7 +232,8 @@ void FaceCells::close_loop(std::size_t first) {
       again = true;
     }
   }
-  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.begin() + static_cast<std::ptrdiff_t>(begin));
+  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(first),
+                points_.begin() + static_cast<std::ptrdiff_t>(begin));
 }
 
 // Remove corners that change the outline by less than a tolerance [m].
@@ -508,7 +509,8 @@ void FaceCells::keep_corners(const Loop& loop, std::size_t from, std::size_t to,
 void FaceCells::direct_inward(const Loop& loop) {
   const std::size_t count = loop.last - loop.first;
   for (std::size_t k = 0; k < count; ++k) {
-    const Point &before = kept_[loop.first + (k + count - 1) % count].at, &after = kept_[loop.first + (k + 1) % count].at;
+    const Point &before = kept_[loop.first + (k + count - 1) % count].at;
+    const Point &after = kept_[loop.first + (k + 1) % count].at;
     KeptPoint& own = kept_[loop.first + k];
     const double in = distance(before, own.at), out = distance(own.at, after);
     const double u[2] = {(own.at.x - before.x) / in, (own.at.y - before.y) / in};
@@ -519,7 +521,8 @@ void FaceCells::direct_inward(const Loop& loop) {
       const double reach = std::min(2.0 / size, notch ? kNotch : kMitre) / size;
       own.inward = {reach * x, reach * y};
     } else {
-      const double bx = v[0] - u[0], by = v[1] - u[1], reach = (notch ? -kNotch : kMitre) / std::sqrt(bx * bx + by * by);
+      const double bx = v[0] - u[0], by = v[1] - u[1];
+      const double reach = (notch ? -kNotch : kMitre) / std::sqrt(bx * bx + by * by);
       own.inward = {reach * bx, reach * by};
     }
     set_inner(own);
@@ -528,7 +531,8 @@ void FaceCells::direct_inward(const Loop& loop) {
 
 void FaceCells::set_inner(KeptPoint& point) {
   point.swallowed = false;
-  point.inner = {point.at.x + point.share * width_ * point.inward.x, point.at.y + point.share * width_ * point.inward.y};
+  point.inner = {point.at.x + point.share * width_ * point.inward.x,
+                 point.at.y + point.share * width_ * point.inward.y};
 }
 
 // Make the ring narrower where the opposite side of the outline is near.
