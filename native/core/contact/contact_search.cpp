@@ -116,16 +116,10 @@ void ContactSearch::set_heights(const Plane& plane) {
   for (double& one : heights_) one = levelled(one - lowest_);
 }
 
-std::size_t ContactSearch::root(std::size_t sample) {
-  while (parents_[sample] != sample) sample = parents_[sample] = parents_[parents_[sample]];
-  return sample;
-}
-
 // Raise the level until the parts below it carry kSpare times the load, then connect the parts.
 void ContactSearch::flood(const SearchLoad& load) {
   rising_.begin(heights_);
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
-  parents_.resize(heights_.size());
   under_.assign(heights_.size(), 0);
   const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   double around = 0.0, area = 0.0;
@@ -148,10 +142,11 @@ void ContactSearch::flood(const SearchLoad& load) {
   connect();
 }
 
-// Join samples below the level that are near each other (union-find). The root of a part is its first sample.
+// Join samples below the level that are near each other.
 void ContactSearch::connect() {
   constexpr auto kLast = static_cast<int>(kLines) - 1;
   flooded_.clear();
+  sets_.reset(heights_.size());
   for (std::size_t at = 0; at < under_.size(); ++at) {
     const void* const next = std::memchr(under_.data() + at, 1, under_.size() - at);
     if (next == nullptr) break;
@@ -159,7 +154,6 @@ void ContactSearch::connect() {
     flooded_.push_back(at);
   }
   for (const std::size_t sample : flooded_) {
-    parents_[sample] = sample;
     const auto column = static_cast<int>(sample % kLines), row = static_cast<int>(sample / kLines);
     // If the sample to the left is below the level, it has been joined to all samples near both.
     const bool beside = column > 0 && under_[sample - 1];
@@ -167,9 +161,7 @@ void ContactSearch::connect() {
       const int first = !beside ? column - kNear : j < row ? column + kNear : column - 1;
       for (int i = std::max(first, 0); i <= std::min(j < row ? column + kNear : column - 1, kLast); ++i) {
         const std::size_t other = static_cast<std::size_t>(j) * kLines + static_cast<std::size_t>(i);
-        if (!under_[other]) continue;
-        const std::size_t a = root(sample), b = root(other);
-        if (a != b) parents_[std::max(a, b)] = std::min(a, b);
+        if (under_[other]) sets_.join(sample, other);
       }
     }
   }
@@ -179,7 +171,7 @@ void ContactSearch::gather_parts() {
   labels_.resize(heights_.size());
   std::size_t count = 0;
   for (const std::size_t sample : flooded_) {
-    if (root(sample) == sample) labels_[sample] = count++;
+    if (sets_.root(sample) == sample) labels_[sample] = count++;
   }
   const bool together = count > kMostParts;
   part_count_ = together ? 1 : count;
@@ -187,7 +179,7 @@ void ContactSearch::gather_parts() {
   if (parts_.size() < part_count_) parts_.resize(part_count_);
   for (std::size_t k = 0; k < part_count_; ++k) members_[k].clear();
   for (const std::size_t sample : flooded_) {
-    members_[together ? 0 : labels_[root(sample)]].push_back(grid_point(sample));
+    members_[together ? 0 : labels_[sets_.root(sample)]].push_back(grid_point(sample));
   }
   const double sides[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   for (std::size_t k = 0; k < part_count_; ++k) {
