@@ -4,12 +4,10 @@
 #include <numeric>
 #include <utility>
 
+#include "linalg/aligned.hpp"
+
 namespace mjtactile {
 namespace {
-
-constexpr std::size_t kAligned = 16;
-
-std::size_t padded(std::size_t rows) { return (rows + kAligned - 1) / kAligned * kAligned; }
 
 template <typename Value>
 Columns<Value> filled(const double* matrix, const std::vector<std::size_t>& order, std::size_t rows,
