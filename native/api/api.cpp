@@ -364,8 +364,8 @@ void mjt_full_compliance(const mjt_pad* pad, size_t cells, const double* centroi
 }
 
 int mjt_surface_shear(size_t cells, const double* centroids, const double* pressing, const double* heights,
-                      const double* frame, int tilting, const double* compliance, const double* wrench, const char* tangential,
-                      double friction, double* forces) {
+                      const double* frame, int tilting, const double* compliance, const double* wrench,
+                      const char* tangential, double friction, double* forces) {
   Scratch& kept = scratch();
   std::vector<Point> points;
   for (size_t i = 0; i < cells; ++i) points.push_back({centroids[2 * i], centroids[2 * i + 1]});

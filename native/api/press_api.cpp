@@ -161,7 +161,9 @@ void describe(const mjt_press& press, const SolvedCells& solved, const double* p
     if (!(force[2] < 0.0)) continue;
     to.area += area(solved, i);
     to.peak = std::max(to.peak, -force[2] / face.areas[i]);
-    if (std::hypot(force[0], force[1]) < (1.0 - kSlips) * press.options.friction * -force[2]) to.stick += area(solved, i);
+    if (std::hypot(force[0], force[1]) < (1.0 - kSlips) * press.options.friction * -force[2]) {
+      to.stick += area(solved, i);
+    }
   }
   std::copy(solved.carried, solved.carried + 6, to.carried);
   to.approximated = solved.contact->exact() ? 0 : 1;
@@ -233,7 +235,8 @@ mjt_press* mjt_press_new(const mjt_pad* pad, const char* law, const char* tangen
   LawOptions options = law_options(law, tangential, tilting, friction, cells, strength);
   options.narrowest = narrowest;
   // The facing gap and the tolerance of poses are not used, because footprints have no body geometry.
-  auto* made = new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  auto* made =
+      new mjt_press{pad->pad, options, AnySensor(pad->pad, options, 0.0, 1e-6), {}, {}, {}, {}, {}, {}, {}, {}, {}};
   made->sensor.keep_nodal_forces(true, true);
   made->sensor.set_patience(kPatience);
   made->sensor.carry_any_torsion();
@@ -276,7 +279,9 @@ void mjt_press_cells(const mjt_press* press, size_t body, double* centroids, dou
   if (solved.contact == nullptr) return;
   const size_t cells = solved.face->cells();
   const auto& placed = solved.bent == nullptr ? solved.workspace->placed : solved.bent->on_pad();
-  if (centroids != nullptr) std::copy(placed.begin(), placed.begin() + static_cast<std::ptrdiff_t>(2 * cells), centroids);
+  if (centroids != nullptr) {
+    std::copy(placed.begin(), placed.begin() + static_cast<std::ptrdiff_t>(2 * cells), centroids);
+  }
   for (size_t i = 0; areas != nullptr && i < cells; ++i) areas[i] = area(solved, i);
   for (size_t i = 0; forces != nullptr && i < cells; ++i) {
     if (solved.bent == nullptr) {
@@ -320,7 +325,8 @@ size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
   const bool plain = !options.tangential->couples() && options.friction < 0.0;
   // Only a whole flat face has cells that do not depend on the load.
   if (solved.contact == nullptr || !plain || solved.view != nullptr || !solved.contact->linear()) return 0;
-  const size_t parts = solved.contact->parts(), nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
+  const size_t parts = solved.contact->parts();
+  const size_t nodes = 3 * press->pad->surface().nodes_x() * press->pad->surface().nodes_y();
   if (nodal_forces == nullptr) return parts;
   press->basis = *solved.contact;
   press->workspace = *solved.workspace;

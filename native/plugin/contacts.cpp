@@ -48,8 +48,8 @@ struct SeenContact {
   double out_of_pad[3];    // its normal, from the pad to what touches it
   double wrench[6];        // on the pad, about the frame's origin [N, N m]
 
-  // `local`: force and torque as MuJoCo gives them, the first geom's action on the second in axes that are the rows of the
-  // contact's frame; `sign`: 1 where the pad is the second geom, -1 where it is the first.
+  // `local`: force and torque as MuJoCo gives them, the first geom's action on the second in axes that are the rows of
+  // the contact's frame; `sign`: 1 where the pad is the second geom, -1 where it is the first.
   SeenContact(const Layout& layout, const char* contact, const double* local, double sign, const Frame& frame) {
     const double* axes = &field<double>(contact, layout.contact_frame);
     seen_from(frame, &field<double>(contact, layout.contact_pos), point);
@@ -159,7 +159,9 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     double local[6];
     functions.contact_force(model, data, i, local);
     const SeenContact seen(layout, contact, local, second ? 1.0 : -1.0, frame);
-    if (std::all_of(seen.wrench, seen.wrench + 6, [](double one) { return one == 0.0; })) continue;  // it presses nothing
+    if (std::all_of(seen.wrench, seen.wrench + 6, [](double one) { return one == 0.0; })) {
+      continue;  // it presses nothing
+    }
     for (int k = 0; k < 6; ++k) wrench[k] += seen.wrench[k];
     double out[3];
     normal_at(surface, seen.point, out);

@@ -182,11 +182,14 @@ std::shared_ptr<BodyGeometry> ModelGeometry::make(const Model* model) const {
       case kSdf: {
         const auto vertices = static_cast<std::size_t>(field<const int*>(model, layout.model_mesh_vertnum)[geom.data]);
         const auto count = static_cast<std::size_t>(field<const int*>(model, layout.model_mesh_facenum)[geom.data]);
-        const float* vertex = field<const float*>(model, layout.model_mesh_vert) +
-                              3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_vertadr)[geom.data]);
-        const int* face = field<const int*>(model, layout.model_mesh_face) +
-                          3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_faceadr)[geom.data]);
-        const std::uint64_t key = hash_of(hash_of(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
+        const float* vertex =
+            field<const float*>(model, layout.model_mesh_vert) +
+            3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_vertadr)[geom.data]);
+        const int* face =
+            field<const int*>(model, layout.model_mesh_face) +
+            3 * static_cast<std::ptrdiff_t>(field<const int*>(model, layout.model_mesh_faceadr)[geom.data]);
+        const std::uint64_t key =
+            hash_of(hash_of(2, vertex, 3 * sizeof(float) * vertices), face, 3 * sizeof(int) * count);
         mesh = shared_mesh(key, limits_.facing_gap, [&] { return make_mesh(vertex, vertices, face, count); });
         break;
       }

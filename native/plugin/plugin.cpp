@@ -169,7 +169,9 @@ class Reader {
   void add_sleeping() {
     for (const Touch& touch : sleeping_) {
       const auto end = contacts_.touches.begin() + static_cast<std::ptrdiff_t>(contacts_.count);
-      if (std::any_of(contacts_.touches.begin(), end, [&](const Touch& one) { return one.body == touch.body; })) continue;
+      if (std::any_of(contacts_.touches.begin(), end, [&](const Touch& one) { return one.body == touch.body; })) {
+        continue;
+      }
       contacts_.touches.insert(end, touch);
       ++contacts_.count;
       for (int k = 0; k < 6; ++k) contacts_.wrench[k] += touch.wrench[k];
@@ -378,14 +380,16 @@ int init(const Model* model, Data* data, int instance) {
     const int type = field<const int*>(model, layout.model_sensor_objtype)[i];
     const int object = field<const int*>(model, layout.model_sensor_objid)[i];
     if (type != layout.object_geom || (geom >= 0 && object != geom)) {
-      functions.warning("%s", "mjtactile.pad reads one geom, a box or a curved pad's mesh: write objtype=\"geom\" objname=\"name of the pad's geom\" "
-                              "in the sensor, and give every pad an instance of its own.");
+      functions.warning("%s", "mjtactile.pad reads one geom, a box or a curved pad's mesh: write objtype=\"geom\" "
+                              "objname=\"name of the pad's geom\" in the sensor, and give every pad an instance of its "
+                              "own.");
       return -1;
     }
     if (layout.model_sensor_history >= 0 && field<const int*>(model, layout.model_sensor_history)[2 * i] > 0) {
-      functions.warning("%s", "a sensor of mjtactile.pad asks for a history (nsample, interval, delay), for which MuJoCo makes too "
-                              "little room where sensors are plugins, and would write beyond it. Leave these attributes out; "
-                              "to read a pad less often than every step, leave its sensor out and ask "
+      functions.warning("%s", "a sensor of mjtactile.pad asks for a history (nsample, interval, delay), for which "
+                              "MuJoCo makes too little room where sensors are plugins, and would write beyond it. "
+                              "Leave these attributes out; to read a pad less often than every step, leave its sensor "
+                              "out and ask "
                               "mjtactile.TactileSensor(model, geom=...).read(data) when a reading is needed.");
       return -1;
     }
@@ -399,8 +403,8 @@ int init(const Model* model, Data* data, int instance) {
   }
   if (const int unseen = unseen_geom(model, geom); unseen >= 0) {
     const char* names = field<const char*>(model, layout.model_names);
-    functions.warning("mjtactile.pad: geom number %d ('%s') collides with the pad, but has neither a mesh nor a shape to look "
-                      "at. Give it a mesh, or keep it from colliding with the pad by contype and conaffinity.",
+    functions.warning("mjtactile.pad: geom number %d ('%s') collides with the pad, but has neither a mesh nor a shape "
+                      "to look at. Give it a mesh, or keep it from colliding with the pad by contype and conaffinity.",
                       unseen, names + field<const int*>(model, layout.model_name_geomadr)[unseen]);
     return -1;
   }

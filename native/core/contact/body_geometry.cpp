@@ -300,7 +300,8 @@ void outermost(const Shape& shape, const double* up, double height, double farth
     for (int k = 0; k < 8; ++k) {
       at((k & 1) != 0 ? size[0] : -size[0], (k & 2) != 0 ? size[1] : -size[1], (k & 4) != 0 ? size[2] : -size[2]);
     }
-  } else if (shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::ellipsoid) {
+  } else if (shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule ||
+             shape.kind == ShapeKind::ellipsoid) {
     const bool round = shape.kind != ShapeKind::cylinder;
     for (int j = 0; j < kAround; ++j) {
       const double c = std::cos(2.0 * kPi * j / kAround), s = std::sin(2.0 * kPi * j / kAround);
@@ -312,7 +313,9 @@ void outermost(const Shape& shape, const double* up, double height, double farth
         if (shape.kind == ShapeKind::ellipsoid) {
           at(size[0] * across * c, size[1] * across * s, size[2] * along);
         } else {
-          for (const double end : {-size[1], size[1]}) at(size[0] * across * c, size[0] * across * s, end + size[0] * along);
+          for (const double end : {-size[1], size[1]}) {
+            at(size[0] * across * c, size[0] * across * s, end + size[0] * along);
+          }
         }
       }
     }
@@ -332,7 +335,8 @@ void outermost(const Shape& shape, const double* up, double height, double farth
       return pass(in_body(shape.local, middle), std::sqrt(square), least - plane);
     };
     below(*shape.mesh, own.data(), plane + kSteepest * farthest, [&](std::uint32_t first, std::uint32_t count) {
-      for (std::size_t k = 3 * static_cast<std::size_t>(first); k < 3 * (static_cast<std::size_t>(first) + count); ++k) {
+      const std::size_t end = 3 * (static_cast<std::size_t>(first) + count);
+      for (std::size_t k = 3 * static_cast<std::size_t>(first); k < end; ++k) {
         visit(in_body(shape.local, shape.mesh->vertices.data() + 3 * static_cast<std::size_t>(shape.mesh->faces[k])));
       }
     }, passed);
@@ -351,7 +355,9 @@ double steepness(const std::vector<Shape>& shapes, const FlatSide& side) {
   for (const Shape& shape : shapes) {
     if (shape.kind != ShapeKind::triangles) continue;
     double size = 0.0;
-    for (int k = 0; k < 3; ++k) size += std::pow(shape.mesh->boxes.empty() ? 0.0 : shape.mesh->boxes[0].high[k] - shape.mesh->boxes[0].low[k], 2);
+    for (int k = 0; k < 3; ++k) {
+      size += std::pow(shape.mesh->boxes.empty() ? 0.0 : shape.mesh->boxes[0].high[k] - shape.mesh->boxes[0].low[k], 2);
+    }
     farthest = std::max(farthest, std::sqrt(size) + std::sqrt(dot(shape.local.position, shape.local.position)));
   }
   double least = kNowhere;

@@ -86,7 +86,8 @@ bool ContactSearch::look(const HeightMap& map) {
     const auto nearest = [](double part) {
       return static_cast<std::size_t>(std::min(std::max(part * kLines, 0.0), kLines - 1.0));
     };
-    const std::size_t place = nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
+    const std::size_t place =
+        nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
     const Point middle = grid_point(place), &kept = points_[place];
     const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
     if (!(height_there < raw_[place] - (nearer ? -same() : same()))) continue;
@@ -115,16 +116,10 @@ void ContactSearch::set_heights(const Plane& plane) {
   for (double& one : heights_) one = levelled(one - lowest_);
 }
 
-std::size_t ContactSearch::root(std::size_t sample) {
-  while (parents_[sample] != sample) sample = parents_[sample] = parents_[parents_[sample]];
-  return sample;
-}
-
 // Raise the level until the parts below it carry kSpare times the load, then connect the parts.
 void ContactSearch::flood(const SearchLoad& load) {
   rising_.begin(heights_);
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
-  parents_.resize(heights_.size());
   under_.assign(heights_.size(), 0);
   const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   double around = 0.0, area = 0.0;
@@ -147,10 +142,11 @@ void ContactSearch::flood(const SearchLoad& load) {
   connect();
 }
 
-// Join samples below the level that are near each other (union-find). The root of a part is its first sample.
+// Join samples below the level that are near each other.
 void ContactSearch::connect() {
   constexpr auto kLast = static_cast<int>(kLines) - 1;
   flooded_.clear();
+  sets_.reset(heights_.size());
   for (std::size_t at = 0; at < under_.size(); ++at) {
     const void* const next = std::memchr(under_.data() + at, 1, under_.size() - at);
     if (next == nullptr) break;
@@ -158,7 +154,6 @@ void ContactSearch::connect() {
     flooded_.push_back(at);
   }
   for (const std::size_t sample : flooded_) {
-    parents_[sample] = sample;
     const auto column = static_cast<int>(sample % kLines), row = static_cast<int>(sample / kLines);
     // If the sample to the left is below the level, it has been joined to all samples near both.
     const bool beside = column > 0 && under_[sample - 1];
@@ -166,9 +161,7 @@ void ContactSearch::connect() {
       const int first = !beside ? column - kNear : j < row ? column + kNear : column - 1;
       for (int i = std::max(first, 0); i <= std::min(j < row ? column + kNear : column - 1, kLast); ++i) {
         const std::size_t other = static_cast<std::size_t>(j) * kLines + static_cast<std::size_t>(i);
-        if (!under_[other]) continue;
-        const std::size_t a = root(sample), b = root(other);
-        if (a != b) parents_[std::max(a, b)] = std::min(a, b);
+        if (under_[other]) sets_.join(sample, other);
       }
     }
   }
@@ -178,14 +171,16 @@ void ContactSearch::gather_parts() {
   labels_.resize(heights_.size());
   std::size_t count = 0;
   for (const std::size_t sample : flooded_) {
-    if (root(sample) == sample) labels_[sample] = count++;
+    if (sets_.root(sample) == sample) labels_[sample] = count++;
   }
   const bool together = count > kMostParts;
   part_count_ = together ? 1 : count;
   if (members_.size() < part_count_) members_.resize(part_count_);
   if (parts_.size() < part_count_) parts_.resize(part_count_);
   for (std::size_t k = 0; k < part_count_; ++k) members_[k].clear();
-  for (const std::size_t sample : flooded_) members_[together ? 0 : labels_[root(sample)]].push_back(grid_point(sample));
+  for (const std::size_t sample : flooded_) {
+    members_[together ? 0 : labels_[sets_.root(sample)]].push_back(grid_point(sample));
+  }
   const double sides[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   for (std::size_t k = 0; k < part_count_; ++k) {
     Region region = region_about(members_[k], sides, 0.0, *map_);
@@ -199,7 +194,8 @@ Point ContactSearch::point_of(const Part& part, std::size_t place) const {
   const double u = (static_cast<double>(place % part.columns) + 0.5) / static_cast<double>(part.columns) - 0.5;
   const double v = (static_cast<double>(place / part.columns) + 0.5) / static_cast<double>(part.rows) - 0.5;
   const double x = kWithin * u * part.region.width, y = kWithin * v * part.region.height;
-  return {part.region.centre.x + part.cosine * x - part.sine * y, part.region.centre.y + part.sine * x + part.cosine * y};
+  return {part.region.centre.x + part.cosine * x - part.sine * y,
+          part.region.centre.y + part.sine * x + part.cosine * y};
 }
 
 void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& part) {
@@ -363,7 +359,8 @@ double ContactSearch::share_until(const Plane& seen, const Plane& tilt, double h
     const double falls = tilt(at.x, at.y);
     if (!(falls > 0.0) || !std::isfinite(raw_[i])) continue;
     const double share = std::max(raw_[i] - seen(at.x, at.y) - lowest_ - height, 0.0) / falls;
-    if (share < least && std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
+    if (share < least &&
+        std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
       least = share;
     }
   }

@@ -14,6 +14,7 @@
 #include "contact/cells/lattice.hpp"
 #include "contact/solvers/rising_heights.hpp"
 #include "contact/solvers/springs.hpp"
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/height_map.hpp"
 
 namespace mjtactile {
@@ -83,7 +84,6 @@ class ContactSearch {
   void set_heights(const Plane& plane);
   void flood(const SearchLoad& load);
   void connect();
-  std::size_t root(std::size_t sample);
   void gather_parts();
   void look_closer(const HeightMap& map, const Plane& plane, Part& part);
   void set_level(const SearchLoad& load);
@@ -102,7 +102,7 @@ class ContactSearch {
   std::vector<std::size_t> moved_;   // samples whose points do not belong to the grid
   std::vector<double> raw_, heights_;
   RisingHeights rising_;
-  std::vector<std::size_t> parents_;
+  DisjointSets<std::size_t> sets_;     // samples under the level that are near each other
   std::vector<std::uint8_t> under_;
   std::vector<std::size_t> flooded_;   // samples under the level, in their order
   std::vector<std::vector<Point>> members_;

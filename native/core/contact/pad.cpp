@@ -4,12 +4,10 @@
 #include <numeric>
 #include <utility>
 
+#include "linalg/aligned.hpp"
+
 namespace mjtactile {
 namespace {
-
-constexpr std::size_t kAligned = 16;
-
-std::size_t padded(std::size_t rows) { return (rows + kAligned - 1) / kAligned * kAligned; }
 
 template <typename Value>
 Columns<Value> filled(const double* matrix, const std::vector<std::size_t>& order, std::size_t rows,
@@ -49,7 +47,9 @@ void Pad::set_mirrors_of(StressMap<Value>& map, bool x, bool y, const double* si
   map.mirrored[0] = x, map.mirrored[1] = y;
   const std::size_t count = map.class_count();
   for (std::size_t image = 0; image < count; ++image) {
-    for (std::size_t c = 0; c < count; ++c) map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
+    for (std::size_t c = 0; c < count; ++c) {
+      map.signs[kClasses * image + c] = static_cast<Value>(signs[count * image + c]);
+    }
   }
 }
 

@@ -212,7 +212,9 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
   std::swap(press.patch, press.other_patch);
   std::swap(press.gap, press.other_gap);
   const TangentPlane* plane = plane_of(press);
-  if (whole > 0.0) press.patch.place(surface(plane == nullptr ? sheet() : plane->whole().bounds, plane), press.workspace);
+  if (whole > 0.0) {
+    press.patch.place(surface(plane == nullptr ? sheet() : plane->whole().bounds, plane), press.workspace);
+  }
   return whole > 0.0;
 }
 
@@ -347,7 +349,7 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
     put_on_curved_nodes(press);
   } else {
     if (!shear(touch, press)) contact.forces(cells, touch.wrench, press.forces.data());
-    bound_stress(cells, press.forces.data());
+    bound_stress(cells, options_.strength, press.forces.data());
     CellContact::sum(press.workspace, cells.cells(), press.forces.data(), press.carried);
     contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());
   }
@@ -373,25 +375,11 @@ void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
   double* wrench = press.here.wrench;
   wrench[0] -= along[0], wrench[1] -= along[1], wrench[5] -= along[2];
   if (!shear(press.here, press)) contact.forces(cells, wrench, press.forces.data());
-  bound_stress(cells, press.forces.data());
+  bound_stress(cells, options_.strength, press.forces.data());
   CellContact::sum(press.workspace, cells.cells(), press.forces.data(), carried);
   carried[0] += along[0], carried[1] += along[1], carried[5] += along[2];
   press.plane.wrench_out_of(carried, press.carried);
   press.laid().nodal_forces(cells, pad_->surface(), press.forces.data(), press.carried, press.bent, forces_.data());
-}
-
-// Bound the force on each cell so that sqrt(p^2 + 3 t^2) of pressure p and shear t does not exceed the strength. Shear
-// beyond that is left out.
-template <typename Value>
-void PadSensor<Value>::bound_stress(const Face& cells, double* forces) const {
-  for (std::size_t i = 0; options_.strength > 0.0 && i < cells.cells(); ++i) {
-    double* force = forces + 3 * i;
-    const double most = options_.strength * cells.areas[i];
-    const double shear = std::hypot(force[0], force[1]);
-    force[2] = std::min(std::max(force[2], -most), most);
-    const double bound = std::sqrt(std::max(most * most - force[2] * force[2], 0.0) / 3.0);
-    if (shear > bound) force[0] *= bound / shear, force[1] *= bound / shear;
-  }
 }
 
 // Compute the forces on the cells if shear is bounded by friction or is not in proportion to the pressure. False if it
@@ -528,7 +516,9 @@ void PadSensor<Value>::add(const double* forces) {
     for (double& force : forces_) force = std::ldexp(force, -power_);
   }
   pad_->template deviatoric<Value>().add_response(forces_.data(), map_workspace_, response_.data());
-  if (pad_->has_mean()) pad_->template mean<Value>().add_response(forces_.data(), map_workspace_, mean_response_.data());
+  if (pad_->has_mean()) {
+    pad_->template mean<Value>().add_response(forces_.data(), map_workspace_, mean_response_.data());
+  }
 }
 
 template <typename Value>
@@ -647,7 +637,8 @@ std::shared_ptr<const Face> PadSensor<Value>::cut_face(const Touch& touch, std::
   Outline cut;
   bool any = true;
   if (whole.endless) {
-    cut.rings.push_back({{over.west, over.south}, {over.east, over.south}, {over.east, over.north}, {over.west, over.north}});
+    cut.rings.push_back(
+        {{over.west, over.south}, {over.east, over.south}, {over.east, over.north}, {over.west, over.north}});
   } else {
     const double angle = static_cast<double>(place[2]) * kCutTurn;
     const Placement there = {std::cos(angle), std::sin(angle),

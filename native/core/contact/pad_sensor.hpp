@@ -169,7 +169,6 @@ class PadSensor {
   void finish(const Touch& touch, BodyPress& press);
   void put_on_curved_nodes(BodyPress& press);
   bool shear(const Touch& touch, BodyPress& press);
-  void bound_stress(const Face& cells, double* forces) const;
   void note(Event event, const Touch& touch, double pressure, double indentation);
   void note_range(const Touch& touch, const double* force, double area, double indentation);
   void note_carried(const Touch& touch, const double* carried);

@@ -141,7 +141,8 @@ void PatchFace::sound(Lattice lattice, const HeightWindow& view, const Territory
     nodes_[first + i] = seen_from(view, points_[i], found_[i]) - view.highest;
   }
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
-    const auto column = static_cast<double>(place % lattice.columns), row = static_cast<double>(place / lattice.columns);
+    const auto column = static_cast<double>(place % lattice.columns);
+    const auto row = static_cast<double>(place / lattice.columns);
     const bool counts =
         nodes_of(lattices_.size() - 1, place).under > 0 && !territory.lost(lattice.at(column + 0.5, row + 0.5));
     places_.push_back(counts ? kSounded : kNone);
@@ -299,7 +300,8 @@ bool PatchFace::search_ends(const CutCell& cut, bool along, double line, double&
   const Point from = point(-0.5), to = point(0.5);
   SegmentPart flat;
   if (cut.view.map->flat_over(from, to, flat)) {
-    flat.keep_positive(cut.view.highest - seen_from(cut.view, from, 0.0), cut.view.highest - seen_from(cut.view, to, 0.0));
+    flat.keep_positive(cut.view.highest - seen_from(cut.view, from, 0.0),
+                       cut.view.highest - seen_from(cut.view, to, 0.0));
     low = flat.low - 0.5, high = flat.high - 0.5;
     return !flat.is_empty();
   }
@@ -412,7 +414,8 @@ void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell)
   const double reached[2] = {std::abs(c) * cell.sides[0] + std::abs(s) * cell.sides[1],
                              std::abs(s) * cell.sides[0] + std::abs(c) * cell.sides[1]};
   if (reached[0] <= (1.0 + kFlush) * room[0] && reached[1] <= (1.0 + kFlush) * room[1]) return;
-  double sides[2] = {std::hypot(c * cell.sides[0], s * cell.sides[1]), std::hypot(s * cell.sides[0], c * cell.sides[1])};
+  double sides[2] = {std::hypot(c * cell.sides[0], s * cell.sides[1]),
+                     std::hypot(s * cell.sides[0], c * cell.sides[1])};
   const double smaller = std::sqrt(area / (sides[0] * sides[1]));
   for (double& side : sides) side *= smaller;
   for (int k = 0; k < 2; ++k) {
@@ -450,8 +453,10 @@ std::vector<Point> PatchFace::outermost() const {
   };
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     const Cell& cell = cells_[i];
-    const std::size_t columns = lattices_[cell.lattice].columns, column = cell.place % columns, row = cell.place / columns;
-    const bool between = cell.whole && column > 0 && whole(cell.lattice, column - 1, row) && whole(cell.lattice, column + 1, row);
+    const std::size_t columns = lattices_[cell.lattice].columns;
+    const std::size_t column = cell.place % columns, row = cell.place / columns;
+    const bool between =
+        cell.whole && column > 0 && whole(cell.lattice, column - 1, row) && whole(cell.lattice, column + 1, row);
     if (!between) points.push_back(face_.centroids[i]);
   }
   return points;
@@ -509,7 +514,8 @@ void PatchFace::integrate(const Lattice& lattice, std::size_t first, std::size_t
       continue;
     }
     for (std::size_t k = wholes++; k < whole_.size(); ++k) {
-      const std::size_t j = whole_[k], across = columns_[j] > columns_[i] ? columns_[j] - columns_[i] : columns_[i] - columns_[j];
+      const std::size_t j = whole_[k];
+      const std::size_t across = columns_[j] > columns_[i] ? columns_[j] - columns_[i] : columns_[i] - columns_[j];
       own[j] = offsets_[(rows_[j] - rows_[i]) * lattice.columns + across];
     }
     far_beside_.of(rectangles_[i], others, values_.data());
@@ -580,8 +586,8 @@ void PatchFace::integrate_shear(ShearIntegrals& integrals) const {
     double* const rows[5] = {integrals.xx.data() + next, integrals.xy.data() + next, integrals.yy.data() + next,
                              integrals.along.data() + next, integrals.across.data() + next};
     const double* later = middles.data() + i + 1;
-    kernels().shear_of_point(middles[i], middles[count + i], cell.area, later, later + count, face_.areas.data() + i + 1,
-                             count - i - 1, rows);
+    kernels().shear_of_point(middles[i], middles[count + i], cell.area, later, later + count,
+                             face_.areas.data() + i + 1, count - i - 1, rows);
     for (std::size_t j = i + 1; j < count; ++j) {
       PairShear pair;
       if (apart.has(i, j, pair)) {

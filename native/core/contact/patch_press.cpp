@@ -11,7 +11,8 @@ constexpr double kPi = 3.14159265358979323846;
 
 // Looks. A look lays cells on the spots that may touch, as one plane sees the body, and presses them.
 constexpr int kLooks = 4;                // looks at one contact, at most
-constexpr double kWorse = 0.04;          // more energy than this share of a contact's own makes another look the worse one
+constexpr double kWorse = 0.04;          // more energy than this share of a contact's own makes another look the
+                                         // worse one
 constexpr double kMissed = 0.01;         // distance of the centre of pressure from the load, over the contact's size,
                                          // from which on the load is missed
 constexpr double kInside = 1e-12;        // distance from the rim of what the body covers that still lies inside [m]
@@ -36,8 +37,8 @@ constexpr double kGoesOn = 0.5;          // more than this share of the cells cu
 constexpr double kWithin = 0.5;          // the others have more than this share of their area,
 constexpr double kHigher = 1.2;          // and the body sinks in this many times as deep
 
-// Regions about the spots in which cells are laid. Sides and areas of spots are whole numbers of the search's samples: at
-// ratios that such numbers have, rounding would decide.
+// Regions about the spots in which cells are laid. Sides and areas of spots are whole numbers of the search's samples:
+// at ratios that such numbers have, rounding would decide.
 constexpr double kLeastWider = 1.5;      // size over that of the spot, at least
 constexpr double kTrimmed = 0.6;         // share of an open spot's region that is kept, at least
 constexpr double kElongated = 3.003;     // length over width from which on no spot is open
@@ -73,9 +74,9 @@ constexpr double kStrip = 3.0;           // width of the strip that is pressed t
 constexpr double kCorner = 0.7;          // sum of the normals of two sides at a right corner, over that of their sizes
 constexpr double kOneSide = 0.1;         // the same where sides have no direction in common
 
-// How high a contact ends, over the level, of a body whose height grows with the radius to the power m. It sinks in c_m times
-// as deep as that, c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), under 2 m c_m / (m + 1) times what that height takes
-// on a flat punch of its area (Sneddon, Int. J. Engng Sci. 3, 1965).
+// How high a contact ends, over the level, of a body whose height grows with the radius to the power m. It sinks in c_m
+// times as deep as that, c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), under 2 m c_m / (m + 1) times what that
+// height takes on a flat punch of its area (Sneddon, Int. J. Engng Sci. 3, 1965).
 double end_over_level(double m) {
   const double c = std::sqrt(kPi / 2.0 * (m + 0.5));  // within 2 % from cones on
   return kEnds * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
@@ -84,7 +85,8 @@ double end_over_level(double m) {
 // Heights nearer to the level than this, over it, tell of no power; cusps sharper than the least power are not known.
 constexpr double kHigherAtLeast = 1.01, kLeastPower = 0.5;
 
-// The power m of a body of which so many times the area lies under a height so many times the level; 0 where none is told.
+// The power m of a body of which so many times the area lies under a height so many times the level; 0 where none is
+// told.
 double power_of(double higher, double more) {
   if (!(higher > kHigherAtLeast) || !(more > 1.0) || !std::isfinite(higher) || !std::isfinite(more)) return 0.0;
   return std::max(2.0 * std::log(higher) / std::log(more), kLeastPower);
@@ -193,8 +195,8 @@ bool PatchPress::turn(const Problem& problem, Looks& looks) {
   if (looks.last_is_best) {
     if (laid_.contact.exact() && presses_all()) return false;
     // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
-    // Onto a load beside all that the body covers the first plane has tilted it as far as it goes; under laws whose cells
-    // do not know of each other it would rest in the same way again.
+    // Onto a load beside all that the body covers the first plane has tilted it as far as it goes; under laws whose
+    // cells do not know of each other it would rest in the same way again.
     looks.resting_tried = !looks.rested && problem.options.law->couples() && looks.best_merit.missed > 0.0 &&
                           problem.hull.size() > 2 && holds(problem.hull, problem.load.through, kInside);
     if (looks.resting_tried) {
@@ -314,7 +316,9 @@ Plane PatchPress::first_plane(const SearchLoad& load, const std::vector<Point>& 
     const double length = std::hypot(b.x - a.x, b.y - a.y);
     const double along[2] = {(b.x - a.x) / length, (b.y - a.y) / length}, normal[2] = {-along[1], along[0]};
     double depth = 0.0;
-    for (const Point& corner : hull) depth = std::max(depth, normal[0] * (corner.x - a.x) + normal[1] * (corner.y - a.y));
+    for (const Point& corner : hull) {
+      depth = std::max(depth, normal[0] * (corner.x - a.x) + normal[1] * (corner.y - a.y));
+    }
     const double near = kNearRim * depth;
     const double away = std::max(normal[0] * (load.through.x - a.x) + normal[1] * (load.through.y - a.y), 1e-3 * depth);
     const double from = along[0] * (a.x - load.through.x) + along[1] * (a.y - load.through.y);
@@ -388,7 +392,8 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
   highest = std::max(highest, view.reaches);
   laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
                 highest + search_.same()};
-  // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves little.
+  // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves
+  // little.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
   double wanted = 0.0;
   for (const Spot& spot : spots_) {
@@ -422,7 +427,8 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
 // Regions about the spots as far as the body may touch there: what stands linearly higher from the spot on is reached.
 void PatchPress::reach_out() {
   // Flat faces stand nowhere higher.
-  const double wider = search_.level() > 0.0 ? std::max(laid_.seen.highest / search_.level(), kLeastWider) : kLeastWider;
+  const double wider =
+      search_.level() > 0.0 ? std::max(laid_.seen.highest / search_.level(), kLeastWider) : kLeastWider;
   regions_.clear();
   for (const Spot& spot : spots_) {
     Region region = spot.region.lengthwise();
@@ -441,9 +447,11 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   for (const Spot& one : spots_) roots += std::sqrt(one.area);
   const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
   const bool breaks = search_.loaded() * kGenerous < search_.level();
-  double cell = coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.generosity, kGenerous))) / share;
+  double cell =
+      coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.generosity, kGenerous))) / share;
   // Bodies whose area grows fast with the height press on more than what lies under the level.
-  const double power = power_of(laid_.seen.highest / search_.level(), regions_[number].area() / spot.region.lengthwise().area());
+  const double power =
+      power_of(laid_.seen.highest / search_.level(), regions_[number].area() / spot.region.lengthwise().area());
   if (power > 0.0) cell *= std::max(std::pow(end_over_level(power), 2.0 / power), 1.0);
   // So many cells of one size lie along a line that runs askew to them.
   const double askew = coarser * kAskew * spot.length / share;
@@ -452,7 +460,8 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSounded * wanted));
   // Lattices grow as far as the body goes on: one cell on a speck of it may not stay as small as that.
   if (!(region.area() > 0.0) || std::max(region.width, region.height) < options.narrowest) {
-    region.width = std::max(region.width, options.narrowest), region.height = std::max(region.height, options.narrowest);
+    region.width = std::max(region.width, options.narrowest);
+    region.height = std::max(region.height, options.narrowest);
   }
   if (coarser > 1.0 && region.area() < cell) {
     // One cell, no longer than the region where that is long enough.
@@ -546,7 +555,9 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     const double slope = std::hypot(to[0], to[1]);
     // It falls over: no tilt would carry the load, and farther than this none is looked at.
-    if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) return false;
+    if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
+      return false;
+    }
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (laid_.contact.exact()) view.sinks = beyond ? 0.0 : laid_.contact.indentation() + std::max(lowest, 0.0);
@@ -557,7 +568,8 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
     if (next.share < rolling) view.touches = std::max(view.touches, kSinks * next.height);
     return true;
   }
-  if (search_.level() > 0.0 && laid_.contact.indentation() > kDeep * laid_.seen.highest && view.generosity < kMostGenerous) {
+  if (search_.level() > 0.0 && laid_.contact.indentation() > kDeep * laid_.seen.highest &&
+      view.generosity < kMostGenerous) {
     // Where the surface was pressed this deep, what stands a good part of that higher touches as well.
     const double deeper = kShareOfDepth * laid_.contact.indentation() / laid_.seen.highest;
     view.generosity = std::min(view.generosity * std::min(deeper, kMostWider), kMostGenerous);

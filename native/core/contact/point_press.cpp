@@ -19,6 +19,7 @@ bool PointPress::lay(const std::vector<ContactPoint>& points, const Options& opt
   forces_.clear();
   area_ = 0.0;
   for (const ContactPoint& point : gathered_) add_square(point, options);
+  bound_stress(face_, options.strength, forces_.data());
   return !forces_.empty();
 }
 
@@ -56,12 +57,7 @@ void PointPress::add_square(const ContactPoint& point, const Options& options) {
   face_.centroids.push_back({x, y});
   face_.areas.push_back(4 * half * half);
   area_ += face_.areas.back();
-  // Bound the force so that sqrt(p^2 + 3 t^2) of pressure p and shear t does not exceed the strength.
-  const double most = options.strength > 0.0 ? options.strength * face_.areas.back() : kNowhere;
-  const double normal = std::max(wrench[2], -most), shear = std::hypot(wrench[0], wrench[1]);
-  const double bound = options.strength > 0.0 ? std::sqrt(std::max(most * most - normal * normal, 0.0) / 3.0) : shear;
-  const double share = shear > bound ? bound / shear : 1.0;
-  forces_.insert(forces_.end(), {share * wrench[0], share * wrench[1], normal});
+  forces_.insert(forces_.end(), wrench, wrench + 3);
 }
 
 double PointPress::peak() const {

@@ -252,7 +252,8 @@ class FacetFinder {
   }
 
   // Join a region and all others in its plane that are not taken yet, and mark them as taken.
-  std::pair<Plane, Triangles> join(std::uint32_t seed, const PlaneCells& cells, std::vector<std::uint8_t>& taken) const {
+  std::pair<Plane, Triangles> join(std::uint32_t seed, const PlaneCells& cells,
+                                   std::vector<std::uint8_t>& taken) const {
     const Plane& begun = regions_[seed].plane;
     std::pair<Plane, Triangles> joined;
     cells.visit_around(begun, [&](std::uint32_t number) {

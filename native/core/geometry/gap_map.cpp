@@ -25,7 +25,8 @@ void clip(const std::vector<Point>& points, const Rectangle& to_sheet, double to
   const Point* const at = points.data();
   const std::size_t count = points.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const bool on = (at[i].x >= sheet.west) & (at[i].x <= sheet.east) & (at[i].y >= sheet.south) & (at[i].y <= sheet.north);
+    const bool on =
+        (at[i].x >= sheet.west) & (at[i].x <= sheet.east) & (at[i].y >= sheet.south) & (at[i].y <= sheet.north);
     heights[i] = (on & (heights[i] <= ceiling)) ? heights[i] : kNowhere;
   }
 }
@@ -103,7 +104,9 @@ bool FlatMap::set_sides() {
   // The test below compares all edges with all corners, so it is limited to few edges.
   if (starts_.size() > kFewEdges) return false;
   double size = 0.0;
-  for (const Point& corner : starts_) size = std::max(size, std::hypot(corner.x - starts_[0].x, corner.y - starts_[0].y));
+  for (const Point& corner : starts_) {
+    size = std::max(size, std::hypot(corner.x - starts_[0].x, corner.y - starts_[0].y));
+  }
   const auto along = [&](const Point& from, const Point& to) -> Side {
     const double length = std::hypot(to.x - from.x, to.y - from.y);
     const double x = (to.x - from.x) / length, y = (to.y - from.y) / length;

@@ -52,7 +52,8 @@ Point nearest_on(const Point& a, const Point& b, const Point& point) {
 
 // Andrew's monotone chain.
 std::vector<Point> convex_hull(std::vector<Point> points) {
-  std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
+  std::sort(points.begin(), points.end(),
+            [](const Point& a, const Point& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
   if (points.size() < 3) return points;
   std::vector<Point> hull;
   for (int half = 0; half < 2; ++half) {

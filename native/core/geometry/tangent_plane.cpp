@@ -107,7 +107,8 @@ SeenPiece TangentPlane::piece(const Rectangle& above) const {
   }
   const double more = kMargin * std::max(seen.east - seen.west, seen.north - seen.south);
   const double higher = kMargin * (highest - lowest);
-  return {{seen.west - more, seen.south - more, seen.east + more, seen.north + more}, lowest - higher, highest + higher};
+  return {{seen.west - more, seen.south - more, seen.east + more, seen.north + more},
+          lowest - higher, highest + higher};
 }
 
 bool TangentPlane::look(double u, double v, SeenSurface& seen) const {
@@ -118,7 +119,9 @@ void TangentPlane::heights(const std::vector<Point>& points, std::vector<double>
   to.resize(points.size());
   if (!surface_->is_quadric()) {
     SeenSurface seen;
-    for (std::size_t i = 0; i < points.size(); ++i) to[i] = look(points[i].x, points[i].y, seen) ? seen.height : INFINITY;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      to[i] = look(points[i].x, points[i].y, seen) ? seen.height : INFINITY;
+    }
     return;
   }
   const Rectangle sheet = surface_->sheet();
@@ -245,7 +248,8 @@ void TangentPlane::wrench_out_of(const double* here, double* wrench) const {
 
 bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre) {
   const Rectangle& sheet = surface.sheet();
-  const double force = std::sqrt(product(wrench, wrench)), size = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
+  const double force = std::sqrt(product(wrench, wrench));
+  const double size = std::max(sheet.east - sheet.west, sheet.north - sheet.south);
   if (!(force > 0.0)) return false;
   double along[3], torsion[3] = {0.0, 0.0, 0.0};   // the line's direction, and the moment along the normal
   for (int k = 0; k < 3; ++k) along[k] = wrench[k] / force;

@@ -88,8 +88,10 @@ struct PointGrid {
     const std::size_t rows = points.size() / columns;
     if (columns < 2 || rows < 2 || rows * columns != points.size()) return false;
     const Point &right = points[columns - 1], &top = points[(rows - 1) * columns];
-    const double a[2] = {(right.x - first.x) / static_cast<double>(columns - 1), (right.y - first.y) / static_cast<double>(columns - 1)};
-    const double b[2] = {(top.x - first.x) / static_cast<double>(rows - 1), (top.y - first.y) / static_cast<double>(rows - 1)};
+    const double a[2] = {(right.x - first.x) / static_cast<double>(columns - 1),
+                         (right.y - first.y) / static_cast<double>(columns - 1)};
+    const double b[2] = {(top.x - first.x) / static_cast<double>(rows - 1),
+                         (top.y - first.y) / static_cast<double>(rows - 1)};
     bool fits = true;
     for (std::size_t row = 0; row < rows; ++row) {
       const double x = first.x + static_cast<double>(row) * b[0], y = first.y + static_cast<double>(row) * b[1];
@@ -112,7 +114,8 @@ struct PointGrid {
     const double x = (west + east) / 2 - first.x, y = (south + north) / 2 - first.y;
     for (int axis = 0; axis < 2; ++axis) {
       const double middle = per[axis][0] * x + per[axis][1] * y;
-      const double half = (std::abs(per[axis][0]) * (east - west) + std::abs(per[axis][1]) * (north - south)) / 2 + kMargin;
+      const double half =
+          (std::abs(per[axis][0]) * (east - west) + std::abs(per[axis][1]) * (north - south)) / 2 + kMargin;
       const auto most = static_cast<double>(counts[axis]);
       from[axis] = static_cast<std::size_t>(std::min(std::max(middle - half, -1.0) + 1.0, most));
       end[axis] = static_cast<std::size_t>(std::min(std::max(middle + half, -1.0) + 1.0, most));
@@ -339,7 +342,8 @@ void TriangleShadow::place_buckets() {
 std::uint8_t TriangleShadow::finest_bucket(double at, std::size_t axis) const {
   const double place = (at - (axis == 0 ? grid_.west : grid_.south)) * per_[axis];
   if (!(place > 0.0)) return 0;  // a grid of no extent has one bucket
-  return static_cast<std::uint8_t>(place < static_cast<double>(kFinest) ? static_cast<std::size_t>(place) : kFinest - 1);
+  return static_cast<std::uint8_t>(place < static_cast<double>(kFinest) ? static_cast<std::size_t>(place)
+                                                                        : kFinest - 1);
 }
 
 // List the triangles of each bucket that their bounds overlap.
@@ -393,7 +397,8 @@ bool TriangleShadow::buckets_over(const Rectangle& box, BucketRange& range) cons
         box.south <= grid_.north + slack[1] && box.north >= grid_.south - slack[1])) {
     return false;
   }
-  const double low[2] = {box.west - slack[0], box.south - slack[1]}, high[2] = {box.east + slack[0], box.north + slack[1]};
+  const double low[2] = {box.west - slack[0], box.south - slack[1]};
+  const double high[2] = {box.east + slack[0], box.north + slack[1]};
   for (std::size_t axis = 0; axis < 2; ++axis) {
     range.first[axis] = coarser_[finest_bucket(low[axis], axis)];
     range.last[axis] = coarser_[finest_bucket(high[axis], axis)];

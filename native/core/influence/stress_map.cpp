@@ -11,7 +11,6 @@
 namespace mjtactile {
 namespace {
 
-constexpr std::size_t kAligned = 16;   // rows are padded to a multiple of this, so that kernels see whole vectors only
 constexpr std::size_t kChunk = 128;    // columns passed to a kernel at once
 constexpr double kTopByte = 127.0;     // largest entry of a scaled column in bytes
 constexpr int kTopExponent = 15;       // exponent of a scaled column's largest entry; half precision ends below 2^16
@@ -67,7 +66,7 @@ void norms_of_few(const Value* const* classes, std::size_t count, const Value* s
 
 template <typename Value>
 Columns<Value>::Columns(std::size_t count, std::size_t rows, Precision precision)
-    : count_(count), rows_(rows), stride_((rows + kAligned - 1) / kAligned * kAligned) {
+    : count_(count), rows_(rows), stride_(padded(rows)) {
   const bool narrow = std::is_same<Value, float>::value;
   if (narrow && precision == Precision::byte) {
     bytes_.assign(count * stride_, 0);
@@ -184,8 +183,7 @@ void StressMap<Value>::add_response(const double* forces, Workspace& workspace, 
 
 template <typename Value>
 std::size_t StressMap<Value>::row_stride() const {
-  const std::size_t used = 3 * part(nodes_x, 0) + 1;  // the kernel writes one number beyond the row
-  return (used + kAligned - 1) / kAligned * kAligned;
+  return padded(3 * part(nodes_x, 0) + 1);  // the kernel writes one number beyond the row
 }
 
 template <typename Value>

@@ -1,4 +1,4 @@
-// Memory aligned to cache lines, so that a SIMD load never straddles two of them.
+// Memory aligned to cache lines, so that a SIMD load never straddles two of them, and rows of whole vectors.
 #pragma once
 
 #include <cstddef>
@@ -43,5 +43,10 @@ struct AlignedAllocator {
 
 template <typename Value>
 using AlignedVector = std::vector<Value, AlignedAllocator<Value>>;
+
+// Rows are padded to a multiple of this, so that kernels see whole vectors only.
+constexpr std::size_t kAligned = 16;
+
+constexpr std::size_t padded(std::size_t count) { return (count + kAligned - 1) / kAligned * kAligned; }
 
 }  // namespace mjtactile

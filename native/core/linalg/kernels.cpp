@@ -17,7 +17,8 @@ const Set* sets(std::size_t& count) {
 #ifdef MJTACTILE_X86
   static const Set all[] = {
       {&avx512::kKernels, __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("fma")},
-      {&avx2::kKernels, __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("f16c")},
+      {&avx2::kKernels,
+       __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("f16c")},
       {&plain::kKernels, true},
   };
 #else

@@ -171,7 +171,8 @@ std::size_t multiply_down(const double* a, std::size_t a_row, std::size_t a_colu
   return first;
 }
 
-// Wide tiles of few rows first; where columns do not fill them, as many sums go on side by side in narrow tiles of more.
+// Wide tiles of few rows first; where columns do not fill them, as many sums go on side by side in narrow tiles of
+// more.
 inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_t a_column, const double* b,
                                   std::size_t b_row, double* c, std::size_t c_row, std::size_t rows,
                                   std::size_t columns, std::size_t depth) {
@@ -282,7 +283,8 @@ inline void shear_row(const double* const* integrals, const double* per_area, co
     for (std::size_t k = 0; k < kRows; ++k) std::memcpy(in[k], integrals[k] + first, taken * sizeof(double));
     std::memcpy(area, per_area + first, taken * sizeof(double));
     for (std::size_t j = 0; j < kAtOnce; ++j) {
-      const double distance = in[0][j], xx = in[1][j], xy = in[2][j], yy = in[3][j], along = in[4][j], across = in[5][j];
+      const double distance = in[0][j], xx = in[1][j], xy = in[2][j], yy = in[3][j], along = in[4][j];
+      const double across = in[5][j];
       out[0][j] = area[j] * (distance + share * (ss * xx + 2.0 * cs * xy + cc * yy));
       out[1][j] = -area[j] * share * (cs * (xx - yy) + (cc - ss) * xy);
       out[2][j] = area[j] * slope * (cosine * along - sine * across);
@@ -313,8 +315,10 @@ struct Four {
   static Four all(double value) { return {_mm256_set1_pd(value)}; }
   static Four of(double a, double b, double c, double d) { return {_mm256_setr_pd(a, b, c, d)}; }
   static void transpose(Four rows[4]) {
-    const __m256d a = _mm256_unpacklo_pd(rows[0].lanes, rows[1].lanes), b = _mm256_unpackhi_pd(rows[0].lanes, rows[1].lanes);
-    const __m256d c = _mm256_unpacklo_pd(rows[2].lanes, rows[3].lanes), d = _mm256_unpackhi_pd(rows[2].lanes, rows[3].lanes);
+    const __m256d a = _mm256_unpacklo_pd(rows[0].lanes, rows[1].lanes);
+    const __m256d b = _mm256_unpackhi_pd(rows[0].lanes, rows[1].lanes);
+    const __m256d c = _mm256_unpacklo_pd(rows[2].lanes, rows[3].lanes);
+    const __m256d d = _mm256_unpackhi_pd(rows[2].lanes, rows[3].lanes);
     rows[0].lanes = _mm256_permute2f128_pd(a, c, 0x20), rows[1].lanes = _mm256_permute2f128_pd(b, d, 0x20);
     rows[2].lanes = _mm256_permute2f128_pd(a, c, 0x31), rows[3].lanes = _mm256_permute2f128_pd(b, d, 0x31);
   }
@@ -568,7 +572,8 @@ void norms_of(const Value* const* classes, const Value* signs, std::size_t point
 }
 
 // Natural logarithm of a positive, normal number, without a branch: loops over it run several numbers at a time. Of
-// m 2^k with m between the roots of 1/2 and 2, log m = 2 atanh((m - 1) / (m + 1)) by its series, which ends at rounding.
+// m 2^k with m between the roots of 1/2 and 2, log m = 2 atanh((m - 1) / (m + 1)) by its series, which ends at
+// rounding.
 inline double logarithm(double value) {
   constexpr double kLogTwo = 0.693147180559945309417;
   constexpr std::uint64_t kMantissa = 0x000fffffffffffffu, kOne = 0x3ff0000000000000u, kRoot = 0x3fe6a09e667f3bcdu;
@@ -621,8 +626,8 @@ inline double angle_of(double adjacent, double opposite, double hypotenuse) {
   return 8.0 * t * series;
 }
 
-// With r = |(x, y)|, A = asinh(y / |x|) and B = asinh(x / |y|), for r_xx, r_xy and r_yy: r^3 / 6 + x^2 y A / 2 - x^2 r / 2,
-// x y r / 3 + (x^3 A + y^3 B) / 6 and the first with x and y exchanged. For x / r^2 = (ln r)_x:
+// With r = |(x, y)|, A = asinh(y / |x|) and B = asinh(x / |y|), for r_xx, r_xy and r_yy: r^3 / 6 + x^2 y A / 2 -
+// x^2 r / 2, x y r / 3 + (x^3 A + y^3 B) / 6 and the first with x and y exchanged. For x / r^2 = (ln r)_x:
 // ((3 x y^2 - x^3) ln r + 3 x |x| y atan(y / |x|) + y^3 atan(x / y)) / 6, and y / r^2 with x and y exchanged.
 inline void integrate_shear_kernels(const double* x, const double* y, std::size_t count, double* const* values) {
   constexpr double kLeast = 1e-140;  // as in integrate_inverse_distance()
@@ -668,8 +673,8 @@ struct FourPoints {
   double x[count], y[count], share[count];
 };
 
-inline void multiply_by_flatness(const double* from, const double* x, const double* y, const double* z, std::size_t count,
-                                 double* numbers) {
+inline void multiply_by_flatness(const double* from, const double* x, const double* y, const double* z,
+                                 std::size_t count, double* numbers) {
   for (std::size_t j = 0; j < count; ++j) {
     const double along = from[0] - x[j], across = from[1] - y[j], apart = from[2] - z[j];
     const double flat = along * along + across * across;
@@ -690,8 +695,8 @@ inline void integrate_far(const RectangleNumbers& own, const RectangleRows& othe
   }
 }
 
-inline void press_springs(const SpringRows& springs, const double* motion, std::size_t count, double* depths, double* forces,
-                          double* stiffness) {
+inline void press_springs(const SpringRows& springs, const double* motion, std::size_t count, double* depths,
+                          double* forces, double* stiffness) {
   const double *own = springs.stiffness, *most = springs.most, *heights = springs.heights;
   const double *first = springs.modes[0], *second = springs.modes[1], *third = springs.modes[2];
   const double moves[3] = {motion[0], motion[1], motion[2]};

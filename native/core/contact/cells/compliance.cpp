@@ -239,7 +239,8 @@ void SurfaceCompliance::add_sinking(const SurfaceCells& cells, const SurfaceCell
   };
   for (std::size_t j = 0; j < pressed.count; ++j) {
     const double force = along_plane(j);
-    over_splines(pressed.points + 2 * j, [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
+    over_splines(pressed.points + 2 * j,
+                 [&](std::size_t p, double value) { workspace.coefficients[p] += value * force; });
   }
   for (std::size_t p = 0; p < splines(); ++p) {
     workspace.smooth[p] = dot(remainder_[p], workspace.coefficients.data(), splines());

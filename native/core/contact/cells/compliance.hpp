@@ -59,8 +59,8 @@ struct SurfaceCells {
 class SurfaceCompliance {
  public:
   SurfaceCompliance() = default;
-  // `factor`: of the half space [1/Pa]; `remainder`: sheet minus half space, as the coefficients of products of splines,
-  // those along x first, of where it sinks by those of where it is pressed [m/N].
+  // `factor`: of the half space [1/Pa]; `remainder`: sheet minus half space, as the coefficients of products of
+  // splines, those along x first, of where it sinks by those of where it is pressed [m/N].
   SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder);
 
   // Springs of law "foundation": logarithms of contact areas [m^2], ascending, and of the
@@ -68,8 +68,8 @@ class SurfaceCompliance {
   void set_foundation(std::vector<double> areas, std::vector<double> stiffnesses);
   double foundation_stiffness(double area) const;
 
-  // Additional data for shear: Poisson's ratio of the half space, and the remainder of all three components, (component,
-  // spline) by (component, spline) [m/N]. Set once, before any thread asks for `full`.
+  // Additional data for shear: Poisson's ratio of the half space, and the remainder of all three components,
+  // (component, spline) by (component, spline) [m/N]. Set once, before any thread asks for `full`.
   void set_tangential(double poisson, Matrix remainder);
 
   double factor() const { return factor_; }
@@ -102,8 +102,8 @@ class SurfaceCompliance {
 
   // Mean displacement of each cell, one point each, per force on each cell, (component, cell) by (component, cell)
   // [m/N], whole; pad frame, z out of the pad. `integrals`: of the same cells before they were placed there.
-  void full(const SurfaceCells& cells, const ShearIntegrals& integrals, const Placement& placement, Workspace& workspace,
-            Matrix& compliance) const;
+  void full(const SurfaceCells& cells, const ShearIntegrals& integrals, const Placement& placement,
+            Workspace& workspace, Matrix& compliance) const;
 
  private:
   // Mean splines over each cell.

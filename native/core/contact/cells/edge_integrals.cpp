@@ -74,7 +74,8 @@ void EdgeIntegrals::far(std::size_t edge) {
   const double length = length_[edge], own_square = length * length / 24;
   const double *__restrict to_x = middle_x_.data(), *__restrict to_y = middle_y_.data();
   const double *__restrict to_u = unit_x_.data(), *__restrict to_v = unit_y_.data(), *__restrict to = length_.data();
-  double *__restrict distance = distance_.data(), *__restrict aligned = aligned_.data(), *__restrict value = value_.data();
+  double *__restrict distance = distance_.data(), *__restrict aligned = aligned_.data();
+  double *__restrict value = value_.data();
   for (std::size_t f = 0; f < edge; ++f) {
     const double dx = x - to_x[f], dy = y - to_y[f];
     const double r = std::sqrt(dx * dx + dy * dy), inverse = 1.0 / (r + 1e-300);

@@ -1,5 +1,6 @@
 #include "contact/cells/face.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mjtactile {
@@ -30,6 +31,17 @@ bool place(const Face& face, const Pose& pose, Placement& placement) {
   placement.sine = s / size;
   for (int i = 0; i < 2; ++i) placement.shift[i] = pose.position[i] + turn[3 * i + 2] * face.height;
   return true;
+}
+
+void bound_stress(const Face& cells, double strength, double* forces) {
+  for (std::size_t i = 0; strength > 0.0 && i < cells.cells(); ++i) {
+    double* force = forces + 3 * i;
+    const double most = strength * cells.areas[i];
+    const double shear = std::hypot(force[0], force[1]);
+    force[2] = std::min(std::max(force[2], -most), most);
+    const double bound = std::sqrt(std::max(most * most - force[2] * force[2], 0.0) / 3.0);
+    if (shear > bound) force[0] *= bound / shear, force[1] *= bound / shear;
+  }
 }
 
 double plane_height(const Face& face, const Pose& pose, double x, double y) {

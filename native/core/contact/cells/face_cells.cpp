@@ -232,7 +232,8 @@ void FaceCells::close_loop(std::size_t first) {
       again = true;
     }
   }
-  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.begin() + static_cast<std::ptrdiff_t>(begin));
+  points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(first),
+                points_.begin() + static_cast<std::ptrdiff_t>(begin));
 }
 
 // Remove corners that change the outline by less than a tolerance [m].
@@ -508,7 +509,8 @@ void FaceCells::keep_corners(const Loop& loop, std::size_t from, std::size_t to,
 void FaceCells::direct_inward(const Loop& loop) {
   const std::size_t count = loop.last - loop.first;
   for (std::size_t k = 0; k < count; ++k) {
-    const Point &before = kept_[loop.first + (k + count - 1) % count].at, &after = kept_[loop.first + (k + 1) % count].at;
+    const Point &before = kept_[loop.first + (k + count - 1) % count].at;
+    const Point &after = kept_[loop.first + (k + 1) % count].at;
     KeptPoint& own = kept_[loop.first + k];
     const double in = distance(before, own.at), out = distance(own.at, after);
     const double u[2] = {(own.at.x - before.x) / in, (own.at.y - before.y) / in};
@@ -519,7 +521,8 @@ void FaceCells::direct_inward(const Loop& loop) {
       const double reach = std::min(2.0 / size, notch ? kNotch : kMitre) / size;
       own.inward = {reach * x, reach * y};
     } else {
-      const double bx = v[0] - u[0], by = v[1] - u[1], reach = (notch ? -kNotch : kMitre) / std::sqrt(bx * bx + by * by);
+      const double bx = v[0] - u[0], by = v[1] - u[1];
+      const double reach = (notch ? -kNotch : kMitre) / std::sqrt(bx * bx + by * by);
       own.inward = {reach * bx, reach * by};
     }
     set_inner(own);
@@ -528,7 +531,8 @@ void FaceCells::direct_inward(const Loop& loop) {
 
 void FaceCells::set_inner(KeptPoint& point) {
   point.swallowed = false;
-  point.inner = {point.at.x + point.share * width_ * point.inward.x, point.at.y + point.share * width_ * point.inward.y};
+  point.inner = {point.at.x + point.share * width_ * point.inward.x,
+                 point.at.y + point.share * width_ * point.inward.y};
 }
 
 // Make the ring narrower where the opposite side of the outline is near.
@@ -727,8 +731,7 @@ void FaceCells::cut_at_lattice() {
   for (std::size_t i = static_cast<std::size_t>(ring_cells_); i < items; ++i) {
     square_of_[i] = static_cast<std::int32_t>((i - static_cast<std::size_t>(ring_cells_)) / 4);
   }
-  parent_.resize(items);
-  for (std::size_t i = 0; i < items; ++i) parent_[i] = static_cast<std::int32_t>(i);
+  sets_.reset(items);
   for (const Loop& loop : inner_loops_) walk_lattice(loop);
   add_lines(upright_, true);
   add_lines(level_, false);
@@ -744,10 +747,8 @@ std::size_t FaceCells::interval(const std::vector<double>& lines, double at) {
 }
 
 std::int32_t FaceCells::new_chain(std::size_t column, std::size_t row) {
-  const auto chain = static_cast<std::int32_t>(parent_.size());
-  parent_.push_back(chain);
   square_of_.push_back(static_cast<std::int32_t>(row * columns_ + column));
-  return chain;
+  return sets_.add();
 }
 
 // Follow a loop from square to square. Adds its edges, with one chain per stay in a square, and its crossings.
@@ -797,7 +798,7 @@ void FaceCells::walk_lattice(const Loop& loop) {
     add_edge(at, b, chain, right);
     at = b;
   }
-  unite(begun, chain);
+  sets_.join(begun, chain);
 }
 
 // Add the lattice's own edges: along its lines, between crossings with the loops, where the area is inside.
@@ -825,8 +826,8 @@ void FaceCells::add_lines(std::vector<Crossing>& crossings, bool upright) {
       std::int32_t low = corner(line, place, false, false), high = corner(line, place, true, false);
       const auto add = [&](double to, std::int32_t low_end, std::int32_t high_end) {
         if (turns == 0) return;
-        unite(low, low_end);
-        unite(high, high_end);
+        sets_.join(low, low_end);
+        sets_.join(high, high_end);
         const bool low_left = upright == (turns > 0);
         for (int k = std::abs(turns); k > 0; --k) {
           add_edge(point(line, from), point(line, to), low_left ? low : high, low_left ? high : low);
@@ -843,29 +844,15 @@ void FaceCells::add_lines(std::vector<Crossing>& crossings, bool upright) {
   }
 }
 
-std::int32_t FaceCells::root(std::int32_t item) {
-  while (parent_[static_cast<std::size_t>(item)] != item) {
-    std::int32_t& up = parent_[static_cast<std::size_t>(item)];
-    up = parent_[static_cast<std::size_t>(up)];
-    item = up;
-  }
-  return item;
-}
-
-void FaceCells::unite(std::int32_t a, std::int32_t b) {
-  a = root(a), b = root(b);
-  parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-}
-
 // Number the cells, and compute their areas and centroids from their edges.
 void FaceCells::label_cells() {
-  label_.assign(parent_.size(), -1);
+  label_.assign(square_of_.size(), -1);
   kinds_.clear();
   cells_ = 0;
   for (const RawEdge& edge : edges_) {
     for (const std::int32_t side : {edge.left, edge.right}) {
       if (side < 0) continue;
-      const std::int32_t item = root(side);
+      const std::int32_t item = sets_.root(side);
       std::int32_t& label = label_[static_cast<std::size_t>(item)];
       if (label >= 0) continue;
       label = static_cast<std::int32_t>(cells_++);
@@ -890,10 +877,10 @@ void FaceCells::label_cells() {
 }
 
 std::size_t FaceCells::label_of(std::int32_t item) {
-  return static_cast<std::size_t>(label_[static_cast<std::size_t>(root(item))]);
+  return static_cast<std::size_t>(label_[static_cast<std::size_t>(sets_.root(item))]);
 }
 
-// A hole inside a square has no edge in common with the lattice, so its chain is not united with another item. Give it
+// A hole inside a square has no edge in common with the lattice, so its chain is not joined with another item. Give it
 // to the largest cell of the square.
 void FaceCells::join_parts_of_squares() {
   const double square = size_ * size_;
@@ -905,7 +892,7 @@ void FaceCells::join_parts_of_squares() {
       if (kinds_[i].square == kinds_[hole].square && areas_[i] > areas_[largest]) largest = i;
     }
     if (largest == hole) continue;
-    unite(kinds_[hole].item, kinds_[largest].item);
+    sets_.join(kinds_[hole].item, kinds_[largest].item);
     joined = true;
   }
   if (joined) label_cells();
@@ -958,7 +945,7 @@ void FaceCells::join_slivers() {
       if (found[kind] == cell) continue;
       // If two neighbours share equally long edges, the cell stays, so that symmetric outlines have symmetric cells.
       if (second[kind] > (1.0 - kTie) * best[kind] && areas_[cell] > kNoPiece * square) continue;
-      unite(kinds_[cell].item, kinds_[found[kind]].item);
+      sets_.join(kinds_[cell].item, kinds_[found[kind]].item);
       joined = true;
     }
     if (!joined) return;

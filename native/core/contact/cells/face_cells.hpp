@@ -7,6 +7,7 @@
 
 #include "contact/cells/edge_integrals.hpp"
 #include "contact/cells/face.hpp"
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/outline.hpp"
 
 namespace mjtactile {
@@ -63,7 +64,7 @@ class FaceCells {
     int sign;                   // change of the loop's winding number at the crossing, along the line
     std::int32_t low, high;     // chains of the loop's edges on the line's two sides
   };
-  // An edge between two items, -1 for none. Items are explained at parent_.
+  // An edge between two items, -1 for none. Items are explained at sets_.
   struct RawEdge {
     Point start, end;
     std::int32_t left, right;
@@ -112,8 +113,6 @@ class FaceCells {
   std::int32_t new_chain(std::size_t column, std::size_t row);
   void walk_lattice(const Loop& loop);
   void add_lines(std::vector<Crossing>& crossings, bool upright);
-  std::int32_t root(std::int32_t item);
-  void unite(std::int32_t a, std::int32_t b);
   void label_cells();
   std::size_t label_of(std::int32_t item);
   void join_parts_of_squares();
@@ -145,9 +144,10 @@ class FaceCells {
   std::vector<Crossing> upright_, level_;
   std::vector<RawEdge> edges_;
 
-  // A cell consists of items: pieces of rings, corners of squares, and chains of edges within a square. A union-find
-  // forest joins the items of one cell: parent_ by item, with its square (-1 for none) and, for roots, its cell.
-  std::vector<std::int32_t> parent_, square_of_, label_;
+  // A cell consists of items: pieces of rings, corners of squares, and chains of edges within a square. The items of
+  // one cell are joined. By item: its square (-1 for none) and, for roots, its cell.
+  DisjointSets<std::int32_t> sets_;
+  std::vector<std::int32_t> square_of_, label_;
   std::vector<Kind> kinds_;
   std::vector<double> areas_;
   std::vector<Point> moments_;  // centroids of the cells

@@ -73,7 +73,8 @@ void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* fun
       continue;
     }
     const double share = first / (first - second);
-    const Point meet = {edge.start.x + share * (edge.end.x - edge.start.x), edge.start.y + share * (edge.end.y - edge.start.y)};
+    const Point meet = {edge.start.x + share * (edge.end.x - edge.start.x),
+                        edge.start.y + share * (edge.end.y - edge.start.y)};
     meets.push_back(meet);
     part.push_back(first < 0.0 ? LinearTraction::Edge{meet, edge.end} : LinearTraction::Edge{edge.start, meet});
   }

@@ -24,7 +24,8 @@ constexpr double kOwn = 2.97;
 // Common axes of two nearly parallel rectangles: the mean of both directions, and the second's sides along them.
 // `shared` is false if the rectangles are not nearly parallel.
 struct SharedAxes {
-  SharedAxes(const CellRectangle& a, const CellRectangle& b) : cosine(a.cosine), sine(a.sine), sides{b.sides[0], b.sides[1]} {
+  SharedAxes(const CellRectangle& a, const CellRectangle& b)
+      : cosine(a.cosine), sine(a.sine), sides{b.sides[0], b.sides[1]} {
     double along = a.cosine * b.cosine + a.sine * b.sine, across = a.cosine * b.sine - a.sine * b.cosine;
     shared = std::min(std::abs(along), std::abs(across)) < kNearlyParallel;
     if (along == 1.0 || !shared) return;

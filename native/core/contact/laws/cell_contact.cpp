@@ -35,8 +35,8 @@ void shear_modes(const Point& at, double modes[2][3]) {
 
 }  // namespace
 
-void CellContact::place(const Face& face, const Placement& placement, const ContactSurface& surface, Workspace& workspace,
-                        const BentCells* bent) {
+void CellContact::place(const Face& face, const Placement& placement, const ContactSurface& surface,
+                        Workspace& workspace, const BentCells* bent) {
   const LawOptions& options = surface.options;
   const std::size_t cells = face.cells();
   placement_ = placement;
@@ -44,7 +44,8 @@ void CellContact::place(const Face& face, const Placement& placement, const Cont
   workspace.placed.resize(2 * cells);
   centre_ = {0.0, 0.0};
   for (std::size_t i = 0; i < cells; ++i) {
-    const Point at = bent == nullptr ? placement(face.centroids[i]) : Point{bent->levers()[2 * i], bent->levers()[2 * i + 1]};
+    const Point at =
+        bent == nullptr ? placement(face.centroids[i]) : Point{bent->levers()[2 * i], bent->levers()[2 * i + 1]};
     workspace.placed[2 * i] = at.x;
     workspace.placed[2 * i + 1] = at.y;
     centre_.x += at.x / static_cast<double>(cells);
@@ -80,7 +81,8 @@ void CellContact::place(const Face& face, const Placement& placement, const Cont
   }
 }
 
-void CellContact::press(const Face& face, const ContactSurface& surface, const PressedBody& body, Workspace& workspace) {
+void CellContact::press(const Face& face, const ContactSurface& surface, const PressedBody& body,
+                        Workspace& workspace) {
   const std::size_t cells = face.cells();
   const LawOptions& options = surface.options;
   const double* wrench = body.wrench;
@@ -243,7 +245,9 @@ void CellContact::fill_nearest(const Face& face, const double* wrench, Workspace
       alike += face.areas[order[next++]];
     } while (next < cells && away(order[next]) <= away(order[first]) + kTie * face.length);
     const double own = std::min(left / alike, pressure);
-    for (std::size_t k = first; k < next; ++k) found_.normal[order[k]] = own * face.areas[order[k]], found_.pressed[order[k]] = 1;
+    for (std::size_t k = first; k < next; ++k) {
+      found_.normal[order[k]] = own * face.areas[order[k]], found_.pressed[order[k]] = 1;
+    }
     left -= own * alike;
   }
 }

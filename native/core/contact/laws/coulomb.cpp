@@ -42,7 +42,8 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& sl
   return false;
 }
 
-// Cells stick where they can and slip where |t| reaches mu F; pressure and slip are solved for in turn until they agree.
+// Cells stick where they can and slip where |t| reaches mu F; pressure and slip are solved for in turn until they
+// agree.
 class Coulomb final : public TangentialChoice {
  public:
   const char* name() const override { return "coulomb"; }

@@ -29,7 +29,8 @@ bool UniformPress::solve(const Face& face, const Placement& placement, const Sur
   std::copy(wrench, wrench + 6, carried_);
   Point through;
   const double margin = kHullMargin * std::sqrt(area);
-  if (!(area > 0.0) || !nearest_inside(traction_.hull(), {-wrench[4] / wrench[2], wrench[3] / wrench[2]}, margin, through)) {
+  if (!(area > 0.0) ||
+      !nearest_inside(traction_.hull(), {-wrench[4] / wrench[2], wrench[3] / wrench[2]}, margin, through)) {
     return false;
   }
   carried_[3] = -through.y * normal;
@@ -89,7 +90,8 @@ bool UniformPress::find_part(const double* moments) {
     if (worst <= kFits) break;
     bool found = false;
     double trial[3], lower = now, moved[3][3];
-    for (double damping = 0.0; !found && damping <= kLastDamping; damping = damping > 0.0 ? 10.0 * damping : kFirstDamping) {
+    for (double damping = 0.0; !found && damping <= kLastDamping;
+         damping = damping > 0.0 ? 10.0 * damping : kFirstDamping) {
       if (!solve(damping, right)) continue;
       double gain = 0.0;
       for (std::size_t a = 0; a < 3; ++a) trial[a] = coefficients[a] + step[a], gain += right[a] * step[a];

@@ -25,7 +25,9 @@ Point farthest(const RigidProblem& problem, const double* most, const Point& alo
   far.clear();
   for (std::size_t i = 0; i < problem.cells(); ++i) far.emplace_back(along.x * at(i).x + along.y * at(i).y, i);
   // A heap and not a sorted list, because few cells bear the force in most cases.
-  const auto nearer = [](const auto& a, const auto& b) { return a.first != b.first ? a.first < b.first : a.second > b.second; };
+  const auto nearer = [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second > b.second;
+  };
   std::make_heap(far.begin(), far.end(), nearer);
   Point moments = {0.0, 0.0};
   for (double force = problem.resultants[0]; force > 0.0 && !far.empty(); far.pop_back()) {

@@ -105,7 +105,9 @@ void BondedContact::set_right() {
   right_.resize(kSides, size);
   for (std::size_t m = 0; m < kMotions; ++m) std::copy(modes_[m], modes_[m] + size, right_[m]);
   for (std::size_t m = kMotions; m < kSides; ++m) std::fill(right_[m], right_[m] + size, 0.0);
-  for (std::size_t k = 0; k < size; ++k) right_[kMotions][k] = held_[k].component == kNormal ? -heights_[held_[k].place] : 0.0;
+  for (std::size_t k = 0; k < size; ++k) {
+    right_[kMotions][k] = held_[k].component == kNormal ? -heights_[held_[k].place] : 0.0;
+  }
 }
 
 // Of the cells held against the body's motions.
@@ -144,8 +146,8 @@ bool BondedContact::spread_forces(const BondedProblem& problem) {
   return true;
 }
 
-// Displacement of the cells held per motion: indentation and two tilts (downward, and z points out of the pad), x, y and a
-// turn.
+// Displacement of the cells held per motion: indentation and two tilts (downward, and z points out of the pad), x, y
+// and a turn.
 void BondedContact::set_modes() {
   modes_.resize(kMotions, held_.size());
   for (std::size_t m = 0; m < kMotions; ++m) std::fill(modes_[m], modes_[m] + modes_.columns(), 0.0);
@@ -180,7 +182,8 @@ std::size_t BondedContact::violations(const BondedProblem& problem) {
   separation_.assign(count_, 0.0);
   for (std::size_t i = 0; i < count_; ++i) {
     if (pressed_[i]) continue;
-    double sum = heights_[i] - dot(problem.compliance[2 * problem.cells + problem.places[i]], spread_.data(), spread_.size()) - motion_[0];
+    const double* row = problem.compliance[2 * problem.cells + problem.places[i]];
+    double sum = heights_[i] - dot(row, spread_.data(), spread_.size()) - motion_[0];
     if (tilting_) sum -= levers_[i].x * motion_[1] + levers_[i].y * motion_[2];
     separation_[i] = sum;
     scale = std::max(scale, std::abs(sum));

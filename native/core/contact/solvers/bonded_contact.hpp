@@ -1,5 +1,6 @@
-// A rigid body pressed into an elastic surface that sticks to it where they touch. Pressure and shear are solved together.
-// At the rim of the contact there may be cells on which sticking would pull, though without it they press: these slip.
+// A rigid body pressed into an elastic surface that sticks to it where they touch. Pressure and shear are solved
+// together. At the rim of the contact there may be cells on which sticking would pull, though without it they press:
+// these slip.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +21,8 @@ struct BondedProblem {
   const std::vector<std::size_t>& places;   // numbers of the cells on which the body may press
   const Point* levers;        // positions of the places relative to a point, divided by a length [-]
   const double* heights;      // of the body above the places [m]; null for a flat face
-  const double* wanted;       // pressing force; if `tilting`, its two moments (force times lever); shear x and y; torsion
-                              // over the length [N]
+  const double* wanted;       // pressing force; if `tilting`, its two moments (force times lever); shear x and y;
+                              // torsion over the length [N]
   bool tilting;               // whether the body may tilt
 };
 

@@ -17,8 +17,8 @@ constexpr double kMissed = 1e-10;
 // Of the interior-point method.
 constexpr int kInteriorSteps = 50;
 constexpr double kGap = 1e-13, kSufficient = 1e-7, kStepShare = 0.995;
-// Shares of the limit from which on all cells may slip, rather slip than stick, and may as well slip. Motions along which
-// they do, over what the surface gives, and steps that find one.
+// Shares of the limit from which on all cells may slip, rather slip than stick, and may as well slip. Motions along
+// which they do, over what the surface gives, and steps that find one.
 constexpr double kMaySlide = 0.5, kRatherSlides = 0.9995, kNearlySlides = 0.999, kSlides = 1.0 - 1e-8;
 constexpr double kShortest = 1e-3, kFarthest = 1e12;
 constexpr int kHalvings = 60;

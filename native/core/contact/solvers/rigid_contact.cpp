@@ -53,10 +53,12 @@ double along(const double* map, const double* resultants, std::size_t motions) {
 bool RigidContact::solve(const RigidProblem& problem, const std::uint8_t* start) {
   const std::size_t cells = problem.cells();
   // Under a flat face springs are no better guess.
-  const std::size_t far_off = problem.heights == nullptr ? cells : static_cast<std::size_t>(kFarOff * static_cast<double>(cells));
+  const std::size_t far_off =
+      problem.heights == nullptr ? cells : static_cast<std::size_t>(kFarOff * static_cast<double>(cells));
   if ((start != nullptr || problem.heights == nullptr) && exchange_from(problem, start, far_off)) return true;
   set_springs(problem);
-  const bool balanced = springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, problem.resultants);
+  const bool balanced =
+      springs_.solve(stiffnesses_, problem.modes, problem.motions, problem.heights, problem.resultants);
   if (exchange(problem, springs_.pressed().data())) return true;
   return balanced && descend(problem) && balances(problem);
 }
@@ -129,7 +131,9 @@ bool RigidContact::descend(const RigidProblem& problem) {
     // Move towards the solution on these cells until one of them would pull.
     for (std::size_t i = 0; i < cells(); ++i) {
       const double wanted = forces_[i];
-      if (pressed_[i] && wanted < -kTolerance * largest) length = std::min(length, reached_[i] / (reached_[i] - wanted));
+      if (pressed_[i] && wanted < -kTolerance * largest) {
+        length = std::min(length, reached_[i] / (reached_[i] - wanted));
+      }
     }
     double most = 0.0;
     for (std::size_t i = 0; i < cells(); ++i) {

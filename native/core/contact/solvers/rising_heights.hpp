@@ -27,7 +27,9 @@ class RisingHeights {
     }
     // Heights are distributed over shelves, equal intervals of height. A shelf is sorted when all below it are empty.
     const double per = most > least ? static_cast<double>(kShelves) / (most - least) : 0.0;
-    const auto shelf = [&](double one) { return std::min(static_cast<std::size_t>((one - least) * per), kShelves - 1); };
+    const auto shelf = [&](double one) {
+      return std::min(static_cast<std::size_t>((one - least) * per), kShelves - 1);
+    };
     std::fill(ends_, ends_ + kShelves + 1, 0);
     shelves_.resize(heights.size());
     for (std::size_t place = 0; place < heights.size(); ++place) {
@@ -40,7 +42,9 @@ class RisingHeights {
     order_.resize(static_cast<std::size_t>(ends_[kShelves - 1]));
     for (std::size_t place = heights.size(); place-- > 0;) {
       const std::size_t own = shelves_[place];
-      if (own < kShelves) order_[static_cast<std::size_t>(--ends_[own])] = {heights[place], static_cast<std::uint32_t>(place)};
+      if (own < kShelves) {
+        order_[static_cast<std::size_t>(--ends_[own])] = {heights[place], static_cast<std::uint32_t>(place)};
+      }
     }
     // The loop has moved `ends_` down to the beginning of each shelf.
     shelf_ = end_ = 0;

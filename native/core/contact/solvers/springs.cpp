@@ -122,7 +122,9 @@ void SpringBed::step_with_open_tilt(const double* curvature, double* along) cons
 // method with bisection as safeguard. Returns 0 if the slope stays negative. The springs' state is that at the end.
 double SpringBed::line_search(const double* step, double slope) {
   const double *first = modes_[0], *second = modes_[1], *third = modes_[2];
-  for (std::size_t i = 0; i < rates_.size(); ++i) rates_[i] = first[i] * step[0] + second[i] * step[1] + third[i] * step[2];
+  for (std::size_t i = 0; i < rates_.size(); ++i) {
+    rates_[i] = first[i] * step[0] + second[i] * step[1] + third[i] * step[2];
+  }
   double length = 1.0, least = 0.0, most = std::numeric_limits<double>::infinity();
   for (int trial = 0; trial < kTrials; ++trial) {
     double motion[kMost];
