@@ -28,8 +28,8 @@ constexpr double kTileThickness = 2e-5;
 constexpr float kOpacity = 0.75f;
 // Readings that take longer than these are counted [s].
 constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
-// Largest difference between a pad's size and its geom's [m], as in mjtactile/sim/geoms.py; and the body of a note that is
-// about the pad alone.
+// Largest difference between a pad's size and its geom's [m], as in mjtactile/sim/geoms.py; and the body of a note that
+// is about the pad alone.
 constexpr double kSizeTolerance = 1e-6;
 constexpr int kNoBody = -1;
 

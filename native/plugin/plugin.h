@@ -51,8 +51,8 @@ MJT_API void mjt_plugin_leave(void);
 MJT_API int mjt_plugin_next_note(mjt_note* note);
 
 /* Counts of one sensor in one simulation since it was made: readings with contact; contacts beyond the range, not
-   carried, approximated, refused; readings by a pad whose geom was resized; readings that took over 1 ms, over 5 ms; and
-   the longest [s]. Returns 0 if there is no such sensor. */
+   carried, approximated, refused; readings by a pad whose geom was resized; readings that took over 1 ms, over 5 ms;
+   and the longest [s]. Returns 0 if there is no such sensor. */
 enum { MJT_HEALTH = 9 };
 MJT_API int mjt_plugin_health(const void* data, int instance, double* health);
 
