@@ -12,7 +12,7 @@ import shapely
 from shapely import Polygon, affinity
 
 from mjtactile._types import Array, Mask
-from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
+from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control, turn_and_press
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told
@@ -64,14 +64,7 @@ class EdgeFollow(Task):
     ACTIONS = (
         Channel("forward", "-", -1, 1, f"speed along the finger's x axis, up to {SPEED * 1e3:g} mm/s"),
         Channel("left", "-", -1, 1, f"speed along the finger's y axis, up to {SPEED * 1e3:g} mm/s"),
-        Channel("turn", "-", -1, 1, f"rotation speed about the vertical, up to {TURN_SPEED:g} rad/s"),
-        Channel(
-            "press",
-            "-",
-            -1,
-            1,
-            f"pressing force: {FORCE:g} N at 1, proportionally less below; the finger lifts at 0 and below",
-        ),
+        *turn_and_press(TURN_SPEED, FORCE),
     )
     PROPRIOCEPTION = (
         Channel("x", "m", -0.1, 0.1, "displacement of the finger from its start, along its initial x axis"),

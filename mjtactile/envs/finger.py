@@ -11,6 +11,7 @@ import numpy as np
 
 from mjtactile._types import Array
 from mjtactile.envs.options import TouchOptions
+from mjtactile.envs.task import Channel
 from mjtactile.envs.touch import feel_force, observe_pad
 from mjtactile.sim.pad_geom import add_pad_geom, pad_geoms
 from mjtactile.sim.pad_solid import rise
@@ -53,6 +54,20 @@ _WORLD = """
 def press_control(force: Array) -> Array:
     """Controls [N] with which fingers press on a plane at height 0 with given forces [N], against their springs."""
     return np.where(force > 0.0, force + LIFT * HOVER, 0.0)
+
+
+def turn_and_press(speed: float, force: float) -> tuple[Channel, Channel]:
+    """The last two of a finger's four actions: turn about the vertical, and press.
+
+    Args:
+        speed: largest speed of rotation [rad/s].
+        force: largest pressing force [N].
+    """
+    told = f"pressing force: {force:g} N at 1, proportionally less below; the finger lifts at 0 and below"
+    return (
+        Channel("turn", "-", -1, 1, f"rotation speed about the vertical, up to {speed:g} rad/s"),
+        Channel("press", "-", -1, 1, told),
+    )
 
 
 def finger_spec(options: TouchOptions, *, timestep: float, friction: float) -> mujoco.MjSpec:

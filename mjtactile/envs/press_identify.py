@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from mjtactile._types import Array, Mask
-from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control
+from mjtactile.envs.finger import HOVER, PAD, finger_spec, press_control, turn_and_press
 from mjtactile.envs.options import EnvError, TouchOptions
 from mjtactile.envs.simulation import Rows
 from mjtactile.envs.task import Channel, Task, Told, within
@@ -42,14 +42,7 @@ class PressIdentify(Task):
     ACTIONS = (
         Channel("move x", "-", -1, 1, f"speed of the finger along x, up to {SPEED * 1e3:g} mm/s"),
         Channel("move y", "-", -1, 1, f"speed of the finger along y, up to {SPEED * 1e3:g} mm/s"),
-        Channel("turn", "-", -1, 1, f"rotation speed about the vertical, up to {TURN_SPEED:g} rad/s"),
-        Channel(
-            "press",
-            "-",
-            -1,
-            1,
-            f"pressing force: {FORCE:g} N at 1, proportionally less below; the finger lifts at 0 and below",
-        ),
+        *turn_and_press(TURN_SPEED, FORCE),
         Channel("answer", "-", -1, 1, "above 0, the agent answers, which ends the episode"),
         *(
             Channel(

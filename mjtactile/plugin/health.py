@@ -19,8 +19,6 @@ from typing import Any, NamedTuple
 
 from mjtactile.errors import ContactWarning, SceneError, of_type
 
-#: Number of fields of `Health`.
-HEALTH_NUMBERS = 9
 #: Whether contacts cause warnings; MJTACTILE_WARNINGS=0 or `set_warnings` switch them off.
 _enabled = os.environ.get("MJTACTILE_WARNINGS", "1") != "0"
 
@@ -67,6 +65,10 @@ class Health(NamedTuple):
         """Counts from the core's numbers, (HEALTH_NUMBERS,)."""
         counts = [int(number) for number in numbers[:-1]]
         return cls._make([*counts, float(numbers[-1])])
+
+
+#: Number of fields of `Health`.
+HEALTH_NUMBERS = len(Health._fields)
 
 
 @dataclass(frozen=True)

@@ -189,6 +189,7 @@ class Reader {
   Steadiness before_;
   Contacts contacts_;
   std::vector<Touch> sleeping_;
+  static_assert(MJT_HEALTH == 4 + kEvents, "readings, events, slow, very slow, slowest");
   double health_[MJT_HEALTH] = {};
 };
 

@@ -15,6 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 #: One build for all who ask: compiling takes a minute.
 FOLDER = ROOT / "build" / "sanitizers"
 COMPILER = shutil.which("g++")
+NATIVE = ROOT / "native"
+INCLUDES = [f"-I{NATIVE / 'core'}", f"-I{NATIVE}"]
 #: What files named kernels_<instruction set>.cpp are compiled with, as in native/CMakeLists.txt.
 WIDE = {"avx2": ["-mavx2", "-mfma", "-mf16c"], "avx512": ["-mavx512f", "-mavx2", "-mfma", "-mf16c"]}
 FLAGS = ["-std=c++17", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
@@ -22,17 +24,16 @@ FLAGS = ["-std=c++17", "-O1", "-g", "-fPIC", "-shared", "-fsanitize=address,unde
 
 def library() -> Path:
     """The core compiled with sanitizers, without CMake: plain kernels and AVX2. Kept while no source changes."""
-    native, built = ROOT / "native", FOLDER / "libmjtactile.so"
-    sources = [path for path in native.rglob("*") if path.is_file()]
+    built = FOLDER / "libmjtactile.so"
+    sources = [path for path in NATIVE.rglob("*") if path.is_file()]
     if built.is_file() and built.stat().st_mtime > max(path.stat().st_mtime for path in sources):
         return built
     FOLDER.mkdir(parents=True, exist_ok=True)
-    includes = [f"-I{native / 'core'}", f"-I{native}"]
     objects, running = [], []
-    for source in sorted(native.rglob("*.cpp")):
+    for source in sorted(NATIVE.rglob("*.cpp")):
         target = FOLDER / f"{source.stem}.o"
         flags = [f for f in FLAGS if f != "-shared"] + WIDE.get(source.stem.removeprefix("kernels_"), [])
-        command = [str(COMPILER), *flags, "-DMJTACTILE_X86", *includes, "-c", str(source), "-o", str(target)]
+        command = [str(COMPILER), *flags, "-DMJTACTILE_X86", *INCLUDES, "-c", str(source), "-o", str(target)]
         running.append(subprocess.Popen(command))
         objects.append(str(target))
         if len(running) >= 2:

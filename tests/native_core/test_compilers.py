@@ -7,9 +7,8 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from sanitizers import ROOT, WIDE
+from sanitizers import INCLUDES, NATIVE, WIDE
 
-NATIVE = ROOT / "native"
 CLANG = shutil.which("clang++")
 
 
@@ -20,7 +19,7 @@ def test_clang_warns_of_nothing():
         r"target_compile_options\(mjtactile PRIVATE (-Wall.*)\)", (NATIVE / "CMakeLists.txt").read_text()
     )
     assert warnings is not None
-    common = ["-std=c++17", "-fsyntax-only", "-Werror", *warnings[1].split(), f"-I{NATIVE / 'core'}", f"-I{NATIVE}"]
+    common = ["-std=c++17", "-fsyntax-only", "-Werror", *warnings[1].split(), *INCLUDES]
 
     def compiled(source):
         wide = WIDE.get(source.stem.removeprefix("kernels_"), [])

@@ -5,9 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from sanitizers import COMPILER, ROOT, WIDE
-
-NATIVE = ROOT / "native"
+from sanitizers import COMPILER, INCLUDES, NATIVE, WIDE
 
 
 @pytest.mark.skipif(COMPILER is None or not sys.platform.startswith("linux"), reason="g++ on Linux only")
@@ -18,7 +16,7 @@ def test_wide_kernels_are_reached_by_one_constant_only(name, tmp_path):
     # ends the process on a processor that lacks them.
     built = tmp_path / "kernels.o"
     source = NATIVE / "core" / "linalg" / f"kernels_{name}.cpp"
-    flags = ["-std=c++17", "-O3", "-fPIC", "-DMJTACTILE_X86", f"-I{NATIVE / 'core'}", *WIDE[name]]
+    flags = ["-std=c++17", "-O3", "-fPIC", "-DMJTACTILE_X86", *INCLUDES, *WIDE[name]]
     subprocess.run([str(COMPILER), *flags, "-c", str(source), "-o", str(built)], check=True)
     listed = subprocess.run(["nm", "-C", "--defined-only", "--extern-only", built], capture_output=True, text=True)
     symbols = [line.split(maxsplit=2)[1:] for line in listed.stdout.splitlines()]
