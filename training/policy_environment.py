@@ -45,6 +45,7 @@ class StackedLifts(VecEnv):
             # Moments are of readings in Pa.
             observation="pascals" if observation == "readings" else observation,
             split=split,
+            fidelity="fast",  # that of the recorded policies
         )
         space = self._envs.single_observation_space
         assert isinstance(space, gymnasium.spaces.Dict)

@@ -9,6 +9,7 @@ import typer
 
 from mjtactile.cli.options import FidelityOption, RayAddressOption, RayOption, WorkersOption
 from mjtactile.errors import OutputError
+from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_PRESSES, MOST_SEED
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def record(
     flat: Annotated[
         bool, typer.Option("--flat", help="Store readings as vectors, not (layers, rows, columns).")
     ] = False,
-    fidelity: FidelityOption = "fast",
+    fidelity: FidelityOption = DEFAULT,
 ) -> None:
     """Record grasps, or an environment under random actions, as a LeRobotDataset."""
     from time import perf_counter

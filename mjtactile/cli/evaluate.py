@@ -11,6 +11,7 @@ import typer
 
 from mjtactile.cli.options import AsJson, PageOption
 from mjtactile.experiments.markdown import markdown_table
+from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_SEED
 
 #: All presses are in memory together, about 20 kB each.
@@ -24,7 +25,7 @@ def evaluate(
         list[str] | None,
         typer.Option(
             help="Fidelity of the sensor: fast, balanced, precise or accurate. Repeat the option to compare several.  "
-            "[default: precise]"
+            "[default: balanced]"
         ),
     ] = None,
     law: Annotated[
@@ -46,7 +47,7 @@ def evaluate(
     from mjtactile.workers import Workers
 
     Workers(count=workers)
-    sensors = [(name, of) for name in fidelity or ["precise"] for of in law or [None]]
+    sensors = [(name, of) for name in fidelity or [DEFAULT] for of in law or [None]]
     for name, of in sensors:
         known = as_fidelity(name)
         replace(known, law=known.law if of is None else of)

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mjtactile.cli.options import AsJson, PageOption, RayAddressOption, RayOption, WorkersOption, finite
+from mjtactile.cli.options import (
+    AsJson,
+    FidelityOption,
+    PageOption,
+    RayAddressOption,
+    RayOption,
+    WorkersOption,
+    finite,
+)
+from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
@@ -34,13 +43,12 @@ Noise = Annotated[
         min=0.0, max=MOST_NOISE, callback=finite, help="Standard deviation of noise over a pad's largest reading [-]."
     ),
 ]
-Fidelity = Annotated[str, typer.Option(help="Fidelity of the readings: fast, balanced, precise or accurate.")]
 Weights = Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")]
 Out = Annotated[Path | None, typer.Option(help="Store results in this file; run again to continue it.")]
 Figure = Annotated[Path | None, typer.Option(help="Draw grip against least grip to this file; lift only.")]
 
 
-def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
+def _add_command(experiment: str, told: str) -> None:
     """Add the command of an experiment; all of them take the same options."""
 
     def command(
@@ -50,7 +58,7 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
         ray: RayOption = False,
         ray_address: RayAddressOption = None,
         noise: Noise = 0.01,
-        fidelity: Fidelity = fidelity,
+        fidelity: FidelityOption = DEFAULT,
         weights: Weights = None,
         out: Out = None,
         figure: Figure = None,
@@ -74,7 +82,7 @@ def _add_command(experiment: str, told: str, *, fidelity: str = "fast") -> None:
 _add_command("lift", "Lift objects of unknown mass and friction with little more than the least grip that holds.")
 _add_command("slip", "Detect slip, and stop the object before it has slid 2 mm.")
 _add_command("handover", "Put objects down on shelves of unknown height, without dropping or pushing them.")
-_add_command("sort", "Sort blocks by the shape that the fingers recognise.", fidelity="precise")
+_add_command("sort", "Sort blocks by the shape that the fingers recognise.")
 
 
 def _experiment(name: str) -> Experiment:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mjtactile.cli.options import AsJson, FidelityOption, finite
+from mjtactile.fidelity import DEFAULT
 from mjtactile.units import MOST_NOISE, MOST_SEED
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def loop(
         ),
     ] = 0.01,
     transducer: Annotated[bool, typer.Option("--transducer", help="Read through imperfect capacitive cells.")] = False,
-    fidelity: FidelityOption = "precise",
+    fidelity: FidelityOption = DEFAULT,
     layers: Annotated[str, typer.Option(help="Sensing layers that recognisers use: all or top.")] = "all",
     weights: Annotated[Path | None, typer.Option(help="Folder of other weights.  [default: the package's]")] = None,
     figure: Annotated[Path, typer.Option(help="Draw forces and shapes to this file.")] = Path("loop.png"),

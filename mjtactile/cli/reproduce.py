@@ -43,7 +43,7 @@ def reproduce(
         settings = replace(settings, magnitude_iterations=iterations)
     if fidelity is not None:
         as_fidelity(fidelity)
-        settings = replace(settings, preset=fidelity)
+        settings = replace(settings, fidelity=fidelity)
     Workers(count=workers)
     check_apart({"--json": json_file, "--page": page})
     if json_file is not None:

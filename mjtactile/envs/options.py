@@ -12,7 +12,7 @@ import numpy as np
 
 from mjtactile.attach import pad_table
 from mjtactile.errors import MjTactileError, PresetError, SceneError
-from mjtactile.fidelity import Fidelity, as_fidelity
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.pad import Pad
 
 #: Kinds of observations of the pads.
@@ -39,7 +39,7 @@ class TouchOptions:
     #: force and moment on each pad; "recognised": force, position and confidence, recognised from the readings; "none":
     #: no observation, and no pad is simulated.
     observation: str = "readings"
-    fidelity: str | Fidelity = "fast"  #: fidelity of the readings: a preset by name, or a Fidelity
+    fidelity: str | Fidelity = DEFAULT  #: fidelity of the readings: a preset by name, or a Fidelity
     transducer: str | None = None  #: imperfect "capacitive" or "piezoresistive" cells; None for ideal readings
     noise: float = 0.01  #: standard deviation of white noise over a pad's largest reading [-]
     randomise: float = 0.0  #: domain randomisation: 0 for none, 1 for the ranges in docs/environments.md

@@ -8,7 +8,7 @@ import mujoco
 
 from mjtactile.attach import attach_pad, check_free, check_spec
 from mjtactile.errors import SceneError
-from mjtactile.fidelity import Fidelity
+from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.hands.catalogue import Hand, HandPad, hand
 from mjtactile.hands.model_files import check_geom
 
@@ -17,7 +17,7 @@ def attach_hand(
     spec: mujoco.MjSpec,
     name: str | Hand,
     *,
-    fidelity: str | Fidelity = "fast",
+    fidelity: str | Fidelity = DEFAULT,
     prefix: str = "",
     only: Collection[str] | None = None,
     output: str | None = "von_mises",
@@ -28,7 +28,8 @@ def attach_hand(
     Args:
         spec: model specification; compile it afterwards.
         name: name of the hand, one of `HANDS`; or a Hand.
-        fidelity: fidelity of all pads; their tables are built at the first use.
+        fidelity: fidelity of all pads. Their tables are built at the first use: a hand with many shapes of pads takes
+            minutes at "balanced", and a minute or two at "fast".
         prefix: prefix of the names of the hand's bodies in this model, such as "gripper0_right_" in robosuite; names of
             pads get the same prefix.
         only: names of the pads to attach, without prefix; all if None.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -16,13 +18,13 @@ from mjtactile.envs.single import TactileEnv
 from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.torch.model import PadModel
 
-#: None asks for nothing, which is "balanced" at every door but environments, which have to be told.
+#: None asks for nothing, which is "balanced" at every door.
 ASKED = [None, "fast", Fidelity(mesh="draft", precision="float16", law="elastic", cells=40)]
 
 
-def pressed(fidelity: str | Fidelity) -> tuple[TactileEnv, np.ndarray]:
+def pressed(**said: Any) -> tuple[TactileEnv, np.ndarray]:
     """A finger that presses a square obliquely in an environment, and the readings the agent is given [Pa]."""
-    env = TactileEnv(PressIdentify, observation="pascals", noise=0.0, fidelity=fidelity)
+    env = TactileEnv(PressIdentify, observation="pascals", noise=0.0, **said)
     env.reset(seed=3, options={"shape": "square"})
     action = np.zeros(env.action_space.shape or (), dtype=np.float32)
     action[:5] = 0.05, -0.02, 0.0, 0.5, -1.0
@@ -36,7 +38,7 @@ def pressed(fidelity: str | Fidelity) -> tuple[TactileEnv, np.ndarray]:
 def test_the_same_contact_is_read_the_same_through_every_door(asked):
     chosen = as_fidelity(DEFAULT if asked is None else asked)
     said: dict[str, Any] = {} if asked is None else {"fidelity": asked}
-    env, told = pressed(chosen)
+    env, told = pressed(**said)
     simulation = env.task.simulation
     assert isinstance(simulation, SingleSimulation)
     model, data = simulation.model, simulation.data
@@ -107,3 +109,24 @@ def test_no_loads_are_no_readings():
     forces = module.nodal_forces([])
     assert forces.shape == (0, *module.force_shape)
     assert module(forces).shape == fast().readings([]).shape
+
+
+#: The study repeats the paper, which took its readings from a fine finite element model.
+OF_ITS_OWN = {"experiments/study/plan.py"}
+
+
+def test_every_default_of_a_fidelity_is_the_default():
+    package = Path(mjtactile.__file__).parent
+    found = []
+    for file in package.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                positional = node.args.posonlyargs + node.args.args
+                defaults = [None] * (len(positional) - len(node.args.defaults)) + node.args.defaults
+                named = zip(positional + node.args.kwonlyargs, defaults + node.args.kw_defaults, strict=True)
+                found += [(file, value) for of, value in named if of.arg == "fidelity" and value is not None]
+            elif isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "fidelity" and node.value is not None:
+                found.append((file, node.value))
+    told = {str(file.relative_to(package)) for file, value in found if ast.unparse(value) not in ("DEFAULT", "None")}
+    assert len(found) > 15
+    assert told == OF_ITS_OWN

@@ -321,7 +321,7 @@ def test_every_pad_of_the_shadow_hand_feels_a_ball():
         spec = mujoco.MjSpec.from_file(str(scene))
         spec.option.gravity, spec.option.timestep = (0, 0, 0), 1e-3
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        attach_hand(spec, "shadow", output=OUTPUT)
+        attach_hand(spec, "shadow", fidelity="fast", output=OUTPUT)
         data = mujoco.MjData(spec.compile())
         mujoco.mj_forward(data.model, data)
         site = data.site(f"{one.name}_surface")

@@ -97,7 +97,7 @@ def felt(name: str) -> float:
     """Force that the first pad of a gripper carries [N], pressed by a ball with .5 N; the gripper is held still."""
     spec = gripper(name)
     spec.option.gravity = (0, 0, 0)
-    (first, *_) = attach_hand(spec, name, prefix=PREFIX, output="von_mises carried")
+    (first, *_) = attach_hand(spec, name, prefix=PREFIX, fidelity="fast", output="von_mises carried")
     data = opened(name, spec.compile())
     mujoco.mj_forward(data.model, data)
     surface = data.site(f"{first}_surface")

@@ -11,9 +11,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
-#: Environments that are measured, and the kinds of observation of their pads.
+#: Environments that are measured, and their options by the name of the row.
 _NAMES = ("mjtactile/GraspLift-v0", "mjtactile/PressIdentify-v0")
-_OBSERVATIONS = ("none", "wrench", "readings")
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "without": {"observation": "none"},
+    "wrench, fast": {"observation": "wrench", "fidelity": "fast"},
+    "readings, fast": {"observation": "readings", "fidelity": "fast"},
+    "readings, balanced": {"observation": "readings", "fidelity": "balanced"},
+}
 #: Random actions use this fraction of their range, so that objects stay in contact [-].
 _STIR = 0.3
 #: Indices of actions that end an episode when they are above 0, by environment. They are kept at -1, because steps are
@@ -25,17 +30,17 @@ _COUNT, _TURNS, _STEPS, _STEPS_OF_ONE = 64, 25, 2, 40
 
 
 def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
-    """Time of a step by environment and kind of observation: medians over several turns.
+    """Time of a step by environment, observation and fidelity: medians over several turns.
 
     Args:
         quick: measure one environment in two turns, for tests.
 
     Returns:
         `mujoco_version`; `count`, the number of environments at once; `threads`, which environments and `mj_step` use;
-        and `rows`. Each row has `name` and `observation`; `substeps`, MuJoCo's steps in a step of the environment;
-        `one_s` and `many_s`, the time of a step of one environment alone and of one among many [s]; `plain_s` and
-        `plain_many_s`, the time of one `mj_step` alone, on one thread and on all [s]; `one_share` and `many_share`,
-        the environment's speed divided by that of `mj_step` in the same turn [-].
+        and `rows`. Each row has `name` and `pads`, the name of its options; `substeps`, MuJoCo's steps in a step of the
+        environment; `one_s` and `many_s`, the time of a step of one environment alone and of one among many [s];
+        `plain_s` and `plain_many_s`, the time of one `mj_step` alone, on one thread and on all [s]; `one_share` and
+        `many_share`, the environment's speed divided by that of `mj_step` in the same turn [-].
 
     Raises:
         MissingExtraError: gymnasium is not installed.
@@ -49,9 +54,9 @@ def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
     for name in names:
         plain = {n: _Plain(name, n, threads) for n in (1, count)}
         cases: dict[Any, _Environments | _Plain] = {("plain", n): one for n, one in plain.items()}
-        for seen in _OBSERVATIONS:
+        for pads, options in _OPTIONS.items():
             for n in (1, count):
-                cases[seen, n] = _Environments(name, make_vec(name, n, threads=threads, observation=seen))
+                cases[pads, n] = _Environments(name, make_vec(name, n, threads=threads, **options))
         times: dict[Any, list[float]] = {key: [] for key in cases}
         for _ in range(turns):
             for key, case in cases.items():
@@ -60,16 +65,16 @@ def envs_benchmark(*, quick: bool = False) -> dict[str, Any]:
         rows += [
             {
                 "name": name,
-                "observation": seen,
+                "pads": pads,
                 "substeps": substeps,
-                "one_s": float(np.median(times[seen, 1])),
-                "many_s": float(np.median(times[seen, count])) / count,
+                "one_s": float(np.median(times[pads, 1])),
+                "many_s": float(np.median(times[pads, count])) / count,
                 "plain_s": float(np.median(times["plain", 1])) / substeps,
                 "plain_many_s": float(np.median(times["plain", count])) / (count * substeps),
-                "one_share": float(np.median(np.divide(times["plain", 1], times[seen, 1]))),
-                "many_share": float(np.median(np.divide(times["plain", count], times[seen, count]))),
+                "one_share": float(np.median(np.divide(times["plain", 1], times[pads, 1]))),
+                "many_share": float(np.median(np.divide(times["plain", count], times[pads, count]))),
             }
-            for seen in _OBSERVATIONS
+            for pads in _OPTIONS
         ]
     return {"mujoco_version": mujoco.__version__, "count": count, "threads": threads, "rows": rows}
 
@@ -163,9 +168,8 @@ def envs_table(result: dict[str, Any]) -> str:
         f"|{' --- |' * 9}",
     ]
     for row in result["rows"]:
-        pads = "without" if row["observation"] == "none" else row["observation"]
         lines.append(
-            f"| {row['name']} | {pads} | {1.0 / row['one_s']:,.0f} | {row['one_share']:.0%} | "
+            f"| {row['name']} | {row['pads']} | {1.0 / row['one_s']:,.0f} | {row['one_share']:.0%} | "
             f"{1.0 / row['many_s']:,.0f} | {row['many_share']:.0%} | {row['substeps']} | {1.0 / row['plain_s']:,.0f} | "
             f"{1.0 / row['plain_many_s']:,.0f} |"
         )

@@ -26,7 +26,7 @@ from mjtactile.cli.benchmarks.timing import median_time
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
 from mjtactile.errors import MjTactileError
-from mjtactile.fidelity import Fidelity, as_fidelity
+from mjtactile.fidelity import DEFAULT, Fidelity, as_fidelity
 from mjtactile.geometry.indenter import convex_pieces, indenter_outline
 from mjtactile.geometry.outlines import punch_outline
 from mjtactile.influence.cache import influence_matrices
@@ -114,7 +114,7 @@ class PluginScene:
 
     shape: str = "box"
     sensor: str | None = None
-    fidelity: str = "balanced"
+    fidelity: str = DEFAULT
     tangential: str = "proportional"
     table: str = "default"
     moving: bool = False

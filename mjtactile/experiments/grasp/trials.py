@@ -16,6 +16,7 @@ from mjtactile._files import read_text, write_atomically
 from mjtactile._installed import __version__
 from mjtactile._progress import progress_bar
 from mjtactile.errors import MjTactileError
+from mjtactile.fidelity import DEFAULT
 from mjtactile.workers import Workers, distributed
 
 Result = dict[str, Any]
@@ -32,7 +33,7 @@ class TrialSettings:
     seed: int = 0  #: seed of all random numbers
     trials: int = 200  #: number of trials of each condition
     noise: float = 0.01  #: standard deviation of the readings' noise over a pad's largest reading [-]
-    fidelity: str = "fast"  #: fidelity of the readings, a preset by name
+    fidelity: str = DEFAULT  #: fidelity of the readings, a preset by name
     weights: str | None = None  #: folder of the recognisers' weights; None for those of the package
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mjtactile.fidelity import Fidelity, fidelity_text
+from mjtactile.fidelity import DEFAULT, Fidelity, fidelity_text
 from mjtactile.pad import Pad
 from mjtactile.pad_names import PLUGIN, pad_text
 from mjtactile.pad_shape.surfaces import SphereCap
@@ -39,10 +39,10 @@ class FingertipPads:
 
     pad: Pad = field(default_factory=Pad)
     name: str = "default"
-    fidelity: str | Fidelity = "fast"
+    fidelity: str | Fidelity = DEFAULT
 
 
-#: The default pad, read with preset "fast".
+#: The default pad, read at the default fidelity.
 DEFAULT_PADS = FingertipPads()
 _DOME = Pad(surface=SphereCap(14e-3))
 #: Pads with a round surface, which recognisers and experiments do not support.

@@ -17,6 +17,7 @@ from mjtactile._types import Array
 from mjtactile.errors import ContactWarning, MjTactileError
 from mjtactile.experiments.loop.known import Recognised, home
 from mjtactile.experiments.loop.scene import AXES, TIMESTEP, LoopScene
+from mjtactile.fidelity import DEFAULT
 from mjtactile.recognition import ForceRecogniser, ShapeRecogniser
 from mjtactile.sensor import TactileSensor
 from mjtactile.transducer.array import Transducer
@@ -63,7 +64,7 @@ class LoopSettings:
     sort: bool = True  #: whether the punches are sorted
     rate: int = 200  #: rate of readings and recognition in simulated time [Hz]
     noise: float = 0.01  #: standard deviation of noise over the largest reading [-]
-    fidelity: str = "precise"  #: fidelity of the readings; recognisers are trained on "precise" among others
+    fidelity: str = DEFAULT  #: fidelity of the readings
     layers: str = "all"  #: recognisers that use "all" sensing layers, or the "top" one alone
 
 

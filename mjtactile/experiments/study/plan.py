@@ -53,7 +53,7 @@ class StudySettings:
     """Extent of the study."""
 
     seeds: int = INITIALISATIONS  #: initialisations of every network
-    preset: str = "precise"  #: fidelity of the readings
+    fidelity: str = "precise"  #: fidelity of the readings; the paper took its own from a fine finite element model
     magnitude_iterations: int = MAGNITUDE_ITERATIONS  #: training iterations of the magnitude networks
     variant_iterations: int = VARIANT_ITERATIONS  #: the same for the variants
     shape_iterations: int = SHAPE_ITERATIONS  #: training iterations of the shape networks
@@ -62,7 +62,7 @@ class StudySettings:
 
 #: A minimal study, to test that everything runs.
 QUICK = StudySettings(
-    seeds=2, preset="fast", magnitude_iterations=300, variant_iterations=100, shape_iterations=50, variants=False
+    seeds=2, fidelity="fast", magnitude_iterations=300, variant_iterations=100, shape_iterations=50, variants=False
 )
 
 
@@ -76,7 +76,7 @@ class Unit:
     variant: str  #: key of `FORCE_VARIANTS` or `SHAPE_VARIANTS`
     iterations: int  #: number of training iterations
     seeds: int  #: number of initialisations
-    preset: str  #: fidelity of the readings
+    fidelity: str  #: fidelity of the readings
 
     @property
     def options(self) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class Unit:
         from mjtactile.experiments.study.shape import ShapeChoices, shape_study
 
         torch.set_num_threads(1)
-        influence = influence_matrices(fidelity=self.preset, progress=False)
+        influence = influence_matrices(fidelity=self.fidelity, progress=False)
         training = Training(seeds=range(self.seeds), iterations=self.iterations, progress=progress)
         if self.study == "force":
             forces = ForceChoices(**self.options)
@@ -112,11 +112,11 @@ def units(settings: StudySettings) -> Iterator[Unit]:
     """All units of the study, longest first."""
     for law in STUDIED_LAWS:
         for layers in LAYERS:
-            common = {"law": law, "layers": layers, "seeds": settings.seeds, "preset": settings.preset}
+            common = {"law": law, "layers": layers, "seeds": settings.seeds, "fidelity": settings.fidelity}
             yield Unit(study="force", variant="as studied", iterations=settings.magnitude_iterations, **common)
     for law in STUDIED_LAWS:
         for layers in LAYERS:
-            common = {"law": law, "layers": layers, "seeds": settings.seeds, "preset": settings.preset}
+            common = {"law": law, "layers": layers, "seeds": settings.seeds, "fidelity": settings.fidelity}
             for variant in SHAPE_VARIANTS if settings.variants else ("as studied",):
                 yield Unit(study="shape", variant=variant, iterations=settings.shape_iterations, **common)
             for variant in FORCE_VARIANTS if settings.variants else ():

@@ -32,7 +32,7 @@ def study_report(found: dict[str, Any]) -> str:
     settings = found["settings"]
     parts = [
         f"{settings['seeds']} initialisations of each network, magnitude networks trained for "
-        f"{settings['magnitude_iterations']:,} iterations, readings of preset {settings['preset']}. Ours: mean and "
+        f"{settings['magnitude_iterations']:,} iterations, readings at fidelity {settings['fidelity']}. Ours: mean and "
         f"standard deviation over initialisations; in brackets the one with the least training error, which is the one "
         f"the paper tests. Training and testing took {found['seconds'] / 60:.0f} minutes of one process in all.",
         'Contact laws "uniform" and "elastic" give readings that differ by up to '

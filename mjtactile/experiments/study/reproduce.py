@@ -38,7 +38,7 @@ def reproduce(
         training of all units together, "elapsed_seconds": of this run}.
     """
     start = time.perf_counter()
-    influence = influence_matrices(fidelity=settings.preset)
+    influence = influence_matrices(fidelity=settings.fidelity)
     planned = list(units(settings))
     paths = [kept_path(unit, influence) for unit in planned]
     missing = [k for k, path in enumerate(paths) if fresh or kept(path) is None]

@@ -23,7 +23,7 @@ from mjtactile.dataset.by_law import physics_readings
 from mjtactile.dataset.files import Dataset, make_dataset, read_dataset
 from mjtactile.dataset.sampling import OutlinePresses, PosePresses
 from mjtactile.dataset.spec import parse_spec
-from mjtactile.fidelity import as_fidelity
+from mjtactile.fidelity import DEFAULT, as_fidelity
 from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import force_vector
@@ -54,13 +54,13 @@ class EvaluationSettings:
     Attributes:
         seed: seed of presses and noise.
         presses: number of presses in MuJoCo.
-        fidelity: fidelity of the sensor, a preset by name; recognisers are trained on "precise" among others.
+        fidelity: fidelity of the sensor, a preset by name.
         law: contact law of the sensor; by default that of the fidelity.
     """
 
     seed: int
     presses: int = 2000
-    fidelity: str = "precise"
+    fidelity: str = DEFAULT
     law: str | None = None
 
 

@@ -19,7 +19,7 @@ from mjtactile.geometry.outlines import INDENTER_NAMES
 from mjtactile.influence.cache import cache_directory
 
 TINY = plan.StudySettings(
-    seeds=2, preset="fast", magnitude_iterations=20, variant_iterations=10, shape_iterations=10, variants=False
+    seeds=2, fidelity="fast", magnitude_iterations=20, variant_iterations=10, shape_iterations=10, variants=False
 )
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "study.md"
 
