@@ -68,18 +68,22 @@ $(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt $(NATIV
 	touch $@ $(VENV)/installed
 
 # A wheel for every Python and every Linux with glibc 2.28 or newer, by way of the source distribution; into dist/. Zig
-# brings a compiler that links against an older glibc than the machine's. On other systems: cibuildwheel.
+# brings a compiler that links against an older glibc than the machine's, and for other processors: `make wheel
+# ARCHITECTURE=aarch64`. Of those auditwheel tells only the tag, not above Zig's glibc. On other systems: cibuildwheel.
 GLIBC := 2.28
 ARCHITECTURE := $(shell uname -m)
+TAG = $(if $(filter $(shell uname -m),$(ARCHITECTURE)),manylinux_$(subst .,_,$(GLIBC))_$(ARCHITECTURE),auto)
 WHEEL_TOOLS := build/wheel-tools
 wheel: $(WHEEL_TOOLS)/installed
-	rm -rf build/wheel && mkdir -p dist && rm -f dist/mjtactile-*
+	rm -rf build/wheel && mkdir -p dist && rm -f dist/mjtactile-*.tar.gz dist/mjtactile-*_$(ARCHITECTURE).whl
 	CXX="$(CURDIR)/$(WHEEL_TOOLS)/bin/python -m ziglang c++ -target $(ARCHITECTURE)-linux-gnu.$(GLIBC)" \
+		CMAKE_ARGS="-DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=$(ARCHITECTURE)" \
+		SKBUILD_WHEEL_TAGS=py3-none-linux_$(ARCHITECTURE) \
 		$(WHEEL_TOOLS)/bin/python -m build --outdir build/wheel .
 	PATH="$(CURDIR)/$(WHEEL_TOOLS)/bin:$$PATH" $(WHEEL_TOOLS)/bin/auditwheel repair --wheel-dir dist \
-		--plat manylinux_$(subst .,_,$(GLIBC))_$(ARCHITECTURE) build/wheel/*.whl
+		--plat $(TAG) build/wheel/*.whl
 	mv build/wheel/*.tar.gz dist
-	$(WHEEL_TOOLS)/bin/auditwheel show dist/*.whl
+	$(WHEEL_TOOLS)/bin/auditwheel show dist/*_$(ARCHITECTURE).whl
 
 $(WHEEL_TOOLS)/installed:
 	$(PYTHON) -m venv $(WHEEL_TOOLS)
@@ -89,7 +93,7 @@ $(WHEEL_TOOLS)/installed:
 # The wheel as a user gets it: fresh environments without a compiler, outside the checkout, by MuJoCo.
 WHEEL_MUJOCO := $(OLDEST_MUJOCO) 4.0.0 newest
 wheel-test: wheel
-	$(PYTHON) tests/wheel/try_wheel.py dist/*.whl --mujoco $(WHEEL_MUJOCO)
+	$(PYTHON) tests/wheel/try_wheel.py dist/*_$(ARCHITECTURE).whl --mujoco $(WHEEL_MUJOCO)
 
 # Another MuJoCo beside the first: found first on PYTHONPATH, its dependencies shared.
 .mujoco-%: | $(VENV)/installed-dev

@@ -58,11 +58,18 @@ def library() -> ctypes.CDLL:
     """The compiled core, loaded at the first call.
 
     Raises:
-        NativeError: the library is missing, or it has another version than `API_VERSION`.
+        NativeError: the library is missing or damaged, is of another kind of machine, or has another version than
+            `API_VERSION`.
     """
     path = library_path()
-    loaded = ctypes.CDLL(str(path))
-    found = int(loaded.mjt_version())
+    try:
+        loaded = ctypes.CDLL(str(path))
+        found = int(loaded.mjt_version())
+    except (OSError, AttributeError) as error:
+        raise NativeError(
+            f"the compiled core cannot be loaded: {error}. It is damaged or was compiled for another kind of machine. "
+            "Install mjtactile again: pip install --force-reinstall --no-deps mjtactile"
+        ) from error
     if found != API_VERSION:
         raise NativeError(
             f"the compiled core {path} has version {found}, but this mjtactile needs {API_VERSION}. Install mjtactile "

@@ -194,15 +194,20 @@ def _look_at_the_plugin() -> Finding:
     """Check that a new process can read a model with a pad; MuJoCo from 4.0 on needs no import of mjtactile."""
     import mujoco
 
+    from mjtactile._native import library
+
+    library()  # without it, its own error says more than MuJoCo's
     alone = tuple(int(number) for number in mujoco.__version__.split(".")[:2]) >= _FINDS_PLUGINS
     imports = "import mujoco" if alone else "import mujoco, mjtactile"
     code = f"{imports}; print(mujoco.MjModel.from_xml_string({_MODEL!r}).nsensordata)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     if done.returncode == 0:
         return Finding("plugin", f"registers by `{imports}`")
-    last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
-    cure = "Install mjtactile again, so that its entry point is known to this Python." if alone else last[0]
-    return Finding("plugin", f"does not register by `{imports}`: {last[0]}", cure)
+    lines = done.stderr.strip().splitlines()
+    errors = [line for line in lines if line.partition(":")[0].endswith("Error")]
+    said = errors or lines or [f"exit code {done.returncode}"]
+    cure = "Install mjtactile again, so that its entry point is known to this Python." if alone else said[-1]
+    return Finding("plugin", f"does not register by `{imports}`: {said[-1]}", cure)
 
 
 def _look_at_the_tables() -> Finding:
@@ -221,19 +226,20 @@ def _look_at_the_cache() -> Finding:
 
     from mjtactile.influence.cache import CACHE_VARIABLE, cache_directory, cached_tables
 
-    folder, tables = cache_directory(), cached_tables()
-    said = f"{folder}, {len(tables)} tables, {sum(table.size for table in tables) / 1e6:.0f} MB"
+    folder = cache_directory()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
+        tables = cached_tables()
     except OSError as error:
-        cure = f"Make it writable, or name another folder in the environment variable {CACHE_VARIABLE}."
-        return Finding("cache", f"{said}; it cannot be written: {error}", cure)
+        cure = f"Make it a folder that can be read and written, or name another in the variable {CACHE_VARIABLE}."
+        return Finding("cache", f"{folder} cannot be used: {error}", cure)
+    said = f"{folder}, {len(tables)} tables, {sum(table.size for table in tables) / 1e6:.0f} MB"
     lost = [table for table in tables if not table.usable]
     if lost:
         room = sum(table.size for table in lost) / 1e6
-        said += f"; {len(lost)} of them, {room:.0f} MB, are of another version. Remove them: "
+        said += f"; {len(lost)} of them, {room:.0f} MB, are damaged or of another version. Remove them: "
         said += "mjtactile cache clear --unusable"
     return Finding("cache", said)
 

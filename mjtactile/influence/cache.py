@@ -36,6 +36,8 @@ CACHE_VARIABLE = "MJTACTILE_CACHE"
 SHIPPED = Path(__file__).resolve().parent / "tables"
 #: Time that reducing matrices takes, over that of solving for them: a third on the default pad, more or less elsewhere.
 _REDUCTION_SHARE = 1 / 3
+#: What a table that cannot be used is replaced by.
+_BUILT, _READ_INSTEAD = "is built anew", "that of the package is read instead"
 #: Waiting for another process that builds: time before the first message, and between messages [s].
 _SILENT_WAIT, _WAIT_BETWEEN_LINES = 2.0, 60.0
 
@@ -59,7 +61,7 @@ def cached_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path:
 def stored_path(pad: Pad, fidelity: str | Fidelity = DEFAULT) -> Path | None:
     """Path of a pad's influence matrices in the cache or in the package; None if they were not built yet."""
     kept = cached_path(pad, fidelity)
-    return next((path for path in (kept, SHIPPED / kept.name) if path.exists()), None)
+    return next((path for path in (kept, SHIPPED / kept.name) if _is_there(path)), None)
 
 
 def influence_matrices(
@@ -96,10 +98,11 @@ def influence_matrices(
     if not cache:
         return build_influence(pad, chosen, progress=progress)
     path = cached_path(pad, chosen)
-    for known in (path, SHIPPED / path.name):
-        found = _load_if_whole(known, pad, chosen)
-        if found is not None:
-            return found
+    shipped = SHIPPED / path.name
+    found = _load_if_whole(path, pad, chosen, _READ_INSTEAD if _is_there(shipped) else _BUILT)
+    found = found or _load_if_whole(shipped, pad, chosen)
+    if found is not None:
+        return found
     with _locked(path) as error:
         if error is None:
             _remove_leftovers(path.parent, path)
@@ -141,9 +144,23 @@ class CachedTable:
 
 
 def cached_tables() -> list[CachedTable]:
-    """Tables in the cache, the largest first; their arrays are not read."""
+    """Tables in the cache, the largest first; their arrays are not read.
+
+    Raises:
+        OSError: the cache is no folder, or cannot be read.
+    """
+    try:
+        paths = [path for path in cache_directory().iterdir() if path.match("influence-*.safetensors")]
+    except FileNotFoundError:
+        return []
     tables = []
-    for path in cache_directory().glob("influence-*.safetensors"):
+    for path in paths:
+        try:
+            size = path.lstat().st_size
+        except FileNotFoundError:
+            continue  # another process has removed it
+        if path.is_dir():
+            continue
         usable = False
         try:
             pad, fidelity = check_provenance(path, read_metadata(path), None, None)
@@ -152,7 +169,7 @@ def cached_tables() -> list[CachedTable]:
             contents = "of another version of mjtactile"
         except (CorruptInfluenceError, OSError) as error:
             contents = f"damaged: {error}"
-        tables.append(CachedTable(path, path.stat().st_size, contents, usable))
+        tables.append(CachedTable(path, size, contents, usable))
     return sorted(tables, key=lambda table: (-table.size, table.path))
 
 
@@ -179,6 +196,8 @@ def clear_cache(*, unusable_only: bool = False) -> list[CachedTable]:
                 table.path.unlink(missing_ok=True)
         except Timeout:
             continue
+        except OSError as error:
+            raise OSError(f"{table.path} cannot be removed: {error}") from error
         removed.append(table)
     return removed
 
@@ -236,13 +255,21 @@ def _derived_from_cache(pad: Pad, chosen: Fidelity, *, progress: bool) -> Influe
         return in_storage(found, chosen, lambda: advance(1))
 
 
-def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity) -> InfluenceMatrices | None:
+def _is_there(path: Path) -> bool:
+    """Whether there is such a file; not so in a folder that this user cannot enter."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
+def _load_if_whole(path: Path, pad: Pad, chosen: Fidelity, instead: str = _BUILT) -> InfluenceMatrices | None:
     try:
         return read_influence(path, pad, chosen)
     except FileNotFoundError:
         return None
     except (CorruptInfluenceError, StaleInfluenceError, OSError) as error:
-        warnings.warn(f"the cached table cannot be used and is built anew: {error}", InfluenceWarning, stacklevel=3)
+        warnings.warn(f"the cached table cannot be used and {instead}: {error}", InfluenceWarning, stacklevel=3)
         return None
 
 

@@ -62,6 +62,16 @@ def test_the_doctor_says_how_to_mend_a_missing_core(tmp_path):
     assert any(line.startswith("WRONG  plugin") for line in lines)
 
 
+def test_a_damaged_core_stops_no_command_without_need_of_it_and_the_doctor_names_it(tmp_path):
+    (tmp_path / "damaged.so").write_text("no library")
+    broken = {"MJTACTILE_LIBRARY": tmp_path / "damaged.so", "MJTACTILE_CACHE": tmp_path}
+    assert run("cache", "list", **broken).returncode == 0
+    done = run("doctor", "--json", **broken)
+    wrong = {finding["about"]: finding["cure"] for finding in json.loads(done.stdout) if finding["cure"]}
+    assert set(wrong) == {"compiled core", "plugin"}
+    assert all("damaged.so" in cure and "pip install" in cure for cure in wrong.values())
+
+
 def test_the_cache_is_listed_with_what_each_table_is_of(cache):
     tables = json.loads(run("cache", "list", "--json", MJTACTILE_CACHE=cache).stdout)
     assert [table["usable"] for table in tables] == [True, False]
@@ -79,6 +89,25 @@ def test_the_cache_is_cleared_of_what_is_of_no_use_or_of_all(cache):
     assert "removed 1 tables, 4.5 MB" in run("cache", "clear", "--yes", MJTACTILE_CACHE=cache).stdout
     assert not list(cache.glob("*.safetensors"))
     assert (cache / "influence-of-mine.txt").exists()
+
+
+def test_a_link_to_nowhere_in_the_cache_is_a_damaged_table_and_a_folder_none(cache):
+    (cache / "influence-link.safetensors").symlink_to(cache / "nowhere")
+    (cache / "influence-folder.safetensors").mkdir()
+    tables = json.loads(run("cache", "list", "--json", MJTACTILE_CACHE=cache).stdout)
+    assert [table["usable"] for table in tables] == [True, False, False]
+    assert "2 of them" in run("doctor", MJTACTILE_CACHE=cache).stdout
+    assert "removed 2 tables" in run("cache", "clear", "--unusable", MJTACTILE_CACHE=cache).stdout
+    assert not (cache / "influence-link.safetensors").is_symlink()
+
+
+def test_a_cache_that_is_no_folder_is_an_error_in_one_line(tmp_path):
+    (tmp_path / "file").touch()
+    for command in ("list", "clear"):
+        done = run("cache", command, MJTACTILE_CACHE=tmp_path / "file")
+        assert done.returncode == 2
+        assert f"Not a directory: '{tmp_path / 'file'}'" in done.stderr
+        assert len(done.stderr.splitlines()) == 1
 
 
 def test_help_groups_the_commands_and_gives_examples():

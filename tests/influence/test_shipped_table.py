@@ -42,6 +42,14 @@ def test_the_shipped_table_reads_as_one_built_here():
         np.testing.assert_allclose(readings[0], readings[1], atol=4e-3 * readings[1].max())
 
 
+def test_a_damaged_copy_in_the_cache_gives_way_to_the_shipped_table(empty_cache):
+    (table,) = SHIPPED.iterdir()
+    empty_cache.mkdir()
+    (empty_cache / table.name).write_bytes(table.read_bytes()[:-1])
+    with pytest.warns(InfluenceWarning, match="that of the package is read instead"):
+        influence_matrices(fidelity="fast", progress=False)
+
+
 def test_a_damaged_shipped_table_is_built_anew(tmp_path, monkeypatch, empty_cache):
     damaged = tmp_path / "shipped"
     damaged.mkdir()

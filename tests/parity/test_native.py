@@ -137,6 +137,13 @@ def test_a_missing_library_says_how_to_get_it(monkeypatch, tmp_path):
         native.library_path()
 
 
+def test_a_library_that_cannot_be_loaded_says_what_to_do(monkeypatch, tmp_path):
+    (tmp_path / "damaged.so").write_text("no library")
+    monkeypatch.setenv("MJTACTILE_LIBRARY", str(tmp_path / "damaged.so"))
+    with pytest.raises(mjtactile.NativeError, match=r"damaged\.so.*pip install"):
+        native.library.__wrapped__()
+
+
 def test_unknown_kernels_are_refused():
     with pytest.raises(mjtactile.NativeError, match="avx512"):
         native.use_instruction_set("sse9")
