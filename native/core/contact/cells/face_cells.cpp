@@ -146,7 +146,7 @@ bool FaceCells::describe(Face& face, double cosine, double sine) {
   double area = 0.0;
   for (std::size_t i = 0; i < cells_; ++i) {
     area += areas_[i];
-    face.centroids.push_back(placed(moments_[i], cosine, sine));
+    face.centroids.push_back(placed(centroids_[i], cosine, sine));
   }
   face.length = std::sqrt(area);
   return true;
@@ -860,20 +860,19 @@ void FaceCells::label_cells() {
     }
   }
   areas_.assign(cells_, 0.0);
-  moments_.assign(cells_, {0.0, 0.0});
+  centroids_.assign(cells_, {0.0, 0.0});
   for (const RawEdge& edge : edges_) {
-    const Point &a = edge.start, &b = edge.end;
-    const double twice = a.x * b.y - b.x * a.y, x = (a.x + b.x) * twice / 6, y = (a.y + b.y) * twice / 6;
+    const AreaIntegrals part = triangle_integrals(edge.start, edge.end);
     const auto add = [&](std::int32_t side, double sign) {
       if (side < 0) return;
       const std::size_t cell = label_of(side);
-      areas_[cell] += sign * twice / 2;
-      moments_[cell].x += sign * x, moments_[cell].y += sign * y;
+      areas_[cell] += sign * part.area;
+      centroids_[cell].x += sign * part.x, centroids_[cell].y += sign * part.y;
     };
     add(edge.left, 1.0);
     add(edge.right, -1.0);
   }
-  for (std::size_t i = 0; i < cells_; ++i) moments_[i] = {moments_[i].x / areas_[i], moments_[i].y / areas_[i]};
+  for (std::size_t i = 0; i < cells_; ++i) centroids_[i] = {centroids_[i].x / areas_[i], centroids_[i].y / areas_[i]};
 }
 
 std::size_t FaceCells::label_of(std::int32_t item) {
@@ -955,26 +954,24 @@ void FaceCells::join_slivers() {
 
 // Quadrature points lie on a cell's principal axes of inertia. If a cell has none, the face's axes are used.
 void FaceCells::place_quadrature(const Face& face) {
-  inertia_.assign(3 * cells_, 0.0);
+  about_centroid_.assign(cells_, {});
   for (const CellEdge& edge : face.edges) {
     const auto add = [&](std::int32_t side, double sign) {
       if (side < 0) return;
       const auto cell = static_cast<std::size_t>(side);
       const Point& middle = face.centroids[cell];
-      const double ax = edge.start[0] - middle.x, ay = edge.start[1] - middle.y;
-      const double bx = edge.end[0] - middle.x, by = edge.end[1] - middle.y;
-      const double twice = sign * (ax * by - bx * ay);
-      inertia_[3 * cell] += (ax * ax + ax * bx + bx * bx) * twice / 12;
-      inertia_[3 * cell + 1] += (2 * ax * ay + ax * by + bx * ay + 2 * bx * by) * twice / 24;
-      inertia_[3 * cell + 2] += (ay * ay + ay * by + by * by) * twice / 12;
+      about_centroid_[cell].add(triangle_integrals({edge.start[0] - middle.x, edge.start[1] - middle.y},
+                                                   {edge.end[0] - middle.x, edge.end[1] - middle.y}),
+                                sign);
     };
     add(edge.left, 1.0);
     add(edge.right, -1.0);
   }
   quadrature_.clear();
   for (std::size_t i = 0; i < cells_; ++i) {
-    const double xx = inertia_[3 * i] / areas_[i], xy = inertia_[3 * i + 1] / areas_[i];
-    const double yy = inertia_[3 * i + 2] / areas_[i], mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
+    const AreaIntegrals& own = about_centroid_[i];
+    const double xx = own.xx / areas_[i], xy = own.xy / areas_[i], yy = own.yy / areas_[i];
+    const double mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
     const double turn = apart > kRound * mean ? 0.5 * std::atan2(2.0 * xy, xx - yy) : 0.0;
     const double u = std::cos(turn), v = std::sin(turn);
     const double longer = std::sqrt(2 * (mean + apart)), shorter = std::sqrt(2 * std::max(mean - apart, 0.0));

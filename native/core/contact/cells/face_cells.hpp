@@ -150,10 +150,10 @@ class FaceCells {
   std::vector<std::int32_t> square_of_, label_;
   std::vector<Kind> kinds_;
   std::vector<double> areas_;
-  std::vector<Point> moments_;  // centroids of the cells
+  std::vector<Point> centroids_;
   std::vector<Shared> shared_;
   std::size_t cells_ = 0;
-  std::vector<double> inertia_;  // second moments of each cell, xx, xy, yy
+  std::vector<AreaIntegrals> about_centroid_;  // of each cell
   std::vector<Point> quadrature_;
   EdgeIntegrals integrals_;
 };
