@@ -37,7 +37,7 @@ void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, 
   workspace.reference_column = count > 0 ? element(x_, edges[0].start[0]) : columns;
   set_reference(count > 0 ? edges[0].start[0] : low_x(), workspace);
   for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
-  gather(workspace, forces);
+  sum_elements(workspace, forces);
 }
 
 // Areas are counted from the left boundary of an element, but from the first edge in the column that contains it. For
@@ -86,7 +86,7 @@ void SurfaceGrid::add_piece(const double* start, const double* end, const double
                              workspace.moments.data() + (row * (x_.size() - 1) + column) * kMoments);
 }
 
-void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
+void SurfaceGrid::sum_elements(Workspace& workspace, double* forces) const {
   const std::size_t columns = x_.size() - 1, rows = y_.size() - 1, width = kForces * nodes_x();
   std::fill(forces, forces + width * nodes_y(), 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
