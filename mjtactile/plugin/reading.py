@@ -19,6 +19,7 @@ from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import Pad, TaxelGrid
 from mjtactile.plugin.engine import Instance
 from mjtactile.plugin.health import Names, register
+from mjtactile.sim.geoms import SIZE_TOLERANCE
 
 #: A body whose pose changes by less than this counts as at rest, so that its wrench basis is used again [m or rad].
 POSE_TOLERANCE = 1e-6
@@ -84,6 +85,7 @@ def fill_instance(to: Instance, how: Reading, pad: str, bodies: tuple[str, ...])
     to.cells = options.cells
     to.friction = -1.0 if how.friction is None else how.friction
     to.tolerance, to.facing_gap, to.strength = POSE_TOLERANCE, how.facing_gap, layer.young
+    to.size_tolerance = SIZE_TOLERANCE
     to.tilting = options.tilting
     pressure, indentation = linear_range(geometry)
     to.context = register(

@@ -27,8 +27,8 @@ from mjtactile.sim.pad_solid import pad_solid
 from mjtactile.sim.rays import RaySurface
 from mjtactile.sim.wrench import PadFrame
 
-#: Largest difference between a pad's size and its geom's [m].
-_SIZE_TOLERANCE = 1e-6
+#: Largest difference between a pad's size and its geom's [m]; while a simulation runs, the core checks it, too.
+SIZE_TOLERANCE = 1e-6
 #: Tolerance on the distance of a curved pad's mesh vertices from the pad, and on its extent [m].
 _MESH_TOLERANCE = 3e-5
 #: End of the names of geoms that press instead of their body's colliding geoms.
@@ -253,7 +253,7 @@ def check_pad_geom(model: Any, geom: int, pad: Pad) -> None:
     if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
         raise SceneError(f"geom '{name}' is not a box. A pad is a box geom whose +z face senses.")
     actual, expected = 2 * model.geom_size[geom], np.array([*pad.size, pad.thickness])
-    if np.abs(actual - expected).max() > _SIZE_TOLERANCE:
+    if np.abs(actual - expected).max() > SIZE_TOLERANCE:
         raise SceneError(
             f"geom '{name}' measures {_millimetres(actual)} mm, but the pad measures {_millimetres(expected)} mm. "
             "Give the geom half of the pad's lengths as its size, or pass the Pad that fits it."

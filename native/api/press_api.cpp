@@ -63,7 +63,7 @@ struct mjt_press {
   AnySensor sensor;
   std::vector<Touch> touches;
   std::vector<SolvedCells> solved;   // of each body; valid until the next press
-  std::vector<std::vector<LinearTraction::Edge>> areas;   // areas under pressure of bodies that need no cells
+  std::vector<std::vector<Segment>> areas;   // areas under pressure of bodies that need no cells
   CellContact basis;                 // the contact of the last mjt_press_parts(), and its face
   std::shared_ptr<const Face> basis_face;
   CellContact::Workspace workspace;
@@ -308,7 +308,7 @@ size_t mjt_press_edges(const mjt_press* press, size_t body, double* ends, int32_
 }
 
 void mjt_press_rim(const mjt_press* press, size_t body, double* ends) {
-  for (const LinearTraction::Edge& edge : press->areas[body]) {
+  for (const Segment& edge : press->areas[body]) {
     for (const Point& point : {edge.start, edge.end}) *ends++ = point.x, *ends++ = point.y;
   }
   const SolvedCells& solved = press->solved[body];

@@ -10,15 +10,16 @@
 namespace mjtactile::mujoco {
 namespace {
 
-// What names of a pad's further geoms begin with, after the name of its first.
-constexpr char kPiece[] = "_piece_";
-// Contacts whose normal leans further from the surface's than this (its cosine) press on the pad from beside.
-constexpr double kPresses = 0.70710678118654752440;
-// Poses are whole multiples of these [m, -]: what rounding leaves, such as in the place of the world's origin, decides
-// nothing where sides of a body lie along lines of cells.
+// Names of a pad's further geoms are the name of its first geom, this text and a number.
+constexpr char kPieceSuffix[] = "_piece_";
+// Cosine of the largest angle between the normals of a contact and of the surface. Other contacts press on the pad's
+// side.
+constexpr double kLeastUpright = 0.70710678118654752440;
+// Positions [m] and rotations [-] are rounded to multiples of these. Otherwise rounding errors, which depend on the
+// place of the world's origin, would decide on which cells a body's sides lie.
 constexpr double kPlaceStep = 0x1p-44, kTurnStep = 0x1p-38;
 
-// The surface's normal, out of the pad, above a point of its plane.
+// Unit normal of the outer surface, out of the pad, at the x and y of a point.
 void normal_at(const OuterSurface& outer, const double* point, double* normal) {
   const SurfacePoint at = outer.at(point[0], point[1]);
   const double size = std::sqrt(1.0 + at.slopes[0] * at.slopes[0] + at.slopes[1] * at.slopes[1]);
@@ -26,58 +27,59 @@ void normal_at(const OuterSurface& outer, const double* point, double* normal) {
 }
 
 // rotation^T * vector
-void turned_back(const double* rotation, const double* vector, double* out) {
+void multiply_transposed(const double* rotation, const double* vector, double* out) {
   for (int i = 0; i < 3; ++i) {
     out[i] = rotation[i] * vector[0] + rotation[3 + i] * vector[1] + rotation[6 + i] * vector[2];
   }
 }
 
-double stepped(double number, double step) { return std::nearbyint(number / step) * step; }
+double rounded_to(double number, double step) { return std::nearbyint(number / step) * step; }
 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Where a point of the world is in a frame [m].
-void seen_from(const Frame& frame, const double* world, double* here) {
+// Position of a point of the world in a frame [m].
+void to_frame(const Frame& frame, const double* world, double* here) {
   const double offset[3] = {world[0] - frame.origin[0], world[1] - frame.origin[1], world[2] - frame.origin[2]};
-  turned_back(frame.rotation, offset, here);
+  multiply_transposed(frame.rotation, offset, here);
 }
 
 // One of MuJoCo's contacts in a pad's frame.
-struct SeenContact {
+struct PadContact {
   double point[3];         // [m]
-  double out_of_pad[3];    // its normal, from the pad to what touches it
+  double out_of_pad[3];    // its normal, from the pad to the other geom
   double wrench[6];        // on the pad, about the frame's origin [N, N m]
 
-  // `local`: force and torque as MuJoCo gives them, the first geom's action on the second in axes that are the rows of
-  // the contact's frame; `sign`: 1 where the pad is the second geom, -1 where it is the first.
-  SeenContact(const Layout& layout, const char* contact, const double* local, double sign, const Frame& frame) {
+  // `local`: force and torque of the first geom on the second, as MuJoCo gives them. Their axes are the rows of the
+  // contact's frame. `sign`: 1 if the pad is the second geom, -1 if it is the first.
+  PadContact(const Layout& layout, const char* contact, const double* local, double sign, const Frame& frame) {
     const double* axes = &field<double>(contact, layout.contact_frame);
-    seen_from(frame, &field<double>(contact, layout.contact_pos), point);
+    to_frame(frame, &field<double>(contact, layout.contact_pos), point);
     for (int part = 0; part < 6; part += 3) {
       double world[3];
-      turned_back(axes, local + part, world);
+      multiply_transposed(axes, local + part, world);
       for (double& one : world) one *= sign;
-      turned_back(frame.rotation, world, wrench + part);
+      multiply_transposed(frame.rotation, world, wrench + part);
     }
     for (int k = 0; k < 3; ++k) {
       const int next = (k + 1) % 3, last = (k + 2) % 3;
       wrench[3 + k] += point[next] * wrench[last] - point[last] * wrench[next];
     }
-    turned_back(frame.rotation, axes, out_of_pad);
+    multiply_transposed(frame.rotation, axes, out_of_pad);
     for (double& one : out_of_pad) one *= -sign;
   }
 };
 
+// Pose of a body in a pad's frame, rounded.
 Pose body_pose(const Layout& layout, const Data* data, int body, const Frame& frame) {
   const double* rotation = field<const double*>(data, layout.data_xmat) + 9 * body;
   Pose pose;
-  seen_from(frame, field<const double*>(data, layout.data_xpos) + 3 * body, pose.position);
-  for (double& one : pose.position) one = stepped(one, kPlaceStep);
+  to_frame(frame, field<const double*>(data, layout.data_xpos) + 3 * body, pose.position);
+  for (double& one : pose.position) one = rounded_to(one, kPlaceStep);
   for (int j = 0; j < 3; ++j) {
     const double column[3] = {rotation[j], rotation[3 + j], rotation[6 + j]};
     double there[3];
-    turned_back(frame.rotation, column, there);
-    for (int i = 0; i < 3; ++i) pose.rotation[3 * i + j] = stepped(there[i], kTurnStep);
+    multiply_transposed(frame.rotation, column, there);
+    for (int i = 0; i < 3; ++i) pose.rotation[3 * i + j] = rounded_to(there[i], kTurnStep);
   }
   return pose;
 }
@@ -118,7 +120,7 @@ std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom) 
   const int* body = field<const int*>(model, layout.model_geom_bodyid);
   const int end = field<const int*>(model, layout.model_body_geomadr)[body[geom]] +
                   field<const int*>(model, layout.model_body_geomnum)[body[geom]];
-  const std::string beginning = std::string(names + name[geom]) + kPiece;
+  const std::string beginning = std::string(names + name[geom]) + kPieceSuffix;
   for (int other = geom + 1; other < end; ++other) {
     if (std::strncmp(names + name[other], beginning.c_str(), beginning.size()) != 0) break;
     pieces.push_back(other);
@@ -158,15 +160,15 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     placed = true;
     double local[6];
     functions.contact_force(model, data, i, local);
-    const SeenContact seen(layout, contact, local, second ? 1.0 : -1.0, frame);
+    const PadContact seen(layout, contact, local, second ? 1.0 : -1.0, frame);
     if (std::all_of(seen.wrench, seen.wrench + 6, [](double one) { return one == 0.0; })) {
-      continue;  // it presses nothing
+      continue;  // MuJoCo lists it, but it carries no load
     }
     for (int k = 0; k < 6; ++k) wrench[k] += seen.wrench[k];
     double out[3];
     normal_at(surface, seen.point, out);
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
-    if (upright < kPresses) continue;
+    if (upright < kLeastUpright) continue;
     const int other = second ? pair[0] : pair[1];
     Touch& touch = touch_of(other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other]);
     for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];

@@ -28,9 +28,7 @@ constexpr double kTileThickness = 2e-5;
 constexpr float kOpacity = 0.75f;
 // Readings that take longer than these are counted [s].
 constexpr double kSlow = 1e-3, kVerySlow = 5e-3;
-// Largest difference between a pad's size and its geom's [m], as in mjtactile/sim/geoms.py; and the body of a note that
-// is about the pad alone.
-constexpr double kSizeTolerance = 1e-6;
+// The body of a note that is about the pad alone.
 constexpr int kNoBody = -1;
 
 Layout layout;
@@ -101,6 +99,7 @@ class Reader {
  public:
   Reader(const mjt_instance& resolved, int geom, std::shared_ptr<Context> context)
       : geom_(geom),
+        size_tolerance_(resolved.size_tolerance),
         context_(std::move(context)),
         geometry_(layout, side_limits(options_of(resolved), resolved.facing_gap)),
         pad_(resolved.pad->pad),
@@ -152,7 +151,8 @@ class Reader {
     const double* half = field<const double*>(model, layout.model_geom_size) + 3 * geom_;
     const SurfaceGrid& surface = pad_->surface();
     const double own[3] = {surface.high_x() - surface.low_x(), surface.high_y() - surface.low_y(), pad_->depth()};
-    return std::equal(own, own + 3, half, [](double a, double b) { return std::abs(a - 2.0 * b) <= kSizeTolerance; });
+    const double most = size_tolerance_;
+    return std::equal(own, own + 3, half, [most](double a, double b) { return std::abs(a - 2.0 * b) <= most; });
   }
   // MuJoCo has no contacts of sleeping bodies. They have not moved, so their last contacts are used.
   bool keep_sleeping(const Model*, const Data* data) {
@@ -181,6 +181,7 @@ class Reader {
   }
 
   int geom_;
+  double size_tolerance_;   // largest difference between the pad's size and its geom's [m]
   std::vector<int> pieces_;   // geoms of the pad; found at the first reading
   std::shared_ptr<Context> context_;
   ModelGeometry geometry_;

@@ -212,10 +212,10 @@ void ContactSearch::look_closer(const HeightMap& map, const Plane& plane, Part& 
 
 // Perimeter [m] of the area of a part below a level. Adds this area [m^2] to `area`.
 double ContactSearch::perimeter(const Part& part, double level, double& area) {
-  const UnderLevel found = kernels().count_under(part.heights.data(), part.rows, part.columns, level);
+  const PointsBelow found = kernels().count_below(part.heights.data(), part.rows, part.columns, level);
   area += static_cast<double>(found.points) * part.cell;
-  return static_cast<double>(found.upright) * part.region.height / static_cast<double>(part.rows) +
-         static_cast<double>(found.level) * part.region.width / static_cast<double>(part.columns);
+  return static_cast<double>(found.edges_x) * part.region.height / static_cast<double>(part.rows) +
+         static_cast<double>(found.edges_y) * part.region.width / static_cast<double>(part.columns);
 }
 
 // Find the level at which all parts together carry the load, by bisection.

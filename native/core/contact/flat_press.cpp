@@ -55,15 +55,8 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Contac
     press_whole();
     if (whole_.exact() && whole_.linear() && !is_small(whole_)) return true;
   }
-  starts_.clear();
-  ends_.clear();
-  for (const CellEdge& edge : face.edges) {
-    if ((edge.left >= 0) == (edge.right >= 0)) continue;
-    const Point start = placement({edge.start[0], edge.start[1]}), end = placement({edge.end[0], edge.end[1]});
-    starts_.push_back(edge.left >= 0 ? start : end);
-    ends_.push_back(edge.left >= 0 ? end : start);
-  }
-  map_.place(starts_, ends_, surface.sheet);
+  find_outline(face, placement, outline_);
+  map_.place(outline_, surface.sheet);
   small_ = part_.solve(map_, surface, wrench, workspace);
   if (small_) return true;
   if (tried) {

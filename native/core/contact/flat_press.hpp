@@ -46,7 +46,7 @@ class FlatPress {
   CellContact whole_;
   PatchPress part_;
   FlatMap map_;
-  std::vector<Point> starts_, ends_;
+  std::vector<Segment> outline_;
 };
 
 // Whether so few of a face's cells are in contact that finer cells are needed.

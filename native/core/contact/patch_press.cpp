@@ -9,91 +9,95 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Looks. A look lays cells on the spots that may touch, as one plane sees the body, and presses them.
-constexpr int kLooks = 4;                // looks at one contact, at most
-constexpr double kWorse = 0.04;          // more energy than this share of a contact's own makes another look the
-                                         // worse one
-constexpr double kMissed = 0.01;         // distance of the centre of pressure from the load, over the contact's size,
-                                         // from which on the load is missed
-constexpr double kInside = 1e-12;        // distance from the rim of what the body covers that still lies inside [m]
+// Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
+constexpr int kLooks = 4;                // largest number of looks at one contact
+constexpr double kEnergyMargin = 0.04;   // a contact is worse if its energy is higher by this share of its own elastic
+                                         // energy
+constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
+                                         // this, over the contact's size
+constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
 
-// Height up to which cells are laid, over the level: the height of a flat punch that would carry the load.
-constexpr double kGenerous = 2.5;        // in the first look
+// Heights up to which cells are laid, over the level. The level is the depth of a flat punch that carries the load.
+constexpr double kHeightFactor = 2.5;    // in the first look
 constexpr double kCompact = 1.5;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
-constexpr double kAsLongAsWide = 2.003;  // length over width up to which a spot is compact
-constexpr double kLeastGenerous = 0.25, kMostGenerous = 64.0;   // in later looks
-constexpr double kBeyond = 1.6;          // at least, where the bound on pressure sets the level
-constexpr double kDeep = 1.7;            // a contact this many times as deep as its cells are high gets higher ones:
-constexpr double kShareOfDepth = 0.75;   // this share of the depth,
-constexpr double kMostWider = 8.0;       // and no more than so many times as high at once
-constexpr double kEnds = 1.25;           // where contacts of cones and paraboloids end, over what a flat punch says
-constexpr double kSinks = 1.05;          // margin on the height up to which the body was found to touch
-constexpr double kTouches = 0.6;         // share of the depth up to which parts of a tilted body touch
+constexpr double kAsLongAsWide = 2.003;  // largest length of a compact spot over its width
+constexpr double kLeastHeightFactor = 0.25, kMostHeightFactor = 64.0;   // in later looks
+constexpr double kBoundedHeightFactor = 1.6;   // least value if the bound on pressure sets the level
+// If the contact is kTooDeep times as deep as its cells are high, cells are laid higher: up to kShareOfDepth times the
+// depth, but at most kMostHigher times as high as before.
+constexpr double kTooDeep = 1.7, kShareOfDepth = 0.75, kMostHigher = 8.0;
+constexpr double kEndFactor = 1.25;      // correction of end_over_level() from contacts of cones and paraboloids
+constexpr double kTouchMargin = 1.05;    // safety factor on the height up to which the body was found to touch
+constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth
 
-// When cells are laid anew.
-constexpr double kLeastPressed = 0.2;    // fewer than this share of them press,
-constexpr double kMuchLower = 0.7;       // and the contact ends below this share of their height
-constexpr double kGoesOn = 0.5;          // more than this share of the cells cut off at that height press,
-constexpr double kWithin = 0.5;          // the others have more than this share of their area,
-constexpr double kHigher = 1.2;          // and the body sinks in this many times as deep
+// When cells are laid again. They are laid lower if the share of pressed cells is below kLeastPressed and the contact
+// ends below kMuchLower times their height.
+constexpr double kLeastPressed = 0.2, kMuchLower = 0.7;
+// Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
+// only if the other cells have more than kWithin times their area. Cells are laid higher if the body touches up to
+// kHigher times their height.
+constexpr double kGoesOn = 0.5, kWithin = 0.5, kHigher = 1.2;
 
-// Regions about the spots in which cells are laid. Sides and areas of spots are whole numbers of the search's samples:
-// at ratios that such numbers have, rounding would decide.
-constexpr double kLeastWider = 1.5;      // size over that of the spot, at least
-constexpr double kTrimmed = 0.6;         // share of an open spot's region that is kept, at least
-constexpr double kElongated = 3.003;     // length over width from which on no spot is open
-constexpr double kOpen = 0.499;          // share of its rectangle below which a spot is open: bent, or hollow
-constexpr double kApart = 2.0;           // size over the region's beyond which another part of the body begins
+// Regions around the spots in which cells are laid. Sides and areas of spots are whole numbers of the search's samples.
+// The limits below are not ratios of small whole numbers, because rounding would decide at such ratios.
+constexpr double kLeastWider = 1.5;      // least size over that of the spot
+constexpr double kTrimmed = 0.6;         // least share of an open spot's region that is kept
+constexpr double kElongated = 3.003;     // spots that are longer than this, over their width, do not count as open
+constexpr double kOpen = 0.499;          // a spot is open (bent or hollow) if it fills less than this of its rectangle
+constexpr double kOtherPart = 2.0;       // other parts of the body begin outside a region enlarged by this factor
 
 // Number of cells.
-constexpr double kMostCells = 2.0;       // over the number asked for, at most,
-constexpr std::size_t kMoreCells = 24;   // and so many more
-constexpr double kCheap = 2.0;           // over that number, under laws that solve for little
-constexpr double kFilled = 0.7;          // share of its rectangle below which a spot takes more cells,
-constexpr double kMostFor = 3.0;         // and at most so many times as many
-constexpr double kAskew = 1.27;          // cells that a line askew to a lattice meets, over those of a line along it
-constexpr double kTooFew = 0.85;         // share of the cells wanted below which smaller ones are laid,
-constexpr double kLeastFiner = 0.25;     // down to this share of their size
-constexpr double kNearly = 1.1;          // over the most cells: symmetric bodies may have a few more;
-constexpr double kLeastCoarser = 1.25;   // beyond that cells grow at least by this factor,
-constexpr int kRounds = 10;              // so many times at most
-constexpr double kMostSounded = 32.0;    // places looked at for one cell, at most
-constexpr double kSpareArea = 3.0;       // area of the cells over what the force needs at the bound on pressure
+constexpr double kMostCells = 2.0;       // largest number is this times the number asked for,
+constexpr std::size_t kMoreCells = 24;   // plus this
+constexpr double kCheap = 2.0;           // factor on the wanted number under laws without compliance
+constexpr double kFilled = 0.7;          // spots that fill less than this of their rectangle get more cells,
+constexpr double kMostFilling = 3.0;     // up to this factor
+constexpr double kAskew = 1.27;          // mean number of lattice cells that a line of any direction crosses, over the
+                                         // number along an axis of the lattice
+constexpr double kTooFew = 0.85;         // smaller cells are laid if there are fewer than this share of those wanted,
+constexpr double kLeastFiner = 0.25;     // with at least this share of their area
+constexpr double kNearly = 1.1;          // symmetric bodies may have this many cells, over the largest number
+constexpr double kLeastCoarser = 1.25;   // least factor by which cells grow if there are too many,
+constexpr int kRounds = 10;              // and largest number of times
+constexpr double kMostSamples = 32.0;    // largest number of heights computed per cell
+constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Tilts.
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
-constexpr double kMostTilt = 2.0;        // lift that one look adds, over the level, at most
-constexpr double kNarrow = 1.5;          // width along the tilt, over the narrowest cells, that tells little of it
-constexpr double kMostSlope = 1.0;       // steepest slope that is looked at
-constexpr double kNearlyFallen = 0.9;    // share of it from which on a body that goes on tilting falls over
-constexpr double kLeastLean = 0.5;       // least approach along a cell's own normal over that along the plane's
+constexpr double kMostTilt = 2.0;        // largest lift that one look adds, over the level
+constexpr double kNarrow = 1.5;          // largest width along the tilt, over the narrowest cells, at which the tilt is
+                                         // not determined
+constexpr double kMostSlope = 1.0;       // largest slope of a plane from which the body is looked at
+constexpr double kNearlyFallen = 0.9;    // a body that tilts further beyond this share of kMostSlope falls over
+constexpr double kLeastLean = 0.5;       // least approach along a cell's own normal over that along the plane's normal
 
-// Loads near the rim of what the body covers.
-constexpr double kNearRim = 0.15;        // distance from a side, over what lies behind it, that is near
-constexpr double kStrip = 3.0;           // width of the strip that is pressed then, over that distance
-constexpr double kCorner = 0.7;          // sum of the normals of two sides at a right corner, over that of their sizes
-constexpr double kOneSide = 0.1;         // the same where sides have no direction in common
+// Loads near the rim of the area that the body covers.
+constexpr double kNearRim = 0.15;        // largest distance of a near load from a side, over the hull's depth behind it
+constexpr double kStrip = 3.0;           // width of the strip that such a load presses, over that distance
+constexpr double kCorner = 0.7;          // length of the sum of two sides' unit normals at a right corner, over two
+constexpr double kOneSide = 0.1;         // below this value the sides have no direction in common
 
-// How high a contact ends, over the level, of a body whose height grows with the radius to the power m. It sinks in c_m
-// times as deep as that, c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), under 2 m c_m / (m + 1) times what that
-// height takes on a flat punch of its area (Sneddon, Int. J. Engng Sci. 3, 1965).
+// Height at which the contact of a body ends, over the level. The body's height grows with the radius to the power m.
+// With c_m = sqrt(pi) Gamma(m/2 + 1) / Gamma(m/2 + 1/2), it sinks in c_m times as deep as this height. The force is
+// 2 m c_m / (m + 1) times that of a flat punch of the contact's area at this depth (Sneddon, Int. J. Engng Sci. 3,
+// 1965).
 double end_over_level(double m) {
-  const double c = std::sqrt(kPi / 2.0 * (m + 0.5));  // within 2 % from cones on
-  return kEnds * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
+  const double c = std::sqrt(kPi / 2.0 * (m + 0.5));  // accurate to 2 % for m >= 1
+  return kEndFactor * std::pow((m + 1.0) / (m * c), m / (m + 1.0));
 }
 
-// Heights nearer to the level than this, over it, tell of no power; cusps sharper than the least power are not known.
+// Heights over the level below this ratio do not determine the power. Sharper cusps than the least power do not occur.
 constexpr double kHigherAtLeast = 1.01, kLeastPower = 0.5;
 
-// The power m of a body of which so many times the area lies under a height so many times the level; 0 where none is
-// told.
+// The power m of a body whose area below `higher` levels is `more` times that below the level; 0 if it is not
+// determined.
 double power_of(double higher, double more) {
   if (!(higher > kHigherAtLeast) || !(more > 1.0) || !std::isfinite(higher) || !std::isfinite(more)) return 0.0;
   return std::max(2.0 * std::log(higher) / std::log(more), kLeastPower);
 }
 
-// Centre a region on a point no further from its middle than a cell: of symmetric bodies it is their middle, and where
-// a body slides the cells go with it.
+// Centre a region on a point, if it is within a cell of the region's middle. The point is the middle of a symmetric
+// body, and the cells then move with a sliding body.
 void centre_on(const Point& at, double cell, Region& region) {
   const double c = std::cos(region.angle), s = std::sin(region.angle);
   const double x = at.x - region.centre.x, y = at.y - region.centre.y;
@@ -108,7 +112,7 @@ void centre_on(const Point& at, double cell, Region& region) {
   }
 }
 
-// Breadth of the strip of a depth along a hull's side.
+// Length of the strip along a hull's side that extends inward to a given depth [m].
 double breadth(const std::vector<Point>& hull, const double* inward, double depth) {
   double first = INFINITY, least = INFINITY, most = -INFINITY;
   const auto deep = [&](const Point& at) { return inward[0] * at.x + inward[1] * at.y; };
@@ -124,8 +128,8 @@ double breadth(const std::vector<Point>& hull, const double* inward, double dept
   return most - least;
 }
 
-// Share of a tilt that is taken after another one: where it goes back, as far as a straight line between the two says
-// (Anderson, J. ACM 12, 1965, with one step kept), where it goes on, all of it.
+// Share of a tilt to take after the last one. If the tilt has changed direction, it is that of the secant step
+// (Anderson, J. ACM 12, 1965, with one step kept). Otherwise it is 1.
 double secant_share(const double* slopes, const double* before) {
   double along = 0.0, square = 0.0;
   for (int k = 0; k < 2; ++k) {
@@ -148,7 +152,7 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
   looks.view = first_view(problem);
   looks.best = looks.onward = looks.view;
   if (!look_first(problem, looks)) return false;
-  for (int look = 1; look < kLooks && turn(problem, looks); ++look) {
+  for (int look = 1; look < kLooks && choose_view(problem, looks); ++look) {
     if (looks.last_is_best) std::swap(laid_, best_);
     find_spots(problem, looks.view);
     judge(problem, press(problem, looks.view), look + 2 < kLooks, looks);
@@ -169,49 +173,49 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
 }
 
 PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
-  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kGenerous, 0.0, 0.0, 0.0, {0.0, 0.0}};
+  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kHeightFactor, 0.0, 0.0, 0.0, {0.0, 0.0}};
   if (problem.options.tilting) view.plane = first_plane(problem.load, problem.hull);
   return view;
 }
 
-// The first look, from which the others go on; false where nothing of the body faces the pad.
+// The first look, on which the others build. False if no part of the body faces the pad.
 bool PatchPress::look_first(const Problem& problem, Looks& looks) {
   const LawOptions& options = problem.options;
   find_spots(problem, looks.view);
   if (options.tilting && !search_.supported(problem.load)) {
-    // The body leans: it tilts until the force passes through what it rests on.
-    rest(problem, looks);
+    // The spots do not support the load. So the body tilts until the force passes through the area on which it rests.
+    rest_on_springs(problem, looks);
     find_spots(problem, looks.view);
   }
-  // Springs are pressed farther out than an elastic surface.
-  if (options.law->couples() && compact(options)) looks.view.generosity = kCompact;
+  // Under a law without coupling, contact extends further out than on an elastic surface.
+  if (options.law->couples() && compact(options)) looks.view.height_factor = kCompact;
   if (!press(problem, looks.view)) return false;
   if (laid_.contact.exact()) judge(problem, true, true, looks);
   return true;
 }
 
-// Turn to the next view; false where the best contact is found, or no other view is known.
-bool PatchPress::turn(const Problem& problem, Looks& looks) {
+// Choose the next view. False if the best contact is found, or no other view is known.
+bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   if (looks.last_is_best) {
     if (laid_.contact.exact() && presses_all()) return false;
-    // Where no contact is found, or it misses the load, other parts of the body carry that, onto which it tilts first.
-    // Onto a load beside all that the body covers the first plane has tilted it as far as it goes; under laws whose
-    // cells do not know of each other it would rest in the same way again.
+    // If no contact is found or it misses the load, other parts of the body carry the load, and the body first tilts
+    // onto them. This is not tried for a load outside the hull, because the first plane is tilted as far as possible
+    // already. Nor is it tried for laws that do not couple cells, because the body would rest in the same way again.
     looks.resting_tried = !looks.rested && problem.options.law->couples() && looks.best_merit.missed > 0.0 &&
                           problem.hull.size() > 2 && holds(problem.hull, problem.load.through, kInside);
     if (looks.resting_tried) {
       looks.view = looks.best;
-      rest(problem, looks);
+      rest_on_springs(problem, looks);
       return true;
     }
   } else if (!looks.resting_tried) {
     if (looks.ended) {
-      // More of the body touches there than there were cells for.
-      looks.view.reaches = sinks();
-      looks.view.sinks = 0.0;
+      // The contact extends beyond the cells that were laid in this view.
+      looks.view.least_height = touching_height();
+      looks.view.most_height = 0.0;
       return true;
     }
-    // It tilted too far onto what lies there.
+    // The tilt was too large. The mean of this view and the best one is tried.
     for (int k = 0; k < 2; ++k) {
       looks.view.plane.slopes[k] = (looks.view.plane.slopes[k] + looks.best.plane.slopes[k]) / 2;
     }
@@ -222,8 +226,8 @@ bool PatchPress::turn(const Problem& problem, Looks& looks) {
   return looks.goes_on;
 }
 
-// How the body rests on springs; farther than it may tilt none is looked at.
-void PatchPress::rest(const Problem& problem, Looks& looks) {
+// Set the view to the tilt at which the body rests on springs, with the slope bounded.
+void PatchPress::rest_on_springs(const Problem& problem, Looks& looks) {
   Plane& plane = looks.view.plane = search_.resting(problem.load);
   const double slope = std::hypot(plane.slopes[0], plane.slopes[1]);
   for (double& one : plane.slopes) one *= std::min(1.0, kMostSlope / std::max(slope, kMostSlope));
@@ -232,11 +236,11 @@ void PatchPress::rest(const Problem& problem, Looks& looks) {
 
 void PatchPress::find_spots(const Problem& problem, const Viewpoint& view) {
   SearchLoad load = problem.load;
-  load.reach = view.touches;
+  load.reach = view.spot_height;
   spots_ = search_.find(problem.map, view.plane, load);
 }
 
-// Lay cells on the spots and press them; false where there are none.
+// Lay cells on the spots and press them. False if there are no cells.
 bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
   if (!add_cells(problem.map, problem.surface, view)) return false;
   if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
@@ -251,8 +255,8 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
   return true;
 }
 
-// Compare what the last look found with the best, and say where it leads to. `more`: whether another look is left after
-// the next one.
+// Compare the contact of the last look with the best one, and find the view to which it leads. `more`: whether another
+// look is left after the next one.
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact.exact();
   const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
@@ -274,7 +278,8 @@ void PatchPress::place(const ContactSurface& surface, CellContact::Workspace& wo
   laid_.contact.place(laid_.cells.face(), kUnmoved, surface, workspace, bends_ ? &laid_.bent : nullptr);
 }
 
-// Above each cell, on a curved pad where the cell's own normal meets the body.
+// Set the body's height above each cell. On a curved pad it is measured along the cell's own normal, to first order in
+// the slopes.
 void PatchPress::set_heights() {
   laid_.heights = laid_.cells.heights();
   for (std::size_t i = 0; bends_ && i < laid_.heights.size(); ++i) {
@@ -287,14 +292,14 @@ void PatchPress::set_heights() {
 
 bool PatchPress::compact(const LawOptions& options) const {
   if (spots_.size() != 1) return false;
-  // Few cells, as narrow as they may be, do not tell where in the outermost ones the contact ends.
-  const double cell = spots_.front().area * std::sqrt(kGenerous) / static_cast<double>(options.cells);
+  // If the cells have the least width, they are few, and the end of the contact in the outermost ones is not resolved.
+  const double cell = spots_.front().area * std::sqrt(kHeightFactor) / static_cast<double>(options.cells);
   if (cell < options.narrowest * options.narrowest) return false;
   const Region region = spots_.front().region.lengthwise();
   return region.width < kAsLongAsWide * region.height && spots_.front().area > kOpen * region.area();
 }
 
-// How high the outermost cells that press are likely to stand.
+// Height up to which cells are likely to press.
 double PatchPress::likely_height() const {
   double under = 0.0, all = 0.0;
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
@@ -305,9 +310,9 @@ double PatchPress::likely_height() const {
   return power > 0.0 ? end_over_level(power) * search_.level() : search_.level();
 }
 
-// A load that passes close to the rim tilts the body about it, onto a strip along the rim; one close to sides that meet
-// tilts it onto their corner. Sides count the more the closer they are, and as far as they run beside the load: nothing
-// jumps where another is nearer, or where one is made of pieces.
+// A load close to the rim of the hull tilts the body onto a strip along the rim. A load close to two sides that meet
+// tilts it onto their corner. Each side's weight grows with its length beside the load and with its closeness. So the
+// plane is a continuous function of the load, also if a side consists of several pieces.
 Plane PatchPress::first_plane(const SearchLoad& load, const std::vector<Point>& hull) const {
   Plane plane = {{0.0, 0.0}, load.through};
   double all = 0.0, distance = 0.0, inward[2] = {0.0, 0.0};
@@ -332,7 +337,7 @@ Plane PatchPress::first_plane(const SearchLoad& load, const std::vector<Point>& 
   const double size = std::hypot(inward[0], inward[1]);
   if (!(size > kOneSide * all)) return plane;
   for (double& one : inward) one /= size;
-  // How much the sides are one, from a corner's to that of a straight line.
+  // 0 if the sides form a right corner, 1 if they are one straight line.
   const double straight = std::max((size / all - kCorner) / (1.0 - kCorner), 0.0);
   double strip = kStrip * distance / all;
   const double length = straight * breadth(hull, inward, strip), corner = 1.0 - straight;
@@ -368,7 +373,7 @@ PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& op
 
 bool PatchPress::is_worse(const Merit& one, const Merit& other) {
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
-  return one.energy > other.energy + kWorse * one.elastic;
+  return one.energy > other.energy + kEnergyMargin * one.elastic;
 }
 
 double PatchPress::tilt() const {
@@ -386,23 +391,24 @@ void PatchPress::press_again(const ContactSurface& surface, const double* wrench
 bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view) {
   const LawOptions& options = surface.options;
   double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
-                                          : std::max(search_.loaded() * view.generosity, kBeyond * search_.level());
+                                          : std::max(search_.loaded() * view.height_factor,
+                                                     kBoundedHeightFactor * search_.level());
   if (options.law->shapes()) highest = std::max(highest, search_.reached());
-  if (view.sinks > 0.0) highest = std::min(highest, std::max(view.sinks, search_.level()));
-  highest = std::max(highest, view.reaches);
+  if (view.most_height > 0.0) highest = std::min(highest, std::max(view.most_height, search_.level()));
+  highest = std::max(highest, view.least_height);
   laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
                 highest + search_.same()};
-  // Long, bent and open spots take more cells, and several spots more than one; a law that knows no shapes solves
-  // little.
+  // Bent and open spots get more cells, and each spot gets its own. Laws without compliance get more cells as well,
+  // because they are cheap.
   const double cells = (options.law->shapes() ? 1.0 : kCheap) * static_cast<double>(options.cells);
   double wanted = 0.0;
   for (const Spot& spot : spots_) {
     const double filled = spot.area / spot.region.area();
-    wanted += cells * std::min(std::max(kFilled / filled, 1.0), kMostFor);
+    wanted += cells * std::min(std::max(kFilled / filled, 1.0), kMostFilling);
   }
   const double most = kMostCells * cells + static_cast<double>(kMoreCells);
   wanted = std::min(wanted, most);
-  reach_out();
+  set_regions();
   double coarser = 1.0;
   for (int round = 0; round < kRounds; ++round) {
     laid_.cells.clear();
@@ -411,7 +417,7 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
     }
     const auto count = static_cast<double>(laid_.cells.sounded());
     if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
-      // The body ends, or rises, sooner than most do.
+      // The body ends, or rises more steeply, than was assumed.
       coarser = std::max(count / wanted, kLeastFiner);
       continue;
     }
@@ -424,47 +430,48 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
   return true;
 }
 
-// Regions about the spots as far as the body may touch there: what stands linearly higher from the spot on is reached.
-void PatchPress::reach_out() {
-  // Flat faces stand nowhere higher.
+// Set the regions around the spots in which the body may touch. They assume that the height grows linearly beyond a
+// spot.
+void PatchPress::set_regions() {
+  // The level of a flat face is 0.
   const double wider =
       search_.level() > 0.0 ? std::max(laid_.seen.highest / search_.level(), kLeastWider) : kLeastWider;
   regions_.clear();
   for (const Spot& spot : spots_) {
     Region region = spot.region.lengthwise();
-    // On lines through what is bent or hollow there may be nothing far into it.
+    // A line into a bent or hollow region may meet nothing of the body for a long way, so most of it is kept.
     const bool open = spot.area < kOpen * spot.region.area() && region.width < kElongated * region.height;
     laid_.cells.trim(laid_.seen, open ? kTrimmed : 0.0, wider, region);
     regions_.push_back(region);
   }
 }
 
-// Cells on a spot, larger by a factor than wanted.
+// The lattice of cells over a spot. `coarser`: factor on the cells' area.
 Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
                                  double coarser) const {
   const Spot& spot = spots_[number];
   double roots = 0.0;
   for (const Spot& one : spots_) roots += std::sqrt(one.area);
   const double share = std::max(wanted * std::sqrt(spot.area) / roots, 4.0);
-  const bool breaks = search_.loaded() * kGenerous < search_.level();
+  const bool breaks = search_.loaded() * kHeightFactor < search_.level();
   double cell =
-      coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.generosity, kGenerous))) / share;
-  // Bodies whose area grows fast with the height press on more than what lies under the level.
+      coarser * spot.area * (breaks ? std::sqrt(1.6) : std::sqrt(std::max(view.height_factor, kHeightFactor))) / share;
+  // If the body's area grows fast with the height, the contact is larger than the area below the level.
   const double power =
       power_of(laid_.seen.highest / search_.level(), regions_[number].area() / spot.region.lengthwise().area());
   if (power > 0.0) cell *= std::max(std::pow(end_over_level(power), 2.0 / power), 1.0);
-  // So many cells of one size lie along a line that runs askew to them.
+  // Side of the cells if `share` of them lie along a line of the spot's length at any angle to the lattice.
   const double askew = coarser * kAskew * spot.length / share;
   if (spot.area < kOpen * spot.region.area()) cell = std::max(cell, askew * askew);
   Region region = regions_[number];
-  cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSounded * wanted));
-  // Lattices grow as far as the body goes on: one cell on a speck of it may not stay as small as that.
+  cell = std::max(cell, std::max(coarser, 1.0) * region.area() / (kMostSamples * wanted));
+  // The spot may be a small sample of a larger body, so no region is smaller than the narrowest cell.
   if (!(region.area() > 0.0) || std::max(region.width, region.height) < options.narrowest) {
     region.width = std::max(region.width, options.narrowest);
     region.height = std::max(region.height, options.narrowest);
   }
   if (coarser > 1.0 && region.area() < cell) {
-    // One cell, no longer than the region where that is long enough.
+    // One cell of the wanted area. It keeps the region's length if that is long enough.
     const double longer = std::max({region.width, region.height, std::sqrt(cell)});
     const bool along = region.width > region.height;
     region.width = along ? longer : cell / longer;
@@ -474,7 +481,7 @@ Lattice PatchPress::lattice_over(std::size_t number, const LawOptions& options, 
   return region.lattice(cell, options.narrowest);
 }
 
-// Whether cells press that end for the height alone: the contact goes on beyond them.
+// Whether cells that were cut off at the largest height press, so that the contact extends beyond them.
 bool PatchPress::goes_beyond() const {
   std::size_t at_end = 0, ends = 0;
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
@@ -484,7 +491,8 @@ bool PatchPress::goes_beyond() const {
   return static_cast<double>(at_end) > kGoesOn * static_cast<double>(ends);
 }
 
-// Whether it surely does: of a single row of cells all end on their sides.
+// Whether it certainly extends beyond them. In a single row all cells are cut off at their sides, so that decides
+// nothing.
 bool PatchPress::ends_early() const {
   double within = 0.0, at_end = 0.0;
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
@@ -493,16 +501,16 @@ bool PatchPress::ends_early() const {
   return goes_beyond() && within > kWithin * at_end;
 }
 
-// How high a part of the body may stand that touches, and a little over that.
-double PatchPress::sinks() const {
+// Height up to which the body touches, with a safety factor.
+double PatchPress::touching_height() const {
   double lowest = kNowhere;
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
     if (laid_.contact.pressed()[i]) lowest = std::min(lowest, laid_.heights[i]);
   }
-  return kSinks * (laid_.contact.indentation() + std::max(lowest, 0.0));
+  return kTouchMargin * (laid_.contact.indentation() + std::max(lowest, 0.0));
 }
 
-// The part of the body that the tilt which the last look found brings down onto the surface first.
+// The part of the body that first touches the surface during the tilt that the last look found.
 PatchPress::NextPart PatchPress::next_part() const {
   const double* slopes = laid_.contact.slopes();
   double force = 0.0, deepest = -kNowhere;
@@ -519,13 +527,13 @@ PatchPress::NextPart PatchPress::next_part() const {
   centre = {centre.x / force, centre.y / force};
   const double sunk = laid_.contact.indentation() - deepest + slopes[0] * centre.x + slopes[1] * centre.y;
   wider_ = regions_;
-  for (Region& one : wider_) one.width *= kApart, one.height *= kApart;
+  for (Region& one : wider_) one.width *= kOtherPart, one.height *= kOtherPart;
   const Plane seen = {{laid_.seen.slopes[0], laid_.seen.slopes[1]}, laid_.seen.middle};
   return {search_.share_until(seen, {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
 }
 
-// How to look next; false where the contact found is the one that was looked at: no deeper, on enough of its cells, and
-// not tilted away from them.
+// Find the next view. False if the contact agrees with the view: it is not deeper than the cells are high, enough cells
+// press, and the body does not tilt.
 bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view) const {
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
@@ -542,46 +550,46 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
   const double level = std::max(search_.loaded(), laid_.contact.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
   const bool beyond = goes_beyond();
-  // A strip that carries the load stays one, however it tilts, where nothing else touches then.
+  // A narrow strip that carries the load needs no other look if no other part touches during the tilt.
   const bool narrow = found.missed == 0.0 && lifted <= kNarrow * narrowest * std::hypot(slopes[0], slopes[1]);
   const bool tilted = lifted > kSmallTilt * level && !(narrow && next_part().share >= 1.0);
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
-    // Where it carries the load, what else it comes down on is for the next look to find.
+    // If the contact carries the load, the next look finds the other parts that touch.
     const NextPart next = found.missed > 0.0 ? next_part() : NextPart{kNowhere, 0.0};
-    const double rolling = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.from);
+    const double rolling = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.last_tilt);
     const double share = std::min(rolling, next.share);
-    std::copy(slopes, slopes + 2, view.from);
+    std::copy(slopes, slopes + 2, view.last_tilt);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     const double slope = std::hypot(to[0], to[1]);
-    // It falls over: no tilt would carry the load, and farther than this none is looked at.
+    // The body falls over: no tilt within the largest slope carries the load.
     if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
       return false;
     }
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
-    if (laid_.contact.exact()) view.sinks = beyond ? 0.0 : laid_.contact.indentation() + std::max(lowest, 0.0);
-    view.reaches = ends_early() ? sinks() : 0.0;
-    // One spot that fills its rectangle has no parts that a level could leave out.
+    if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : laid_.contact.indentation() + std::max(lowest, 0.0);
+    view.least_height = ends_early() ? touching_height() : 0.0;
+    // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
-    view.touches = apart ? kTouches * laid_.contact.indentation() : 0.0;
-    if (next.share < rolling) view.touches = std::max(view.touches, kSinks * next.height);
+    view.spot_height = apart ? kTiltedShare * laid_.contact.indentation() : 0.0;
+    if (next.share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
     return true;
   }
-  if (search_.level() > 0.0 && laid_.contact.indentation() > kDeep * laid_.seen.highest &&
-      view.generosity < kMostGenerous) {
-    // Where the surface was pressed this deep, what stands a good part of that higher touches as well.
+  if (search_.level() > 0.0 && laid_.contact.indentation() > kTooDeep * laid_.seen.highest &&
+      view.height_factor < kMostHeightFactor) {
+    // The contact is so deep that parts above the cells touch as well.
     const double deeper = kShareOfDepth * laid_.contact.indentation() / laid_.seen.highest;
-    view.generosity = std::min(view.generosity * std::min(deeper, kMostWider), kMostGenerous);
+    view.height_factor = std::min(view.height_factor * std::min(deeper, kMostHigher), kMostHeightFactor);
     return true;
   }
-  // What stands higher than the body sinks in at its lowest is not touched.
-  if (few && search_.level() > 0.0 && sinks() < kMuchLower * laid_.seen.highest) {
-    view.generosity = std::max(sinks() / search_.level(), kLeastGenerous);
+  // Cells above the height to which the body sinks in are not needed.
+  if (few && search_.level() > 0.0 && touching_height() < kMuchLower * laid_.seen.highest) {
+    view.height_factor = std::max(touching_height() / search_.level(), kLeastHeightFactor);
     return true;
   }
-  if (ends_early() && sinks() > kHigher * laid_.seen.highest) {
-    view.reaches = sinks();
+  if (ends_early() && touching_height() > kHigher * laid_.seen.highest) {
+    view.least_height = touching_height();
     return true;
   }
   return false;

@@ -47,11 +47,11 @@ class PatchPress {
   // The parameters that change from look to look.
   struct Viewpoint {
     Plane plane;         // the tilt from which the body is looked at
-    double generosity;   // cells are laid up to this multiple of the spots' level [-]
-    double sinks;        // cells are laid no higher than this depth, to which the body sank in; 0 if not known [m]
-    double reaches;      // cells are laid at least this high, as lower ones ended inside the contact; 0: not known [m]
-    double touches;      // spots are gathered up to this height, from the last look; 0 if there was none [m]
-    double from[2];      // tilt that the last look found, relative to its plane [-]; 0 if there was none
+    double height_factor;   // cells are laid up to this multiple of the spots' level [-]
+    double most_height;     // largest height of cells, because the body sank in that deep; 0 if not known [m]
+    double least_height;    // cells are laid at least up to it, because lower ones ended too early; 0: not known [m]
+    double spot_height;     // spots are gathered up to this height, from the last look; 0 if there was none [m]
+    double last_tilt[2];    // tilt that the last look found, relative to its plane [-]; 0 if there was none
   };
   // Measures by which contacts of different looks are compared; all 0 if they are not compared.
   struct Merit {
@@ -89,8 +89,8 @@ class PatchPress {
   static SearchLoad load_of(const double* wrench, const ContactSurface& surface);
   Viewpoint first_view(const Problem& problem) const;
   bool look_first(const Problem& problem, Looks& looks);
-  bool turn(const Problem& problem, Looks& looks);
-  void rest(const Problem& problem, Looks& looks);
+  bool choose_view(const Problem& problem, Looks& looks);
+  void rest_on_springs(const Problem& problem, Looks& looks);
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
@@ -102,12 +102,12 @@ class PatchPress {
   Plane first_plane(const SearchLoad& load, const std::vector<Point>& hull) const;
   void set_heights();
   bool add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view);
-  void reach_out();
+  void set_regions();
   Lattice lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
                        double coarser) const;
   bool goes_beyond() const;
   bool ends_early() const;
-  double sinks() const;
+  double touching_height() const;
   NextPart next_part() const;
   bool next_view(const Merit& found, double narrowest, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that

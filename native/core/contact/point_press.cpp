@@ -12,27 +12,27 @@ constexpr double kSpotArea = 1.5;
 }  // namespace
 
 bool PointPress::lay(const std::vector<ContactPoint>& points, const Options& options) {
-  gather(points, options.least_side / 2);
+  merge_close_points(points, options.least_side / 2);
   face_.areas.clear();
   face_.centroids.clear();
   face_.edges.clear();
   forces_.clear();
   area_ = 0.0;
-  for (const ContactPoint& point : gathered_) add_square(point, options);
+  for (const ContactPoint& point : merged_) add_square(point, options);
   bound_stress(face_, options.strength, forces_.data());
   return !forces_.empty();
 }
 
 // Add up contact points at one place. MuJoCo gives several where triangles of a flex meet.
-void PointPress::gather(const std::vector<ContactPoint>& points, double apart) {
-  gathered_.clear();
+void PointPress::merge_close_points(const std::vector<ContactPoint>& points, double apart) {
+  merged_.clear();
   for (const ContactPoint& point : points) {
     if (!(point.wrench[2] < 0.0)) continue;
-    const auto same = std::find_if(gathered_.begin(), gathered_.end(), [&](const ContactPoint& one) {
+    const auto same = std::find_if(merged_.begin(), merged_.end(), [&](const ContactPoint& one) {
       return std::hypot(one.x - point.x, one.y - point.y) < apart;
     });
-    if (same == gathered_.end()) {
-      gathered_.push_back(point);
+    if (same == merged_.end()) {
+      merged_.push_back(point);
       continue;
     }
     same->force += point.force;

@@ -45,10 +45,10 @@ class PointPress {
   void nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane, double* carried, double* nodal);
 
  private:
-  void gather(const std::vector<ContactPoint>& points, double apart);
+  void merge_close_points(const std::vector<ContactPoint>& points, double apart);
   void add_square(const ContactPoint& point, const Options& options);
 
-  std::vector<ContactPoint> gathered_;
+  std::vector<ContactPoint> merged_;
   Face face_ = {};
   std::vector<double> forces_;
   double area_ = 0.0;

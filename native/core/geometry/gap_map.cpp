@@ -82,18 +82,19 @@ void GapMap::heights(const std::vector<Point>& points, std::vector<double>& to) 
   clip(points, sheet_, ceiling_, to.data());
 }
 
-void FlatMap::place(const std::vector<Point>& starts, const std::vector<Point>& ends, const Rectangle& sheet) {
+void FlatMap::place(const std::vector<Segment>& outline, const Rectangle& sheet) {
   sheet_ = sheet;
-  starts_ = starts;
-  ends_ = ends;
-  bounds_ = common(around(starts), sheet);
+  starts_.clear();
+  ends_.clear();
   candidates_.clear();
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    const Point& corner = starts[i];
-    const double x = ends[i].x - corner.x, y = ends[i].y - corner.y;
+  for (const auto& [corner, end] : outline) {
+    starts_.push_back(corner);
+    ends_.push_back(end);
+    const double x = end.x - corner.x, y = end.y - corner.y;
     const Point inside = {corner.x + kInside * x - kAcross * y, corner.y + kInside * y + kAcross * x};
     if (sheet.holds(inside.x, inside.y)) candidates_.push_back(inside);
   }
+  bounds_ = common(around(starts_), sheet);
   convex_ = set_sides();
   if (!convex_) fill_strips();
 }

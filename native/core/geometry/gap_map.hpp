@@ -35,8 +35,8 @@ class GapMap : public HeightMap {
 // A flat face over a pad's sheet: height 0 within its outline.
 class FlatMap : public HeightMap {
  public:
-  // `starts`, `ends`: of the outline's edges in the pad frame [m]. The face is on the left of each edge.
-  void place(const std::vector<Point>& starts, const std::vector<Point>& ends, const Rectangle& sheet);
+  // `outline`: its edges in the pad frame [m]. The face is on the left of each edge.
+  void place(const std::vector<Segment>& outline, const Rectangle& sheet);
 
   double height(double x, double y) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;

@@ -35,6 +35,10 @@ constexpr Rectangle kNoRectangle = {std::numeric_limits<double>::infinity(), std
 // The least rectangle that contains all points.
 Rectangle around(const std::vector<Point>& points);
 
+struct Segment {
+  Point start, end;
+};
+
 // A part of a segment: positions of its beginning and end, from 0 at the segment's start to 1 at its end.
 struct SegmentPart {
   double low = 0.0, high = 1.0;
@@ -52,6 +56,33 @@ struct SegmentPart {
     }
   }
 };
+
+// Area of a polygon [m^2], and its integrals of x, y [m^3], x^2, x y and y^2 [m^4].
+struct AreaIntegrals {
+  double area = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+
+  void add(const AreaIntegrals& part, double sign = 1.0) {
+    area += sign * part.area;
+    x += sign * part.x;
+    y += sign * part.y;
+    xx += sign * part.xx;
+    xy += sign * part.xy;
+    yy += sign * part.yy;
+  }
+};
+
+// Integrals over the triangle of the origin and an edge; negative if the origin is on the edge's right. Summed over the
+// edges of a polygon, they are the polygon's (Green's theorem). The origin should be close to the polygon, because
+// cancellation is least there.
+inline AreaIntegrals triangle_integrals(const Point& start, const Point& end) {
+  const double ax = start.x, ay = start.y, bx = end.x, by = end.y, cross = ax * by - bx * ay;
+  return {cross / 2,
+          (ax + bx) * cross / 6,
+          (ay + by) * cross / 6,
+          (ax * ax + ax * bx + bx * bx) * cross / 12,
+          (2 * ax * ay + ax * by + bx * ay + 2 * bx * by) * cross / 24,
+          (ay * ay + ay * by + by * by) * cross / 12};
+}
 
 // Distance of a point to the left of the line from a to b, times the distance from a to b.
 inline double left_of(const Point& a, const Point& b, const Point& point) {

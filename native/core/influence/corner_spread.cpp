@@ -55,7 +55,7 @@ void CornerSpread::spread(const double* nodal, std::vector<double>& row, std::ve
     }
     row.assign(width, 0.0);
     kernels().add_double(rows, weights, used, width, row.data());
-    kernels().gather_threes(row.data(), x_.starts.data(), x_.places.data(), x_.weights.data(), x_.corners, to);
+    kernels().sum_weighted_vectors(row.data(), x_.starts.data(), x_.places.data(), x_.weights.data(), x_.corners, to);
   }
 }
 

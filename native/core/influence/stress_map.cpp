@@ -31,11 +31,11 @@ void add(const double* const* columns, const double* weights, std::size_t count,
 }
 std::size_t kept_of(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
                     std::uint32_t* places, float* weights) {
-  return kernels().keep_float(forces, columns, count, least, factor, places, weights);
+  return kernels().select_float(forces, columns, count, least, factor, places, weights);
 }
 std::size_t kept_of(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
                     std::uint32_t* places, double* weights) {
-  return kernels().keep_double(forces, columns, count, least, factor, places, weights);
+  return kernels().select_double(forces, columns, count, least, factor, places, weights);
 }
 void norms_of(const float* const* classes, const float* signs, std::size_t points, float* norms) {
   kernels().norms_float(classes, signs, points, norms);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
+#include "influence/edge_pieces.hpp"
 #include "linalg/kernels.hpp"
 
 namespace mjtactile {
@@ -17,44 +17,6 @@ constexpr double kLeftEnd[kPowers] = {-1.0, 1.0, -1.0};
 // Moments of an element: for each force component and power of eta, one for each power of xi, and one of the edges to
 // its right.
 constexpr std::size_t kMoments = kForces * kPowers * (kPowers + 1);
-
-// The elements along one axis through which an edge runs, one after the other. next() is the position along the edge,
-// from 0 at its start to 1 at its end, where it enters the next element.
-class Walk {
- public:
-  Walk(const std::vector<double>& ends, double start, double direction)
-      : ends_(ends), start_(start), direction_(direction) {
-    // An edge that starts on a grid line belongs to the element ahead of it.
-    const auto after = direction < 0.0 ? std::lower_bound(ends.begin(), ends.end(), start)
-                                       : std::upper_bound(ends.begin(), ends.end(), start);
-    element_ = after - ends.begin() - 1;
-    look_ahead();
-  }
-
-  double next() const { return next_; }
-  bool within() const { return element_ >= 0 && element_ < last() + 1; }
-  // The present element; beside the sheet, the outermost element on that side.
-  std::size_t nearest() const {
-    return static_cast<std::size_t>(std::min(std::max(element_, std::ptrdiff_t{0}), last()));
-  }
-  void step() {
-    element_ += direction_ < 0.0 ? -1 : 1;
-    look_ahead();
-  }
-
- private:
-  std::ptrdiff_t last() const { return static_cast<std::ptrdiff_t>(ends_.size()) - 2; }
-  void look_ahead() {
-    const std::ptrdiff_t line = direction_ < 0.0 ? element_ : element_ + 1;
-    const bool any = direction_ != 0.0 && line >= 0 && line <= last() + 1;
-    next_ = any ? (ends_[static_cast<std::size_t>(line)] - start_) / direction_
-                : std::numeric_limits<double>::infinity();
-  }
-
-  const std::vector<double>& ends_;
-  double start_, direction_, next_ = 0.0;
-  std::ptrdiff_t element_;
-};
 
 // The element that contains a coordinate; beside the sheet, the first or last one.
 std::size_t element(const std::vector<double>& ends, double at) {
@@ -75,7 +37,7 @@ void SurfaceGrid::traction_forces(const TractionEdge* edges, std::size_t count, 
   workspace.reference_column = count > 0 ? element(x_, edges[0].start[0]) : columns;
   set_reference(count > 0 ? edges[0].start[0] : low_x(), workspace);
   for (std::size_t i = 0; i < count; ++i) add_edge(edges[i], workspace);
-  gather(workspace, forces);
+  sum_elements(workspace, forces);
 }
 
 // Areas are counted from the left boundary of an element, but from the first edge in the column that contains it. For
@@ -108,25 +70,10 @@ void SurfaceGrid::include(std::size_t row, std::size_t column, Workspace& worksp
 }
 
 void SurfaceGrid::add_edge(const TractionEdge& edge, Workspace& workspace) const {
-  const double direction[2] = {edge.end[0] - edge.start[0], edge.end[1] - edge.start[1]};
-  if (direction[1] == 0.0) return;
-  Walk columns(x_, edge.start[0], direction[0]), rows(y_, edge.start[1], direction[1]);
-  double begin[2] = {edge.start[0], edge.start[1]}, last = 0.0;
-  for (double at = 0.0; at < 1.0;) {
-    at = std::min({columns.next(), rows.next(), 1.0});
-    if (at > last) {
-      const double finish[2] = {at == 1.0 ? edge.end[0] : edge.start[0] + at * direction[0],
-                                at == 1.0 ? edge.end[1] : edge.start[1] + at * direction[1]};
-      if (rows.within() && begin[1] != finish[1]) {
-        add_piece(begin, finish, edge.traction, columns.nearest(), rows.nearest(), workspace);
-      }
-      begin[0] = finish[0];
-      begin[1] = finish[1];
-      last = at;
-    }
-    if (columns.next() == at) columns.step();
-    if (rows.next() == at) rows.step();
-  }
+  visit_pieces(x_, y_, edge.start, edge.end,
+               [&](const double* start, const double* end, std::size_t column, std::size_t row) {
+                 add_piece(start, end, edge.traction, column, row, workspace);
+               });
 }
 
 void SurfaceGrid::add_piece(const double* start, const double* end, const double* traction, std::size_t column,
@@ -139,7 +86,7 @@ void SurfaceGrid::add_piece(const double* start, const double* end, const double
                              workspace.moments.data() + (row * (x_.size() - 1) + column) * kMoments);
 }
 
-void SurfaceGrid::gather(Workspace& workspace, double* forces) const {
+void SurfaceGrid::sum_elements(Workspace& workspace, double* forces) const {
   const std::size_t columns = x_.size() - 1, rows = y_.size() - 1, width = kForces * nodes_x();
   std::fill(forces, forces + width * nodes_y(), 0.0);
   for (std::size_t row = 0; row < rows; ++row) {

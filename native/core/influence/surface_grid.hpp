@@ -45,7 +45,7 @@ class SurfaceGrid {
   // Add a piece of an edge that lies in one element. Pieces beside the sheet count for the nearest element.
   void add_piece(const double* start, const double* end, const double* traction, std::size_t column, std::size_t row,
                  Workspace& workspace) const;
-  void gather(Workspace& workspace, double* forces) const;
+  void sum_elements(Workspace& workspace, double* forces) const;
 
   void set_reference(double x, Workspace& workspace) const;
   void include(std::size_t row, std::size_t column, Workspace& workspace) const;

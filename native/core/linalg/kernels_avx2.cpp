@@ -56,7 +56,7 @@ struct Lanes<double> {
   static Type all(double value) { return _mm256_set1_pd(value); }
   static Type load(const double* at) { return _mm256_loadu_pd(at); }
   static void store(double* at, Type value) { _mm256_storeu_pd(at, value); }
-  // The first of the lanes.
+  // Mask of the first lanes.
   static __m256i first(std::size_t count) {
     return _mm256_cmpgt_epi64(_mm256_set1_epi64x(static_cast<long long>(count)), _mm256_setr_epi64x(0, 1, 2, 3));
   }
@@ -68,12 +68,12 @@ struct Lanes<double> {
 };
 
 template <typename Value>
-std::size_t keep(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
-constexpr auto keep_floats = keep<float>;
+std::size_t select(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
+constexpr auto select_floats = select<float>;
 
-constexpr std::size_t kSumVectors = 8;  // of sums that stay in registers
-constexpr std::size_t kTileVectors = 2;  // of a tile of a matrix product
-constexpr std::size_t kTallRows = 8;  // of one that is a vector wide
+constexpr std::size_t kSumVectors = 8;  // vectors of a tile of sums, which stay in registers
+constexpr std::size_t kTileVectors = 2;  // width of a tile of a matrix product
+constexpr std::size_t kTallRows = 8;  // rows of such a tile that is one vector wide
 
 #include "linalg/kernels_body.hpp"
 

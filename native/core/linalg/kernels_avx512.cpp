@@ -57,7 +57,7 @@ struct Lanes<double> {
   static Type all(double value) { return _mm512_set1_pd(value); }
   static Type load(const double* at) { return _mm512_loadu_pd(at); }
   static void store(double* at, Type value) { _mm512_storeu_pd(at, value); }
-  // The first of the lanes.
+  // Mask of the first lanes.
   static __mmask8 first(std::size_t count) { return static_cast<__mmask8>((1u << count) - 1u); }
   static Type load_first(const double* at, std::size_t count) { return _mm512_maskz_loadu_pd(first(count), at); }
   static void store_first(double* at, std::size_t count, Type value) { _mm512_mask_storeu_pd(at, first(count), value); }
@@ -66,8 +66,8 @@ struct Lanes<double> {
   static Type root(Type a) { return _mm512_maskz_sqrt_pd(0xff, a); }
 };
 
-// Sixteen at a time, moved together where they are kept.
-inline std::size_t keep_floats(const double* forces, const std::uint32_t* columns, std::size_t count, double least,
+// Sixteen forces at a time. Those selected are compressed to the front of the vector.
+inline std::size_t select_floats(const double* forces, const std::uint32_t* columns, std::size_t count, double least,
                                double factor, std::uint32_t* places, float* weights) {
   const __m512d bound = _mm512_set1_pd(least), times = _mm512_set1_pd(factor), none = _mm512_setzero_pd();
   std::size_t kept = 0;
@@ -90,9 +90,9 @@ inline std::size_t keep_floats(const double* forces, const std::uint32_t* column
   return kept;
 }
 
-constexpr std::size_t kSumVectors = 16;  // of sums that stay in registers
-constexpr std::size_t kTileVectors = 4;  // of a tile of a matrix product
-constexpr std::size_t kTallRows = 16;  // of one that is a vector wide
+constexpr std::size_t kSumVectors = 16;  // vectors of a tile of sums, which stay in registers
+constexpr std::size_t kTileVectors = 4;  // width of a tile of a matrix product
+constexpr std::size_t kTallRows = 16;  // rows of such a tile that is one vector wide
 
 #include "linalg/kernels_body.hpp"
 

@@ -3,10 +3,10 @@
 
 constexpr std::size_t kColumnsAtOnce = 8;
 constexpr std::size_t kRowsAtOnce = 1024;  // their sums stay in the first-level cache
-constexpr std::size_t kAhead = 4;  // columns by which reading runs ahead of arithmetic
+constexpr std::size_t kAhead = 4;  // columns by which prefetching is ahead of arithmetic
 
-// Rows of kVectors vectors: their sums stay in registers while all columns go by, kApart columns into sums of their own
-// so that additions need not wait for each other.
+// Add all columns to a tile of kVectors vectors. Its sums stay in registers. kApart columns at a time have separate
+// sums, so that an addition need not wait for the one before.
 template <std::size_t kVectors, std::size_t kApart, typename Stored, typename Value>
 void add_tile(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t first, Value* sums) {
   using L = Lanes<Value>;
@@ -49,7 +49,8 @@ std::size_t add_tiles(const Stored* const* columns, const Value* weights, std::s
   return first;
 }
 
-// Wide numbers: columns eight at a time from end to end, as memory streams them best.
+// Add columns of numbers that need no widening. Eight columns at a time are read from end to end, which is fastest for
+// memory.
 template <typename Stored, typename Value>
 void stream_columns(const Stored* const* columns, const Value* weights, std::size_t count, std::size_t rows,
                     Value* sums) {
@@ -82,7 +83,7 @@ void add_columns(const Stored* const* columns, const Value* weights, std::size_t
                  Value* sums) {
   std::size_t first = 0;
   if constexpr (sizeof(Stored) < sizeof(Value)) {
-    // Numbers that are widened: arithmetic counts more than memory.
+    // For numbers that are widened, arithmetic takes longer than memory.
     first = add_tiles<kSumVectors, 1>(columns, weights, count, 0, rows, sums);
     first = add_tiles<kSumVectors / 2, 1>(columns, weights, count, first, rows, sums);
     first = add_tiles<kSumVectors / 4, 2>(columns, weights, count, first, rows, sums);
@@ -99,7 +100,7 @@ void add_columns(const Stored* const* columns, const Value* weights, std::size_t
   }
 }
 
-// Of a run that ends within the last vector the first `count` numbers are kept there.
+// With kEnds, only the first `count` numbers of the vector exist.
 template <std::size_t kVectors, bool kEnds>
 void add_window_tile(const double* from, std::size_t rows, std::size_t row, std::size_t columns, std::size_t column,
                      const double* weights, std::size_t count, bool anew, double* sums) {
@@ -139,7 +140,7 @@ inline void add_window(const double* from, std::size_t rows, std::size_t row, st
   if (r < count) add_window_tile<1, true>(from + r, rows, row, columns, column, weights, count - r, anew, sums + r);
 }
 
-// One tile of c += a b, `kRows` by `kVectors` vectors: its sums stay in registers.
+// One tile of c += a b: kRows rows of kVectors vectors, whose sums stay in registers.
 template <std::size_t kRows, std::size_t kVectors>
 void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                    double* c, std::size_t c_row, std::size_t depth) {
@@ -161,7 +162,7 @@ void multiply_tile(const double* a, std::size_t a_row, std::size_t a_column, con
   }
 }
 
-// Rows by kRows tiles of kVectors vectors as far as they go; the first row that is left.
+// Multiply tile by tile down the rows. Returns the first row that is left because it does not fill a tile.
 template <std::size_t kRows, std::size_t kVectors>
 std::size_t multiply_down(const double* a, std::size_t a_row, std::size_t a_column, const double* b, std::size_t b_row,
                           double* c, std::size_t c_row, std::size_t first, std::size_t rows, std::size_t depth) {
@@ -171,8 +172,8 @@ std::size_t multiply_down(const double* a, std::size_t a_row, std::size_t a_colu
   return first;
 }
 
-// Wide tiles of few rows first; where columns do not fill them, as many sums go on side by side in narrow tiles of
-// more.
+// Most columns are covered by wide tiles of few rows. Columns that do not fill them are covered by narrow tiles of more
+// rows, so that as many sums are independent.
 inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_t a_column, const double* b,
                                   std::size_t b_row, double* c, std::size_t c_row, std::size_t rows,
                                   std::size_t columns, std::size_t depth) {
@@ -196,7 +197,7 @@ inline void multiply_add_matrices(const double* a, std::size_t a_row, std::size_
   }
 }
 
-// A column of vectors: each row waits in registers until those above it are taken off.
+// Eliminate in one column of vectors. All rows stay in registers.
 inline void eliminate_column(const double (*shares)[kFactorRows], double* c, std::size_t c_row) {
   using L = Lanes<double>;
   typename L::Type rows[kFactorRows];
@@ -212,7 +213,7 @@ inline void eliminate_column(const double (*shares)[kFactorRows], double* c, std
 
 inline void eliminate(const double* upper, std::size_t upper_row, double* c, std::size_t c_row, std::size_t columns) {
   using L = Lanes<double>;
-  double shares[kFactorRows][kFactorRows];  // what each row takes off those below it
+  double shares[kFactorRows][kFactorRows];  // factor by which each row is added to those below it
   for (std::size_t i = 0; i < kFactorRows; ++i) {
     shares[i][i] = 1.0 / upper[i * upper_row + i];
     for (std::size_t below = i + 1; below < kFactorRows; ++below) shares[i][below] = -upper[i * upper_row + below];
@@ -228,7 +229,7 @@ inline void eliminate(const double* upper, std::size_t upper_row, double* c, std
 }
 
 inline bool factor_small(double* upper, std::size_t upper_row, std::size_t size) {
-  // In a square of its own: loops of a known length run several numbers at a time.
+  // The matrix is copied to a square of fixed size, because the compiler vectorises loops of known length.
   double u[kFactorRows][kFactorRows] = {};
   for (std::size_t i = 0; i < size; ++i) {
     for (std::size_t j = i; j < size; ++j) u[i][j] = upper[i * upper_row + j];
@@ -250,7 +251,7 @@ inline bool factor_small(double* upper, std::size_t upper_row, std::size_t size)
 
 inline double dot(const double* a, const double* b, std::size_t count) {
   using L = Lanes<double>;
-  constexpr std::size_t kSums = 4;  // side by side: one would wait for itself
+  constexpr std::size_t kSums = 4;  // independent sums, so that an addition need not wait for the one before
   typename L::Type sums[kSums];
   for (std::size_t s = 0; s < kSums; ++s) sums[s] = L::all(0);
   std::size_t i = 0;
@@ -278,7 +279,7 @@ inline void shear_row(const double* const* integrals, const double* per_area, co
   constexpr std::size_t kAtOnce = 8, kRows = 6;
   const double cc = turn[0], cs = turn[1], ss = turn[2], cosine = turn[3], sine = turn[4];
   const auto block = [&](std::size_t first, std::size_t taken) {
-    // In arrays of their own, of one length: loops over them run several numbers at a time.
+    // The numbers are copied to arrays of fixed length, because the compiler vectorises loops over them.
     double in[kRows][kAtOnce] = {}, area[kAtOnce] = {}, out[kRows][kAtOnce];
     for (std::size_t k = 0; k < kRows; ++k) std::memcpy(in[k], integrals[k] + first, taken * sizeof(double));
     std::memcpy(area, per_area + first, taken * sizeof(double));
@@ -306,7 +307,7 @@ inline void solve_upper(const double* upper, std::size_t upper_row, std::size_t 
   }
 }
 
-// Four numbers at once, such as the three components of a force and one of no meaning.
+// Four numbers at once, such as the three components of a force and one unused number.
 struct Four {
 #ifdef __AVX2__
   __m256d lanes;
@@ -360,18 +361,18 @@ struct Four {
   Four operator*(const Four& b) const {
     return each([&](int k) { return lanes[k] * b.lanes[k]; });
   }
-  // This and a times b.
+  // This plus a times b.
   Four plus(const Four& a, const Four& b) const {
     return each([&](int k) { return lanes[k] + a.lanes[k] * b.lanes[k]; });
   }
-  // This or the size of b, whichever is larger.
+  // The larger of this and the absolute value of b.
   Four or_size_of(const Four& b) const {
     return each([&](int k) { return lanes[k] < std::abs(b.lanes[k]) ? std::abs(b.lanes[k]) : lanes[k]; });
   }
 #endif
 };
 
-// Four rows of four at once; what is left number by number.
+// Squares of four by four at once, then the remaining numbers one by one.
 inline void transpose(const double* from, std::size_t from_row, std::size_t rows, std::size_t columns, double* to,
                       std::size_t to_row) {
   constexpr std::size_t kFour = 4;
@@ -390,7 +391,8 @@ inline void transpose(const double* from, std::size_t from_row, std::size_t rows
   }
 }
 
-// Powers of xi are lanes; the fourth holds what lies to the left.
+// Three lanes are the powers of xi. The fourth is the moment for the elements on the left. Three Gauss points are
+// exact, because an integrand along an edge has degree 5.
 inline void add_edge_moments(const double* start, const double* end, const double* origin, const double* per,
                              const double* from, const double* traction, double* moments) {
   constexpr double kOutward = 0.38729833462074168852, kThird = 1.0 / 3.0;
@@ -415,7 +417,7 @@ inline void add_edge_moments(const double* start, const double* end, const doubl
   }
 }
 
-// Of moments the sums with the three quadratic shape functions on [-1, 1].
+// Integrals of the three quadratic shape functions on [-1, 1], from the moments of 1, xi and xi^2.
 inline void on_shapes(const Four& constant, const Four& linear, const Four& square, Four* sums) {
   const Four half = Four::all(0.5);
   sums[0] = half * (square - linear);
@@ -445,7 +447,7 @@ inline void add_element_forces(const double* moments, double half, const double*
   }
 }
 
-inline void gather_threes(const double* from, const std::uint32_t* starts, const std::uint32_t* nodes,
+inline void sum_weighted_vectors(const double* from, const std::uint32_t* starts, const std::uint32_t* nodes,
                           const double* weights, std::size_t corners, double* to) {
   for (std::size_t c = 0; c < corners; ++c, to += 3) {
     Four sum = Four::all(0.0);
@@ -485,11 +487,11 @@ inline void fold_row(const double* upper, const double* lower, std::size_t middl
 }
 
 template <typename Value>
-std::size_t keep(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
+std::size_t select(const double* forces, const std::uint32_t* columns, std::size_t count, double least, double factor,
                  std::uint32_t* places, Value* weights) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    // Written anyhow, and kept where it counts: without a branch that goes now this way, now that.
+    // Every number is written, and the next one overwrites it if it is not kept. A branch would often be mispredicted.
     places[kept] = columns[i];
     weights[kept] = static_cast<Value>(forces[i] * factor);
     kept += static_cast<std::size_t>(!(std::abs(forces[i]) < least) & (forces[i] != 0.0));
@@ -520,9 +522,9 @@ inline void lower_by_triangle(const double* triangle, double least, double floor
   }
 }
 
-// Rows as bits: where two that follow each other differ, there is an edge.
-inline UnderLevel count_under(const double* heights, std::size_t rows, std::size_t columns, double level) {
-  UnderLevel found = {0, 0, 0};
+// Rows are sets of bits. There is an edge wherever neighbouring bits differ.
+inline PointsBelow count_below(const double* heights, std::size_t rows, std::size_t columns, double level) {
+  PointsBelow found = {0, 0, 0};
   std::uint32_t before = 0;
   const auto count = [](std::uint32_t bits) { return static_cast<std::size_t>(__builtin_popcount(bits)); };
   for (std::size_t row = 0; row < rows; ++row) {
@@ -531,18 +533,18 @@ inline UnderLevel count_under(const double* heights, std::size_t rows, std::size
       under |= std::uint32_t{heights[row * columns + column] <= level} << column;
     }
     found.points += count(under);
-    found.upright += count(under ^ (under << 1));
-    found.level += count(under ^ before);
+    found.edges_x += count(under ^ (under << 1));
+    found.edges_y += count(under ^ before);
     before = under;
   }
-  found.level += count(before);
+  found.edges_y += count(before);
   return found;
 }
 
 template <typename Value>
 void norms_of(const Value* const* classes, const Value* signs, std::size_t points, Value* norms) {
   using L = Lanes<Value>;
-  // The last vector overlaps the one before where points do not fill whole ones.
+  // If the points do not fill whole vectors, the last vector overlaps the one before it.
   const std::size_t whole = points < L::width ? 0 : points;
   for (std::size_t at = 0; at < whole; at += L::width) {
     const std::size_t p = at + L::width <= points ? at : points - L::width;
@@ -571,16 +573,16 @@ void norms_of(const Value* const* classes, const Value* signs, std::size_t point
   }
 }
 
-// Natural logarithm of a positive, normal number, without a branch: loops over it run several numbers at a time. Of
-// m 2^k with m between the roots of 1/2 and 2, log m = 2 atanh((m - 1) / (m + 1)) by its series, which ends at
-// rounding.
+// Natural logarithm of a positive, normal number. It has no branch, so that the compiler vectorises loops over it. With
+// the number m 2^k and sqrt(1/2) <= m < sqrt(2), log m = 2 atanh((m - 1) / (m + 1)) by its power series, which is
+// accurate to rounding.
 inline double logarithm(double value) {
   constexpr double kLogTwo = 0.693147180559945309417;
   constexpr std::uint64_t kMantissa = 0x000fffffffffffffu, kOne = 0x3ff0000000000000u, kRoot = 0x3fe6a09e667f3bcdu;
   std::uint64_t bits;
   std::memcpy(&bits, &value, sizeof bits);
-  bits += kOne - kRoot;  // the exponent changes where the mantissa passes the root
-  // An integer under 2^52 in the lowest bits of 2^52 is that number more.
+  bits += kOne - kRoot;  // now the exponent changes at sqrt(1/2), not at 1
+  // Writing an integer n < 2^52 into the mantissa of 2^52 gives the number 2^52 + n.
   const std::uint64_t shifted = (bits >> 52) | 0x4330000000000000u, scaled = (bits & kMantissa) + kRoot;
   double exponent, mantissa;
   std::memcpy(&exponent, &shifted, sizeof exponent);
@@ -592,8 +594,8 @@ inline double logarithm(double value) {
   return exponent * kLogTwo + 2.0 * s * series;
 }
 
-// 1 / sqrt(value) of a positive, normal number to rounding, by Newton's method from a guess at its bits (Lomont, Fast
-// inverse square root, 2003): products run several numbers at a time, where roots and quotients wait for each other.
+// 1 / sqrt(value) of a positive, normal number to rounding, by Newton's method from a first guess of its bits (Lomont,
+// Fast inverse square root, 2003). Its products are pipelined, whereas square roots and divisions wait for each other.
 inline double inverse_root(double value) {
   std::uint64_t bits;
   std::memcpy(&bits, &value, sizeof bits);
@@ -605,9 +607,10 @@ inline double inverse_root(double value) {
   return root;
 }
 
-// With r = |(x, y)|: (x y^2 asinh(x / |y|) + y x^2 asinh(y / |x|)) / 2 - r^3 / 6.
+// The value is (x y^2 asinh(x / |y|) + y x^2 asinh(y / |x|)) / 2 - r^3 / 6, with r = |(x, y)|. Its fourth derivative,
+// twice along x and twice along y, is 1/r.
 inline void integrate_inverse_distance(const double* x, const double* y, std::size_t count, double* values) {
-  constexpr double kLeast = 1e-140;  // its logarithm is finite, and so are quotients by it
+  constexpr double kLeast = 1e-140;  // keeps logarithms and quotients finite
   for (std::size_t i = 0; i < count; ++i) {
     const double a = std::abs(x[i]), b = std::abs(y[i]), square = a * a + b * b, r = std::sqrt(square);
     const double safe_a = a + kLeast, safe_b = b + kLeast;
@@ -616,8 +619,8 @@ inline void integrate_inverse_distance(const double* x, const double* y, std::si
   }
 }
 
-// atan(opposite / adjacent) of a right triangle of these sides, no less than 0, adjacent > 0, without a branch.
-// Halved three times the angle is so small that the arctangent's series soon ends at rounding.
+// atan(opposite / adjacent) of a right triangle with opposite >= 0 and adjacent > 0, without a branch. The angle is
+// halved three times, so that the power series of the arctangent converges fast.
 inline double angle_of(double adjacent, double opposite, double hypotenuse) {
   const double half = opposite / (adjacent + hypotenuse), quarter = half / (1.0 + std::sqrt(1.0 + half * half));
   const double t = quarter / (1.0 + std::sqrt(1.0 + quarter * quarter)), square = t * t;
@@ -626,9 +629,11 @@ inline double angle_of(double adjacent, double opposite, double hypotenuse) {
   return 8.0 * t * series;
 }
 
-// With r = |(x, y)|, A = asinh(y / |x|) and B = asinh(x / |y|), for r_xx, r_xy and r_yy: r^3 / 6 + x^2 y A / 2 -
-// x^2 r / 2, x y r / 3 + (x^3 A + y^3 B) / 6 and the first with x and y exchanged. For x / r^2 = (ln r)_x:
-// ((3 x y^2 - x^3) ln r + 3 x |x| y atan(y / |x|) + y^3 atan(x / y)) / 6, and y / r^2 with x and y exchanged.
+// With r = |(x, y)|, A = asinh(y / |x|) and B = asinh(x / |y|), the first three kernels are the second derivatives of
+// r. For y^2/r^3 = r_xx the value is r^3 / 6 + x^2 y A / 2 - x^2 r / 2; for -x y/r^3 = r_xy it is x y r / 3 + (x^3 A +
+// y^3 B) / 6; for x^2/r^3 = r_yy it is the first one with x and y exchanged. For x/r^2, the x derivative of ln r, it is
+// ((3 x y^2 - x^3) ln r + 3 x |x| y atan(y / |x|) + y^3 atan(x / y)) / 6, and for y/r^2 the same with x and y
+// exchanged.
 inline void integrate_shear_kernels(const double* x, const double* y, std::size_t count, double* const* values) {
   constexpr double kLeast = 1e-140;  // as in integrate_inverse_distance()
   constexpr double kQuarter = 1.570796326794896619231;
@@ -659,7 +664,7 @@ inline void integrate_shear_kernels(const double* x, const double* y, std::size_
   }
 }
 
-// Four points of a list at once, of which the last ones may be none.
+// Four points of a list at once. If the list ends before, the missing ones have weight zero.
 struct FourPoints {
   static constexpr std::size_t count = 4;
 
@@ -673,7 +678,7 @@ struct FourPoints {
   double x[count], y[count], share[count];
 };
 
-inline void multiply_by_flatness(const double* from, const double* x, const double* y, const double* z,
+inline void scale_to_surface_distances(const double* from, const double* x, const double* y, const double* z,
                                  std::size_t count, double* numbers) {
   for (std::size_t j = 0; j < count; ++j) {
     const double along = from[0] - x[j], across = from[1] - y[j], apart = from[2] - z[j];
@@ -684,9 +689,9 @@ inline void multiply_by_flatness(const double* from, const double* x, const doub
 
 inline void integrate_far(const RectangleNumbers& own, const RectangleRows& others, std::size_t count, double* values) {
   const double *x = others.x, *y = others.y, *xx = others.xx, *xy = others.xy, *yy = others.yy;
-  const double *area = others.area, *reach = others.reach;
+  const double *area = others.area, *near_radius = others.near_radius;
   for (std::size_t j = 0; j < count; ++j) {
-    const double u = x[j] - own.x, v = y[j] - own.y, square = u * u + v * v, near = own.reach + reach[j];
+    const double u = x[j] - own.x, v = y[j] - own.y, square = u * u + v * v, near = own.near_radius + near_radius[j];
     const double root = inverse_root(square > near * near ? square : 1.0), inverse = root * root;
     const double a = own.xx + xx[j], b = own.xy + xy[j], c = own.yy + yy[j];
     const double bend = (3.0 * (a * u * u + 2.0 * b * u * v + c * v * v) * inverse - (a + c)) * 0.5 * inverse;
@@ -710,7 +715,7 @@ inline void press_springs(const SpringRows& springs, const double* motion, std::
   }
 }
 
-// Every point of the first list is set against four of the second.
+// Each point of the first list is paired with four of the second list at once.
 inline double sum_inverse_distances(const double* x, const double* y, std::size_t count, const double* to_x,
                                     const double* to_y, std::size_t to_count, double least) {
   double sums[FourPoints::count] = {};
@@ -748,7 +753,7 @@ inline void shear_of_point(double from_x, double from_y, double weight, const do
   if (first < count) block(first, count - first);
 }
 
-// As sum_inverse_distances().
+// The same pairing as in sum_inverse_distances().
 inline void sum_shear(const double* x, const double* y, std::size_t count, const double* to_x, const double* to_y,
                       std::size_t to_count, double least, double* sums) {
   constexpr std::size_t kSums = 5;
@@ -784,18 +789,18 @@ constexpr Kernels kernels_named(const char* name) {
           solve_upper,
           transpose,
           lower_by_triangle,
-          count_under,
+          count_below,
           add_edge_moments,
           add_element_forces,
-          gather_threes,
+          sum_weighted_vectors,
           fold_row,
-          keep_floats,
-          keep<double>,
+          select_floats,
+          select<double>,
           norms_of<float>,
           norms_of<double>,
           integrate_inverse_distance,
           integrate_shear_kernels,
-          multiply_by_flatness,
+          scale_to_surface_distances,
           integrate_far,
           press_springs,
           sum_inverse_distances};

@@ -45,12 +45,12 @@ struct Lanes {
 };
 
 template <typename Value>
-std::size_t keep(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
-constexpr auto keep_floats = keep<float>;
+std::size_t select(const double*, const std::uint32_t*, std::size_t, double, double, std::uint32_t*, Value*);
+constexpr auto select_floats = select<float>;
 
-constexpr std::size_t kSumVectors = 4;  // of sums that stay in registers
-constexpr std::size_t kTileVectors = 1;  // of a tile of a matrix product
-constexpr std::size_t kTallRows = 4;  // of one that is a vector wide
+constexpr std::size_t kSumVectors = 4;  // vectors of a tile of sums, which stay in registers
+constexpr std::size_t kTileVectors = 1;  // width of a tile of a matrix product
+constexpr std::size_t kTallRows = 4;  // rows of such a tile that is one vector wide
 
 #include "linalg/kernels_body.hpp"
 

@@ -1,5 +1,5 @@
-// One set of kernels per instruction set; those for x86 are compiled on x86 only. The sets are constants: asking for
-// one runs none of its instructions, so the processor need not have them.
+// One set of kernels per instruction set. The sets for x86 are compiled on x86 only. They are constants, so that
+// referring to one runs none of its instructions, which the processor may lack.
 #pragma once
 
 #include "linalg/kernels.hpp"

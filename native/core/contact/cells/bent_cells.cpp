@@ -82,11 +82,11 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const do
     if (face.edges[e].step(workspace.tractions, on_pad.traction)) workspace.edges[kept++] = on_pad;
   }
   grid.traction_forces(workspace.edges.data(), kept, workspace.grid, nodal);
-  gather(grid, nodal, workspace.nodes);
+  find_loaded_nodes(grid, nodal, workspace.nodes);
   return correct(workspace.nodes, wrench);
 }
 
-void BentCells::gather(const SurfaceGrid& grid, double* nodal, std::vector<LoadedNode>& nodes) const {
+void BentCells::find_loaded_nodes(const SurfaceGrid& grid, double* nodal, std::vector<LoadedNode>& nodes) const {
   const auto place = [](const std::vector<double>& ends, std::size_t number) {
     return number % 2 == 0 ? ends[number / 2] : (ends[number / 2] + ends[number / 2 + 1]) / 2;
   };

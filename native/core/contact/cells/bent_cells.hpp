@@ -59,7 +59,7 @@ class BentCells {
                     Workspace& workspace, double* nodal) const;
 
  private:
-  void gather(const SurfaceGrid& grid, double* nodal, std::vector<LoadedNode>& nodes) const;
+  void find_loaded_nodes(const SurfaceGrid& grid, double* nodal, std::vector<LoadedNode>& nodes) const;
   bool correct(const std::vector<LoadedNode>& nodes, double* wrench) const;
 
   const TangentPlane* plane_ = nullptr;

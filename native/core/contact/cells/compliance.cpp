@@ -10,7 +10,7 @@
 namespace mjtactile {
 namespace {
 
-// Entries along a row that are worked on at once, and those that are not told apart.
+// Number of entries of a row that are computed at once, and the multiple to which their range is rounded.
 constexpr std::size_t kPanel = 32, kWhole = 8;
 
 }  // namespace
@@ -24,19 +24,19 @@ QuadraticSplines::QuadraticSplines(std::vector<double> ends) : ends_(std::move(e
     // De Boor's recurrence, with the outermost ends counted three times.
     pieces_.push_back({low, high, 1.0 / ((high - low) * (high - before)), 1.0 / ((high - low) * (beyond - low))});
   }
-  per_ = static_cast<double>(last) / (ends_.back() - ends_.front());
+  pieces_per_length_ = static_cast<double>(last) / (ends_.back() - ends_.front());
 }
 
-void Bend::bring_apart(std::size_t cell, std::size_t first, std::size_t last, double* row) const {
+void Bend::scale_to_surface_distances(std::size_t cell, std::size_t first, std::size_t last, double* row) const {
   const double own = row[cell], here[3] = {u[cell], v[cell], w[cell]};
-  kernels().multiply_by_flatness(here, u + first, v + first, w + first, last - first, row + first);
-  // A cell itself is longer by its stretch one way.
+  kernels().scale_to_surface_distances(here, u + first, v + first, w + first, last - first, row + first);
+  // A cell's own side along the slope is longer by its stretch.
   if (first <= cell && cell < last) row[cell] = own / std::sqrt(stretches[cell]);
 }
 
 std::size_t QuadraticSplines::at(double place, double* values) const {
-  // Pieces are about as long as each other: the right one is next to where it would be if they were.
-  const double about = (place - ends_.front()) * per_, most = static_cast<double>(pieces_.size() - 1);
+  // Pieces have similar lengths. So the search begins at the piece that would be right if they were equal.
+  const double about = (place - ends_.front()) * pieces_per_length_, most = static_cast<double>(pieces_.size() - 1);
   std::size_t number = about > 0.0 ? static_cast<std::size_t>(std::min(about, most)) : 0;
   while (number > 0 && place < ends_[number]) --number;
   while (number + 1 < pieces_.size() && place >= ends_[number + 1]) ++number;
@@ -57,7 +57,7 @@ void SurfaceCompliance::set_foundation(std::vector<double> areas, std::vector<do
 
 double SurfaceCompliance::foundation_stiffness(double area) const {
   const double at = std::log(area);
-  // Small contacts feel a half space, on which stiffness per area falls with the radius.
+  // Under small contacts the pad is like a half space, whose stiffness per area is proportional to 1 / radius.
   if (at <= areas_.front()) return std::exp(stiffnesses_.front() + 0.5 * (areas_.front() - at));
   if (at >= areas_.back()) return std::exp(stiffnesses_.back());
   const auto i = static_cast<std::size_t>(std::upper_bound(areas_.begin(), areas_.end(), at) - areas_.begin());
@@ -70,7 +70,7 @@ void SurfaceCompliance::set_tangential(double poisson, Matrix remainder) {
   full_remainder_ = std::move(remainder);
 }
 
-void SurfaceCompliance::weigh(const SurfaceCells& cells, Workspace& workspace) const {
+void SurfaceCompliance::average_splines(const SurfaceCells& cells, Workspace& workspace) const {
   const std::size_t per_cell = cells.per_cell;
   constexpr std::size_t kOver = QuadraticSplines::kOver;
   workspace.windows.clear();
@@ -105,30 +105,31 @@ void SurfaceCompliance::weigh(const SurfaceCells& cells, Workspace& workspace) c
 void SurfaceCompliance::add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace,
                                       double* block, std::size_t block_stride) const {
   const std::size_t cells = workspace.windows.size(), columns = x_.count();
-  // Only splines in rows that reach some cell count.
+  // Only rows of splines that are not zero at some cell are needed.
   std::size_t first = y_.count(), last = 0;
   for (const Window& window : workspace.windows) {
     first = std::min(first, window.row);
     last = std::max(last, window.row + window.rows);
   }
-  // From a whole vector on, so that none straddles two lines of the cache.
+  // Begin at a whole vector, so that no vector lies in two cache lines.
   const std::size_t begin = first * columns / kWhole * kWhole, size = last * columns - begin;
   Matrix &through = workspace.through, &transposed = workspace.transposed;
   through.resize(cells, size);
-  // Above the diagonal a cell meets those before it only, and their splines.
-  std::vector<std::size_t>& met = workspace.met;
-  met.clear();
+  // The range of splines at which each row of the product is needed. For the upper triangle it is that of the splines
+  // of this cell and of those before it.
+  std::vector<std::size_t>& nonzero = workspace.nonzero;
+  nonzero.clear();
   for (std::size_t i = 0, low = size, high = 0; i < cells; ++i) {
     const Window& window = workspace.windows[i];
     low = std::min(low, window.row * columns - begin);
     high = std::max(high, (window.row + window.rows) * columns - begin);
-    met.insert(met.end(), {upper ? low : 0, upper ? high : size});
+    nonzero.insert(nonzero.end(), {upper ? low : 0, upper ? high : size});
   }
-  // Panel by panel: what of all splines lies in one stays in the first-level cache while all cells go by.
+  // Panel by panel, so that a panel of the remainder stays in the first-level cache for all cells.
   for (std::size_t from = 0; from < size; from += kPanel) {
     const std::size_t count = std::min(kPanel, size - from);
     for (std::size_t i = 0; i < cells; ++i) {
-      if (met[2 * i] >= from + count || met[2 * i + 1] <= from) continue;
+      if (nonzero[2 * i] >= from + count || nonzero[2 * i + 1] <= from) continue;
       const Window& window = workspace.windows[i];
       const double* lines = remainder + (window.row * columns + window.column) * stride + begin + from;
       kernels().add_window(lines, window.rows, columns * stride, window.columns, stride,
@@ -137,9 +138,9 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
   }
   transposed.resize(size, cells);
   for (std::size_t from = 0; from < cells; from += kPanel) {
-    // The last of a panel meets all that the others do.
+    // The range of the last cell in a panel contains those of the others.
     const std::size_t end = std::min(from + kPanel, cells);
-    transpose_part(through, from, end, met[2 * end - 2], met[2 * end - 1], transposed);
+    transpose_part(through, from, end, nonzero[2 * end - 2], nonzero[2 * end - 1], transposed);
   }
   const std::size_t row = transposed.stride();
   for (std::size_t from = 0; from < cells; from += kPanel) {
@@ -158,7 +159,7 @@ void SurfaceCompliance::add_remainder(const double* remainder, std::size_t strid
 void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, Matrix& compliance) const {
   const std::size_t count = cells.count;
   const Bend* bend = cells.bend;
-  weigh(cells, workspace);
+  average_splines(cells, workspace);
   compliance.resize(count, count);
   std::vector<double>& inverse_areas = workspace.smooth;
   inverse_areas.resize(count);
@@ -168,7 +169,7 @@ void SurfaceCompliance::normal(const SurfaceCells& cells, Workspace& workspace, 
     const double* near = cells.inverse_distance + i * count;
     double* row = compliance[i];
     for (std::size_t j = i; j < count; ++j) row[j] = own * near[j] * inverse_areas[j];
-    if (bend != nullptr) bend->bring_apart(i, i, count, row);
+    if (bend != nullptr) bend->scale_to_surface_distances(i, i, count, row);
   }
   add_remainder(remainder_.data(), remainder_.stride(), true, workspace, compliance.data(), compliance.stride());
   for (std::size_t i = 0; bend != nullptr && i < count; ++i) {
@@ -181,7 +182,7 @@ void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& i
                              Workspace& workspace, Matrix& compliance) const {
   const std::size_t cells = placed.count;
   const Bend* bend = placed.bend;
-  weigh(placed, workspace);
+  average_splines(placed, workspace);
   compliance.resize(3 * cells, 3 * cells);
   // Surface response to a point force (Johnson 1985, eqs. 3.18 and 3.75 to 3.77), z out of the pad.
   const double share = poisson_ / (1.0 - poisson_), slope = (1.0 - 2.0 * poisson_) / (2.0 * (1.0 - poisson_));
@@ -194,7 +195,7 @@ void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& i
   for (std::size_t i = 0; i < cells; ++i) {
     const double own = factor_ * inverse_areas[i];
     for (std::size_t j = 0; j < cells; ++j) per_area[j] = own * inverse_areas[j];
-    if (bend != nullptr) bend->bring_apart(i, 0, cells, per_area.data());
+    if (bend != nullptr) bend->scale_to_surface_distances(i, 0, cells, per_area.data());
     const std::size_t at = i * cells;
     const double* from[6] = {placed.inverse_distance + at,    integrals.xx.data() + at,    integrals.xy.data() + at,
                              integrals.yy.data() + at, integrals.along.data() + at, integrals.across.data() + at};
@@ -202,8 +203,8 @@ void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& i
     double* rows[6] = {x, x + cells, x + 2 * cells, y + cells, y + 2 * cells, z + 2 * cells};
     kernels().shear_row(from, per_area.data(), turn, share, slope, cells, rows);
   }
-  // Blocks on the diagonal and right of it. The remainder is symmetric: a block is added from what forces of its column
-  // do, line by line of its row.
+  // Blocks on the diagonal and to its right. Rows of the coefficients belong to columns of the result in
+  // add_remainder(). So block (a, b) is given the coefficients (b, a).
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = a; b < 3; ++b) {
       add_remainder(full_remainder_[b * splines()] + a * splines(), full_remainder_.stride(), a == b, workspace,
@@ -221,7 +222,7 @@ void SurfaceCompliance::full(const SurfaceCells& placed, const ShearIntegrals& i
 
 void SurfaceCompliance::add_sinking(const SurfaceCells& cells, const SurfaceCells& pressed, const double* forces,
                                     Workspace& workspace, double* sunk) const {
-  // The mean of 1/r over a square of side s from its middle is 4 ln(1 + sqrt 2) / s.
+  // The mean of 1/r between the middle of a square of side s and its points is 4 ln(1 + sqrt 2) / s.
   const double own = 4.0 * std::log(1.0 + std::sqrt(2.0));
   constexpr std::size_t kOver = QuadraticSplines::kOver;
   const std::size_t columns = x_.count();

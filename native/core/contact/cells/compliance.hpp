@@ -11,44 +11,46 @@
 
 namespace mjtactile {
 
-// Quadratic B-splines along one axis: smooth where pieces meet, three of them over each piece.
+// Quadratic B-splines along one axis. They are continuously differentiable, and three of them are not zero on each
+// piece.
 class QuadraticSplines {
  public:
   static constexpr std::size_t kOver = 3;
 
-  // `ends`: of the pieces, ascending [m]. Beyond the first and the last the outermost pieces go on.
+  // `ends`: boundaries of the pieces, ascending [m]. The outermost pieces extend beyond the first and the last
+  // boundary.
   explicit QuadraticSplines(std::vector<double> ends);
 
   std::size_t count() const { return ends_.size() + 1; }
-  // The first of the splines that are not zero at a place, and their values.
+  // The number of the first spline that is not zero at a place, and the values of the three.
   std::size_t at(double place, double* values) const;
 
  private:
   std::vector<double> ends_;
   struct Piece {
-    double low, high, falling, rising;  // what squares of the distance to its ends are multiplied by
+    // Its ends, and the factors of the squared distances to the high and to the low end.
+    double low, high, falling, rising;
   };
   std::vector<Piece> pieces_;
-  double per_ = 0.0;  // pieces per length, on the average [1/m]
+  double pieces_per_length_ = 0.0;  // mean [1/m]
 };
 
-// Cells on a curved surface: positions (cells, 3) [m] in the pad frame; the ratio of a distance along the normal of the
-// plane they were cut in to that along a cell's own normal (cells); and where they lie along that plane, u and v, and
-// above it, w (cells each) [m]. Forces and displacements are measured along the plane's normal.
+// How cells of a tangent plane lie on a curved surface. Forces and displacements are measured along the plane's normal.
+// `positions`: in the pad frame (cells, 3) [m]. `stretches`: distance along the plane's normal over the distance along
+// a cell's own normal (cells) [-]. `u`, `v`, `w`: coordinates in the plane, and height above it (cells) [m].
 struct Bend {
   const double *positions, *stretches;
   const double *u, *v, *w;
 
-  // Multiply entries [first, last) of a cell's row over cells by the distance of the two cells in the plane over their
-  // distance on the surface.
-  void bring_apart(std::size_t cell, std::size_t first, std::size_t last, double* row) const;
+  // Multiply entries [first, last) of a cell's row of integrals of 1/r by the distance of the two cells in the plane
+  // over their distance in space.
+  void scale_to_surface_distances(std::size_t cell, std::size_t first, std::size_t last, double* row) const;
 };
 
-// Contact cells as the compliance of the surface sees them. A Bend says how they lie on a curved surface; null where it
-// is flat.
+// What the compliance needs of contact cells. `bend`: how they lie on a curved surface; null on a flat one.
 struct SurfaceCells {
   std::size_t count;
-  const double* points;             // (cells, per_cell, 2) [m]: what a point does is averaged over a cell's points
+  const double* points;             // (cells, per_cell, 2) [m]; the remainder is averaged over the points of a cell
   std::size_t per_cell;
   const double* areas;              // [m^2]
   const double* inverse_distance;   // integrals of 1/r over pairs of cells [m^3], (cells, cells); null where unknown
@@ -59,12 +61,13 @@ struct SurfaceCells {
 class SurfaceCompliance {
  public:
   SurfaceCompliance() = default;
-  // `factor`: of the half space [1/Pa]; `remainder`: sheet minus half space, as the coefficients of products of
-  // splines, those along x first, of where it sinks by those of where it is pressed [m/N].
+  // `factor`: of the half space [1/Pa]. `remainder`: compliance of the sheet minus that of the half space, as
+  // coefficients [m/N] of products of splines, x fastest. Rows are the splines at the displacement, columns those at
+  // the force.
   SurfaceCompliance(double factor, QuadraticSplines x, QuadraticSplines y, Matrix remainder);
 
-  // Springs of law "foundation": logarithms of contact areas [m^2], ascending, and of the
-  // stiffness per area under each [Pa/m].
+  // Springs of law "foundation": logarithms of contact areas [m^2], ascending, and of the stiffness per area under each
+  // [Pa/m].
   void set_foundation(std::vector<double> areas, std::vector<double> stiffnesses);
   double foundation_stiffness(double area) const;
 
@@ -75,7 +78,8 @@ class SurfaceCompliance {
   double factor() const { return factor_; }
   std::size_t splines() const { return x_.count() * y_.count(); }
 
-  // Which splines are not zero at a cell: `columns` along x and `rows` along y from a first one, their values by row.
+  // The splines that are not zero at a cell: `columns` along x and `rows` along y, from `column` and `row` on. `first`:
+  // index of their values in Workspace::values, which are row-major.
   struct Window {
     std::size_t column, row, columns, rows, first;
   };
@@ -88,8 +92,8 @@ class SurfaceCompliance {
     std::vector<Window> windows;
     std::vector<Place> places;
     std::vector<double> values, coefficients, smooth;
-    std::vector<std::size_t> met;  // splines from one on up to another, by cell
-    Matrix through, transposed;
+    std::vector<std::size_t> nonzero;  // first and last spline of each cell's range
+    Matrix through, transposed;        // the remainder times the splines of each cell, and its transpose
   };
 
   // Mean normal displacement of each cell per normal force on each cell [m/N].
@@ -101,15 +105,15 @@ class SurfaceCompliance {
                    double* sunk) const;
 
   // Mean displacement of each cell, one point each, per force on each cell, (component, cell) by (component, cell)
-  // [m/N], whole; pad frame, z out of the pad. `integrals`: of the same cells before they were placed there.
+  // [m/N], both triangles. Pad frame, z out of the pad. `integrals`: of the same cells in their own frame.
   void full(const SurfaceCells& cells, const ShearIntegrals& integrals, const Placement& placement,
             Workspace& workspace, Matrix& compliance) const;
 
  private:
-  // Mean splines over each cell.
-  void weigh(const SurfaceCells& cells, Workspace& workspace) const;
-  // Add a remainder between the cells whose splines were computed to `block`, all of it or from the diagonal on.
-  // `remainder`: its first entry and its stride.
+  // Compute the mean values of the splines over each cell.
+  void average_splines(const SurfaceCells& cells, Workspace& workspace) const;
+  // Add the remainder between the cells of the last average_splines() to `block`. `upper`: only on and above the
+  // diagonal. `remainder`: first entry of its coefficients.
   void add_remainder(const double* remainder, std::size_t stride, bool upper, Workspace& workspace, double* block,
                      std::size_t block_stride) const;
 

@@ -33,6 +33,15 @@ bool place(const Face& face, const Pose& pose, Placement& placement) {
   return true;
 }
 
+void find_outline(const Face& face, const Placement& placement, std::vector<Segment>& outline) {
+  outline.clear();
+  for (const CellEdge& edge : face.edges) {
+    if ((edge.left >= 0) == (edge.right >= 0)) continue;
+    const Point start = placement({edge.start[0], edge.start[1]}), end = placement({edge.end[0], edge.end[1]});
+    outline.push_back(edge.left >= 0 ? Segment{start, end} : Segment{end, start});
+  }
+}
+
 void bound_stress(const Face& cells, double strength, double* forces) {
   for (std::size_t i = 0; strength > 0.0 && i < cells.cells(); ++i) {
     double* force = forces + 3 * i;

@@ -44,6 +44,9 @@ struct Face {
 // Placement of the face's frame on the pad, from the body's pose. False if the body leans by more than most_slope.
 bool place(const Face& face, const Pose& pose, Placement& placement);
 
+// Set `outline` to the edges of a placed face's outline, in the pad frame [m]. The face is on the left of each edge.
+void find_outline(const Face& face, const Placement& placement, std::vector<Segment>& outline);
+
 // Bound the forces (cells, 3) [N] so that sqrt(p^2 + 3 t^2) of pressure p and shear t does not exceed the strength [Pa]
 // on any cell. Shear beyond that is left out. 0: no bound.
 void bound_stress(const Face& cells, double strength, double* forces);

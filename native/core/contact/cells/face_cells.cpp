@@ -15,7 +15,7 @@ constexpr double kEnoughInside = 0.25;
 constexpr double kSliver = 0.35;
 // Outlines with more corners are simplified, with a tolerance relative to the size of a cell.
 constexpr std::size_t kMostCorners = 400;
-constexpr double kUnseen = 1e-3;
+constexpr double kSimplified = 1e-3;
 
 constexpr std::size_t kMostCells = 4000;
 // Rounding errors of distances over the outline's extent, and of areas over its square.
@@ -36,7 +36,7 @@ constexpr double kSmooth = 0.2;
 // Largest length of a mitre at convex and at concave corners, over the ring's width.
 constexpr double kMitre = 5.0, kNotch = 2.0;
 // Largest width of a ring over the distance to the opposite side of the outline.
-constexpr double kRoom = 0.4;
+constexpr double kMostWidth = 0.4;
 // A run of inner edges that point backward is merged into a point if its part of the outline is shorter than this, over
 // the ring's width. Otherwise the ring is made narrower there.
 constexpr double kSwallowed = 3.0;
@@ -91,9 +91,9 @@ std::size_t pieces_of(double length, double size) {
 bool FaceCells::make(const Outline& outline, std::size_t count, Face& face, double angle) {
   count = std::min(std::max(count, std::size_t{1}), kMostCells);
   const double cosine = std::cos(angle), sine = std::sin(angle);
-  if (!tidy(outline, cosine, sine)) return false;
+  if (!set_loops(outline, cosine, sine)) return false;
   const auto wanted = static_cast<double>(count);
-  if (points_.size() > kMostCorners) simplify(kUnseen * std::sqrt(area_ / wanted));
+  if (points_.size() > kMostCorners) simplify(kSimplified * std::sqrt(area_ / wanted));
   // Squares of size h: about area / h^2 of them inside, and length / h pieces in each ring.
   const auto size_with = [&](double rings) {
     const double along = rings * length_;
@@ -146,14 +146,14 @@ bool FaceCells::describe(Face& face, double cosine, double sine) {
   double area = 0.0;
   for (std::size_t i = 0; i < cells_; ++i) {
     area += areas_[i];
-    face.centroids.push_back(placed(moments_[i], cosine, sine));
+    face.centroids.push_back(placed(centroids_[i], cosine, sine));
   }
   face.length = std::sqrt(area);
   return true;
 }
 
 // Set points_ and loops_ from an outline, without redundant corners and rings without area. False if no area is left.
-bool FaceCells::tidy(const Outline& outline, double cosine, double sine) {
+bool FaceCells::set_loops(const Outline& outline, double cosine, double sine) {
   points_.clear();
   loops_.clear();
   area_ = length_ = 0.0;
@@ -540,7 +540,7 @@ void FaceCells::bound_shares() {
   for (const Loop& own_loop : kept_loops_) {
     for (std::size_t k = own_loop.first; k < own_loop.last; ++k) {
       KeptPoint& own = kept_[k];
-      const Point far = {own.at.x + width_ / kRoom * own.inward.x, own.at.y + width_ / kRoom * own.inward.y};
+      const Point far = {own.at.x + width_ / kMostWidth * own.inward.x, own.at.y + width_ / kMostWidth * own.inward.y};
       double share = 1.0;
       for (const Loop& loop : kept_loops_) {
         for (std::size_t i = loop.first; i < loop.last; ++i) {
@@ -725,14 +725,14 @@ void FaceCells::add_edge(const Point& start, const Point& end, std::int32_t left
 void FaceCells::cut_at_lattice() {
   upright_.clear();
   level_.clear();
-  // Items after those of the rings: the corners of all squares; walk_lattice() adds chains of edges.
+  // Items after those of the rings: the corners of all squares; follow_loop() adds chains of edges.
   const std::size_t items = static_cast<std::size_t>(ring_cells_) + 4 * columns_ * rows_;
   square_of_.assign(items, -1);
   for (std::size_t i = static_cast<std::size_t>(ring_cells_); i < items; ++i) {
     square_of_[i] = static_cast<std::int32_t>((i - static_cast<std::size_t>(ring_cells_)) / 4);
   }
   sets_.reset(items);
-  for (const Loop& loop : inner_loops_) walk_lattice(loop);
+  for (const Loop& loop : inner_loops_) follow_loop(loop);
   add_lines(upright_, true);
   add_lines(level_, false);
 }
@@ -752,7 +752,7 @@ std::int32_t FaceCells::new_chain(std::size_t column, std::size_t row) {
 }
 
 // Follow a loop from square to square. Adds its edges, with one chain per stay in a square, and its crossings.
-void FaceCells::walk_lattice(const Loop& loop) {
+void FaceCells::follow_loop(const Loop& loop) {
   if (loop.first == loop.last) return;
   Point at = inner_[loop.first].at;
   std::size_t column = interval(lines_x_, at.x), row = interval(lines_y_, at.y);
@@ -860,20 +860,19 @@ void FaceCells::label_cells() {
     }
   }
   areas_.assign(cells_, 0.0);
-  moments_.assign(cells_, {0.0, 0.0});
+  centroids_.assign(cells_, {0.0, 0.0});
   for (const RawEdge& edge : edges_) {
-    const Point &a = edge.start, &b = edge.end;
-    const double twice = a.x * b.y - b.x * a.y, x = (a.x + b.x) * twice / 6, y = (a.y + b.y) * twice / 6;
+    const AreaIntegrals part = triangle_integrals(edge.start, edge.end);
     const auto add = [&](std::int32_t side, double sign) {
       if (side < 0) return;
       const std::size_t cell = label_of(side);
-      areas_[cell] += sign * twice / 2;
-      moments_[cell].x += sign * x, moments_[cell].y += sign * y;
+      areas_[cell] += sign * part.area;
+      centroids_[cell].x += sign * part.x, centroids_[cell].y += sign * part.y;
     };
     add(edge.left, 1.0);
     add(edge.right, -1.0);
   }
-  for (std::size_t i = 0; i < cells_; ++i) moments_[i] = {moments_[i].x / areas_[i], moments_[i].y / areas_[i]};
+  for (std::size_t i = 0; i < cells_; ++i) centroids_[i] = {centroids_[i].x / areas_[i], centroids_[i].y / areas_[i]};
 }
 
 std::size_t FaceCells::label_of(std::int32_t item) {
@@ -955,26 +954,24 @@ void FaceCells::join_slivers() {
 
 // Quadrature points lie on a cell's principal axes of inertia. If a cell has none, the face's axes are used.
 void FaceCells::place_quadrature(const Face& face) {
-  inertia_.assign(3 * cells_, 0.0);
+  about_centroid_.assign(cells_, {});
   for (const CellEdge& edge : face.edges) {
     const auto add = [&](std::int32_t side, double sign) {
       if (side < 0) return;
       const auto cell = static_cast<std::size_t>(side);
       const Point& middle = face.centroids[cell];
-      const double ax = edge.start[0] - middle.x, ay = edge.start[1] - middle.y;
-      const double bx = edge.end[0] - middle.x, by = edge.end[1] - middle.y;
-      const double twice = sign * (ax * by - bx * ay);
-      inertia_[3 * cell] += (ax * ax + ax * bx + bx * bx) * twice / 12;
-      inertia_[3 * cell + 1] += (2 * ax * ay + ax * by + bx * ay + 2 * bx * by) * twice / 24;
-      inertia_[3 * cell + 2] += (ay * ay + ay * by + by * by) * twice / 12;
+      about_centroid_[cell].add(triangle_integrals({edge.start[0] - middle.x, edge.start[1] - middle.y},
+                                                   {edge.end[0] - middle.x, edge.end[1] - middle.y}),
+                                sign);
     };
     add(edge.left, 1.0);
     add(edge.right, -1.0);
   }
   quadrature_.clear();
   for (std::size_t i = 0; i < cells_; ++i) {
-    const double xx = inertia_[3 * i] / areas_[i], xy = inertia_[3 * i + 1] / areas_[i];
-    const double yy = inertia_[3 * i + 2] / areas_[i], mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
+    const AreaIntegrals& own = about_centroid_[i];
+    const double xx = own.xx / areas_[i], xy = own.xy / areas_[i], yy = own.yy / areas_[i];
+    const double mean = (xx + yy) / 2, apart = std::hypot((xx - yy) / 2, xy);
     const double turn = apart > kRound * mean ? 0.5 * std::atan2(2.0 * xy, xx - yy) : 0.0;
     const double u = std::cos(turn), v = std::sin(turn);
     const double longer = std::sqrt(2 * (mean + apart)), shorter = std::sqrt(2 * std::max(mean - apart, 0.0));

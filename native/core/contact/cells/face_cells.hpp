@@ -79,7 +79,7 @@ class FaceCells {
     double length;
   };
 
-  bool tidy(const Outline& outline, double cosine, double sine);
+  bool set_loops(const Outline& outline, double cosine, double sine);
   bool find_extent(const Outline& outline, double cosine, double sine);
   bool is_redundant(const Point& before, const Point& at, const Point& after) const;
   void add_corners(const std::vector<Point>& ring, double cosine, double sine);
@@ -111,7 +111,7 @@ class FaceCells {
   void cut_at_lattice();
   static std::size_t interval(const std::vector<double>& lines, double at);
   std::int32_t new_chain(std::size_t column, std::size_t row);
-  void walk_lattice(const Loop& loop);
+  void follow_loop(const Loop& loop);
   void add_lines(std::vector<Crossing>& crossings, bool upright);
   void label_cells();
   std::size_t label_of(std::int32_t item);
@@ -150,10 +150,10 @@ class FaceCells {
   std::vector<std::int32_t> square_of_, label_;
   std::vector<Kind> kinds_;
   std::vector<double> areas_;
-  std::vector<Point> moments_;  // centroids of the cells
+  std::vector<Point> centroids_;
   std::vector<Shared> shared_;
   std::size_t cells_ = 0;
-  std::vector<double> inertia_;  // second moments of each cell, xx, xy, yy
+  std::vector<AreaIntegrals> about_centroid_;  // of each cell
   std::vector<Point> quadrature_;
   EdgeIntegrals integrals_;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "influence/edge_pieces.hpp"
+
 namespace mjtactile {
 namespace {
 
@@ -29,28 +31,17 @@ const Gauss kGauss;
 }  // namespace
 
 void LinearTraction::cover(const Face& face, const Placement& placement) {
-  edges_.clear();
-  for (const CellEdge& edge : face.edges) {
-    if ((edge.left >= 0) == (edge.right >= 0)) continue;  // not on the outline
-    const Point start = placement({edge.start[0], edge.start[1]}), end = placement({edge.end[0], edge.end[1]});
-    edges_.push_back(edge.left >= 0 ? Edge{start, end} : Edge{end, start});
-  }
+  find_outline(face, placement, edges_);
   hull_.clear();
   for (const Point& corner : face.corners) hull_.push_back(placement(corner));
   integrals_ = integrals_of(edges_, edges_.front().start);
 }
 
-AreaIntegrals integrals_of(const std::vector<LinearTraction::Edge>& edges, const Point& near) {
+AreaIntegrals integrals_of(const std::vector<Segment>& edges, const Point& near) {
   AreaIntegrals own = {};
-  for (const LinearTraction::Edge& edge : edges) {
-    const double ax = edge.start.x - near.x, ay = edge.start.y - near.y;
-    const double bx = edge.end.x - near.x, by = edge.end.y - near.y, cross = ax * by - bx * ay;
-    own.area += cross / 2;
-    own.x += (ax + bx) * cross / 6;
-    own.y += (ay + by) * cross / 6;
-    own.xx += (ax * ax + ax * bx + bx * bx) * cross / 12;
-    own.xy += (ax * by + 2 * ax * ay + 2 * bx * by + bx * ay) * cross / 24;
-    own.yy += (ay * ay + ay * by + by * by) * cross / 12;
+  for (const Segment& edge : edges) {
+    own.add(triangle_integrals({edge.start.x - near.x, edge.start.y - near.y},
+                               {edge.end.x - near.x, edge.end.y - near.y}));
   }
   return {own.area,
           own.x + near.x * own.area,
@@ -60,11 +51,11 @@ AreaIntegrals integrals_of(const std::vector<LinearTraction::Edge>& edges, const
           own.yy + 2 * near.y * own.y + near.y * near.y * own.area};
 }
 
-void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* function, std::vector<Point>& meets,
-               std::vector<LinearTraction::Edge>& part) {
+void cut_where(const std::vector<Segment>& edges, const double* function, std::vector<Point>& meets,
+               std::vector<Segment>& part) {
   part.clear();
   meets.clear();
-  for (const LinearTraction::Edge& edge : edges) {
+  for (const Segment& edge : edges) {
     const double first = function[0] + function[1] * edge.start.x + function[2] * edge.start.y;
     const double second = function[0] + function[1] * edge.end.x + function[2] * edge.end.y;
     if (first < 0.0 && second < 0.0) continue;
@@ -76,7 +67,7 @@ void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* fun
     const Point meet = {edge.start.x + share * (edge.end.x - edge.start.x),
                         edge.start.y + share * (edge.end.y - edge.start.y)};
     meets.push_back(meet);
-    part.push_back(first < 0.0 ? LinearTraction::Edge{meet, edge.end} : LinearTraction::Edge{edge.start, meet});
+    part.push_back(first < 0.0 ? Segment{meet, edge.end} : Segment{edge.start, meet});
   }
   // The part's edges on the line itself, with the area on their left: from every second meeting point to the next.
   std::sort(meets.begin(), meets.end(), [&](const Point& a, const Point& b) {
@@ -126,7 +117,13 @@ void LinearTraction::nodal_forces(const SurfaceGrid& grid, const double* coeffic
   const std::size_t columns = grid.x().size() - 1, rows = grid.y().size() - 1, width = grid.nodes_x();
   own_.assign(columns * rows * kOwn, 0.0);
   passing_.assign(columns * rows * kPowers, 0.0);
-  for (const Edge& edge : edges_) add_edge(grid, edge);
+  for (const Segment& edge : edges_) {
+    const double start[2] = {edge.start.x, edge.start.y}, end[2] = {edge.end.x, edge.end.y};
+    visit_pieces(grid.x(), grid.y(), start, end,
+                 [&](const double* from, const double* to, std::size_t column, std::size_t row) {
+                   add_piece(grid, from, to, column, row);
+                 });
+  }
   std::fill(forces, forces + 3 * width * grid.nodes_y(), 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
     double right[kPowers] = {};
@@ -161,47 +158,16 @@ void LinearTraction::nodal_forces(const SurfaceGrid& grid, const double* coeffic
   }
 }
 
-// Split an edge at the grid lines, as SurfaceGrid::add_edge does.
-void LinearTraction::add_edge(const SurfaceGrid& grid, const Edge& edge) {
-  const double direction[2] = {edge.end.x - edge.start.x, edge.end.y - edge.start.y};
-  const double start[2] = {edge.start.x, edge.start.y};
-  if (direction[1] == 0.0) return;
-  crossings_.clear();
-  for (int axis = 0; axis < 2; ++axis) {
-    if (direction[axis] == 0.0) continue;
-    for (const double line : axis == 0 ? grid.x() : grid.y()) {
-      const double at = (line - start[axis]) / direction[axis];
-      if (at > 0.0 && at < 1.0) crossings_.push_back(at);
-    }
-  }
-  std::sort(crossings_.begin(), crossings_.end());
-  crossings_.push_back(1.0);
-  Point begin = edge.start;
-  double last = 0.0;
-  for (const double at : crossings_) {
-    if (at <= last) continue;
-    const Point finish = at == 1.0 ? edge.end : Point{start[0] + at * direction[0], start[1] + at * direction[1]};
-    add_piece(grid, begin, finish);
-    begin = finish;
-    last = at;
-  }
-}
-
-void LinearTraction::add_piece(const SurfaceGrid& grid, const Point& start, const Point& end) {
-  const double height = (start.y + end.y) / 2;
-  if (!(height > grid.low_y() && height < grid.high_y()) || start.y == end.y) return;
-  const auto element = [](const std::vector<double>& ends, double at) {
-    const auto after = std::upper_bound(ends.begin() + 1, ends.end() - 1, at);
-    return static_cast<std::size_t>(after - ends.begin()) - 1;
-  };
-  const std::size_t column = element(grid.x(), (start.x + end.x) / 2), row = element(grid.y(), height);
+void LinearTraction::add_piece(const SurfaceGrid& grid, const double* start, const double* end, std::size_t column,
+                               std::size_t row) {
   const double half_x = (grid.x()[column + 1] - grid.x()[column]) / 2;
   const double per_y = 2.0 / (grid.y()[row + 1] - grid.y()[row]);
   const std::size_t place = row * (grid.x().size() - 1) + column;
   double* own = own_.data() + place * kOwn;
   double* passing = passing_.data() + place * kPowers;
   for (int g = 0; g < kNodes; ++g) {
-    const double x = start.x + kGauss.nodes[g] * (end.x - start.x), y = start.y + kGauss.nodes[g] * (end.y - start.y);
+    const double x = start[0] + kGauss.nodes[g] * (end[0] - start[0]);
+    const double y = start[1] + kGauss.nodes[g] * (end[1] - start[1]);
     const double xi = std::min(1.0, std::max(-1.0, (x - grid.x()[column]) / half_x - 1.0));
     const double eta = (y - grid.y()[row]) * per_y - 1.0;
     // Integrals of xi^a from the element's left boundary.
@@ -209,7 +175,7 @@ void LinearTraction::add_piece(const SurfaceGrid& grid, const Point& start, cons
     for (std::size_t a = 0; a < kPowers; ++a, power *= xi, sign = -sign) {
       left[a] = half_x * (power - sign) / static_cast<double>(a + 1);
     }
-    double weight = (end.y - start.y) * kGauss.weights[g];
+    double weight = (end[1] - start[1]) * kGauss.weights[g];
     for (std::size_t b = 0; b < kPowers; ++b, weight *= eta) {
       passing[b] += weight;
       for (std::size_t a = 0; a < kPowers; ++a) own[b * kPowers + a] += weight * left[a];

@@ -9,23 +9,14 @@
 
 namespace mjtactile {
 
-// Area of a polygon [m^2], and its integrals of x, y [m^3], x^2, x y and y^2 [m^4].
-struct AreaIntegrals {
-  double area, x, y, xx, xy, yy;
-};
-
 // An area in the pad frame, given by its edges [m]. The area is on the left of each edge. It owns its memory, which is
 // kept between calls.
 class LinearTraction {
  public:
-  struct Edge {
-    Point start, end;
-  };
-
   // Set the area to that of a face at a placement.
   void cover(const Face& face, const Placement& placement);
   const AreaIntegrals& integrals() const { return integrals_; }
-  const std::vector<Edge>& edges() const { return edges_; }
+  const std::vector<Segment>& edges() const { return edges_; }
   const std::vector<Point>& hull() const { return hull_; }   // convex hull of the face, counter-clockwise
   // Clip the area to the half plane where a linear function (constant, slopes along x and y) is positive.
   void keep_where(const double* function);
@@ -38,23 +29,22 @@ class LinearTraction {
   void nodal_forces(const SurfaceGrid& grid, const double* coefficients, double* forces);
 
  private:
-  void add_edge(const SurfaceGrid& grid, const Edge& edge);
-  void add_piece(const SurfaceGrid& grid, const Point& start, const Point& end);
+  void add_piece(const SurfaceGrid& grid, const double* start, const double* end, std::size_t column, std::size_t row);
 
   AreaIntegrals integrals_ = {};
-  std::vector<Edge> edges_;
+  std::vector<Segment> edges_;
   std::vector<Point> hull_;
-  std::vector<Edge> cut_;
+  std::vector<Segment> cut_;
   std::vector<Point> meets_;
-  // Moments per element of the edges in it, and of those right of it, as in SurfaceGrid; scratch for add_edge().
-  std::vector<double> own_, passing_, crossings_;
+  // Moments per element of the edges in it, and of those right of it, as in SurfaceGrid.
+  std::vector<double> own_, passing_;
 };
 
 // Integrals over an area, about the pad's origin. They are summed about the point `near`, which should be close to the
 // area, because cancellation is least there.
-AreaIntegrals integrals_of(const std::vector<LinearTraction::Edge>& edges, const Point& near);
+AreaIntegrals integrals_of(const std::vector<Segment>& edges, const Point& near);
 // Set `part` to the edges of the part of an area where a linear function is positive. `meets` is scratch memory.
-void cut_where(const std::vector<LinearTraction::Edge>& edges, const double* function, std::vector<Point>& meets,
-               std::vector<LinearTraction::Edge>& part);
+void cut_where(const std::vector<Segment>& edges, const double* function, std::vector<Point>& meets,
+               std::vector<Segment>& part);
 
 }  // namespace mjtactile

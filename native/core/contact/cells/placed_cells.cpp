@@ -46,22 +46,15 @@ void visit_sides(const std::vector<Point>& ring, Visit&& visit) {
 
 // Angle of the principal axis of inertia [rad]; 0 if the area has none. `middle`: a point near the area.
 double direction_of_length(const Outline& outline, const Point& middle) {
-  double area = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
+  AreaIntegrals all;
   for (const std::vector<Point>& ring : outline.rings) {
     visit_sides(ring, [&](const Point& start, const Point& end) {
-      const double x0 = start.x - middle.x, y0 = start.y - middle.y, x1 = end.x - middle.x, y1 = end.y - middle.y;
-      const double cross = x0 * y1 - x1 * y0;
-      area += cross / 2;
-      x += (x0 + x1) * cross / 6;
-      y += (y0 + y1) * cross / 6;
-      xx += (x0 * x0 + x0 * x1 + x1 * x1) * cross / 12;
-      yy += (y0 * y0 + y0 * y1 + y1 * y1) * cross / 12;
-      xy += (2 * x0 * y0 + x0 * y1 + x1 * y0 + 2 * x1 * y1) * cross / 24;
+      all.add(triangle_integrals({start.x - middle.x, start.y - middle.y}, {end.x - middle.x, end.y - middle.y}));
     });
   }
-  xx -= x * x / area;
-  yy -= y * y / area;
-  xy -= x * y / area;
+  // Second moments about the centroid.
+  const double xx = all.xx - all.x * all.x / all.area, yy = all.yy - all.y * all.y / all.area;
+  const double xy = all.xy - all.x * all.y / all.area;
   if (std::hypot(xx - yy, 2 * xy) < kLong * (xx + yy)) return 0.0;
   return levelled(within_quarter(0.5 * std::atan2(2 * xy, xx - yy)));
 }

@@ -147,7 +147,7 @@ PairShear near_shear(const CellRectangle& a, const CellRectangle& b) {
 
 CellRectangle::CellRectangle(const Point& at, double c, double s, const double* lengths)
     : middle(at), cosine(c), sine(s), sides{lengths[0], lengths[1]}, area(lengths[0] * lengths[1]),
-      reach(kFar * std::sqrt(lengths[0] * lengths[0] + lengths[1] * lengths[1]) / 2) {
+      near_radius(kFar * std::sqrt(lengths[0] * lengths[0] + lengths[1] * lengths[1]) / 2) {
   const double u = sides[0] * sides[0] / 12, v = sides[1] * sides[1] / 12;
   xx = c * c * u + s * s * v;
   yy = s * s * u + c * c * v;
@@ -155,8 +155,8 @@ CellRectangle::CellRectangle(const Point& at, double c, double s, const double* 
 }
 
 bool are_far(const CellRectangle& a, const CellRectangle& b) {
-  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, reach = a.reach + b.reach;
-  return x * x + y * y > reach * reach;
+  const double x = b.middle.x - a.middle.x, y = b.middle.y - a.middle.y, near = a.near_radius + b.near_radius;
+  return x * x + y * y > near * near;
 }
 
 void FarIntegrals::fit(const std::vector<CellRectangle>& kept) {
@@ -164,7 +164,7 @@ void FarIntegrals::fit(const std::vector<CellRectangle>& kept) {
   rows_.resize(7 * count_);
   double* to = rows_.data();
   for (const CellRectangle& one : kept) {
-    const double numbers[7] = {one.middle.x, one.middle.y, one.xx, one.xy, one.yy, one.area, one.reach};
+    const double numbers[7] = {one.middle.x, one.middle.y, one.xx, one.xy, one.yy, one.area, one.near_radius};
     for (std::size_t k = 0; k < 7; ++k) to[k * count_] = numbers[k];
     ++to;
   }
@@ -173,7 +173,7 @@ void FarIntegrals::fit(const std::vector<CellRectangle>& kept) {
 void FarIntegrals::of(const CellRectangle& own, std::size_t first, double* values) const {
   const double* rows[7];
   for (std::size_t k = 0; k < 7; ++k) rows[k] = rows_.data() + k * count_ + first;
-  kernels().integrate_far({own.middle.x, own.middle.y, own.xx, own.xy, own.yy, own.area, own.reach},
+  kernels().integrate_far({own.middle.x, own.middle.y, own.xx, own.xy, own.yy, own.area, own.near_radius},
                           {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6]}, count_ - first, values);
 }
 

@@ -15,8 +15,8 @@ struct CellRectangle {
 
   Point middle;
   double cosine, sine, sides[2];
-  // Area [m^2]; two rectangles are far apart if their distance is above the sum of their reach [m].
-  double area, reach;
+  // Area [m^2]; two rectangles are far apart if their distance is above the sum of their `near_radius` [m].
+  double area, near_radius;
   double xx, xy, yy;     // second moments about the middle, over the area [m^2]
 };
 
@@ -34,7 +34,7 @@ class FarIntegrals {
 
  private:
   std::size_t count_ = 0;
-  std::vector<double> rows_;   // (7, rectangles): middle, second moments, area and reach
+  std::vector<double> rows_;   // (7, rectangles): middle, second moments, area and near radius
 };
 
 // Integrals of the kernels of shear over a pair: y^2/r^3, -x y/r^3, x^2/r^3, x/r^2 and y/r^2 [m^3]. (x, y) points from

@@ -14,15 +14,16 @@ struct Edge {
   double length;
 };
 
-// Double integrals over a pair of edges, r and (x, y) from the second to the first: of the distance [m^3], and of
-// x (2 ln r - 1) / 4 and y (2 ln r - 1) / 4, whose Laplacians are x/r^2 and y/r^2.
+// Integrals over a pair of edges: of the distance r [m^3], and of x (2 ln r - 1) / 4 and y (2 ln r - 1) / 4 [m^3],
+// whose Laplacians are x/r^2 and y/r^2. (x, y) points from the second edge to the first.
 struct EdgePair {
   double distance = 0.0;
   Point coupling = {0.0, 0.0};
 };
 
-// Integral of (x, y) (2 ln r - 1) / 4 along a line to the point from which it is seen, along it and to its left. Of
-// s (ln r^2 - 1) it is 1/2 r^2 ln r^2 - s^2; of ln r^2 - 1 it is s ln r^2 - 3 s plus 2 d times the angle of the line.
+// Integral of (x, y) (2 ln r - 1) / 4 along a line. (x, y) points from the line to the point from which it is seen; the
+// result has its components along the line and to its left. With the coordinate s along the line and its distance d,
+// the antiderivative of s (ln r^2 - 1) is r^2 ln r^2 / 2 - s^2. That of ln r^2 - 1 is s ln r^2 - 3 s + 2 d atan(s / d).
 Point line_coupling(const SeenLine& line) {
   const auto [low, high, beside] = line;
   const double square = beside * beside, length = high - low;
@@ -34,7 +35,7 @@ Point line_coupling(const SeenLine& line) {
   return {-along / 4, -across / 4};
 }
 
-// Gauss points on the first edge, the closed form along the second one.
+// Near edges: Gauss points on the first edge, closed form along the second one.
 EdgePair near_pair(const Edge& first, const Edge& second) {
   EdgePair sum;
   const double u = second.unit.x, v = second.unit.y;
@@ -52,7 +53,7 @@ EdgePair near_pair(const Edge& first, const Edge& second) {
   return sum;
 }
 
-// Of edges far apart: a Taylor series to second order about the middles, and Gauss points.
+// Far edges: a Taylor series of second order about the middles for the distance, Gauss points for the coupling.
 EdgePair far_pair(const Edge& first, const Edge& second, double distance) {
   EdgePair pair;
   const double x = first.middle.x - second.middle.x, y = first.middle.y - second.middle.y;
@@ -87,7 +88,7 @@ EdgePair pair_of(const Edge& first, const Edge& second) {
   if (std::abs(longer) > kSameLength * lengths) {
     return longer > 0.0 ? reversed(near_pair(second, first)) : near_pair(first, second);
   }
-  // On both in turn, so that no order is preferred.
+  // For equally long edges the mean of both orders is used, so that the result does not depend on their order.
   const EdgePair one = near_pair(first, second), other = reversed(near_pair(second, first));
   return {(one.distance + other.distance) / 2,
           {(one.coupling.x + other.coupling.x) / 2, (one.coupling.y + other.coupling.y) / 2}};
@@ -106,7 +107,7 @@ void integrate_edges(const Face& face, ShearIntegrals& integrals) {
   resize(integrals, cells);
   const auto edge_at = [&](std::size_t i) {
     const CellEdge& at = face.edges[i];
-    // About the first corner: coordinates far from their origin have fewer digits.
+    // Coordinates are relative to the first corner, because rounding errors grow with the distance from the origin.
     const double* origin = face.edges.front().start;
     const double x = at.end[0] - at.start[0], y = at.end[1] - at.start[1], length = std::sqrt(x * x + y * y);
     return Edge{{(at.start[0] + at.end[0]) / 2 - origin[0], (at.start[1] + at.end[1]) / 2 - origin[1]},
@@ -120,7 +121,7 @@ void integrate_edges(const Face& face, ShearIntegrals& integrals) {
       const Edge second = edge_at(f);
       if (!(second.length > 0.0)) continue;
       const auto [distance, coupling] = pair_of(first, second);
-      // Outward normals of the cells on the left; those on the right have the opposite ones.
+      // Outward normals of the cells on the left. Those of the cells on the right are the opposite.
       const double a[2] = {first.unit.y, -first.unit.x}, b[2] = {second.unit.y, -second.unit.x};
       const double both = a[0] * b[0] + a[1] * b[1];
       const double xx = a[0] * b[0] * distance, yy = a[1] * b[1] * distance;

@@ -13,15 +13,15 @@
 
 namespace mjtactile {
 
-// Integrals over pairs of cells (cells, cells) [m^3], r and (x, y) from a point of the second cell to one of the first,
-// along the axes of the cells' own frame. Those of 1/r are a face's own.
+// Integrals over pairs of cells (cells, cells) [m^3] of the kernels of shear. (x, y) points from the second cell to the
+// first, along the axes of the cells' own frame, and r is its length. For the integrals of 1/r, see Face.
 struct ShearIntegrals {
   std::vector<double> xx, xy, yy;     // of y^2/r^3, -x y/r^3 and x^2/r^3
   std::vector<double> along, across;  // of x/r^2 and y/r^2
 };
 
-// Integrals over the cells of a face, from its edges. It takes a time that grows with the square of their number: for
-// faces that are made once.
+// Compute the integrals over the cells of a face from its edges. The time grows with the square of the number of edges,
+// so this is for faces that are made once.
 void integrate_edges(const Face& face, ShearIntegrals& integrals);
 
 }  // namespace mjtactile

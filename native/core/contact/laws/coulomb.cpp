@@ -7,17 +7,19 @@
 namespace mjtactile {
 namespace {
 
-// Rounds of pressing and shear, the change of forces at which they agree, over the force, and
-// one that serves where a cell on the verge keeps them apart or the work is spent.
+// Largest number of rounds, each of which solves for the pressure and then for the shear. They agree if no force
+// changes by more than the fraction kAgreed of the load. If a cell on the verge of contact prevents that, or the work
+// is spent, a change of kSufficient is accepted.
 constexpr int kRounds = 40;
 constexpr double kAgreed = 1e-10, kSufficient = 1e-4;
-// Rounds after which what the shear lifts is changed by a part only, and that part.
+// After kUndamped rounds, the surface's lift by the shear is changed only by the fraction kDamping of its difference.
 constexpr int kUndamped = 12;
 constexpr double kDamping = 0.3;
-// Multiplications for shear under the last pressure; factorisations that a round of pressing and shear may take.
+// Multiplications allowed for the shear under the last pressure, and number of factorisations that one round may need.
 constexpr double kLastWork = 5e6, kReserve = 2.0;
 
-// Shear under the pressure `work.normal`; false where it slides in proportion for want of anything better.
+// Solve for the shear under the pressure `work.normal`. False if no method converges; the shear is then that of sliding
+// cells, scaled to the load.
 bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& slides) {
   const double friction = problem.friction;
   double wanted[3];
@@ -33,7 +35,7 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& sl
     return true;
   }
   work.displace(problem.cells, *problem.compliance, work.normal.data());
-  const SlipProblem slip = {work.tangential, work.grip, work.slipped.data(), wanted};
+  const SlipProblem slip = {work.tangential, work.grip, work.free_slip.data(), wanted};
   if (work.slip.solve(slip, friction, known, work.limit, work.shear.data())) {
     return true;
   }
@@ -42,8 +44,8 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& sl
   return false;
 }
 
-// Cells stick where they can and slip where |t| reaches mu F; pressure and slip are solved for in turn until they
-// agree.
+// Cells stick where |t| < mu F and slip where it reaches this limit. Pressure and shear are solved alternately until
+// they agree.
 class Coulomb final : public TangentialChoice {
  public:
   const char* name() const override { return "coulomb"; }
@@ -81,8 +83,8 @@ class Coulomb final : public TangentialChoice {
     }
     work.normal.assign(cells.pressing, cells.pressing + count);
     work.found.assign(2 * count, 0.0);
-    work.lifted.assign(reached, 0.0);
-    work.lifts.resize(reached);
+    work.lift.assign(reached, 0.0);
+    work.new_lift.resize(reached);
     ShearOutcome outcome;
     bool agreed = false, settled = true;
     double change = total;
@@ -93,17 +95,17 @@ class Coulomb final : public TangentialChoice {
         if (!work.limit.leaves(2 * work.held.size(), kReserve)) break;
         if (round == 1 || work.held != work.last_held) work.mixing.forget();
         for (std::size_t i = 0; i < reached; ++i) {
-          work.lifts[i] = -dot(compliance[2 * count + work.reached[i]], work.found.data(), 2 * count);
-          // What the surface was lifted by is not what the shear does: as forces, by the cell's own compliance.
-          changed = std::max(changed, std::abs(work.lifts[i] - work.lifted[i]) / work.pressed[i][i]);
+          work.new_lift[i] = -dot(compliance[2 * count + work.reached[i]], work.found.data(), 2 * count);
+          // The error of the assumed lift, converted to a force by the cell's own compliance.
+          changed = std::max(changed, std::abs(work.new_lift[i] - work.lift[i]) / work.pressed[i][i]);
           work.start[i] = work.normal[work.reached[i]] > 0.0 ? 1 : 0;
         }
         if (round <= kUndamped) {
-          work.mixing.next(work.lifts, work.lifted);
+          work.mixing.next(work.new_lift, work.lift);
         } else {
-          for (std::size_t i = 0; i < reached; ++i) work.lifted[i] += kDamping * (work.lifts[i] - work.lifted[i]);
+          for (std::size_t i = 0; i < reached; ++i) work.lift[i] += kDamping * (work.new_lift[i] - work.lift[i]);
         }
-        for (std::size_t i = 0; i < reached; ++i) work.heights[i] = work.gaps[i] + work.lifted[i];
+        for (std::size_t i = 0; i < reached; ++i) work.heights[i] = work.gaps[i] + work.lift[i];
         if (!work.limit.factorisation(reached) ||
             !work.contact.solve({&work.pressed, work.modes.data(), motions, work.heights.data(), resultants},
                                 work.start.data())) {
@@ -136,7 +138,7 @@ class Coulomb final : public TangentialChoice {
       agreed = change <= kAgreed * total;
     }
     if (!agreed && settled && !outcome.slides) {
-      // The work is spent, or pressure and shear keep each other going: shear that suits the last pressure.
+      // The work is spent, or pressure and shear do not converge. Solve for the shear under the last pressure.
       work.limit.allow(work.patience * kLastWork);
       settled = slipping(problem, work, true, outcome.slides);
     }

@@ -5,6 +5,7 @@
 namespace mjtactile {
 namespace {
 
+// Solve for pressure and shear together. False if no contact is found.
 bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   const PressedCells& cells = problem.cells;
   const double* wrench = problem.wrench;
@@ -42,22 +43,23 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   return true;
 }
 
-// Shear of cells that all stick, on what is pressed without it.
+// Solve for the shear if all cells that press without friction stick, with the pressure unchanged. False if the
+// compliance is not positive definite.
 bool bonded_as_pressed(const ShearProblem& problem, ShearWork& work, double* forces) {
   const PressedCells& cells = problem.cells;
   work.hold(cells, cells.pressing);
   work.displace(cells, *problem.compliance, cells.pressing);
   double wanted[3];
   work.grip.about_centre(problem.wrench, problem.wrench[5], wanted);
-  work.allow();  // once more: it takes one factorisation
-  if (!work.slip.bonded({work.tangential, work.grip, work.slipped.data(), wanted}, work.limit, work.shear.data())) {
+  work.allow();  // the work may be spent already, and this takes only one factorisation
+  if (!work.slip.bonded({work.tangential, work.grip, work.free_slip.data(), wanted}, work.limit, work.shear.data())) {
     return false;
   }
   work.write(cells, cells.pressing, forces);
   return true;
 }
 
-// Whether friction holds a wrench's shear and torsion under the pressure of these forces.
+// Whether friction carries the wrench's shear and torsion under the pressure of these forces.
 bool holds(const ShearProblem& problem, ShearWork& work, const double* forces) {
   const PressedCells& cells = problem.cells;
   work.normal.resize(cells.count);
@@ -68,7 +70,7 @@ bool holds(const ShearProblem& problem, ShearWork& work, const double* forces) {
   return !work.grip.nearest(wanted, problem.friction, work.shear.data());
 }
 
-// No cell slips; pressure and shear are solved for together.
+// No cell slips. Pressure and shear are solved together.
 class Stick final : public TangentialChoice {
  public:
   const char* name() const override { return "stick"; }

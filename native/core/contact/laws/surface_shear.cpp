@@ -9,7 +9,7 @@
 namespace mjtactile {
 namespace {
 
-// Multiplications that one contact may spend on factorisations, some milliseconds.
+// Limit on the multiplications in factorisations for one contact, which take some milliseconds.
 constexpr double kWork = 2e7;
 
 bool finite(const double* numbers, std::size_t count) {
@@ -69,10 +69,10 @@ void ShearWork::write(const PressedCells& cells, const double* normal_forces, do
 
 void ShearWork::displace(const PressedCells& cells, const Matrix& compliance, const double* normal_forces) {
   const std::size_t size = held.size(), count = cells.count;
-  slipped.resize(2 * size);
+  free_slip.resize(2 * size);
   for (std::size_t a = 0; a < 2; ++a) {
     for (std::size_t i = 0; i < size; ++i) {
-      slipped[a * size + i] = -dot(compliance[a * count + held[i]] + 2 * count, normal_forces, count);
+      free_slip[a * size + i] = -dot(compliance[a * count + held[i]] + 2 * count, normal_forces, count);
     }
   }
   if (gathered == held) return;

@@ -58,11 +58,12 @@ struct ShearWork {
   std::vector<std::size_t> gathered, last_held;  // cells whose compliance was gathered; held cells of the last round
   std::vector<std::uint8_t> start;
   std::vector<Point> levers;
-  std::vector<double> heights, gaps, modes, lifted, lifts;  // of the cells reached
+  std::vector<double> heights, gaps, modes;   // of the cells reached
+  std::vector<double> lift, new_lift;         // by which shear lifts the surface under them: assumed, and resulting [m]
   SecantMixing mixing;
   std::vector<double> normal, found, spread, last;   // of all cells: normal forces, and shear (2, count)
   std::vector<double> coupled;                       // forces of a bonded contact without bounds on the cells
-  std::vector<double> shear, slipped;                // of the held cells
+  std::vector<double> shear, free_slip;              // of the held cells: shear, and slip by the pressure alone
 
   // Reset the limit of work for a new contact.
   void allow();

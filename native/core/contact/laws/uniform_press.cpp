@@ -46,7 +46,7 @@ bool UniformPress::solve(const Face& face, const Placement& placement, const Sur
     traction_.nodal_forces(grid, coefficients, forces);
   }
   peak_ = 0.0;
-  for (const LinearTraction::Edge& edge : traction_.edges()) {
+  for (const Segment& edge : traction_.edges()) {
     peak_ = std::max(peak_, -coefficients[6] - coefficients[7] * edge.start.x - coefficients[8] * edge.start.y);
   }
   return true;
@@ -60,7 +60,7 @@ bool UniformPress::find_part(const double* moments) {
   scale_ = std::sqrt(all.area);
   // Coordinates about the face's centroid, over the square root of its area.
   whole_.clear();
-  for (const LinearTraction::Edge& edge : traction_.edges()) {
+  for (const Segment& edge : traction_.edges()) {
     whole_.push_back({{(edge.start.x - centre_.x) / scale_, (edge.start.y - centre_.y) / scale_},
                       {(edge.end.x - centre_.x) / scale_, (edge.end.y - centre_.y) / scale_}});
   }

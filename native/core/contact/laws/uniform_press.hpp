@@ -31,7 +31,7 @@ class UniformPress {
   bool hold(const SurfaceGrid& grid, double friction, double* wrench, const double* forces);
 
   LinearTraction traction_;
-  std::vector<LinearTraction::Edge> whole_, part_;
+  std::vector<Segment> whole_, part_;
   std::vector<Point> crossings_;
   Point centre_ = {0.0, 0.0};
   double scale_ = 1.0, carried_[6] = {}, peak_ = 0.0;

@@ -1,6 +1,6 @@
 // A rigid body pressed into an elastic surface that sticks to it where they touch. Pressure and shear are solved
-// together. At the rim of the contact there may be cells on which sticking would pull, though without it they press:
-// these slip.
+// together. At the rim of the contact some cells would pull if they stuck, but overlap if they were free. These cells
+// press without shear.
 #pragma once
 
 #include <cstddef>
@@ -47,23 +47,25 @@ class BondedContact {
   std::size_t last_violated() const;
   void hold_pressed(const BondedProblem& problem);
   void set_modes();
-  void set_right();
+  void set_right_sides();
   MotionStiffness stiffness_on_held() const;
-  void set_plain_forces();
-  bool spread_forces(const BondedProblem& problem);
+  void set_held_forces();
+  bool scatter_forces(const BondedProblem& problem);
   bool balances() const;
 
   std::size_t count_ = 0;
   const Point* levers_ = nullptr;
   bool tilting_ = true;
-  double unit_ = 1.0, wanted_[kMotions] = {}, motion_[kMotions] = {}, worst_ = 0.0;
-  std::vector<double> heights_, forces_, plain_, separation_, spread_;
+  double force_unit_ = 1.0;   // forces are divided by it in the linear system [N]
+  double wanted_[kMotions] = {}, motion_[kMotions] = {};
+  double worst_ = 0.0;        // largest violation, over the largest force or separation [-]
+  std::vector<double> heights_, forces_, held_forces_, separation_, all_forces_;
   std::vector<std::uint8_t> pressed_, slips_, violated_;
   std::vector<Held> held_;
   std::vector<std::size_t> order_, unknowns_;
   SeenCells seen_;
   SubmatrixFactor factor_;
-  Matrix right_, modes_;
+  Matrix right_sides_, modes_;
 };
 
 }  // namespace mjtactile

@@ -36,35 +36,41 @@ class PartialSlip {
  private:
   void scale(const SlipProblem& problem, double unit, bool same);
   bool newton(bool known, WorkLimit& limit);
-  bool newton_step(bool sticks, bool again, WorkLimit& limit);
-  bool linearise(bool sticks, std::size_t stuck, WorkLimit& limit);
-  // Where the interior-point method stands: the mean of multiplier times slack, the largest error of the equations, the
-  // least slack, and what the resultants miss.
-  struct OnPath {
+  bool newton_step(bool all_stick, bool same_system, WorkLimit& limit);
+  bool linearise(bool all_stick, std::size_t stuck, WorkLimit& limit);
+  // State of the interior-point method: the mean product of multiplier and slack, the largest error of the equations,
+  // the least slack, and the missing resultants.
+  struct PathState {
     double gap = INFINITY, error = INFINITY, tightest = INFINITY, missing[3] = {};
   };
-  bool interior(WorkLimit& limit);
+  bool interior_point(WorkLimit& limit);
   void measure_slack();
-  OnPath interior_residual();
-  bool interior_step(const OnPath& here);
+  PathState interior_residual();
+  bool interior_step(const PathState& here);
   double share_inside();
   void displace();
   double residual();
   void missing(double* missing) const;
   bool balance();
-  void nearly_slide(const double* direction);
+  void start_near_sliding(const double* direction);
 
   std::size_t cells_ = 0;
-  double give_ = 1.0, unit_ = 1.0, turn_ = 1.0;  // units: compliance [m/N], force [N], lever arm over the length [-]
+  // Units in which the problem is scaled: compliance [m/N], force [N], lever arm over the length [-].
+  double compliance_unit_ = 1.0, force_unit_ = 1.0, lever_unit_ = 1.0;
   double wanted_[3] = {}, motion_[3] = {};
-  Matrix own_, factor_, right_;
-  std::vector<double> modes_;  // displacement per motion, (3, 2 cells)
-  std::vector<double> shear_, load_, radius_, moved_, pushed_, bend_, known_;
-  std::vector<double> multiplier_, slack_, change_, slide_, axis_;
+  Matrix compliance_, factor_, right_;
+  std::vector<double> modes_;        // displacement per motion, (3, 2 cells)
+  std::vector<double> free_slip_;    // slip by the pressure alone
+  std::vector<double> shear_, trial_, displacement_;
+  std::vector<double> radius_;       // of the friction circles
+  std::vector<double> radial_step_;  // step of slipping cells onto their circles
+  std::vector<double> axis_, curvature_;   // per unknown: its direction, and the circle's part of the system's diagonal
+  std::vector<double> change_, interior_shear_;
+  std::vector<double> multiplier_, slack_, multiplier_change_;
   std::vector<std::uint8_t> slips_;
   bool all_stick_ = false;  // whether `factor_` holds the system of these cells when all of them stick
-  bool slid_ = false;       // whether all cells slid in the last solution
-  std::vector<std::uint32_t> cell_of_;
+  bool all_slid_ = false;   // whether all cells slid in the last solution
+  std::vector<std::uint32_t> cell_of_;   // cell of each unknown
 };
 
 }  // namespace mjtactile
