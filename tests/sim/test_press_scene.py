@@ -3,6 +3,7 @@
 import itertools
 import runpy
 from pathlib import Path
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -202,8 +203,8 @@ def test_the_scene_can_be_edited_before_it_is_compiled():
     [
         (lambda: press_scene("hexagon"), IndenterError, r"Available: circle"),
         (lambda: press_scene("none.stl"), IndenterError, "no mesh file none.stl"),
-        (lambda: press_scene(None), IndenterError, "is of type NoneType; expected a trimesh.Trimesh or the path"),
-        (lambda: force_vector("1N"), PadError, "magnitude = '1N'; expected a number of newtons"),
+        (lambda: press_scene(cast(Any, None)), IndenterError, "is of type NoneType; expected a trimesh.Trimesh or the path"),
+        (lambda: force_vector(cast(Any, "1N")), PadError, "magnitude = '1N'; expected a number of newtons"),
         (lambda: press_scene("star", shift=(13e-3, 0.0)), SceneError, "misses the pad.*Shift it less"),
         (lambda: press_scene("square", shift=(12.45e-3, 0.0)), SceneError, "only a sliver of indenter 'square'"),
         (lambda: press_star((0.0, 0.0, 0.1)), SceneError, "does not press"),
