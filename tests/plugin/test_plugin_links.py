@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from bodies_of_model import compare
 
 import mjtactile  # noqa: F401  (registers the plugin)
 
@@ -77,3 +78,19 @@ NEAR = {
 def test_what_the_pad_reaches_presses_too(near):
     box = '<geom type="box" size=".003 .003 .005" pos=".003 -.002 .00749"/>'
     assert np.abs(pressed("", beside=box + near) - pressed("", beside=box)).max() > 100.0
+
+
+@pytest.mark.parametrize("links", LINKS.values(), ids=LINKS)
+def test_welded_links_are_read_as_by_the_dense_contact(links):
+    """A ball and a rod, which the pad meets at two places of one rigid body."""
+    parts = (
+        '<geom type="sphere" size=".003" pos="-.004 0 -.002"/>',
+        '<geom type="capsule" size=".003 .002" pos=".002 0 -.002" euler="90 0 0"/>',
+    )
+    body = f'<body pos=".001 -.001 .00748" euler="0 0 20">{links.format(*parts)}</body>'
+    model = mujoco.MjModel.from_xml_string(SCENE.format(world=body))
+    data = mujoco.MjData(model)
+    data.xfrc_applied[model.body("finger").id, 2] = 0.5
+    mujoco.mj_step(model, data, 300)
+    assert data.ncon >= 2
+    assert compare(model, data, cells=1000).error <= 0.15
