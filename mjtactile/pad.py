@@ -579,7 +579,11 @@ def force_vector(magnitude: float, tilt_deg: float = 0.0, azimuth_deg: float = 0
         magnitude: F [N]; 1 gf is 9.80665e-3 N.
         tilt_deg: angle t between the force and the pad's inward normal (-z) [deg].
         azimuth_deg: direction a of the tangential part, counter-clockwise from +x towards +y [deg].
+
+    Raises:
+        PadError: the magnitude is not a number.
     """
+    magnitude = _number("magnitude", magnitude, " of newtons")
     tilt, azimuth = math.radians(tilt_deg), math.radians(azimuth_deg)
     tangential = math.sin(tilt)
     return magnitude * np.array([tangential * math.cos(azimuth), tangential * math.sin(azimuth), -math.cos(tilt)])

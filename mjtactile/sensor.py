@@ -16,11 +16,10 @@ from mjtactile.contact.options import contact_options
 from mjtactile.errors import ContactWarning, FootprintError, SceneError, of_type
 from mjtactile.fidelity import DEFAULT, Fidelity
 from mjtactile.geometry.planar import areal
-from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
 from mjtactile.pad import Pad, require_pad
-from mjtactile.plugin.attributes import plugin_sensor
+from mjtactile.plugin.attributes import plugin_sensor, shared_influence
 from mjtactile.plugin.health import Health
 from mjtactile.plugin.reader import NativeReader
 from mjtactile.plugin.reading import Reading
@@ -92,7 +91,7 @@ class TactileSensor:
                 f"the influence matrices belong to a {influence.pad.summary}, the sensor to a {self.pad.summary}. "
                 "Make them with influence_matrices(pad)."
             )
-        self.influence = influence_matrices(self.pad, fidelity) if influence is None else influence
+        self.influence = shared_influence(self.pad, fidelity) if influence is None else influence
         self.law = self.influence.fidelity.law if law is None else law
         self.tangential, self.friction, self.tilt = tangential, friction, "free" if tilt is None else tilt
         options = contact_options(self.influence, law=law, tangential=tangential, friction=friction, tilt=self.tilt)

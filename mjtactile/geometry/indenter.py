@@ -254,6 +254,9 @@ def mesh_indenter(mesh: trimesh.Trimesh | str | Path, *, name: str = "mesh", sca
     """
     _require_positive("scale", scale)
     if not isinstance(mesh, trimesh.Trimesh):
+        if not isinstance(mesh, str | Path):
+            kind = type(mesh).__name__
+            raise IndenterError(f"the mesh is of type {kind}; expected a trimesh.Trimesh or the path of a file.")
         mesh = _loaded(Path(mesh))
     if len(mesh.faces) > MOST_TRIANGLES:
         raise IndenterError(

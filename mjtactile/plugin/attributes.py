@@ -16,7 +16,7 @@ import numpy as np
 from mjtactile._native import library, pointer
 from mjtactile.contact.options import TANGENTIALS, TILTS, contact_options
 from mjtactile.errors import MeshError, PresetError, SceneError, of_type
-from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, fidelity_from_text
+from mjtactile.fidelity import CONTACT_LAWS, DEFAULT, PRESETS, Fidelity, as_fidelity, fidelity_from_text
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices, load_influence, read_influence
 from mjtactile.pad import Pad
@@ -84,7 +84,12 @@ class Attributes:
 def _influence(pad: str, fidelity: str) -> InfluenceMatrices:
     known = named_pad(pad)
     chosen = _chosen_fidelity(fidelity) if fidelity else None
-    return _loaded(pad, chosen, _version(pad)) if known is None else _loaded(known, chosen)
+    return _of_file(pad, chosen, _version(pad)) if known is None else shared_influence(known, chosen or DEFAULT)
+
+
+def shared_influence(pad: Pad, fidelity: str | Fidelity) -> InfluenceMatrices:
+    """Influence matrices of a pad, loaded once per process for sensors with and without the plugin."""
+    return _of_pad(pad, as_fidelity(fidelity))
 
 
 def _version(path: str) -> tuple[int, int]:
@@ -103,11 +108,13 @@ def _chosen_fidelity(text: str) -> Fidelity:
 
 
 @lru_cache(maxsize=64)
-def _loaded(pad: Pad | str, fidelity: Fidelity | None, _version: tuple[int, int] | None = None) -> InfluenceMatrices:
-    """Influence matrices of a pad, or of a version of a file; cached once also for a pad with two names."""
-    if isinstance(pad, str):
-        return load_influence(pad, fidelity=fidelity)
-    return influence_matrices(pad, DEFAULT if fidelity is None else fidelity)
+def _of_pad(pad: Pad, fidelity: Fidelity) -> InfluenceMatrices:
+    return influence_matrices(pad, fidelity)
+
+
+@lru_cache(maxsize=64)
+def _of_file(path: str, fidelity: Fidelity | None, _version: tuple[int, int]) -> InfluenceMatrices:
+    return load_influence(path, fidelity=fidelity)
 
 
 class PluginSensor(NamedTuple):

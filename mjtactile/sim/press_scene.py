@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -47,7 +48,7 @@ class PressResult:
 
 
 def press_spec(
-    shape: str | Indenter | trimesh.Trimesh,
+    shape: str | Path | Indenter | trimesh.Trimesh,
     *,
     shift: tuple[float, float] = (0.0, 0.0),
     rotate_deg: float = 0.0,
@@ -65,7 +66,7 @@ def press_spec(
 
 
 def press_scene(
-    shape: str | Indenter | trimesh.Trimesh,
+    shape: str | Path | Indenter | trimesh.Trimesh,
     *,
     shift: tuple[float, float] = (0.0, 0.0),
     rotate_deg: float = 0.0,
@@ -78,7 +79,7 @@ def press_scene(
     part's centroid.
 
     Args:
-        shape: one of the seven punches by name, an `Indenter`, or a watertight mesh in metres.
+        shape: one of the seven punches by name, an `Indenter`, or a watertight mesh in metres or its file.
         shift: position of the indenter's origin in the pad frame [m].
         rotate_deg: counter-clockwise rotation about the indenter's origin, before the shift [deg].
         pad: the pad, of which only the shape is used; the default pad if None. On a flat pad, flat punches have feet.
@@ -136,10 +137,11 @@ def press(
     raise SceneError(_why_not_settled(command, wrench, error, time_limit, float(model.geom_friction[pad, 0])))
 
 
-def _as_indenter(shape: str | Indenter | trimesh.Trimesh) -> Indenter:
+def _as_indenter(shape: str | Path | Indenter | trimesh.Trimesh) -> Indenter:
     if isinstance(shape, Indenter):
         return shape
-    return punch(shape) if isinstance(shape, str) else mesh_indenter(shape)
+    # A punch has no dot in its name, a file has.
+    return punch(shape) if isinstance(shape, str) and not Path(shape).suffix else mesh_indenter(shape)
 
 
 def _feet(indenter: Indenter, pad: Pad, shift: tuple[float, float], rotate_deg: float) -> Array | None:

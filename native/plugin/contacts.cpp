@@ -128,13 +128,20 @@ std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom) 
   return pieces;
 }
 
-Touch& Contacts::touch_of(int body) {
+// The touch of the rigid body to which a body belongs. `welded`: for each body, the one to which it is welded.
+Touch& Contacts::touch_of(int body, const int* welded) {
   for (std::size_t i = 0; i < count; ++i) {
-    if (touches[i].body == body) return touches[i];
+    Touch& one = touches[i];
+    if (one.body != body && (body < 0 || one.body < 0 || welded[one.body] != welded[body])) continue;
+    const auto place = std::lower_bound(one.links.begin(), one.links.end(), body);
+    if (place == one.links.end() || *place != body) one.links.insert(place, body);
+    one.body = one.links.front();
+    return one;
   }
   if (touches.size() == count) touches.emplace_back();
   Touch& made = touches[count++];
   made.body = body;
+  made.links.assign(1, body);
   made.geometry = nullptr;
   made.pose = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}};
   made.sunk = made.friction = 0.0;
@@ -170,7 +177,8 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
     if (upright < kLeastUpright) continue;
     const int other = second ? pair[0] : pair[1];
-    Touch& touch = touch_of(other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other]);
+    Touch& touch = touch_of(other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other],
+                            field<const int*>(model, layout.model_body_weldid));
     for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];
     touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);
     const double* friction = &field<double>(contact, layout.contact_friction);

@@ -23,8 +23,9 @@ std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom);
 
 // All contacts of a pad's geoms.
 struct Contacts {
-  // Bodies that press on the sensing surface, by ascending number, with the sums of their contact wrenches. Number -1
-  // stands for all flexes. Only the first `count` entries belong to this state; memory is kept.
+  // Bodies that press on the sensing surface, by ascending number, with the sums of their contact wrenches. Bodies with
+  // no joint between them are links of one rigid body. Number -1 stands for all flexes. Only the first `count` entries
+  // belong to this state; memory is kept.
   std::vector<Touch> touches;
   std::size_t count = 0;
   double wrench[6];    // of all contacts [N, N m], pad frame, about its origin
@@ -37,7 +38,7 @@ struct Contacts {
               const std::vector<int>& pieces, const OuterSurface& surface);
 
  private:
-  Touch& touch_of(int body);
+  Touch& touch_of(int body, const int* welded);
 };
 
 }  // namespace mjtactile::mujoco

@@ -50,6 +50,57 @@ std::shared_ptr<const SharedMesh> shared_mesh(std::uint64_t key, double facing_g
   return found;
 }
 
+// Position [m] and unit quaternion of something.
+struct Placed {
+  double position[3] = {0.0, 0.0, 0.0}, orientation[4] = {1.0, 0.0, 0.0, 0.0};
+
+  Placed() = default;
+  Placed(const double* at, const double* turn) {
+    std::copy(at, at + 3, position);
+    std::copy(turn, turn + 4, orientation);
+  }
+};
+
+// Where something in the frame of `outer` is in the frame that `outer` is in.
+Placed seen_from(const Placed& outer, const Placed& inner) {
+  const double *a = outer.orientation, *b = inner.orientation;
+  const Pose turn = pose_of(outer.position, a);
+  Placed seen;
+  for (int i = 0; i < 3; ++i) {
+    seen.position[i] = outer.position[i];
+    for (int k = 0; k < 3; ++k) seen.position[i] += turn.rotation[3 * i + k] * inner.position[k];
+  }
+  seen.orientation[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+  seen.orientation[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+  seen.orientation[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
+  seen.orientation[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+  return seen;
+}
+
+// Where a body is in the frame of the one to which both are welded.
+Placed on_root(const Layout& layout, const Model* model, int body) {
+  const int root = field<const int*>(model, layout.model_body_weldid)[body];
+  Placed placed;
+  for (; body != root; body = field<const int*>(model, layout.model_body_parentid)[body]) {
+    placed = seen_from({field<const double*>(model, layout.model_body_pos) + 3 * body,
+                        field<const double*>(model, layout.model_body_quat) + 4 * body}, placed);
+  }
+  return placed;
+}
+
+// Where a body is in the frame of another that is welded to it.
+Placed between(const Layout& layout, const Model* model, int first, int body) {
+  const Placed base = on_root(layout, model, first);
+  Placed back;
+  for (int i = 1; i < 4; ++i) back.orientation[i] = -base.orientation[i];
+  back.orientation[0] = base.orientation[0];
+  const Pose turn = pose_of(base.position, back.orientation);
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) back.position[i] -= turn.rotation[3 * i + k] * base.position[k];
+  }
+  return seen_from(back, on_root(layout, model, body));
+}
+
 }  // namespace
 
 Pose pose_of(const double* position, const double* quaternion) {
@@ -76,9 +127,10 @@ bool can_be_seen(const Layout& layout, const Model* model, int geom) {
   return kind >= kPlane && kind <= kSdf;
 }
 
-std::shared_ptr<BodyGeometry> ModelGeometry::body(const Model* model, int body, int pad_geom) {
-  choose(model, body, pad_geom);
-  Known& known = known_[body];
+std::shared_ptr<BodyGeometry> ModelGeometry::body(const Model* model, const std::vector<int>& links, int pad_geom) {
+  geoms_.clear();
+  for (const int link : links) choose(model, link, links.front(), pad_geom);
+  Known& known = known_[links];
   if (known.geometry == nullptr || !(known.geoms == geoms_)) {
     known.geoms = geoms_;
     known.geometry = geoms_.empty() ? nullptr : make(model);
@@ -89,14 +141,14 @@ std::shared_ptr<BodyGeometry> ModelGeometry::body(const Model* model, int body, 
 void ModelGeometry::prepare(const Model* model, int pad_geom) {
   const int own = field<const int*>(model, layout_->model_geom_bodyid)[pad_geom];
   for (int k = 0; k < field<int>(model, layout_->model_nbody); ++k) {
-    if (k != own) body(model, k, pad_geom);
+    if (k != own) body(model, {k}, pad_geom);
   }
 }
 
-void ModelGeometry::choose(const Model* model, int body, int pad_geom) {
+void ModelGeometry::choose(const Model* model, int link, int first, int pad_geom) {
   const Layout& layout = *layout_;
-  const int first = field<const int*>(model, layout.model_body_geomadr)[body];
-  const int count = field<const int*>(model, layout.model_body_geomnum)[body];
+  const int from = field<const int*>(model, layout.model_body_geomadr)[link];
+  const int count = field<const int*>(model, layout.model_body_geomnum)[link];
   const int* contype = field<const int*>(model, layout.model_geom_contype);
   const int* conaffinity = field<const int*>(model, layout.model_geom_conaffinity);
   const int* pair[2] = {field<const int*>(model, layout.model_pair_geom1),
@@ -104,24 +156,28 @@ void ModelGeometry::choose(const Model* model, int body, int pad_geom) {
   const int pairs = field<int>(model, layout.model_npair);
   const char* names = field<const char*>(model, layout.model_names);
   const int* name = field<const int*>(model, layout.model_name_geomadr);
-  geoms_.clear();
+  const std::size_t before = geoms_.size();
   shown_.clear();
-  for (int geom = first; geom < first + count; ++geom) {
+  for (int geom = from; geom < from + count; ++geom) {
     if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
     const std::size_t length = std::strlen(names + name[geom]), ending = sizeof kShown - 1;
     if (length >= ending && std::strcmp(names + name[geom] + length - ending, kShown) == 0) shown_.push_back(geom);
   }
-  if (!shown_.empty()) {
-    for (const int geom : shown_) geoms_.push_back(describe(model, geom));
-    return;
-  }
-  for (int geom = first; geom < first + count; ++geom) {
+  for (const int geom : shown_) geoms_.push_back(describe(model, geom));
+  for (int geom = from; shown_.empty() && geom < from + count; ++geom) {
     if (geom == pad_geom || !can_be_seen(layout, model, geom)) continue;
     bool collides = (contype[geom] & conaffinity[pad_geom]) != 0 || (contype[pad_geom] & conaffinity[geom]) != 0;
     for (int i = 0; !collides && i < pairs; ++i) {
       collides = (pair[0][i] == geom && pair[1][i] == pad_geom) || (pair[1][i] == geom && pair[0][i] == pad_geom);
     }
     if (collides) geoms_.push_back(describe(model, geom));
+  }
+  if (link == first) return;
+  const Placed there = between(layout, model, first, link);
+  for (std::size_t i = before; i < geoms_.size(); ++i) {
+    const Placed here = seen_from(there, {geoms_[i].position, geoms_[i].orientation});
+    std::copy(here.position, here.position + 3, geoms_[i].position);
+    std::copy(here.orientation, here.orientation + 4, geoms_[i].orientation);
   }
 }
 

@@ -14,15 +14,16 @@ namespace mjtactile::mujoco {
 // The pose with a position [m] and a unit quaternion (w, x, y, z).
 Pose pose_of(const double* position, const double* quaternion);
 
-// Geometry of the geoms of a body that press on the pad. If the names of some geoms of the body end in "_tactile",
-// these press. Otherwise the geoms that collide with the pad press.
+// Geometry of the geoms of a rigid body that press on the pad. It consists of one body or of several that are welded to
+// one another, its links. If the names of some geoms of a link end in "_tactile", these press. Otherwise its geoms that
+// collide with the pad press.
 class ModelGeometry {
  public:
   ModelGeometry(const Layout& layout, const SideLimits& limits) : layout_(&layout), limits_(limits) {}
 
-  // Geometry of a body that touches a pad's geom. It is made at the first call, and again if the body's geoms have
-  // changed. Null if no geom of the body can press.
-  std::shared_ptr<BodyGeometry> body(const Model* model, int body, int pad_geom);
+  // Geometry of links that touch a pad's geom, in the frame of the first. It is made at the first call, and again if
+  // their geoms have changed. Null if no geom can press.
+  std::shared_ptr<BodyGeometry> body(const Model* model, const std::vector<int>& links, int pad_geom);
   // Make the geometry of all bodies of a model in advance, because meshes take more time than a step has.
   void prepare(const Model* model, int pad_geom);
 
@@ -34,19 +35,20 @@ class ModelGeometry {
 
     bool operator==(const Geom& other) const;
   };
-  struct Known {                  // geometry of a body, and the geoms it was made from
+  struct Known {                  // geometry of some links, and the geoms it was made from
     std::vector<Geom> geoms;
     std::shared_ptr<BodyGeometry> geometry;
   };
-  void choose(const Model* model, int body, int pad_geom);
+  // Add a link's pressing geoms to geoms_. `first`: the link in whose frame they are described.
+  void choose(const Model* model, int link, int first, int pad_geom);
   Geom describe(const Model* model, int geom) const;
   std::shared_ptr<BodyGeometry> make(const Model* model) const;
 
   const Layout* layout_;
   SideLimits limits_;
-  std::map<int, Known> known_;
+  std::map<std::vector<int>, Known> known_;
   std::vector<Geom> geoms_;   // the pressing geoms of the last body
-  std::vector<int> shown_;    // its geoms whose names end in "_tactile"
+  std::vector<int> shown_;    // geoms of its last link whose names end in "_tactile"
 };
 
 // Whether a geom has a shape that the pad can use. It has none if it collides without a mesh, such as a signed distance

@@ -119,7 +119,7 @@ class Reader {
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < contacts_.count; ++i) {
       Touch& touch = contacts_.touches[i];
-      if (touch.body >= 0) touch.geometry = geometry_.body(model, touch.body, geom_);
+      if (touch.body >= 0) touch.geometry = geometry_.body(model, touch.links, geom_);
     }
     sensor_.press(contacts_.touches.data(), contacts_.count, before);
     if (contacts_.count == 0) return;

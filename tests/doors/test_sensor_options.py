@@ -16,6 +16,8 @@ from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.influence.cache import influence_matrices
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.pad import force_vector
+from mjtactile.plugin.attributes import Attributes
+from mjtactile.plugin.engine import attribute_names
 from mjtactile.sensor import TactileSensor
 from mjtactile.sim.press_scene import press, press_scene
 from mjtactile.sim.wrench import contact_wrenches
@@ -39,11 +41,21 @@ def test_a_fidelity_reaches_the_influence_matrices_and_brings_its_law(draft, mon
         asked.append((args, options))
         return draft
 
-    monkeypatch.setattr(mjtactile.sensor, "influence_matrices", matrices)
+    monkeypatch.setattr(mjtactile.sensor, "shared_influence", matrices)
     sensor = TactileSensor(press_scene("square"), fidelity="fast")
     assert asked == [((sensor.pad, "fast"), {})]
     assert sensor.law == draft.fidelity.law
     assert TactileSensor(press_scene("square"), influence=draft, law="elastic").law == "elastic"
+
+
+def test_sensors_of_one_pad_share_its_tables():
+    """Each table takes some 80 MB and a quarter of a second: a hand has two dozen pads."""
+    model = press_scene("square")
+    first, second = (TactileSensor(model, fidelity="fast") for _ in range(2))
+    assert first.influence is second.influence
+    attributes = Attributes(dict.fromkeys(attribute_names(), "") | {"fidelity": "fast"})
+    assert first.influence is attributes.influence()
+    assert first.influence is not TactileSensor(model, fidelity="balanced").influence
 
 
 @pytest.fixture(scope="module")

@@ -169,6 +169,22 @@ def test_a_basis_reads_what_a_solution_reads(model):
     assert np.abs(data.sensordata - steady).max() <= 1e-3 * steady.max()
 
 
+def test_finite_differences_at_rest_follow_the_body_if_no_basis_is_used(model):
+    """As docs/plugin.md says. One-sided and centred differences agree, but for the curvature over a step."""
+
+    def by_position(centred, steady):
+        data = stepped(model, 300)
+        if not steady:
+            data.plugin_state[:] = 0.0
+        readings = np.zeros((model.nsensordata, 2 * model.nv))
+        mujoco.mjd_transitionFD(model, data, 1e-6, centred, None, None, readings, None)
+        return readings[:, :2]
+
+    centred = by_position(1, steady=False)
+    assert np.abs(by_position(0, steady=False) - centred).max() <= 0.01 * np.abs(centred).max()
+    assert np.abs(by_position(0, steady=True) - centred).max() > 0.1 * np.abs(centred).max()
+
+
 def test_too_large_a_pressure_warns_once():
     heavy = mujoco.MjModel.from_xml_string(scene().replace('mass=".05"', 'mass="20"'))
     with warnings.catch_warnings(record=True) as caught:

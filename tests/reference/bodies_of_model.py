@@ -67,6 +67,7 @@ def bodies_on_pad(model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, thi
     """
     frame = geom_frame(model, data, pad_geom)
     wrenches: dict[int, Array] = {}
+    links: dict[int, set[int]] = {}  # bodies without a joint between them
     for number in range(data.ncon):
         contact = data.contact[number]
         geoms = [int(geom) for geom in contact.geom]
@@ -83,15 +84,17 @@ def bodies_on_pad(model: mujoco.MjModel, data: mujoco.MjData, pad_geom: int, thi
         other = geoms[0] if geoms[1] == pad_geom else geoms[1]
         body = int(model.geom_bodyid[other])
         wrench = np.concatenate([force, torque + np.cross(arm, force)])
-        wrenches[body] = wrenches.get(body, np.zeros(6)) + wrench
+        welded = int(model.body_weldid[body])
+        wrenches[welded] = wrenches.get(welded, np.zeros(6)) + wrench
+        links.setdefault(welded, set()).add(body)
     return [
         Body(
-            body_heights(model, data, body, pad_geom, frame, -thickness),
+            body_heights(model, data, links[welded], pad_geom, frame, -thickness),
             wrench[:3],
             wrench[3:],
-            f"body '{model.body(body).name or body}'",
+            f"body '{model.body(min(links[welded])).name or min(links[welded])}'",
         )
-        for body, wrench in wrenches.items()
+        for welded, wrench in wrenches.items()
         if wrench[2] < 0.0
     ]
 
@@ -107,19 +110,19 @@ def on_surface(normal: Array, force: Array) -> bool:
 
 
 def body_heights(
-    model: mujoco.MjModel, data: mujoco.MjData, body: int, pad_geom: int, frame: PadFrame, floor: float
+    model: mujoco.MjModel, data: mujoco.MjData, links: set[int], pad_geom: int, frame: PadFrame, floor: float
 ) -> Heights:
     """Lower surface of what a body may collide with a pad.
 
     Args:
         model: compiled.
         data: its state.
-        body: id.
+        links: ids of the body, or of bodies that are welded to one another.
         pad_geom: id of the pad's box.
         frame: of the pad.
         floor: parts of the body below this height [m] are not above the pad.
     """
-    own = np.flatnonzero(model.geom_bodyid == body)
+    own = np.flatnonzero(np.isin(model.geom_bodyid, list(links)))
     collides = (model.geom_contype[own] & model.geom_conaffinity[pad_geom]) != 0
     collides |= (model.geom_conaffinity[own] & model.geom_contype[pad_geom]) != 0
     paired = [

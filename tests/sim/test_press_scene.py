@@ -3,6 +3,7 @@
 import itertools
 import runpy
 from pathlib import Path
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -11,7 +12,7 @@ import shapely
 import trimesh
 from mujoco_versions import older_than
 
-from mjtactile.errors import IndenterError, SceneError
+from mjtactile.errors import IndenterError, PadError, SceneError
 from mjtactile.geometry.indenter import (
     INDENTER_NAMES,
     box,
@@ -178,9 +179,14 @@ def test_the_pad_is_as_large_and_thick_as_asked():
         press_scene("circle", pad=pad, shift=(0.0, 12e-3))
 
 
-def test_meshes_press_too():
+def test_meshes_press_too(tmp_path):
     star = press_scene(mesh_indenter(indenter_solid("star"), name="my_star"))
     assert press(star, mujoco.MjData(star), force_vector(0.5)).error < 1e-4
+    path = tmp_path / "star.stl"
+    indenter_solid("star").export(path)
+    for file in (path, str(path)):
+        from_file = press_scene(file)
+        assert press(from_file, mujoco.MjData(from_file), force_vector(0.5)).error < 1e-4
     ball = press_scene(trimesh.creation.icosphere(radius=4e-3), shift=(2e-3, 0.0))
     result = press(ball, mujoco.MjData(ball), force_vector(0.5))
     np.testing.assert_allclose(centre_of_pressure(result.wrench), (2e-3, 0.0), atol=5e-4)
@@ -196,6 +202,9 @@ def test_the_scene_can_be_edited_before_it_is_compiled():
     ("make", "error", "message"),
     [
         (lambda: press_scene("hexagon"), IndenterError, r"Available: circle"),
+        (lambda: press_scene("none.stl"), IndenterError, "no mesh file none.stl"),
+        (lambda: press_scene(cast(Any, None)), IndenterError, "of type NoneType; expected a trimesh.Trimesh"),
+        (lambda: force_vector(cast(Any, "1N")), PadError, "magnitude = '1N'; expected a number of newtons"),
         (lambda: press_scene("star", shift=(13e-3, 0.0)), SceneError, "misses the pad.*Shift it less"),
         (lambda: press_scene("square", shift=(12.45e-3, 0.0)), SceneError, "only a sliver of indenter 'square'"),
         (lambda: press_star((0.0, 0.0, 0.1)), SceneError, "does not press"),

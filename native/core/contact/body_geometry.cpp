@@ -457,7 +457,11 @@ BodyGeometry::BodyGeometry(std::vector<Shape> shapes, const std::vector<const st
     side.height = parts[i].height;
     side.endless = parts[i].endless;
     side.shapes.assign(shapes_.size(), 0);
-    if (gather(parts, i, done, side)) sides_.push_back(std::move(side));
+    if (!gather(parts, i, done, side)) continue;
+    const Extent extent = extent_of(side.outline);
+    std::copy(extent.low, extent.low + 2, side.low);
+    std::copy(extent.high, extent.high + 2, side.high);
+    sides_.push_back(std::move(side));
   }
 }
 
@@ -471,6 +475,7 @@ const FlatSide* BodyGeometry::side(std::size_t number) {
 }
 
 bool BodyGeometry::look_at(FlatSide& side) const {
+  side.others.clear();
   const double area = side.endless ? kNowhere : area_of(side.outline);
   if (!(area > 0.0)) return false;
   for (std::size_t k = 0; k < shapes_.size(); ++k) {
@@ -481,18 +486,14 @@ bool BodyGeometry::look_at(FlatSide& side) const {
         return false;
       }
     } else if (least_along(shape, side.up()) - side.height <= limits_.facing_gap) {
-      return false;
+      side.others.push_back(k);
     }
   }
   if (side.endless) {
     side.most_slope = limits_.level ? kLevel : limits_.leaning ? kMostLean : kEndlessLean;
     return true;
   }
-  Extent extent;
-  for (const auto& ring : side.outline.rings) {
-    for (const Point& point : ring) extent.add(point);
-  }
-  const double width = std::max(extent.high[0] - extent.low[0], extent.high[1] - extent.low[1]);
+  const double width = std::max(side.high[0] - side.low[0], side.high[1] - side.low[1]);
   side.most_slope = limits_.level ? kLevel / width : kLean * limits_.facing_gap / width;
   if (!limits_.level && limits_.leaning) {
     const double others = kLeanShare * steepness(shapes_, side);

@@ -20,7 +20,9 @@ struct FlatSide {
   double height;         // of the side in its own frame [m]
   bool endless;          // the side of a half space, which is larger than any sheet
   Outline outline;       // in the side's frame [m]
+  double low[2], high[2];   // corners of the outline's bounding box [m]; of no use for an endless side
   std::vector<std::uint8_t> shapes;    // for each of the body's shapes: whether a part of the side belongs to it
+  std::vector<std::size_t> others;     // shapes, not of the side, that extend to its plane or beyond; when looked at
   bool looked_at = false, usable = false;
   double most_slope = 0.0;             // largest slope at which this side alone faces the pad [-]
   double tips_at = std::numeric_limits<double>::infinity();  // slope from which on other sides may touch as well [-]
@@ -46,10 +48,10 @@ class BodyGeometry {
 
   const std::vector<Shape>& shapes() const { return shapes_; }  // in the body's frame
   std::size_t sides() const { return sides_.size(); }
-  // A side; null if the body cannot lie on the whole side, or not on this side alone.
+  // A side; null if the body cannot lie on the whole side, or not on this side alone where no part of `others` is near.
   const FlatSide* side(std::size_t number);
-  // The z axis of a side's frame, in the body's frame: the inward normal of the side (3).
-  const double* up(std::size_t number) const { return sides_[number].up(); }
+  // A side of which only the place and the outline may be known yet.
+  const FlatSide& outlined(std::size_t number) const { return sides_[number]; }
 
  private:
   bool look_at(FlatSide& side) const;

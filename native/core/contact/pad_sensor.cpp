@@ -600,22 +600,47 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
   const double near = kNear * pad_->depth();
   const double x = -touch.wrench[4] / touch.wrench[2], y = touch.wrench[3] / touch.wrench[2];
   for (std::size_t i = 0; i < body.sides(); ++i) {
-    const double* facing = body.up(i);
+    const FlatSide& seen = body.outlined(i);
+    const double* facing = seen.up();
     if (up[0] * facing[0] + up[1] * facing[1] + up[2] * facing[2] < kFacing) continue;
+    Face plane;
+    std::copy(seen.rotation, seen.rotation + 9, plane.rotation);
+    plane.height = seen.height;
+    plane.most_slope = 1.0;
+    if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, x, y)) > near ||
+        !may_cover(seen, placement)) {
+      continue;
+    }
     const FlatSide* side = body.side(i);
     if (side == nullptr) continue;
-    Face plane;
-    std::copy(side->rotation, side->rotation + 9, plane.rotation);
-    plane.height = side->height;
     plane.most_slope = side->most_slope;
-    plane.tips_at = side->tips_at;
-    if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, x, y)) > near) continue;
+    if (!place(plane, touch.pose, placement)) continue;
+    // Another part of the body may press as well, unless it is beside the sheet or deeper than the pad.
+    if (std::any_of(side->others.begin(), side->others.end(), [&](std::size_t k) {
+          return may_reach(body.shapes()[k], touch.pose, sheet(), -pad_->depth());
+        })) {
+      continue;
+    }
     if (side->whole != nullptr && over_sheet(*side->whole, placement)) return side->whole;
     const std::shared_ptr<const Face> cut = cut_face(touch, i, placement);
     placement = kUnmoved;
     return cut;
   }
   return nullptr;
+}
+
+// Whether the bounding box of a side's outline is over some of the sheet.
+template <typename Value>
+bool PadSensor<Value>::may_cover(const FlatSide& side, const Placement& placement) const {
+  if (side.endless) return true;
+  const Rectangle over = sheet();
+  double low[2] = {kNowhere, kNowhere}, high[2] = {-kNowhere, -kNowhere};
+  for (int k = 0; k < 4; ++k) {
+    const Point corner = placement({(k & 1) != 0 ? side.high[0] : side.low[0], (k & 2) != 0 ? side.high[1] : side.low[1]});
+    low[0] = std::min(low[0], corner.x), high[0] = std::max(high[0], corner.x);
+    low[1] = std::min(low[1], corner.y), high[1] = std::max(high[1], corner.y);
+  }
+  return low[0] <= over.east && high[0] >= over.west && low[1] <= over.north && high[1] >= over.south;
 }
 
 template <typename Value>

@@ -31,6 +31,7 @@ namespace mjtactile {
 // A body that presses on the pad.
 struct Touch {
   int body;
+  std::vector<int> links;  // bodies that are welded to one another and touch, ascending; the first is `body`
   std::shared_ptr<BodyGeometry> geometry;  // null where the geometry is not known
   Pose pose;            // of the body in the pad frame
   double wrench[6];     // on the pad, about the pad's origin, pad frame [N, N m]
@@ -176,6 +177,7 @@ class PadSensor {
   std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);
   std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
   bool over_sheet(const Face& face, const Placement& placement) const;
+  bool may_cover(const FlatSide& side, const Placement& placement) const;
   Rectangle sheet() const;
   // The surface as contacts over a part of it see it.
   ContactSurface surface(const Rectangle& part, const TangentPlane* plane = nullptr) const {

@@ -47,6 +47,43 @@ Pose composed(const Pose& body, const Pose& local) {
   return pose;
 }
 
+bool may_reach(const Shape& shape, const Pose& body, const Rectangle& over, double floor) {
+  const Pose pose = composed(body, shape.local);
+  const double* turn = pose.rotation;
+  if (shape.kind == ShapeKind::half_space) {
+    const double normal[3] = {turn[2], turn[5], turn[8]};
+    if (!(normal[2] > 0.0)) return true;
+    // It is highest at the corner to which it rises.
+    const double x = (normal[0] < 0.0 ? over.east : over.west) - pose.position[0];
+    const double y = (normal[1] < 0.0 ? over.north : over.south) - pose.position[1];
+    return pose.position[2] - (normal[0] * x + normal[1] * y) / normal[2] >= floor;
+  }
+  double middle[3] = {}, half[3] = {shape.size[0], shape.size[1], shape.size[2]};
+  switch (shape.kind) {
+    case ShapeKind::capsule: half[1] = half[0], half[2] = half[0] + shape.size[1]; break;
+    case ShapeKind::cylinder: half[1] = half[0], half[2] = shape.size[1]; break;
+    case ShapeKind::triangles:
+      if (shape.mesh->boxes.empty()) return false;
+      for (int k = 0; k < 3; ++k) {
+        middle[k] = (shape.mesh->boxes[0].low[k] + shape.mesh->boxes[0].high[k]) / 2;
+        half[k] = (shape.mesh->boxes[0].high[k] - shape.mesh->boxes[0].low[k]) / 2;
+      }
+      break;
+    default: break;
+  }
+  double low[3], high[3];
+  for (int i = 0; i < 3; ++i) {
+    double at = pose.position[i], around = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      at += turn[3 * i + k] * middle[k];
+      around += std::abs(turn[3 * i + k]) * half[k];
+    }
+    low[i] = at - around, high[i] = at + around;
+  }
+  return low[0] <= over.east && high[0] >= over.west && low[1] <= over.north && high[1] >= over.south &&
+         high[2] >= floor;
+}
+
 void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& part, const HeightRange& range) {
   kind_ = shape.kind;
   std::copy(shape.size, shape.size + 3, size_);

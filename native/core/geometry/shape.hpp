@@ -82,4 +82,7 @@ class PlacedShape {
 // The pose of a shape in the pad frame, from its body's pose there and its own pose in the body's frame.
 Pose composed(const Pose& body, const Pose& local);
 
+// Whether a shape's bounding box, or a half space itself, has parts over a rectangle that are not below a floor [m].
+bool may_reach(const Shape& shape, const Pose& body, const Rectangle& over, double floor);
+
 }  // namespace mjtactile
