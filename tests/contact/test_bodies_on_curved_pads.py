@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import RectBivariateSpline
 from scipy.spatial.transform import Rotation
-from shapely import Point
+from shapely import Point, box
+from shapely.affinity import rotate
 from small_pads import COARSE, LAYERED_PAD, in_double_precision
 
 from mjtactile.contact.cells.half_space import bent_responses, flat_responses
@@ -93,6 +94,25 @@ def test_far_centres_of_curvature_leave_the_flat_pad(surface):
         moment = np.cross([1e-3, -0.5e-3, 0.0], force)
         readings.append(influence.readings(contact_load(influence, footprint, force, moment=moment, law="elastic")))
     np.testing.assert_allclose(readings[1], readings[0], rtol=0, atol=2e-3 * readings[0].max())
+
+
+def off_by(influence: InfluenceMatrices, turn: float, cells: int) -> float:
+    """Error of a flat square's readings that so many cells make, turned by an angle [deg], against 1,500 cells."""
+    face = rotate(box(-2e-3, -2e-3, 2e-3, 2e-3), turn, origin=(0, 0))
+    footprint = Footprint.from_height(lambda x, _: np.zeros_like(x), influence.surface, outline=face)
+    found, dense = (
+        influence.readings(contact_load(influence, footprint, (0.0, 0.0, -0.5), law="elastic", cells=count))
+        for count in (cells, 1500)
+    )
+    return float(np.linalg.norm(found - dense) / np.linalg.norm(dense))
+
+
+def test_a_square_may_lie_askew_to_its_cells():
+    """On a dome of 100 mm. Measured: 1.3 % along the cells, .6 to .9 % askew, at 20 cells; .5 and .4 % at 60."""
+    influence = in_double_precision(replace(LAYERED_PAD, surface=SphereCap(0.1)), COARSE)
+    askew = [off_by(influence, turn, 20) for turn in (15.0, 30.0, 45.0)]
+    assert max(askew) < max(off_by(influence, 0.0, 20), 0.015)
+    assert off_by(influence, 30.0, 60) < min(0.006, askew[1])
 
 
 def as_patch(surface: Surface) -> SurfacePatch:
