@@ -6,7 +6,7 @@ import itertools
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -43,6 +43,10 @@ class PadTables:
     pad: Pad
     fidelity: Fidelity
     tables: Tables = field(repr=False)
+
+    def __deepcopy__(self, _: dict[int, Any]) -> Self:
+        """The tables themselves: they never change, and they are large."""
+        return self
 
     @property
     def density(self) -> MeshDensity:

@@ -58,6 +58,7 @@ class NativeReader:
 
     def __init__(self, how: Reading, geom: int, pad: str, bodies: tuple[str, ...]) -> None:
         ensure_registered()
+        self._arguments = how, geom, pad, bodies
         self._how = how
         instance = Instance()
         fill_instance(instance, how, pad, bodies)
@@ -66,6 +67,10 @@ class NativeReader:
         self._finalizer = weakref.finalize(self, core.mjt_reader_free, self._handle)
         # The core solves in the reader's own memory, and Python's lock is free meanwhile.
         self._solving = threading.Lock()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies, also in other processes, have a handle and counts of their own."""
+        return NativeReader, self._arguments
 
     def read(self, model: Any, data: Any, *, forces: bool = False) -> Found:
         """Compute the readings of a state.

@@ -45,7 +45,7 @@ class PadModel(nn.Module):
     Pads may be flat or curved, with taxels on a grid or free. Shapes (layers, rows, columns) are (taxels,) for free
     taxels.
 
-    The module has no parameters. Its matrices are buffers that move with it to any device and floating-point type. A
+    The module has no parameters. Its matrices are buffers that move with it to any device, in float32 or float64. A
     state dictionary contains the pad's fingerprint instead of the matrices; a model of another pad refuses it.
 
     Args:
@@ -319,6 +319,7 @@ class PadModel(nn.Module):
             )
         if given.shape[-3:] != shape:
             raise InfluenceError(f"{name} have shape {tuple(given.shape)}; expected (..., {axes}) = (..., {shape}).")
+        floating(self.dtype)  # model.half() and the like ask nobody
         if given.dtype != self.dtype:
             raise InfluenceError(
                 f"{name} are {given.dtype}, but the model is {self.dtype}. Convert one: {name}.to(model.dtype), or "

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 
@@ -417,6 +419,19 @@ def test_a_cloth_presses_with_what_mujoco_says_of_each_contact(draft, count, spa
     readings = TactileSensor(model, influence=draft, geom="pad_pad").read(data)
     wanted = draft.readings(SurfaceLoad(nodal, draft.surface, Polygon()))
     assert np.linalg.norm(readings - wanted) < 0.01 * np.linalg.norm(wanted)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda both: pickle.loads(pickle.dumps(both))])
+def test_copies_of_a_sensor_read_alike(copied, draft):
+    """As planners copy what they simulate, and as processes are handed it."""
+    ball = '<body pos="0 0 .0039"><freejoint/><geom type="sphere" size=".004" mass=".05"/></body>'
+    model, data = settled(scene(ball), 40)
+    sensor = TactileSensor(model, influence=draft, geom="pad")
+    expected = sensor.read(data)
+    again, there = copied((sensor, data))
+    np.testing.assert_array_equal(again.read(there), expected)
+    assert expected.max() > 0.0
+    assert again.health().readings == 1
 
 
 def test_threads_share_a_sensor(draft):

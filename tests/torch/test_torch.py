@@ -336,6 +336,12 @@ def test_a_model_that_cannot_be_made_is_refused(layered, arguments, error, said)
         PadModel(layered, **arguments)
 
 
+def test_a_model_made_half_is_refused_where_its_stresses_would_overflow(layered):
+    model = PadModel(layered).half()
+    with pytest.raises(InfluenceError, match=r"float16 is not supported; expected torch\.float32 or torch\.float64"):
+        model(torch.zeros(model.force_shape, dtype=torch.float16))
+
+
 def test_a_pad_that_nobody_knows_is_refused():
     with pytest.raises(SceneError, match="register_pad"):
         PadModel("no such pad")
