@@ -128,11 +128,12 @@ std::vector<int> pad_pieces(const Layout& layout, const Model* model, int geom) 
   return pieces;
 }
 
-// The touch of the rigid body to which a body belongs. `welded`: for each body, the one to which it is welded.
-Touch& Contacts::touch_of(int body, const int* welded) {
+// The touch of the rigid body to which a body belongs.
+Touch& Contacts::touch_of(const Layout& layout, const Model* model, int body) {
+  const int root = body < 0 ? body : rigid_root(layout, model, body);
   for (std::size_t i = 0; i < count; ++i) {
     Touch& one = touches[i];
-    if (one.body != body && (body < 0 || one.body < 0 || welded[one.body] != welded[body])) continue;
+    if (one.body != body && (body < 0 || one.body < 0 || rigid_root(layout, model, one.body) != root)) continue;
     const auto place = std::lower_bound(one.links.begin(), one.links.end(), body);
     if (place == one.links.end() || *place != body) one.links.insert(place, body);
     one.body = one.links.front();
@@ -177,8 +178,8 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     const double upright = dot(out, seen.out_of_pad), pressing = -dot(out, seen.wrench);
     if (upright < kLeastUpright) continue;
     const int other = second ? pair[0] : pair[1];
-    Touch& touch = touch_of(other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other],
-                            field<const int*>(model, layout.model_body_weldid));
+    const int body = other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other];
+    Touch& touch = touch_of(layout, model, body);
     for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];
     touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);
     const double* friction = &field<double>(contact, layout.contact_friction);

@@ -38,7 +38,7 @@ struct Contacts {
               const std::vector<int>& pieces, const OuterSurface& surface);
 
  private:
-  Touch& touch_of(int body, const int* welded);
+  Touch& touch_of(const Layout& layout, const Model* model, int body);
 };
 
 }  // namespace mjtactile::mujoco

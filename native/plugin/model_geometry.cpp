@@ -79,7 +79,7 @@ Placed seen_from(const Placed& outer, const Placed& inner) {
 
 // Where a body is in the frame of the one to which both are welded.
 Placed on_root(const Layout& layout, const Model* model, int body) {
-  const int root = field<const int*>(model, layout.model_body_weldid)[body];
+  const int root = rigid_root(layout, model, body);
   Placed placed;
   for (; body != root; body = field<const int*>(model, layout.model_body_parentid)[body]) {
     placed = seen_from({field<const double*>(model, layout.model_body_pos) + 3 * body,
@@ -102,6 +102,13 @@ Placed between(const Layout& layout, const Model* model, int first, int body) {
 }
 
 }  // namespace
+
+int rigid_root(const Layout& layout, const Model* model, int body) {
+  const int root = field<const int*>(model, layout.model_body_weldid)[body];
+  const int* mocap = field<const int*>(model, layout.model_body_mocapid);
+  while (body != root && mocap[body] < 0) body = field<const int*>(model, layout.model_body_parentid)[body];
+  return body;
+}
 
 Pose pose_of(const double* position, const double* quaternion) {
   const double w = quaternion[0], x = quaternion[1], y = quaternion[2], z = quaternion[3];

@@ -94,3 +94,20 @@ def test_welded_links_are_read_as_by_the_dense_contact(links):
     mujoco.mj_step(model, data, 300)
     assert data.ncon >= 2
     assert compare(model, data, cells=1000).error <= 0.15
+
+
+def test_mocap_bodies_press_where_they_are_and_not_with_the_world():
+    """A ball of the world and one of a mocap body: MuJoCo before version 4 counts both as welded to the world."""
+    ball = '<geom type="sphere" size=".003" pos="{} 0 .00549"/>'
+    readings = []
+    for there, moved in ((0.004, 0.0), (0.5, -0.496)):
+        world = ball.format(-0.004) + f'<body mocap="true">{ball.format(there)}</body>'
+        model = mujoco.MjModel.from_xml_string(SCENE.format(world=world))
+        data = mujoco.MjData(model)
+        data.mocap_pos[0, 0] = moved
+        data.xfrc_applied[model.body("finger").id, 2] = 0.5
+        mujoco.mj_step(model, data, 300)
+        assert data.ncon == 2
+        readings.append(data.sensordata[:-6].copy())
+    assert readings[0].max() > 1e3
+    np.testing.assert_allclose(*readings, atol=1e-6 * readings[0].max())
