@@ -28,6 +28,8 @@ from mjtactile.sim.footprints import GapImprints, SectionImprints, geoms_in_pad
 from mjtactile.sim.geoms import geom_shape, pad_geom, pressing_geoms
 from mjtactile.sim.wrench import PadFrame, contact_wrenches, geom_frame
 
+_SENSORS_OFF = mujoco.mjtDisableBit.mjDSBL_SENSOR.value
+
 
 class TactileSensor:
     """Readings of a pad that is a geom of a MuJoCo model: a box whose +z face senses, or a mesh of a curved pad.
@@ -41,6 +43,7 @@ class TactileSensor:
         model: compiled model.
         pad: a Pad whose size and thickness are those of the geom; by default the paper's. Or the name of a sensor of
             the plugin "mjtactile.pad", whose pad, fidelity, law and readings are used; or the name of a pad's geom.
+            Where the model disables its sensors, MuJoCo writes no readings, and this object solves the contacts.
         geom: name of the pad's geom.
         fidelity: preset by name or a Fidelity, see `influence_matrices`; ignored when `influence` is given, or `pad` is
             a sensor of the plugin.
@@ -114,7 +117,7 @@ class TactileSensor:
                 in part, or strains are not small.
         """
         self._check(data)
-        if self._sensordata is not None:
+        if self._sensordata is not None and not self.model.opt.disableflags & _SENSORS_OFF:
             return np.array(data.sensordata[self._sensordata]).reshape(self.pad.reading_shape)
         return self._reader.read(self.model, data).readings
 

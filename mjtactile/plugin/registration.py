@@ -12,7 +12,7 @@ import sys
 import threading
 from typing import Any
 
-from mjtactile._native import library
+from mjtactile._native import library, library_path
 from mjtactile.errors import MjTactileError, NativeError
 from mjtactile.pad_names import PLUGIN
 from mjtactile.plugin.engine import ERROR_SIZE, Instance, attribute_names, running_layout
@@ -67,8 +67,9 @@ def ensure_registered() -> None:
         )
         if slot < 0:
             raise NativeError(
-                f"MuJoCo {mujoco.__version__} refused the plugin {PLUGIN}: another library has registered one of that "
-                "name, or the compiled core does not belong to this mjtactile. Install mjtactile again."
+                f"the compiled core {library_path()} does not belong to this mjtactile: it needs other numbers of "
+                f"MuJoCo {mujoco.__version__} than it is given. Install mjtactile again with `pip install .`, so that "
+                "both come from one source."
             )
         # Simulations may outlive the interpreter; Python functions no longer exist when the last ones are destroyed.
         atexit.register(core.mjt_plugin_leave)

@@ -319,6 +319,26 @@ def test_data_of_a_varied_model_are_read(draft):
     assert varied.signature == model.signature
 
 
+def test_readings_are_solved_where_the_model_disables_its_sensors():
+    spec = mujoco.MjSpec.from_string(
+        """<mujoco><worldbody><body name="finger"/><body pos="0.001 0 0.005"><freejoint/>
+        <geom type="box" size="0.004 0.003 0.005" mass="0.05"/></body></worldbody></mujoco>"""
+    )
+    attach_pad(spec, body="finger", name="ff", fidelity="fast")
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 300)
+    written = TactileSensor(model, "ff").read(data)
+    without = mujoco.MjData(model)
+    without.qpos[:], without.qvel[:], without.qacc_warmstart[:] = data.qpos, data.qvel, data.qacc_warmstart
+    model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_SENSOR
+    mujoco.mj_forward(model, without)
+    assert not without.sensordata.any()
+    solved = TactileSensor(model, "ff").read(without)
+    assert solved.max() > 1e3
+    np.testing.assert_allclose(solved, written, rtol=0.0, atol=1e-3 * written.max())
+
+
 def test_a_sensor_of_the_plugin_is_not_read_where_its_numbers_are_not():
     """Two models of one tree, whose sensors put out other things."""
     text = """<mujoco><extension><plugin plugin="mjtactile.pad"/></extension><worldbody>
