@@ -18,7 +18,7 @@ from shapely import Polygon, box
 from mjtactile.attach import attach_pad
 from mjtactile.contact.contact_load import contact_load
 from mjtactile.contact.footprint import Footprint
-from mjtactile.errors import SceneError
+from mjtactile.errors import ContactWarning, SceneError
 from mjtactile.geometry.indenter import INDENTER_NAMES, indenter_outline, punch
 from mjtactile.influence.surface_load import SurfaceLoad
 from mjtactile.pad import Pad, TaxelGrid, force_vector
@@ -439,6 +439,22 @@ def test_a_cloth_presses_with_what_mujoco_says_of_each_contact(draft, count, spa
     readings = TactileSensor(model, influence=draft, geom="pad_pad").read(data)
     wanted = draft.readings(SurfaceLoad(nodal, draft.surface, Polygon()))
     assert np.linalg.norm(readings - wanted) < 0.01 * np.linalg.norm(wanted)
+
+
+@since("3.8", "its own error, treeFirst, with a flex and no joints")
+@pytest.mark.parametrize(("mass", "large"), [(0.005, False), (1.0, True)])
+def test_strains_below_a_flex_are_judged_over_more_than_its_contact_points(draft, mass, large):
+    """The vertices in the middle of a disc lie so close together that its points cover next to nothing."""
+    disc = f"""<flexcomp name="f" type="disc" dim="2" count="7 7 1" spacing=".002 .002 .002" pos="0 0 .0005"
+        radius=".0005" mass="{mass}"><edge equality="true" damping=".001"/><contact selfcollide="none"/></flexcomp>"""
+    model, data = settled(scene(disc, gravity=' gravity="0 0 -9.81"'), steps=60)
+    sensor = TactileSensor(model, influence=draft)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", ContactWarning)
+        sensor.read(data)
+    assert any("strains are no longer small" in str(one.message) for one in told) == large
+    assert sensor.wrench(data)[2] < -2.0 * mass
+    assert sensor.health().beyond_range == large
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda both: pickle.loads(pickle.dumps(both))])

@@ -252,7 +252,11 @@ bool PadSensor<Value>::press_points(const Touch& seen, const BodyPress& press) {
     std::copy(seen.wrench, seen.wrench + 6, carried);
     points_.nodal_forces(pad_->surface(), *plane, carried, forces_.data());
   }
-  note_range(touch, carried, points_.area(), 0.0);
+  // The squares' area is not that of the body. So strains are judged over squares as wide as the largest small
+  // indentation.
+  const double wide = pad_->range().indentation;
+  pressed_.area += points_.area();
+  note_range(touch, carried, std::max(points_.area(), static_cast<double>(points_.face().cells()) * wide * wide), 0.0);
   pressed_.peak = std::max(pressed_.peak, points_.peak());
   note_carried(seen, carried);
   add(forces_.data());
@@ -356,7 +360,7 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
   if (!contact.exact()) note(Event::approximated, touch, 0.0, 0.0);
   double borne[3] = {};
   for (std::size_t i = 0; i < 3 * cells.cells(); ++i) borne[i % 3] += press.forces[i];
-  note_range(touch, borne, contact.pressed_area(), contact.indentation());
+  note_contact(touch, borne, contact.pressed_area(), contact.indentation());
   for (std::size_t i = 0; i < cells.cells(); ++i) {
     pressed_.peak = std::max(pressed_.peak, contact.normal()[i] / cells.areas[i]);
   }
@@ -422,7 +426,7 @@ bool PadSensor<Value>::press_linear(const Touch& touch, const Face& face, const 
   if (!uniform_.solve(face, placement, pad_->surface(), touch.wrench, options_.friction, forces_.data())) return false;
   const double area = uniform_.traction().integrals().area;
   if (options_.strength > 0.0 && pressing(touch) > options_.strength / 2 * area) return false;
-  note_range(touch, uniform_.carried(), area, 0.0);
+  note_contact(touch, uniform_.carried(), area, 0.0);
   pressed_.peak = std::max(pressed_.peak, uniform_.peak());
   note_carried(touch, uniform_.carried());
   add(forces_.data());
@@ -467,8 +471,8 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
   }
   double carried[6];
   basis->contact.carried(*face, touch.wrench, carried);
-  note_range(touch, carried, basis->contact.pressed_area(),
-             basis->contact.indentation() * pressing(touch) / basis->contact.pressed_with());
+  note_contact(touch, carried, basis->contact.pressed_area(),
+               basis->contact.indentation() * pressing(touch) / basis->contact.pressed_with());
   note_carried(touch, carried);
   part_weights_.assign(weights_.begin(), weights_.end());
   for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
@@ -482,11 +486,17 @@ void PadSensor<Value>::note(Event event, const Touch& touch, double pressure, do
 }
 
 template <typename Value>
+void PadSensor<Value>::note_contact(const Touch& touch, const double* force, double area, double indentation) {
+  pressed_.area += area;
+  pressed_.indentation = std::max(pressed_.indentation, indentation);
+  note_range(touch, force, area, indentation);
+}
+
+// Note whether strains are small under a force [N] on an area [m^2].
+template <typename Value>
 void PadSensor<Value>::note_range(const Touch& touch, const double* force, double area, double indentation) {
   // Shear counts as in the von Mises stress.
   const double pressure = std::sqrt(force[2] * force[2] + 3.0 * (force[0] * force[0] + force[1] * force[1])) / area;
-  pressed_.area += area;
-  pressed_.indentation = std::max(pressed_.indentation, indentation);
   const double share = std::max(pressure / pad_->range().pressure, indentation / pad_->range().indentation);
   pressed_.range = std::max(pressed_.range, share);
   if (share > 1.0) note(Event::beyond_range, touch, pressure, indentation);

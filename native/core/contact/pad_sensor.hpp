@@ -171,6 +171,7 @@ class PadSensor {
   void put_on_curved_nodes(BodyPress& press);
   bool shear(const Touch& touch, BodyPress& press);
   void note(Event event, const Touch& touch, double pressure, double indentation);
+  void note_contact(const Touch& touch, const double* force, double area, double indentation);
   void note_range(const Touch& touch, const double* force, double area, double indentation);
   void note_carried(const Touch& touch, const double* carried);
   void add(const double* forces);
