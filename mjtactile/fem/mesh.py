@@ -1,7 +1,7 @@
 """The pad's finite-element mesh: three graded lines of elements and the materials of its element layers.
 
-In the plane, elements shrink toward the free rim; across the thickness, toward the surface, where small contacts
-concentrate stress. Mesh lines lie on every layer interface.
+In the plane, elements shrink toward the free rim, the less the more the pad is curved; across the thickness, toward the
+surface, where small contacts concentrate stress. Mesh lines lie on every layer interface.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from mjtactile.pad_shape.surfaces import FLAT, Surface
 _MOST_ELEMENT_LAYERS = 400
 #: Ratio of the sizes of successive elements below the deepest taxels [-].
 _GROWTH = 1.5
+#: Angle that a body rolls through from the middle of a pad to a side, from which on elements are of one size [rad].
+_ROLLING = math.radians(30.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +90,23 @@ def sheet_mesh(pad: Pad, density: MeshDensity) -> SheetMesh:
     """
     z, materials = _through_line(pad, density)
     counts = _in_plane_counts(pad, density)
-    x, y = (_in_plane_line(e, n, density.rim_grading) for e, n in zip(pad.size, counts, strict=True))
+    gradings = (density.rim_grading ** (1.0 - share) for share in _rolling_shares(pad))
+    x, y = (_in_plane_line(*line) for line in zip(pad.size, counts, gradings, strict=True))
     return SheetMesh(x, y, z, materials, pad.surface)
+
+
+def _rolling_shares(pad: Pad) -> tuple[float, float]:
+    """Angles that a body rolls through from the middle to the sides along x and y, over `_ROLLING`; at most 1.
+
+    Where bodies roll, contacts near the sides should be as good as those in the middle, where graded elements are
+    largest.
+    """
+    shares = []
+    for half in (np.array([pad.size[0] / 2, 0.0]), np.array([0.0, pad.size[1] / 2])):
+        first, last = pad.surface.normals(*np.stack([-half, half], axis=1))
+        angle = math.atan2(float(np.linalg.norm(np.cross(first, last))), float(first @ last)) / 2
+        shares.append(round(min(angle / _ROLLING, 1.0), 3))  # rounding errors must not change a table's fingerprint
+    return shares[0], shares[1]
 
 
 def mesh_description(mesh: SheetMesh, density: MeshDensity) -> dict[str, object]:
