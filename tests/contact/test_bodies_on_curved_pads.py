@@ -262,6 +262,27 @@ def test_a_body_rolled_about_the_axis_gives_rolled_readings(rolled_tip, body, de
     assert np.linalg.norm(readings[1] - readings[0]) < 0.01 * np.linalg.norm(readings[0])
 
 
+@pytest.mark.slow
+def test_a_small_contact_reads_beside_the_middle_as_in_it():
+    """On mesh "default". With the flat pad's grading, readings of this ball change by 2 % as it rolls."""
+    outer, axis = CylinderSector(8e-3), np.array([0.0, 0.0, -8e-3])
+    angles, across, depths = np.radians([-8.0, 0.0, 4.0]), (-0.6e-3, 0.0), (0.5e-3,)
+    x, y, depth = (grid.ravel() for grid in np.meshgrid(8e-3 * np.sin(angles), across, depths))
+    still, turn = outer.positions(x, y, depth), Rotation.from_euler("y", 10.0, degrees=True)
+    points = np.concatenate([still, turn.apply(still - axis) + axis])
+    taxels = FreeTaxels(points, np.full(len(points), 0.3e-3))  # type: ignore[arg-type]
+    layers = (Layer(thickness=2e-3, young=1e6, poisson=0.49),)
+    pad = Pad(size=(13.6e-3, 8e-3), layers=layers, taxels=taxels, surface=outer)
+    influence, readings = in_double_precision(pad, MESHES["default"]), []
+    for angle in (0.0, 10.0):
+        place = (8e-3 * np.sin(np.radians(angle)), 0.0)
+        footprint = Footprint.from_height(resting_ball(outer, place), influence.surface)
+        force = Rotation.from_euler("y", angle, degrees=True).apply([0.0, 0.0, -0.05])
+        load = contact_load(influence, footprint, force, moment=np.cross(outer.positions(*place), force), law="elastic")
+        readings.append(influence.readings(load).reshape(2, -1)[len(readings)])
+    assert np.linalg.norm(readings[1] - readings[0]) < 0.01 * np.linalg.norm(readings[0])
+
+
 def test_patches_of_a_nearly_flat_surface_answer_as_flat_ones():
     x, y = np.linspace(-4e-3, 4e-3, 8), np.linspace(-3e-3, 3e-3, 7)
     flat, bent = flat_responses(x, y), bent_responses(x, y, SphereCap(1e3))

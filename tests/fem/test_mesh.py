@@ -9,6 +9,7 @@ from mjtactile.errors import MeshError, MeshWarning
 from mjtactile.fem.mesh import sheet_mesh, warn_if_coarser
 from mjtactile.fidelity import MESHES, MeshDensity, mesh_density
 from mjtactile.pad import Layer, Pad, TaxelGrid
+from mjtactile.pad_shape.surfaces import CylinderSector, SphereCap
 
 
 def stack(*thicknesses):
@@ -34,6 +35,23 @@ def test_every_interface_is_a_mesh_line_and_every_layer_has_its_own_material(thi
     tops = np.array([0.0, *pad.interfaces])
     for middle, material in zip(middles, mesh.materials, strict=True):
         assert material == pad.layers[np.flatnonzero(tops >= middle)[-1]]
+
+
+def graded(surface):
+    """Largest over smallest element along x and y."""
+    pad = Pad(
+        size=(12e-3, 12e-3), layers=stack(2e-3), taxels=TaxelGrid(rows=3, columns=3), depths=(1e-3,), surface=surface
+    )
+    mesh = sheet_mesh(pad, MESHES["default"])
+    return [line.sizes.max() / line.sizes.min() for line in (mesh.x, mesh.y)]
+
+
+def test_elements_are_of_one_size_along_axes_about_which_bodies_roll():
+    assert graded(SphereCap(12e-3)) == pytest.approx([1.0, 1.0], abs=1e-3)
+    assert graded(CylinderSector(8e-3)) == pytest.approx([1.0, 2.0])
+    assert graded(CylinderSector(24e-3))[0] == pytest.approx(2.0**0.517, abs=1e-3)  # asin(1/4) over 30 degrees
+    # So that a nearly flat pad has nearly the flat one's mesh.
+    assert graded(SphereCap(1.0)) == pytest.approx([1.985, 1.985], abs=2e-3)
 
 
 def test_elements_shrink_toward_the_rim_and_the_surface():
