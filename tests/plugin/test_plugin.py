@@ -196,6 +196,29 @@ def test_too_large_a_pressure_warns_once():
     assert data.sensordata.max() > 0.0
 
 
+def test_what_rests_reads_as_in_a_simulation_that_has_read_nothing_before():
+    """Under changes of the force from none over a rounding error to a few per cent, and between other contacts."""
+    config = '<config key="output" value="von_mises carried range"/>'
+    model = mujoco.MjModel.from_xml_string(scene(config=config))
+    data, state = mujoco.MjData(model), mujoco.mjtState.mjSTATE_INTEGRATION
+    kept, unlike = np.empty(mujoco.mj_stateSize(model, state)), 0
+    mujoco.mj_step(model, data, 300)
+    for step in range(60):
+        change = (0.0, 1e-13, 0.0, 1e-3, 0.0, 0.03)[step % 6]
+        data.xfrc_applied[1, :3] = change * np.array([0.3, 0.1, -1.0]) * model.body_mass[1] * 9.81
+        if 20 <= step < 24:  # something else in between: a corner, and nothing
+            data.xfrc_applied[1, 3 if step < 22 else 2] = 2e-3 if step < 22 else 1.0
+        mujoco.mj_getState(model, data, kept, state)
+        before = data.sensordata.copy()
+        mujoco.mj_step(model, data)
+        fresh = mujoco.MjData(model)
+        mujoco.mj_setState(model, fresh, kept, state)
+        mujoco.mj_step(model, fresh)
+        assert fresh.sensordata.tobytes() == data.sensordata.tobytes(), step
+        unlike += before.tobytes() != data.sensordata.tobytes()
+    assert unlike > 10
+
+
 def test_forward_twice_gives_the_same_bits(model):
     data = stepped(model, 300)
     mujoco.mj_forward(model, data)

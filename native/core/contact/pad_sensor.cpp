@@ -105,8 +105,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   const double largest = largest_of(touches, count);
   if (!std::isfinite(largest)) {
     // The simulation has diverged, so no reading would be right.
-    std::fill(response_.begin(), response_.end(), std::numeric_limits<Value>::quiet_NaN());
-    std::fill(mean_response_.begin(), mean_response_.end(), std::numeric_limits<Value>::quiet_NaN());
+    set_response(std::numeric_limits<Value>::quiet_NaN());
     note(Event::refused, touches[0], largest, largest);
     return;
   }
@@ -132,11 +131,18 @@ void PadSensor<Value>::begin(std::size_t count) {
   pressed_.range = pressed_.indentation = pressed_.area = pressed_.peak = 0.0;
   pressed_.notes.clear();
   if (keeps_forces_) total_.assign(forces_.size(), 0.0);
+  begun_ = false;
   if (!touched_) return;
-  std::fill(response_.begin(), response_.end(), Value(0));
-  std::fill(mean_response_.begin(), mean_response_.end(), Value(0));
   while (presses_.size() < count) presses_.push_back(std::make_unique<BodyPress>());
   solved_.assign(count, 0);
+}
+
+template <typename Value>
+void PadSensor<Value>::set_response(Value value) {
+  std::fill(response_.begin(), response_.end(), value);
+  std::fill(mean_response_.begin(), mean_response_.end(), value);
+  begun_ = true;
+  kept_.basis.reset();
 }
 
 // Hash of the touching bodies and their rounded poses.
@@ -475,8 +481,16 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
                basis->contact.indentation() * pressing(touch) / basis->contact.pressed_with());
   note_carried(touch, carried);
   part_weights_.assign(weights_.begin(), weights_.end());
+  if (kept_.holds(basis, part_weights_)) {
+    begun_ = true;
+    return true;
+  }
+  set_response(Value(0));
   for (std::size_t i = every_.size(); i < part_weights_.size(); ++i) every_.push_back(static_cast<std::uint32_t>(i));
   basis->responses.add(every_.data(), part_weights_.data(), part_weights_.size(), response_.data());
+  kept_.basis = basis;
+  kept_.weights = part_weights_;
+  kept_.readings.clear();
   return true;
 }
 
@@ -522,6 +536,7 @@ void PadSensor<Value>::add(const double* forces) {
     for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += forces[i];
   }
   if (only_forces_) return;
+  if (!begun_) set_response(Value(0));
   if (power_ != 0) {
     for (double& force : forces_) force = std::ldexp(force, -power_);
   }
@@ -537,6 +552,18 @@ void PadSensor<Value>::readings(double* readings) {
     std::fill(readings, readings + pad_->taxels(), 0.0);
     return;
   }
+  if (!begun_) set_response(Value(0));
+  const bool keeps = !kept_.basis.expired();
+  if (!keeps || kept_.readings.empty()) {
+    make_readings(readings);
+    if (keeps) kept_.readings.assign(readings, readings + pad_->taxels());
+  } else {
+    std::copy(kept_.readings.begin(), kept_.readings.end(), readings);
+  }
+}
+
+template <typename Value>
+void PadSensor<Value>::make_readings(double* readings) {
   pad_->template deviatoric<Value>().readings(response_.data(), map_workspace_, readings);
   for (std::size_t i = 0; power_ != 0 && i < pad_->taxels(); ++i) readings[i] = std::ldexp(readings[i], power_);
   if (!(options_.strength > 0.0)) return;
@@ -555,6 +582,7 @@ void PadSensor<Value>::stress(double* stress) {
     std::fill(stress, stress + kTensor * taxels, 0.0);
     return;
   }
+  if (!begun_) set_response(Value(0));
   means_.resize((kDeviatoric + 1) * taxels);
   pad_->template deviatoric<Value>().means(response_.data(), kOdd, means_.data());
   double* mean = means_.data() + kDeviatoric * taxels;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <list>
 #include <memory>
 #include <vector>
@@ -151,6 +152,19 @@ class PadSensor {
     std::weak_ptr<const BodyGeometry> geometry;  // unlike an address, never that of a later geometry
     std::shared_ptr<const Face> face;
   };
+  // What response_ holds: the response of a steady contact to weights of its basis. As long as a body rests, the
+  // weights change by less than the rounding errors of Value, and neither the response nor the readings change.
+  struct KeptResponse {
+    std::weak_ptr<const Basis<Value>> basis;   // unlike an address, never that of a later basis; expired: none
+    std::vector<Value> weights;
+    std::vector<double> readings;              // empty if they were not asked for yet
+
+    // Equal bits, because -0 and 0 are equal and give other bits.
+    bool holds(const std::shared_ptr<const Basis<Value>>& other, const std::vector<Value>& of) const {
+      return basis.lock() == other && weights.size() == of.size() &&
+             std::memcmp(weights.data(), of.data(), sizeof(Value) * of.size()) == 0;
+    }
+  };
   bool press_steady(const Touch& touch, const std::shared_ptr<const Face>& face);
   bool press_linear(const Touch& touch, const Face& face, const Placement& placement);
   void begin(std::size_t count);
@@ -175,6 +189,8 @@ class PadSensor {
   void note_range(const Touch& touch, const double* force, double area, double indentation);
   void note_carried(const Touch& touch, const double* carried);
   void add(const double* forces);
+  void set_response(Value value);
+  void make_readings(double* readings);
   std::shared_ptr<const Face> face_towards(const Touch& touch, Placement& placement);
   std::shared_ptr<const Face> cut_face(const Touch& touch, std::size_t side, const Placement& placement);
   bool over_sheet(const Face& face, const Placement& placement) const;
@@ -197,6 +213,8 @@ class PadSensor {
   FaceCells cutter_;
   SurfaceShear shear_;
   AlignedVector<Value> response_, mean_response_;
+  bool begun_ = false;   // whether response_ is that of the last press(), and not of one before
+  KeptResponse kept_;
   std::vector<double> forces_, total_, weights_, means_, part_forces_;
   PointPress points_;
   UniformPress uniform_;
