@@ -44,7 +44,7 @@ class MeshDensity:
 
     in_plane_size: float  #: mean element size in the plane over the reference length [-]
     through_size: float  #: mean element size across the thickness over the reference length [-]
-    rim_grading: float  #: size of the middle element over that of the rim element [-]
+    rim_grading: float  #: size of the middle element over that of the rim element, on a flat pad [-]
     base_grading: float  #: size of the top element over that of the base element [-]
     #: Sample points along each axis of a taxel's ball, for each sensing layer; the last number repeats.
     points_per_axis: tuple[int, ...]

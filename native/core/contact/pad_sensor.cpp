@@ -119,6 +119,7 @@ void PadSensor<Value>::press(const Touch* touches, std::size_t count, const Stea
   for (std::size_t i = 0; i < count; ++i) {
     if (solved_[i]) finish(touches[i], *presses_[i]);
   }
+  if (!begun_) set_response(Value(0));  // nothing was added
 }
 
 // Reset all results to those of a pad without contact.
@@ -552,7 +553,6 @@ void PadSensor<Value>::readings(double* readings) {
     std::fill(readings, readings + pad_->taxels(), 0.0);
     return;
   }
-  if (!begun_) set_response(Value(0));
   const bool keeps = !kept_.basis.expired();
   if (!keeps || kept_.readings.empty()) {
     make_readings(readings);
@@ -582,7 +582,6 @@ void PadSensor<Value>::stress(double* stress) {
     std::fill(stress, stress + kTensor * taxels, 0.0);
     return;
   }
-  if (!begun_) set_response(Value(0));
   means_.resize((kDeviatoric + 1) * taxels);
   pad_->template deviatoric<Value>().means(response_.data(), kOdd, means_.data());
   double* mean = means_.data() + kDeviatoric * taxels;
