@@ -78,9 +78,11 @@ double depth(const mjt_press& press, const SolvedCells& solved, std::size_t cell
   const std::size_t cells = solved.face->cells();
   double sum = 0.0;
   if (solved.full != nullptr) {
+    double force[3];
     const double* row = (*solved.full)[2 * cells + cell];
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t j = 0; j < cells; ++j) sum -= row[k * cells + j] * solved.forces[3 * j + k];
+    for (std::size_t j = 0; j < cells; ++j) {
+      solved.forces.at(j, force);
+      for (std::size_t k = 0; k < 3; ++k) sum -= row[k * cells + j] * force[k];
     }
     return sum;
   }
@@ -110,7 +112,7 @@ void set_motion(const mjt_press& press, const SolvedCells& solved, const double*
     plane.into(on_surface, at);
   }
   for (std::size_t i = 0; i < solved.face->cells(); ++i) {
-    if (!(solved.forces[3 * i + 2] < 0.0)) continue;
+    if (!(solved.forces.forces[3 * i + 2] < 0.0)) continue;
     const double modes[3] = {1.0, (placed[2 * i] - at[0]) / length, (placed[2 * i + 1] - at[1]) / length};
     const double down = depth(press, solved, i) + height(solved, i);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -136,7 +138,7 @@ void set_motion(const mjt_press& press, const SolvedCells& solved, const double*
 // Call visit(edge, whether the pressure is on its left) for all edges with pressure on one side only.
 template <typename Visit>
 void rim(const SolvedCells& solved, Visit&& visit) {
-  const auto pressed = [&](std::int32_t cell) { return cell >= 0 && solved.forces[3 * cell + 2] < 0.0; };
+  const auto pressed = [&](std::int32_t cell) { return cell >= 0 && solved.forces.forces[3 * cell + 2] < 0.0; };
   for (const CellEdge& edge : solved.face->edges) {
     if (pressed(edge.left) != pressed(edge.right)) visit(edge, pressed(edge.left));
   }
@@ -157,7 +159,7 @@ Point on_pad(const SolvedCells& solved, const double* at) {
 void describe(const mjt_press& press, const SolvedCells& solved, const double* point, mjt_pressed& to) {
   const Face& face = *solved.face;
   for (std::size_t i = 0; i < face.cells(); ++i) {
-    const double* force = solved.forces + 3 * i;
+    const double* force = solved.forces.forces + 3 * i;
     if (!(force[2] < 0.0)) continue;
     to.area += area(solved, i);
     to.peak = std::max(to.peak, -force[2] / face.areas[i]);
@@ -285,9 +287,9 @@ void mjt_press_cells(const mjt_press* press, size_t body, double* centroids, dou
   for (size_t i = 0; areas != nullptr && i < cells; ++i) areas[i] = area(solved, i);
   for (size_t i = 0; forces != nullptr && i < cells; ++i) {
     if (solved.bent == nullptr) {
-      std::copy(solved.forces + 3 * i, solved.forces + 3 * i + 3, forces + 3 * i);
+      solved.forces.at(i, forces + 3 * i);
     } else {
-      solved.bent->force_on(i, solved.forces + 3 * i, forces + 3 * i);
+      solved.bent->force_on(i, solved.forces, forces + 3 * i);
     }
   }
   for (size_t i = 0; heights != nullptr && i < cells; ++i) heights[i] = height(solved, i);
@@ -337,7 +339,7 @@ size_t mjt_press_parts(mjt_press* press, size_t body, double* nodal_forces) {
     press->unit.assign(parts, 0.0);
     press->unit[p] = 1.0;
     press->basis.part_forces(*solved.face, press->unit, press->forces.data());
-    press->basis.nodal_forces(*solved.face, press->pad->surface(), press->forces.data(), press->workspace,
+    press->basis.nodal_forces(*solved.face, press->pad->surface(), {press->forces.data()}, press->workspace,
                               nodal_forces + p * nodes);
   }
   return parts;

@@ -72,6 +72,7 @@ class Cells:
         lattice: they belong to.
         index: their numbers, (n, 2).
         heights: mean height of the body over each [m], (n,).
+        slopes: mean slopes of the body over each along x and y [-], (n, 2).
         rough: by how much the mean is above the least height that was looked at [m], (n,).
         share: of each cell that the body covers [-], (n,).
     """
@@ -79,6 +80,7 @@ class Cells:
     lattice: Lattice
     index: Indices
     heights: Array
+    slopes: Array
     rough: Array
     share: Array
 
@@ -94,7 +96,8 @@ class Cells:
 
     def chosen(self, which: Mask) -> Cells:
         """Some of the cells."""
-        return Cells(self.lattice, self.index[which], self.heights[which], self.rough[which], self.share[which])
+        own = (one[which] for one in (self.index, self.heights, self.slopes, self.rough, self.share))
+        return Cells(self.lattice, *own)
 
 
 def covered_box(heights: Heights, points: Array, low: Array, high: Array) -> tuple[Array, Array]:
@@ -124,25 +127,36 @@ def cells_over(heights: Heights, lattice: Lattice, index: Indices) -> Cells:
 
     Four Gauss points do where the body covers them all; elsewhere the mean is over what it covers of 4 x 4 points.
     """
-    mean, least, found = _sampled(heights, lattice, index, 0.5 + np.array([-1.0, 1.0]) / np.sqrt(12.0))
+    mean, slopes, least, found = _sampled(heights, lattice, index, 0.5 + np.array([-1.0, 1.0]) / np.sqrt(12.0))
     share = np.ones(len(index))
     cut = np.flatnonzero(found < 4)
     if len(cut):
-        mean[cut], least[cut], count = _sampled(heights, lattice, index[cut], (np.arange(4) + 0.5) / 4)
+        mean[cut], slopes[cut], least[cut], count = _sampled(heights, lattice, index[cut], (np.arange(4) + 0.5) / 4)
         share[cut] = count / 16
     kept = share > 0.0
-    return Cells(lattice, index[kept], mean[kept], (mean - least)[kept], share[kept])
+    return Cells(lattice, index[kept], mean[kept], slopes[kept], (mean - least)[kept], share[kept])
 
 
-def _sampled(heights: Heights, lattice: Lattice, index: Indices, places: Array) -> tuple[Array, Array, Array]:
-    """Mean and least of the finite heights over a square of points in each cell, and how many there are; (n,) each."""
+def _sampled(heights: Heights, lattice: Lattice, index: Indices, places: Array) -> tuple[Array, Array, Array, Array]:
+    """Mean, slopes (n, 2), least and number of the finite heights over a square of points in each cell; (n,) each."""
     offsets = np.stack(np.meshgrid(places, places), axis=-1).reshape(-1, 2)
     points = lattice.points(index[:, None], offsets).reshape(-1, 2)
     values = heights(points[:, 0], points[:, 1]).reshape(len(index), -1)
     finite = np.isfinite(values)
     count = finite.sum(axis=1)
     mean = np.where(finite, values, 0.0).sum(axis=1) / np.maximum(count, 1)
-    return mean, np.where(count > 0, values.min(axis=1), 0.0), count
+    slopes = _slopes(offsets @ np.diag(lattice.size), values, finite) @ rotation(lattice.angle).T
+    return mean, slopes, np.where(count > 0, values.min(axis=1), 0.0), count
+
+
+def _slopes(offsets: Array, values: Array, finite: Mask) -> Array:
+    """Slopes (n, 2) of planes through the finite values (n, points), by least squares; 0 where none is determined."""
+    count = np.maximum(finite.sum(axis=1), 1)
+    middle = finite @ offsets / count[:, None]
+    arms = np.where(finite[:, :, None], offsets - middle[:, None], 0.0)
+    above = np.where(finite, values - np.where(finite, values, 0.0).sum(axis=1)[:, None] / count[:, None], 0.0)
+    moments = np.einsum("npi,npj->nij", arms, arms)
+    return np.einsum("nij,npj,np->ni", np.linalg.pinv(moments, rcond=1e-9, hermitian=True), arms, above)
 
 
 def division(region: Indices, size: Array, wanted: int, most: int, narrowest: float) -> tuple[int, int]:

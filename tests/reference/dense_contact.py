@@ -1,7 +1,7 @@
 """Contacts of rigid bodies of any shape on a pad, solved on some 2,500 equal rectangles: slow, plain, and independent.
 
 This is what the package's contact laws are measured against, so nothing of their search, cells or solvers is used here.
-The physics is law "elastic" with shear "proportional". With forces F on the cells, pressing counted positive, the cells
+The physics is law "elastic" with shear "proportional", and pressure along the body's normals. With forces F on the cells, pressing counted positive, the cells
 sink by A F and the body moves down by M d, one motion (or with tilt three) per body. The contact is the minimum of
 
     1/2 F.A F + h.F    with  0 <= F <= capacity  and  M^T F = the bodies' forces and first moments,
@@ -41,6 +41,8 @@ NARROWEST = 3e-5
 ELONGATED, TURNS = 4.0, 4
 #: The line of the force passes at least this far inside of what can carry it, over the root of the covered area.
 INSIDE = 1e-3
+#: Steepest lean [-].
+MOST_LEAN = 0.5
 #: Conditions of the solution hold to this, over the largest force and the deepest sinking.
 ACCEPTED = 1e-7
 
@@ -73,6 +75,7 @@ class BodyContact:
     Attributes:
         cells: that it may press on.
         forces: of the body on each cell, pad frame, (n, 3) [N].
+        leaning: forces along the surface because the body presses along its own normals, without resultant, (n, 2) [N].
         gaps: between body and surface [m], (n,); 0 where it presses, negative where pressure is at its bound.
         motion: down at the pad's origin [m], and its slopes along x and y [-], (3,).
         through: point (x, y) the pressing force passes through [m].
@@ -80,6 +83,7 @@ class BodyContact:
 
     cells: Cells
     forces: Array
+    leaning: Array
     gaps: Array
     motion: Array
     through: Array
@@ -368,8 +372,11 @@ class Pressing:
             moved = np.array([own[0] - slopes @ middle + one.heights.min(), *slopes])
             pressing = forces[span]
             through = pressing @ one.centres / pressing.sum()
-            shear = _proportional_shear(body, one.centres, pressing, through)
-            solved.append(BodyContact(one, np.column_stack([shear, -pressing]), gaps[span], moved, through))
+            along = _along_normals(one.slopes - slopes, pressing)
+            leaning = along - _proportional_shear(_resultant(one.centres, along), one.centres, pressing, through)
+            wanted = np.array([*body.force[:2], body.moment[2]])
+            shear = leaning + _proportional_shear(wanted, one.centres, pressing, through)
+            solved.append(BodyContact(one, np.column_stack([shear, -pressing]), leaning, gaps[span], moved, through))
         return solved
 
     def _solved(self, problem: Problem, start: tuple[Mask, Mask] | None) -> tuple[Array, Array]:
@@ -445,11 +452,34 @@ def _likely(pressing: Pressing, cells: Sequence[Cells], known: Sequence[BodyCont
     return np.concatenate(pressed), np.concatenate(full)
 
 
-def _proportional_shear(body: Body, points: Array, pressing: Array, through: Array) -> Array:
-    """Shear proportional to the pressure, plus a turn about the centre of pressure, (n, 2) [N]."""
+def _along_normals(slopes: Array, pressing: Array) -> Array:
+    """Forces along the surface, (n, 2) [N], of a body that presses along its own normals.
+
+    Args:
+        slopes: of the body where it came to rest [-], (n, 2).
+        pressing: forces on the cells (n,) [N].
+    """
+    steep = np.maximum(np.linalg.norm(slopes, axis=1), MOST_LEAN)
+    return (pressing * MOST_LEAN / steep)[:, None] * slopes
+
+
+def _resultant(points: Array, along: Array) -> Array:
+    """Forces x and y [N], and torsion about the pad's origin [N m], of forces along the surface (n, 2)."""
+    return np.array([*along.sum(axis=0), (points[:, 0] * along[:, 1] - points[:, 1] * along[:, 0]).sum()])
+
+
+def _proportional_shear(wanted: Array, points: Array, pressing: Array, through: Array) -> Array:
+    """Shear proportional to the pressure, plus a turn about the centre of pressure, (n, 2) [N].
+
+    Args:
+        wanted: its resultant: forces x and y [N], and torsion about the pad's origin [N m].
+        points: middles of the cells, (n, 2) [m].
+        pressing: forces on them, (n,) [N].
+        through: centre of pressure (x, y) [m].
+    """
     offset = points - through
-    fx, fy, _ = body.force
-    torsion = body.moment[2] - (through[0] * fy - through[1] * fx)
+    fx, fy, torsion = wanted
+    torsion = torsion - (through[0] * fy - through[1] * fx)
     polar = float(pressing @ (offset**2).sum(axis=1))
     turn = torsion / polar if polar > 0.0 else 0.0
     sideways = np.array([fx, fy]) / pressing.sum() + turn * np.column_stack([-offset[:, 1], offset[:, 0]])

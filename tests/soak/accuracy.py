@@ -70,6 +70,7 @@ class Pressure:
     """Where one body presses: nodal forces per pressure, and per pressure times the place beside its centre."""
 
     nodal: Array  #: (nodes y, nodes x, 3) [N, N m, N m]
+    leaning: Array  #: nodal forces along the surface without resultant, (nodes y, nodes x, 2) [N]
     centre: Array  #: (x, y) [m]
     force: float  #: [N]
     polar: float  #: second moment about the centre [N m^2]
@@ -80,7 +81,7 @@ class Pressure:
         turn = torsion / self.polar if self.polar > 0.0 else 0.0
         press, along_x, along_y = np.moveaxis(self.nodal, -1, 0)
         x, y = press * (wrench[0] / self.force) - turn * along_y, press * (wrench[1] / self.force) + turn * along_x
-        return np.stack([x, y, -press], axis=-1)
+        return np.stack([x + self.leaning[..., 0], y + self.leaning[..., 1], -press], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,7 +309,7 @@ class Dense:
         """
         # What is solved depends on the mesh alone; how it is read, on the rest of a fidelity.
         numbers = [f"{value:.6e}" for body in bodies for value in (*body.force, *body.moment)]
-        about = f"{influence.pad.fingerprint} {influence.density} {tilting} {self.cells} {numbers}"
+        about = f"leaning {influence.pad.fingerprint} {influence.density} {tilting} {self.cells} {numbers}"
         name = f"{key}-{hashlib.sha1(about.encode()).hexdigest()[:12]}"
         if name not in _solved:
             _solved.clear() if len(_solved) > 8 else None
@@ -321,7 +322,7 @@ class Dense:
         pressure = None
         if "single" in solved:
             x, y, force, polar = (float(value) for value in solved["about"])
-            pressure = Pressure(solved["single"], np.array([x, y]), force, polar)
+            pressure = Pressure(solved["single"], solved["leaning"], np.array([x, y]), force, polar)
         return Reference(influence.readings(load), solved["pressed"], area, full, left, slope, pressure)
 
     def _kept(self, name: str, influence: InfluenceMatrices, bodies: Sequence[Body], tilting: bool) -> dict[str, Array]:
@@ -389,6 +390,8 @@ def _numbers(found: DenseContact, cap: float, surface: SurfaceGrid) -> dict[str,
         kept["single"] = nodal_forces(
             surface, cells, pressing[:, None] * np.column_stack([np.ones(len(offset)), offset])
         )
+        leaning = found.bodies[0].leaning
+        kept["leaning"] = nodal_forces(surface, cells, np.column_stack([leaning, np.zeros(len(leaning))]))[..., :2]
         kept["about"] = np.array([*centre, pressing.sum(), pressing @ (offset**2).sum(axis=1)])
     return kept
 

@@ -356,13 +356,15 @@ void PadSensor<Value>::finish(const Touch& touch, BodyPress& press) {
   const CellContact& contact = press.contact();
   const Face& cells = press.cells();
   press.forces.resize(3 * cells.cells());
+  press.leans.clear();
   if (curved()) {
     put_on_curved_nodes(press);
   } else {
     if (!shear(touch, press)) contact.forces(cells, touch.wrench, press.forces.data());
     bound_stress(cells, options_.strength, press.forces.data());
     CellContact::sum(press.workspace, cells.cells(), press.forces.data(), press.carried);
-    contact.nodal_forces(cells, pad_->surface(), press.forces.data(), press.workspace, forces_.data());
+    balance_leans(press);
+    contact.nodal_forces(cells, pad_->surface(), press.on_cells(), press.workspace, forces_.data());
   }
   if (!contact.exact()) note(Event::approximated, touch, 0.0, 0.0);
   double borne[3] = {};
@@ -390,7 +392,18 @@ void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
   CellContact::sum(press.workspace, cells.cells(), press.forces.data(), carried);
   carried[0] += along[0], carried[1] += along[1], carried[5] += along[2];
   press.plane.wrench_out_of(carried, press.carried);
-  press.laid().nodal_forces(cells, pad_->surface(), press.forces.data(), press.carried, press.bent, forces_.data());
+  balance_leans(press);
+  press.laid().nodal_forces(cells, pad_->surface(), press.on_cells(), press.carried, press.bent, forces_.data());
+}
+
+// Balance the leans of a contact's cells under the forces on them.
+template <typename Value>
+void PadSensor<Value>::balance_leans(BodyPress& press) {
+  const std::vector<Point>* leans = press.all_leans();
+  if (leans == nullptr) return;
+  press.pressing.resize(leans->size());
+  for (std::size_t i = 0; i < leans->size(); ++i) press.pressing[i] = -press.forces[3 * i + 2];
+  balance_lean(*leans, press.cells().centroids.data(), press.pressing.data(), press.leans);
 }
 
 // Compute the forces on the cells if shear is bounded by friction or is not in proportion to the pressure. False if it
@@ -419,7 +432,8 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
                                  curved() ? &bend : nullptr};
     compliance.full(placed, press.integrals, placement, press.workspace.compliance, press.full);
   }
-  const PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
+  PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
+  pressed.leans = press.all_leans();
   const double friction = options_.friction < 0.0 && choice.slips() ? touch.friction : options_.friction;
   const ShearProblem problem = {pressed, choice.couples() ? &press.full : nullptr, touch.wrench, friction};
   const ShearOutcome outcome = shear_.solve(choice, problem, press.forces.data());
@@ -466,7 +480,7 @@ bool PadSensor<Value>::press_steady(const Touch& touch, const std::shared_ptr<co
       std::fill(unit.begin(), unit.end(), 0.0);
       unit[p] = 1.0;
       contact.part_forces(*face, unit, part_forces_.data());
-      contact.nodal_forces(*face, pad_->surface(), part_forces_.data(), workspace_, forces_.data());
+      contact.nodal_forces(*face, pad_->surface(), {part_forces_.data()}, workspace_, forces_.data());
       std::fill(response.begin(), response.end(), Value(0));
       map.add_response(forces_.data(), map_workspace_, response.data());
       std::copy(response.begin(), response.end(), twofold.begin());
@@ -614,7 +628,7 @@ SolvedCells PadSensor<Value>::solved_cells(std::size_t touch) const {
   if (!whole) solved.view = press.flat ? &press.face.view() : &press.patch.view();
   solved.heights = press.heights();
   if (whole && coupled) solved.sunk = press.sunk.data();
-  solved.forces = press.forces.data();
+  solved.forces = press.on_cells();
   if (sheared) solved.full = &press.full;
   solved.workspace = &press.workspace;
   return solved;

@@ -57,7 +57,7 @@ struct SolvedCells {
   const PatchFace::HeightWindow* view = nullptr;
   const double* heights = nullptr;         // of the body above the cells (cells) [m]; null for a flat face
   const double* sunk = nullptr;            // lowering of the surface by other bodies (cells) [m]; null for none
-  const double* forces = nullptr;          // on the cells (cells, 3) [N]; on a curved pad in the tangent plane's frame
+  CellForces forces = {nullptr};           // on the cells; on a curved pad in the tangent plane's frame
   const Matrix* full = nullptr;            // compliance with which shear was solved; null for none
   const CellContact::Workspace* workspace = nullptr;
 };
@@ -130,6 +130,8 @@ class PadSensor {
     ShearIntegrals integrals;
     Matrix full;
     std::vector<double> forces, sunk;    // on the cells [N]; lowering of the surface by other bodies [m]
+    std::vector<double> pressing;        // forces on the cells along the surface's normals [N]
+    std::vector<Point> leans;            // of the cells, balanced [-]; empty if none leans
     double carried[6] = {};              // wrench that the cells carry, pad frame [N, N m]
     // On a curved pad: the plane in which the contact is solved, the body's heights over the surface there, and the
     // touch in the plane's frame.
@@ -143,6 +145,9 @@ class PadSensor {
     const CellContact& contact() const { return flat ? face.contact() : patch.contact(); }
     const Face& cells() const { return flat ? face.face() : patch.face(); }
     Placement placement() const { return flat ? face.placement() : kUnmoved; }
+    CellForces on_cells() const { return {forces.data(), leans.empty() ? nullptr : leans.data()}; }
+    // Leans before they are balanced; null if no cell leans. All cells of a flat face lean alike.
+    const std::vector<Point>* all_leans() const { return flat || patch.leans().empty() ? nullptr : &patch.leans(); }
     const double* heights() const { return flat ? face.heights() : patch.heights().data(); }
   };
   struct CutFace {
@@ -183,6 +188,7 @@ class PadSensor {
   void sink(const BodyPress& other, BodyPress& press);
   void finish(const Touch& touch, BodyPress& press);
   void put_on_curved_nodes(BodyPress& press);
+  void balance_leans(BodyPress& press);
   bool shear(const Touch& touch, BodyPress& press);
   void note(Event event, const Touch& touch, double pressure, double indentation);
   void note_contact(const Touch& touch, const double* force, double area, double indentation);

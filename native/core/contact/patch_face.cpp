@@ -55,6 +55,14 @@ bool between_nodes(const double* over, bool along, double line, double& low, dou
   return low < high;
 }
 
+// Rise per step through three points at equal distances, from the last one to the first one; 0 if only one of them is
+// finite. The middle one counts if another is not finite.
+double slope_between(double first, double middle, double last) {
+  if (std::isfinite(first) && std::isfinite(last)) return (first - last) / 2.0;
+  const double beside = std::isfinite(first) ? first - middle : middle - last;
+  return std::isfinite(beside) ? beside : 0.0;
+}
+
 // Height over a point as measured from the view's plane [m].
 double seen_from(const PatchFace::HeightWindow& view, const Point& at, double height) {
   return height - view.slopes[0] * (at.x - view.middle.x) - view.slopes[1] * (at.y - view.middle.y) - view.lowest;
@@ -347,22 +355,22 @@ PatchFace::Arms PatchFace::arms_of(const Cell& cell) {
 // points_.
 double PatchFace::mean_height(const HeightWindow& view, std::size_t own, std::size_t looked_at, Point& gradient) const {
   const Cell& cell = cells_[own];
-  double sum = 0.0, apart[2] = {0.0, 0.0};
+  double sum = 0.0, heights[4];
   int count = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    const double height = seen_from(view, points_[looked_at + k], found_[looked_at + k]);
-    apart[k % 2] += k < 2 ? height : -height;   // infinite or NaN where there is no body on a side
-    if (!std::isfinite(height)) continue;
-    sum += height;
+    heights[k] = seen_from(view, points_[looked_at + k], found_[looked_at + k]);
+    if (!std::isfinite(heights[k])) continue;
+    sum += heights[k];
     ++count;
   }
+  const double middle = count < 4 ? seen(view, face_.centroids[own]) : 0.0;
   const Arms arms = arms_of(cell);
   double slopes[2];
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    slopes[axis] = std::isfinite(apart[axis]) ? apart[axis] / (2.0 * arms.lengths[axis]) : 0.0;
+    slopes[axis] = slope_between(heights[axis], middle, heights[axis + 2]) / arms.lengths[axis];
   }
   gradient = {cell.cosine * slopes[0] - cell.sine * slopes[1], cell.sine * slopes[0] + cell.cosine * slopes[1]};
-  return count > 0 ? sum / count : seen(view, face_.centroids[own]);
+  return count > 0 ? sum / count : middle;
 }
 
 void PatchFace::trim(const HeightWindow& view, double least, double most, Region& region) const {

@@ -96,7 +96,7 @@ void PointPress::nodal_forces(const SurfaceGrid& grid, const TangentPlane& plane
     force[2] = std::min((force[2] - along) / (1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]), 0.0);
     for (int k = 0; k < 2; ++k) force[k] += slopes[k] * force[2];
   }
-  bent_.nodal_forces(face_, grid, forces_.data(), carried, bent_work_, nodal);
+  bent_.nodal_forces(face_, grid, {forces_.data()}, carried, bent_work_, nodal);
 }
 
 }  // namespace mjtactile

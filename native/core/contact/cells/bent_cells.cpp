@@ -45,15 +45,17 @@ void BentCells::along_plane(const double* pressing, double* along) const {
   }
 }
 
-void BentCells::force_on(std::size_t cell, const double* force, double* on_pad) const {
-  const double* slopes = slopes_.data() + 2 * cell;
-  // Shear is in the cell's own plane; pressing is along its normal (-slopes, 1).
-  const double here[3] = {force[0] - slopes[0] * force[2], force[1] - slopes[1] * force[2],
-                          force[2] + slopes[0] * force[0] + slopes[1] * force[1]};
+void BentCells::force_on(std::size_t cell, const CellForces& forces, double* on_pad) const {
+  const double *own = forces.forces + 3 * cell, *slopes = slopes_.data() + 2 * cell;
+  double leaning[3];
+  forces.at(cell, leaning);
+  // Shear is in the cell's own plane; pressing is along its normal (-slopes, 1), and leans along the tangent plane.
+  const double here[3] = {leaning[0] - slopes[0] * own[2], leaning[1] - slopes[1] * own[2],
+                          own[2] + slopes[0] * own[0] + slopes[1] * own[1]};
   plane_->turn_out_of(here, on_pad);
 }
 
-bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, double* wrench,
+bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces, double* wrench,
                              Workspace& workspace, double* nodal) const {
   const std::size_t cells = face.cells();
   workspace.edges.clear();
@@ -73,7 +75,7 @@ bool BentCells::nodal_forces(const Face& face, const SurfaceGrid& grid, const do
   workspace.tractions.assign(3 * cells, 0.0);
   for (std::size_t i = 0; i < cells; ++i) {
     double* traction = workspace.tractions.data() + 3 * i;
-    force_on(i, forces + 3 * i, traction);
+    force_on(i, forces, traction);
     for (int k = 0; k < 3; ++k) traction[k] = workspace.areas[i] > 0.0 ? traction[k] / workspace.areas[i] : 0.0;
   }
   std::size_t kept = 0;

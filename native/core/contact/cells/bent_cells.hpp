@@ -4,7 +4,8 @@
 // Forces f are measured along N. With c = n . N, the force along n is f / c, and it acts on an area of 1 / c times that
 // of the cell in the plane. So the pressure is f over the cell's area in the plane, as on a flat pad. For moments, f
 // acts where the line along n through the cell meets the plane. The surface moves along n. A displacement w along n is
-// closed by a motion w / c of the body along N.
+// closed by a motion w / c of the body along N. The forces on cells that lean turn from n towards the body's normal; see
+// lean.hpp.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,7 @@
 
 #include "contact/cells/compliance.hpp"
 #include "contact/cells/face.hpp"
+#include "contact/cells/lean.hpp"
 #include "geometry/tangent_plane.hpp"
 #include "influence/surface_grid.hpp"
 
@@ -49,13 +51,13 @@ class BentCells {
 
   // Resultants in the plane of pressing forces f (cells) [N]: forces along u and v [N], and the torsion about N [N m].
   void along_plane(const double* pressing, double* along) const;
-  // Force on a cell in the pad frame (3) [N], from its shear along u and v and -f (3) [N].
-  void force_on(std::size_t cell, const double* force, double* on_pad) const;
-  // Nodal forces (nodes y, nodes x, 3) [N] of forces on the cells (cells, 3), as for force_on(). They are corrected to
+  // Force on a cell in the pad frame (3) [N], from its shear along u and v, and -f.
+  void force_on(std::size_t cell, const CellForces& forces, double* on_pad) const;
+  // Nodal forces (nodes y, nodes x, 3) [N] of forces on the cells, as for force_on(). They are corrected to
   // have exactly the resultant `wrench` (6), about the pad's origin, pad frame [N, N m]: cells are polygons on the pad,
   // so their nodal forces miss it slightly. False if the loaded nodes cannot carry this wrench. Forces are then not
   // corrected, and `wrench` becomes their own resultant.
-  bool nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, double* wrench,
+  bool nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces, double* wrench,
                     Workspace& workspace, double* nodal) const;
 
  private:

@@ -403,12 +403,14 @@ void CellContact::part_forces(const Face& face, const std::vector<double>& weigh
   }
 }
 
-void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, Workspace& workspace,
+void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces, Workspace& workspace,
                                double* nodal) const {
   const std::size_t cells = face.cells();
   workspace.tractions.resize(3 * cells);
   for (std::size_t i = 0; i < cells; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) workspace.tractions[3 * i + k] = forces[3 * i + k] / face.areas[i];
+    double* traction = workspace.tractions.data() + 3 * i;
+    forces.at(i, traction);
+    for (std::size_t k = 0; k < 3; ++k) traction[k] /= face.areas[i];
   }
   workspace.edges.clear();
   for (const CellEdge& edge : face.edges) {

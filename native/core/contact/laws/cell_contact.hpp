@@ -76,7 +76,7 @@ class CellContact {
   // Wrench (6), about the pad's origin [N, N m], of forces on the cells (cells, 3) [N].
   static void sum(const Workspace& workspace, std::size_t cells, const double* forces, double* carried);
   // Nodal forces (nodes y, nodes x, 3) [N] that are equivalent to forces on the cells.
-  void nodal_forces(const Face& face, const SurfaceGrid& grid, const double* forces, Workspace& workspace,
+  void nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces, Workspace& workspace,
                     double* nodal) const;
 
   // Make the parts of a linear contact on a flat face, for weights() and part_forces(). False if that fails.

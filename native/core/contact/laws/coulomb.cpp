@@ -95,7 +95,7 @@ class Coulomb final : public TangentialChoice {
         if (!work.limit.leaves(2 * work.held.size(), kReserve)) break;
         if (round == 1 || work.held != work.last_held) work.mixing.forget();
         for (std::size_t i = 0; i < reached; ++i) {
-          work.new_lift[i] = -dot(compliance[2 * count + work.reached[i]], work.found.data(), 2 * count);
+          work.new_lift[i] = -dot(compliance[2 * count + work.reached[i]], work.along.data(), 2 * count);
           // The error of the assumed lift, converted to a force by the cell's own compliance.
           changed = std::max(changed, std::abs(work.new_lift[i] - work.lift[i]) / work.pressed[i][i]);
           work.start[i] = work.normal[work.reached[i]] > 0.0 ? 1 : 0;
@@ -125,6 +125,7 @@ class Coulomb final : public TangentialChoice {
       }
       work.last_held = work.held;
       work.hold(cells, work.normal.data());
+      work.lean(cells, work.normal.data());
       const bool known = round > 0 && work.last_held == work.held && !outcome.slides;
       settled = slipping(problem, work, known, outcome.slides);
       work.last = work.found;
@@ -133,6 +134,8 @@ class Coulomb final : public TangentialChoice {
         work.found[work.held[i]] = work.shear[i];
         work.found[count + work.held[i]] = work.shear[work.held.size() + i];
       }
+      work.along = work.found;
+      for (std::size_t k = 0; k < work.leaning.size(); ++k) work.along[k] += work.leaning[k];
       for (std::size_t k = 0; k < 2 * count; ++k) changed = std::max(changed, std::abs(work.found[k] - work.last[k]));
       if (round > 0) change = changed;
       agreed = change <= kAgreed * total;

@@ -74,6 +74,7 @@ bool holds(const ShearProblem& problem, ShearWork& work, const double* forces) {
 class Stick final : public TangentialChoice {
  public:
   const char* name() const override { return "stick"; }
+  bool leans() const override { return false; }
 
   ShearOutcome solve(const ShearProblem& problem, ShearWork& work, double* forces) const override {
     const PressedCells& cells = problem.cells;

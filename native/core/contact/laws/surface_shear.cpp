@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/cells/lean.hpp"
 #include "contact/laws/by_name.hpp"
 #include "linalg/small.hpp"
 
@@ -37,6 +38,7 @@ ShearOutcome SurfaceShear::solve(const TangentialChoice& choice, const ShearProb
     if (cells.heights == nullptr || std::isfinite(cells.heights[i])) work_.reached.push_back(i);
   }
   work_.gathered.clear();
+  work_.leaning.clear();
   ShearOutcome outcome = choice.solve(problem, work_, forces);
   if (!finite(forces, 3 * cells.count)) {
     outcome = proportional_shear().solve(problem, work_, forces);
@@ -56,6 +58,17 @@ void ShearWork::hold(const PressedCells& cells, const double* normal_forces) {
   shear.resize(2 * held.size());
 }
 
+void ShearWork::lean(const PressedCells& cells, const double* normal_forces) {
+  leaning.clear();
+  if (cells.leans == nullptr) return;
+  balance_lean(*cells.leans, cells.points, normal_forces, leans);
+  leaning.resize(2 * cells.count);
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    leaning[i] = normal_forces[i] * leans[i].x;
+    leaning[cells.count + i] = normal_forces[i] * leans[i].y;
+  }
+}
+
 void ShearWork::write(const PressedCells& cells, const double* normal_forces, double* forces) const {
   for (std::size_t i = 0; i < cells.count; ++i) {
     forces[3 * i] = forces[3 * i + 1] = 0.0;
@@ -72,7 +85,8 @@ void ShearWork::displace(const PressedCells& cells, const Matrix& compliance, co
   free_slip.resize(2 * size);
   for (std::size_t a = 0; a < 2; ++a) {
     for (std::size_t i = 0; i < size; ++i) {
-      free_slip[a * size + i] = -dot(compliance[a * count + held[i]] + 2 * count, normal_forces, count);
+      const double* from = compliance[a * count + held[i]];
+      free_slip[a * size + i] = dot(from, leaning.data(), leaning.size()) - dot(from + 2 * count, normal_forces, count);
     }
   }
   if (gathered == held) return;

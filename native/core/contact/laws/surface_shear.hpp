@@ -28,6 +28,7 @@ struct PressedCells {
   double length;           // divides moments to compare them with forces [m]
   bool tilting;            // whether the body may tilt
   const double* most = nullptr;  // largest normal forces (count) [N], no less than `pressing`; null: no bound
+  const std::vector<Point>* leans = nullptr;   // of the cells (count) [-]; null if no cell leans
 };
 
 // The cells, and the wrench that they must carry.
@@ -64,12 +65,17 @@ struct ShearWork {
   std::vector<double> normal, found, spread, last;   // of all cells: normal forces, and shear (2, count)
   std::vector<double> coupled;                       // forces of a bonded contact without bounds on the cells
   std::vector<double> shear, free_slip;              // of the held cells: shear, and slip by the pressure alone
+  std::vector<Point> leans;                          // balanced, of all cells [-]
+  std::vector<double> leaning, along;   // forces along the surface (2, count) [N]: of the leans; of these and shear
 
   // Reset the limit of work for a new contact.
   void allow();
   // Take the cells under pressure as those that carry shear.
   void hold(const PressedCells& cells, const double* normal_forces);
-  // Gather the held cells' tangential compliance, and their tangential displacement by the normal forces alone.
+  // Compute the forces along the surface of cells that lean, under these normal forces. None if no cell leans.
+  void lean(const PressedCells& cells, const double* normal_forces);
+  // Gather the held cells' tangential compliance, and their tangential displacement by the normal forces and the leans
+  // alone.
   void displace(const PressedCells& cells, const Matrix& compliance, const double* normal_forces);
   // Write the forces on all cells (count, 3) [N]: the normal forces, and the shear of the held cells.
   void write(const PressedCells& cells, const double* normal_forces, double* forces) const;
@@ -83,6 +89,9 @@ class TangentialChoice {
   virtual bool couples() const { return true; }
   // Whether cells slip where friction bears no more, so that a coefficient must be given.
   virtual bool slips() const { return false; }
+  // Whether cells press along the body's normals; see lean.hpp. If none slips, the direction of the traction follows from
+  // that alone.
+  virtual bool leans() const { return true; }
   // Forces on the cells (count, 3) [N]; see SurfaceShear::solve.
   virtual ShearOutcome solve(const ShearProblem& problem, ShearWork& work, double* forces) const = 0;
 
