@@ -119,6 +119,20 @@ def proportional(cells: Cells, normal: Array, wrench: Array) -> Array:
     return np.matmul(weighted, np.linalg.solve(gram, shear_resultants(cells, wrench, centre)))
 
 
+def leaning(cells: Cells, normal: Array, slopes: Array) -> Array:
+    """Forces along the surface (2, cells) [N] of a body that presses along its own normals, without their resultant.
+
+    Args:
+        cells: that it presses.
+        normal: forces on them, (cells,) [N].
+        slopes: of the body over each cell, (cells, 2) [-].
+    """
+    along = normal * slopes.T
+    x, y = cells.centroids.T
+    torsion = float((x * along[1] - y * along[0]).sum())
+    return along - proportional(cells, normal, np.array([*along.sum(axis=1), 0.0, 0.0, 0.0, torsion]))
+
+
 def sticking(full: Array, cells: Cells, wrench: Array) -> Array:
     """Forces (cells, 3) [N] under a flat face that sticks everywhere: every cell moves with the body."""
     count, middle = len(cells.areas), cells.centroids.mean(axis=0)
@@ -148,10 +162,11 @@ class Slip(NamedTuple):
     apart: float
 
 
-def coulomb(full: Array, cells: Cells, forces: Array, heights: Array, friction: float) -> Slip:
+def coulomb(full: Array, cells: Cells, forces: Array, heights: Array, friction: float, along: Array | None = None) -> Slip:
     """What is left of the conditions of partial slip: |t| <= mu F, and slip only at the limit, against the shear.
 
-    A contact that is loaded once, without history (Johnson, Contact Mechanics, 1985, section 7.2).
+    A contact that is loaded once, without history (Johnson, Contact Mechanics, 1985, section 7.2). `along` are the
+    forces along the surface (2, cells) [N] that belong to the pressure; friction does not bear them.
     """
     kept = forces[:, 2] < 0.0
     moved = np.einsum("iajb,bj->ia", full, forces)
@@ -160,6 +175,8 @@ def coulomb(full: Array, cells: Cells, forces: Array, heights: Array, friction: 
     motion = np.linalg.lstsq(cells.modes[kept], down, rcond=None)[0]
     apart = float(np.abs(cells.modes[kept] @ motion - down).max()) / scale
     shear, limit = forces[kept, :2].T, -friction * forces[kept, 2]
+    if along is not None:
+        shear = shear - along[:, kept]
     size = np.linalg.norm(shear, axis=0)
     holds = size < (1 - 1e-6) * limit
     modes = shear_modes(cells, cells.centroids.mean(axis=0))[:, kept]

@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from core_cells import read
-from laws_on_cells import Cells, coulomb, full_compliance, normal_compliance, placed, pressing, proportional, sticking
+from laws_on_cells import (
+    Cells,
+    coulomb,
+    full_compliance,
+    leaning,
+    normal_compliance,
+    placed,
+    pressing,
+    proportional,
+    sticking,
+)
 from shapely import box
 
 import mjtactile
@@ -118,3 +128,52 @@ def test_shear_that_slips_where_friction_does_not_hold(influence, name, friction
     left = coulomb(full, cells, found.forces, np.zeros(len(cells.areas)), friction)
     assert left.over <= EXACT
     assert max(left.stuck, left.across, left.apart) <= SETTLED
+
+
+#: Movements under cells of a lattice, whose integrals over two cells that are not near are sums over points.
+SUMMED = 1e-3
+#: Of a paraboloid, which is steep enough for its normals to count [m], and where it stands [m].
+ROUND, MIDDLE = 4e-3, np.array([0.7e-3, -1.2e-3])
+
+
+def under_a_paraboloid(influence, **options) -> tuple[CellForces, Cells, np.ndarray, np.ndarray]:
+    """What the core finds, its cells, the wrench (6,), and the slopes of the body over each cell (cells, 2)."""
+
+    def gap(x, y):
+        return ((x - MIDDLE[0]) ** 2 + (y - MIDDLE[1]) ** 2) / (2 * ROUND)
+
+    chosen = contact_options(influence, cells=COUNT, law="elastic", tilt="fixed", **options)
+    moment = np.cross([*MIDDLE, 0.0], FORCE) + [0.0, 0.0, 2e-6]
+    press = new_press(influence, chosen, strength=0.0)
+    found = press.loads([Footprint.from_gap(gap, influence.surface)], [Wrench(FORCE, moment)])[0]
+    assert not found.approximated
+    assert not found.simplified
+    forces = press.cell_forces()
+    cells = Cells(forces.centroids, forces.areas, forces.edges, forces.sides, np.empty(0))
+    return forces, cells, np.concatenate([FORCE, moment]), (forces.centroids - MIDDLE) / ROUND
+
+
+def test_a_round_body_presses_along_its_normals(influence):
+    found, cells, wrench, slopes = under_a_paraboloid(influence)
+    normal = -found.forces[:, 2]
+    assert np.linalg.norm(slopes[normal > 0.0], axis=1).max() > 0.1
+    expected = leaning(cells, normal, slopes) + proportional(cells, normal, wrench)
+    assert_same(found.forces[:, :2], expected.T)
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.3, 0.5])
+def test_friction_does_not_bear_what_leans(influence, friction):
+    found, cells, _, slopes = under_a_paraboloid(influence, tangential="coulomb", friction=friction)
+    full = full_compliance(surface_compliance(influence), cells)
+    along = leaning(cells, -found.forces[:, 2], slopes)
+    left = coulomb(full, cells, found.forces, found.heights, friction, along)
+    assert left.over <= EXACT
+    assert max(left.stuck, left.across) <= SUMMED
+
+
+def test_what_sticks_does_not_lean(influence):
+    found, cells, wrench, _ = under_a_paraboloid(influence, tangential="stick")
+    full = full_compliance(surface_compliance(influence), cells)
+    left = coulomb(full, cells, found.forces, found.heights, 1e9)
+    assert left.stuck <= SUMMED
+    np.testing.assert_allclose(found.forces[:, :2].sum(axis=0), wrench[:2], atol=1e-12)
