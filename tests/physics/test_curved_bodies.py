@@ -164,7 +164,7 @@ def test_what_presses_on_one_side_turns_about_where_its_normals_go():
     moment = np.cross(at, cells.forces).sum(axis=0)
     expected = np.cross(surface.positions(*place), -3.0 * surface.normals(*place))
     np.testing.assert_allclose(cells.forces.sum(axis=0), -3.0 * surface.normals(*place), atol=1e-9)
-    np.testing.assert_allclose(moment, expected, atol=5e-4 * np.linalg.norm(expected))
+    np.testing.assert_allclose(moment, expected, atol=5e-4 * float(np.linalg.norm(expected)))
 
 
 @pytest.fixture(scope="module")
@@ -315,7 +315,7 @@ RING_FEET = np.array(
 def ring_by_quarter() -> tuple[float, np.ndarray]:
     """How far a plate with a hole goes into a dome from where a whole one would touch [m], and stress [Pa]."""
     quarter = QuarterPad((RING_LINE, RING_LINE, RING_DEPTHS), DOME.positions, IsotropicSolid(1e6, 0.45))
-    down = np.broadcast_to([0.0, 0.0, 1.0], quarter.nodes[:, :, 0].shape)   # normals of the plate
+    down = np.broadcast_to([0.0, 0.0, 1.0], quarter.nodes[:, :, 0].shape)  # normals of the plate
 
     def gap(points: np.ndarray, _: np.ndarray) -> np.ndarray:
         aside = np.abs(points[:, :2]).max(axis=1)

@@ -96,8 +96,8 @@ class Cells:
 
     def chosen(self, which: Mask) -> Cells:
         """Some of the cells."""
-        own = (one[which] for one in (self.index, self.heights, self.slopes, self.rough, self.share))
-        return Cells(self.lattice, *own)
+        heights, slopes, rough, share = (one[which] for one in (self.heights, self.slopes, self.rough, self.share))
+        return Cells(self.lattice, self.index[which], heights, slopes, rough, share)
 
 
 def covered_box(heights: Heights, points: Array, low: Array, high: Array) -> tuple[Array, Array]:

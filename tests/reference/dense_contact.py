@@ -1,8 +1,9 @@
 """Contacts of rigid bodies of any shape on a pad, solved on some 2,500 equal rectangles: slow, plain, and independent.
 
 This is what the package's contact laws are measured against, so nothing of their search, cells or solvers is used here.
-The physics is law "elastic" with shear "proportional", and pressure along the body's normals. With forces F on the cells, pressing counted positive, the cells
-sink by A F and the body moves down by M d, one motion (or with tilt three) per body. The contact is the minimum of
+The physics is law "elastic" with shear "proportional", and pressure along the body's normals. With forces F on the
+cells, pressing counted positive, the cells sink by A F and the body moves down by M d, one motion (or with tilt three)
+per body. The contact is the minimum of
 
     1/2 F.A F + h.F    with  0 <= F <= capacity  and  M^T F = the bodies' forces and first moments,
 

@@ -162,11 +162,13 @@ class Slip(NamedTuple):
     apart: float
 
 
-def coulomb(full: Array, cells: Cells, forces: Array, heights: Array, friction: float, along: Array | None = None) -> Slip:
+def coulomb(
+    full: Array, cells: Cells, forces: Array, heights: Array, friction: float, pressed_along: Array | None = None
+) -> Slip:
     """What is left of the conditions of partial slip: |t| <= mu F, and slip only at the limit, against the shear.
 
-    A contact that is loaded once, without history (Johnson, Contact Mechanics, 1985, section 7.2). `along` are the
-    forces along the surface (2, cells) [N] that belong to the pressure; friction does not bear them.
+    A contact that is loaded once, without history (Johnson, Contact Mechanics, 1985, section 7.2). `pressed_along`
+    are the forces along the surface (2, cells) [N] that belong to the pressure; friction does not bear them.
     """
     kept = forces[:, 2] < 0.0
     moved = np.einsum("iajb,bj->ia", full, forces)
@@ -175,8 +177,8 @@ def coulomb(full: Array, cells: Cells, forces: Array, heights: Array, friction: 
     motion = np.linalg.lstsq(cells.modes[kept], down, rcond=None)[0]
     apart = float(np.abs(cells.modes[kept] @ motion - down).max()) / scale
     shear, limit = forces[kept, :2].T, -friction * forces[kept, 2]
-    if along is not None:
-        shear = shear - along[:, kept]
+    if pressed_along is not None:
+        shear = shear - pressed_along[:, kept]
     size = np.linalg.norm(shear, axis=0)
     holds = size < (1 - 1e-6) * limit
     modes = shear_modes(cells, cells.centroids.mean(axis=0))[:, kept]

@@ -143,7 +143,8 @@ def under_a_paraboloid(influence, **options) -> tuple[CellForces, Cells, np.ndar
         return ((x - MIDDLE[0]) ** 2 + (y - MIDDLE[1]) ** 2) / (2 * ROUND)
 
     chosen = contact_options(influence, cells=COUNT, law="elastic", tilt="fixed", **options)
-    moment = np.cross([*MIDDLE, 0.0], FORCE) + [0.0, 0.0, 2e-6]
+    moment = np.cross([*MIDDLE, 0.0], FORCE)
+    moment[2] += 2e-6
     press = new_press(influence, chosen, strength=0.0)
     found = press.loads([Footprint.from_gap(gap, influence.surface)], [Wrench(FORCE, moment)])[0]
     assert not found.approximated

@@ -4,8 +4,8 @@
 // Forces f are measured along N. With c = n . N, the force along n is f / c, and it acts on an area of 1 / c times that
 // of the cell in the plane. So the pressure is f over the cell's area in the plane, as on a flat pad. For moments, f
 // acts where the line along n through the cell meets the plane. The surface moves along n. A displacement w along n is
-// closed by a motion w / c of the body along N. The forces on cells that lean turn from n towards the body's normal; see
-// lean.hpp.
+// closed by a motion w / c of the body along N. Forces on cells that lean are turned from n towards the body's normal;
+// see lean.hpp.
 #pragma once
 
 #include <cstddef>

@@ -15,8 +15,8 @@ namespace mjtactile {
 
 // Forces on cells.
 struct CellForces {
-  const double* forces;              // shear along the surface, and minus the pressing force along its normal (cells, 3) [N]
-  const Point* leans = nullptr;      // balanced, see balance_lean() (cells) [-]; null if no cell leans
+  const double* forces;           // shear along the surface, and minus the force along its normal (cells, 3) [N]
+  const Point* leans = nullptr;   // balanced, see balance_lean() (cells) [-]; null if no cell leans
 
   // The force on a cell with its lean (3) [N].
   void at(std::size_t cell, double* force) const {

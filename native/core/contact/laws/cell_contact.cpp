@@ -403,8 +403,8 @@ void CellContact::part_forces(const Face& face, const std::vector<double>& weigh
   }
 }
 
-void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces, Workspace& workspace,
-                               double* nodal) const {
+void CellContact::nodal_forces(const Face& face, const SurfaceGrid& grid, const CellForces& forces,
+                               Workspace& workspace, double* nodal) const {
   const std::size_t cells = face.cells();
   workspace.tractions.resize(3 * cells);
   for (std::size_t i = 0; i < cells; ++i) {

@@ -89,8 +89,8 @@ class TangentialChoice {
   virtual bool couples() const { return true; }
   // Whether cells slip where friction bears no more, so that a coefficient must be given.
   virtual bool slips() const { return false; }
-  // Whether cells press along the body's normals; see lean.hpp. If none slips, the direction of the traction follows from
-  // that alone.
+  // Whether cells press along the body's normals; see lean.hpp. If no cell may slip, the direction of the traction
+  // follows from that.
   virtual bool leans() const { return true; }
   // Forces on the cells (count, 3) [N]; see SurfaceShear::solve.
   virtual ShearOutcome solve(const ShearProblem& problem, ShearWork& work, double* forces) const = 0;
