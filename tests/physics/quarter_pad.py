@@ -1,4 +1,4 @@
-"""A curved pad by another finite-element code: scikit-fem's quadratic hexahedra, displacements alone.
+"""A pad by another finite-element code: scikit-fem's quadratic hexahedra, displacements alone.
 
 It shares nothing with the package: mesh, elements, contact, stress and the mean over a taxel's ball are its own. One
 quarter of a pad that its two mirrors map onto itself, of one material, under a rigid body that presses on its apex
@@ -31,6 +31,18 @@ class IsotropicSolid:
         """Lame's parameters: lambda and mu [Pa]."""
         mu = self.young / (2 * (1 + self.poisson))
         return 2 * mu * self.poisson / (1 - 2 * self.poisson), mu
+
+
+def graded(size: float, near: float, end: float) -> Array:
+    """Ends of elements [m]: of one size up to `near`, then growing up to 0.75 mm."""
+    ends = list(np.arange(0.0, near + 1e-9, size))
+    while ends[-1] < end:
+        size = min(1.5 * size, 0.75e-3)
+        ends.append(ends[-1] + size)
+    last = int(np.searchsorted(ends, near - 1e-9))
+    line = np.array(ends)
+    line[last:] = line[last] + (line[last:] - line[last]) * (end - line[last]) / (line[-1] - line[last])
+    return line
 
 
 class QuarterPad:

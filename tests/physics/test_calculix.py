@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quarter_pad import IsotropicSolid, QuarterPad, ball_rule, graded
 from shapely import Polygon, affinity
 
 from mjtactile.cli.benchmarks.direct import relative_difference, solve, without_tables
@@ -32,6 +33,8 @@ BOUNDS = {
     "default": {"A": 0.008, "B1": 0.012, "D": 0.010},
     "fine": {"A": 0.004, "B1": 0.008, "D": 0.008},
 }
+#: Of the default pad.
+RUBBER, PITCH = IsotropicSolid(3e6, 0.49), 1.25e-3
 UNIFORM_ON_THE_PAPERS_PAD = [name for name in CASES if name.startswith(("A", "B1"))]
 
 
@@ -101,6 +104,40 @@ def test_layered_stack_agrees_with_calculix(mesh):
     load = load_of(CASES[name], without_tables(pad, density))
     readings = solve(pad, density, [load]).readings[0]
     assert relative_difference(readings, expected_readings(name)) <= bound(mesh, name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("along", "least", "most"), [("ball", 0.0, 0.005), ("pad", 0.015, 1.0)])
+def test_calculix_presses_along_the_balls_normals(flat_quarter, along, least, most):
+    """By other elements: what they read is CalculiX's only where the ball pushes along its own radii."""
+    case = CASES["C_sphere_R6_50gf"]
+    radius = case["geometry"]["R"] * 1e-3
+    centre, surface = np.array([0.0, 0.0, radius]), flat_quarter.nodes[:, :, 0]
+    normals = {"ball": (centre - surface) / np.linalg.norm(centre - surface, axis=2, keepdims=True)}
+    normals["pad"] = np.broadcast_to([0.0, 0.0, 1.0], surface.shape)
+
+    def gap(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        from_centre = points - centre
+        up = (from_centre * normals).sum(axis=1)
+        return -up - np.sqrt(up**2 - (from_centre**2).sum(axis=1) + radius**2)
+
+    flat_quarter.press(case["total_force_gf"] * GRAM_FORCE, 1.2e-3, normals[along], gap)
+    rule, weights = ball_rule(4)
+    pad, expected = Pad(), expected_readings("C_sphere_R6_50gf")[:, 6:9, 6:9]
+    readings = np.empty_like(expected)
+    for layer, row, column in np.ndindex(readings.shape):
+        middle = np.array([column * PITCH, row * PITCH, pad.depths[layer]])
+        readings[layer, row, column] = weights @ [
+            flat_quarter.mises(np.abs(foot)) for foot in middle + pad.sampling_radius * rule
+        ]
+    assert least < relative_difference(readings, expected) < most
+
+
+@pytest.fixture(scope="module")
+def flat_quarter() -> QuarterPad:
+    """A quarter of the default pad, with small elements below a small contact."""
+    line, depths = graded(0.3e-3, 0.9e-3, 7.5e-3), graded(0.3e-3, 1.2e-3, 5e-3)
+    return QuarterPad((line, line, depths), lambda x, y, depth: np.stack([x, y, -depth], axis=-1), RUBBER)
 
 
 #: Radius, and place as far as a disc of that radius goes [m], or on the way there.

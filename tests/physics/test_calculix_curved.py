@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from quarter_pad import IsotropicSolid, QuarterPad, ball_rule
+from quarter_pad import IsotropicSolid, QuarterPad, ball_rule, graded
 from shapely import Polygon
 
 from mjtactile.contact.contact_load import contact_load
@@ -127,18 +127,6 @@ def test_readings_under_rigid_bodies_are_calculixs(name, mesh):
 
 #: Of the ball on the tip against another code.
 BALL_BOUNDS = {"draft": 0.03, "default": 0.015}
-
-
-def graded(size: float, near: float, end: float) -> np.ndarray:
-    """Ends of elements [m]: of one size up to `near`, then growing up to 0.75 mm."""
-    ends = list(np.arange(0.0, near + 1e-9, size))
-    while ends[-1] < end:
-        size = min(1.5 * size, 0.75e-3)
-        ends.append(ends[-1] + size)
-    last = int(np.searchsorted(ends, near - 1e-9))
-    line = np.array(ends)
-    line[last:] = line[last] + (line[last:] - line[last]) * (end - line[last]) / (line[-1] - line[last])
-    return line
 
 
 @lru_cache(maxsize=1)
