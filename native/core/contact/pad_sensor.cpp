@@ -396,14 +396,22 @@ void PadSensor<Value>::put_on_curved_nodes(BodyPress& press) {
   press.laid().nodal_forces(cells, pad_->surface(), press.on_cells(), press.carried, press.bent, forces_.data());
 }
 
-// Balance the leans of a contact's cells under the forces on them.
+// Gradients of the body's height above cells that lean; null if none leans. All cells of a flat face lean alike. A law
+// without shapes does not follow the body's.
+template <typename Value>
+const std::vector<Point>* PadSensor<Value>::gradients(const BodyPress& press) const {
+  const bool leans = !press.flat && options_.law->shapes() && options_.tangential->leans();
+  return leans ? &press.patch.gradients() : nullptr;
+}
+
+// Compute the leans of a contact's cells under the forces on them.
 template <typename Value>
 void PadSensor<Value>::balance_leans(BodyPress& press) {
-  const std::vector<Point>* leans = press.all_leans();
-  if (leans == nullptr) return;
-  press.pressing.resize(leans->size());
-  for (std::size_t i = 0; i < leans->size(); ++i) press.pressing[i] = -press.forces[3 * i + 2];
-  balance_lean(*leans, press.cells().centroids.data(), press.pressing.data(), press.leans);
+  const std::vector<Point>* gradients = this->gradients(press);
+  if (gradients == nullptr) return;
+  press.pressing.resize(gradients->size());
+  for (std::size_t i = 0; i < press.pressing.size(); ++i) press.pressing[i] = -press.forces[3 * i + 2];
+  balance_lean(*gradients, press.cells().centroids.data(), press.pressing.data(), press.leans);
 }
 
 // Compute the forces on the cells if shear is bounded by friction or is not in proportion to the pressure. False if it
@@ -433,7 +441,7 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
     compliance.full(placed, press.integrals, placement, press.workspace.compliance, press.full);
   }
   PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
-  pressed.leans = press.all_leans();
+  pressed.gradients = gradients(press);
   const double friction = options_.friction < 0.0 && choice.slips() ? touch.friction : options_.friction;
   const ShearProblem problem = {pressed, choice.couples() ? &press.full : nullptr, touch.wrench, friction};
   const ShearOutcome outcome = shear_.solve(choice, problem, press.forces.data());

@@ -131,7 +131,7 @@ class PadSensor {
     Matrix full;
     std::vector<double> forces, sunk;    // on the cells [N]; lowering of the surface by other bodies [m]
     std::vector<double> pressing;        // forces on the cells along the surface's normals [N]
-    std::vector<Point> leans;            // of the cells, balanced [-]; empty if none leans
+    std::vector<Point> leans;            // of the cells [-]; empty if none leans
     double carried[6] = {};              // wrench that the cells carry, pad frame [N, N m]
     // On a curved pad: the plane in which the contact is solved, the body's heights over the surface there, and the
     // touch in the plane's frame.
@@ -146,8 +146,6 @@ class PadSensor {
     const Face& cells() const { return flat ? face.face() : patch.face(); }
     Placement placement() const { return flat ? face.placement() : kUnmoved; }
     CellForces on_cells() const { return {forces.data(), leans.empty() ? nullptr : leans.data()}; }
-    // Leans before they are balanced; null if no cell leans. All cells of a flat face lean alike.
-    const std::vector<Point>* all_leans() const { return flat || patch.leans().empty() ? nullptr : &patch.leans(); }
     const double* heights() const { return flat ? face.heights() : patch.heights().data(); }
   };
   struct CutFace {
@@ -188,6 +186,7 @@ class PadSensor {
   void sink(const BodyPress& other, BodyPress& press);
   void finish(const Touch& touch, BodyPress& press);
   void put_on_curved_nodes(BodyPress& press);
+  const std::vector<Point>* gradients(const BodyPress& press) const;
   void balance_leans(BodyPress& press);
   bool shear(const Touch& touch, BodyPress& press);
   void note(Event event, const Touch& touch, double pressure, double indentation);

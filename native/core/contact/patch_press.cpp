@@ -246,7 +246,6 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
   if (bends_) laid_.bent.lay(laid_.cells.face(), *problem.surface.plane);
   place(problem.surface, problem.workspace);
   set_heights();
-  set_leans(problem.options);
   start_.clear();
   const double likely = likely_height();
   for (const double height : laid_.heights) start_.push_back(height <= likely ? 1 : 0);
@@ -289,14 +288,6 @@ void PatchPress::set_heights() {
     const double leans = (slopes[0] * gradient.x + slopes[1] * gradient.y) / (stretch * stretch);
     laid_.heights[i] /= std::max(1.0 + leans, kLeastLean);
   }
-}
-
-// A law without shapes does not follow the body's, and a contact that sticks everywhere has no need of a direction.
-void PatchPress::set_leans(const LawOptions& options) {
-  laid_.leans.clear();
-  if (!options.law->shapes() || !options.tangential->leans()) return;
-  laid_.leans = laid_.cells.gradients();
-  limit_lean(laid_.leans);
 }
 
 bool PatchPress::compact(const LawOptions& options) const {

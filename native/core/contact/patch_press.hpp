@@ -36,8 +36,8 @@ class PatchPress {
   const BentCells& bent() const { return laid_.bent; }
   // Heights of the body above the cells, measured from its tilted plane (cells) [m].
   const std::vector<double>& heights() const { return laid_.heights; }
-  // Leans of the cells, not balanced (cells) [-]; empty if none leans.
-  const std::vector<Point>& leans() const { return laid_.leans; }
+  // Gradients of these heights (cells) [-].
+  const std::vector<Point>& gradients() const { return laid_.cells.gradients(); }
   const Face& face() const { return laid_.cells.face(); }
   // The view from which the heights are measured.
   const PatchFace::HeightWindow& view() const { return laid_.seen; }
@@ -103,7 +103,6 @@ class PatchPress {
   double likely_height() const;
   Plane first_plane(const SearchLoad& load, const std::vector<Point>& hull) const;
   void set_heights();
-  void set_leans(const LawOptions& options);
   bool add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view);
   void set_regions();
   Lattice lattice_over(std::size_t number, const LawOptions& options, const Viewpoint& view, double wanted,
@@ -127,7 +126,6 @@ class PatchPress {
   struct Laid {
     PatchFace cells;
     BentCells bent;
-    std::vector<Point> leans;   // see PatchPress::leans()
     CellContact contact;
     PatchFace::HeightWindow seen = {};
     std::vector<double> heights;

@@ -16,7 +16,7 @@ namespace mjtactile {
 // Forces on cells.
 struct CellForces {
   const double* forces;           // shear along the surface, and minus the force along its normal (cells, 3) [N]
-  const Point* leans = nullptr;   // balanced, see balance_lean() (cells) [-]; null if no cell leans
+  const Point* leans = nullptr;   // see balance_lean() (cells) [-]; null if no cell leans
 
   // The force on a cell with its lean (3) [N].
   void at(std::size_t cell, double* force) const {
@@ -26,13 +26,11 @@ struct CellForces {
   }
 };
 
-// Limit the length of each lean. Cells at a body's rim can have any gradient.
-void limit_lean(std::vector<Point>& leans);
-
-// Subtract a translation and a rotation from leans so that the forces f g have neither a resultant nor a torsion. The
-// body's wrench already holds both, and shear carries it. `points`: positions of the cells [m]; `pressing`: forces f
-// [N]. With `pressing` all 0, no cell leans.
-void balance_lean(const std::vector<Point>& leans, const Point* points, const double* pressing,
-                  std::vector<Point>& balanced);
+// Compute leans from the gradients of the body's height above the cells [-]. Long gradients are shortened. Then a
+// translation and a rotation are subtracted, so that the forces f g have neither a resultant nor a torsion: the body's
+// wrench already holds both, and shear carries them. `points`: positions of the cells [m]; `pressing`: forces f [N]. If
+// all forces are 0, no cell leans.
+void balance_lean(const std::vector<Point>& gradients, const Point* points, const double* pressing,
+                  std::vector<Point>& leans);
 
 }  // namespace mjtactile

@@ -60,8 +60,8 @@ void ShearWork::hold(const PressedCells& cells, const double* normal_forces) {
 
 void ShearWork::lean(const PressedCells& cells, const double* normal_forces) {
   leaning.clear();
-  if (cells.leans == nullptr) return;
-  balance_lean(*cells.leans, cells.points, normal_forces, leans);
+  if (cells.gradients == nullptr) return;
+  balance_lean(*cells.gradients, cells.points, normal_forces, leans);
   leaning.resize(2 * cells.count);
   for (std::size_t i = 0; i < cells.count; ++i) {
     leaning[i] = normal_forces[i] * leans[i].x;

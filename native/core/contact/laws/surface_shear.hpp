@@ -28,7 +28,8 @@ struct PressedCells {
   double length;           // divides moments to compare them with forces [m]
   bool tilting;            // whether the body may tilt
   const double* most = nullptr;  // largest normal forces (count) [N], no less than `pressing`; null: no bound
-  const std::vector<Point>* leans = nullptr;   // of the cells (count) [-]; null if no cell leans
+  // Gradients of the body's height above the cells (count) [-]; null if no cell leans.
+  const std::vector<Point>* gradients = nullptr;
 };
 
 // The cells, and the wrench that they must carry.
@@ -65,7 +66,7 @@ struct ShearWork {
   std::vector<double> normal, found, spread, last;   // of all cells: normal forces, and shear (2, count)
   std::vector<double> coupled;                       // forces of a bonded contact without bounds on the cells
   std::vector<double> shear, free_slip;              // of the held cells: shear, and slip by the pressure alone
-  std::vector<Point> leans;                          // balanced, of all cells [-]
+  std::vector<Point> leans;                          // of all cells [-]
   std::vector<double> leaning, along;   // forces along the surface (2, count) [N]: of the leans; of these and shear
 
   // Reset the limit of work for a new contact.
