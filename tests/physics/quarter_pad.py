@@ -33,6 +33,29 @@ class IsotropicSolid:
         return 2 * mu * self.poisson / (1 - 2 * self.poisson), mu
 
 
+@dataclass(frozen=True)
+class Ball:
+    """A rigid ball at first touch with the apex of a pad."""
+
+    radius: float  #: [m]
+
+    @property
+    def centre(self) -> Array:
+        """Position of its middle [m]."""
+        return np.array([0.0, 0.0, self.radius])
+
+    def radii(self, points: Array) -> Array:
+        """Unit vectors from points (..., 3) to its middle."""
+        towards = self.centre - points
+        return towards / np.linalg.norm(towards, axis=-1, keepdims=True)
+
+    def gap(self, points: Array, normals: Array) -> Array:
+        """Distances from points (n, 3) along normals to the ball [m]."""
+        from_centre = points - self.centre
+        up = (from_centre * normals).sum(axis=1)
+        return -up - np.sqrt(up**2 - (from_centre**2).sum(axis=1) + self.radius**2)
+
+
 def graded(size: float, near: float, end: float) -> Array:
     """Ends of elements [m]: of one size up to `near`, then growing up to 0.75 mm."""
     ends = list(np.arange(0.0, near + 1e-9, size))

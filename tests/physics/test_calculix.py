@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from quarter_pad import IsotropicSolid, QuarterPad, ball_rule, graded
+from quarter_pad import Ball, IsotropicSolid, QuarterPad, ball_rule, graded
 from shapely import Polygon, affinity
 
 from mjtactile.cli.benchmarks.direct import relative_difference, solve, without_tables
@@ -111,17 +111,9 @@ def test_layered_stack_agrees_with_calculix(mesh):
 def test_calculix_presses_along_the_balls_normals(flat_quarter, along, least, most):
     """By other elements: what they read is CalculiX's only where the ball pushes along its own radii."""
     case = CASES["C_sphere_R6_50gf"]
-    radius = case["geometry"]["R"] * 1e-3
-    centre, surface = np.array([0.0, 0.0, radius]), flat_quarter.nodes[:, :, 0]
-    normals = {"ball": (centre - surface) / np.linalg.norm(centre - surface, axis=2, keepdims=True)}
-    normals["pad"] = np.broadcast_to([0.0, 0.0, 1.0], surface.shape)
-
-    def gap(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        from_centre = points - centre
-        up = (from_centre * normals).sum(axis=1)
-        return -up - np.sqrt(up**2 - (from_centre**2).sum(axis=1) + radius**2)
-
-    flat_quarter.press(case["total_force_gf"] * GRAM_FORCE, 1.2e-3, normals[along], gap)
+    ball, surface = Ball(case["geometry"]["R"] * 1e-3), flat_quarter.nodes[:, :, 0]
+    normals = {"ball": ball.radii(surface), "pad": np.broadcast_to([0.0, 0.0, 1.0], surface.shape)}
+    flat_quarter.press(case["total_force_gf"] * GRAM_FORCE, 1.2e-3, normals[along], ball.gap)
     rule, weights = ball_rule(4)
     pad, expected = Pad(), expected_readings("C_sphere_R6_50gf")[:, 6:9, 6:9]
     readings = np.empty_like(expected)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from quarter_pad import IsotropicSolid, QuarterPad, ball_rule, graded
+from quarter_pad import Ball, IsotropicSolid, QuarterPad, ball_rule, graded
 from shapely import Polygon
 
 from mjtactile.contact.contact_load import contact_load
@@ -144,17 +144,9 @@ def ball_on_the_tip(along: str) -> tuple[float, np.ndarray]:
         along: what the pressure goes along: normals of the undeformed "pad", or of the "ball" against which it lies.
     """
     case, pad, outer = CASES["tip_sphere5_c"], quarter_tip(), CylinderSector(8e-3)
-    centre = np.array([0.0, 0.0, 5e-3])
-
-    def gap(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        from_centre = points - centre
-        up = (from_centre * normals).sum(axis=1)
-        return -up - np.sqrt(up**2 - (from_centre**2).sum(axis=1) + 5e-3**2)
-
-    surface = pad.nodes[:, :, 0]
-    radii = (centre - surface) / np.linalg.norm(centre - surface, axis=2, keepdims=True)
-    normals = {"pad": outer.normals(*np.moveaxis(surface[..., :2], -1, 0)), "ball": radii}
-    depth = pad.press(-case["force_N"][2], 0.97e-3, normals[along], gap)
+    ball, surface = Ball(5e-3), pad.nodes[:, :, 0]
+    normals = {"pad": outer.normals(*np.moveaxis(surface[..., :2], -1, 0)), "ball": ball.radii(surface)}
+    depth = pad.press(-case["force_N"][2], 0.97e-3, normals[along], ball.gap)
     rule, weights = ball_rule(4)
     readings = np.empty((3, 11, 11))
     for layer, below in enumerate((0.75e-3, 1.5e-3, 2.25e-3)):
