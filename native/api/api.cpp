@@ -209,7 +209,7 @@ int mjt_body_heights(const mjt_body* body, const double* pose, const double* she
                      size_t count, const double* points, double* heights) {
   GapMap& gap = scratch().gap;
   const Rectangle part = {sheet[0], sheet[1], sheet[2], sheet[3]};
-  if (!gap.place(body->shapes, pose_of(pose), part, {floor, ceiling, 0.0})) return 0;
+  if (!gap.place(body->shapes, pose_of(pose), part, {floor, ceiling, 0.0, ceiling})) return 0;
   std::vector<Point> asked(count);
   for (size_t i = 0; i < count; ++i) asked[i] = {points[2 * i], points[2 * i + 1]};
   std::vector<double> found;

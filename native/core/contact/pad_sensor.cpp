@@ -26,6 +26,9 @@ constexpr double kNear = 0.8;
 // and by less than the fraction kTurnsLess of that without them.
 constexpr double kDeeper = 1.5, kDeeperBy = 1e-4;
 constexpr double kTurned = 0.05, kTurnsLess = 0.5;
+// Parts of meshes that are higher than this above the lowest one, over the pad's thickness, are looked at only if the
+// body sinks in or tilts so far that they may touch.
+constexpr double kReach = 0.3;
 // A contact counts as carrying all of the force if it carries this fraction.
 constexpr double kBears = 0.99;
 // Least side of the squares about contact points, over the facing gap. They carry a body whose geometry does not face
@@ -229,12 +232,30 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
 // there is no contact.
 template <typename Value>
 double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
+  const double reach = kReach * pad_->depth(), borne = press_within(touch, press, floor, reach);
+  return borne > 0.0 && may_touch_beyond(reach, touch, press) ? press_within(touch, press, floor, pad_->depth()) : borne;
+}
+
+// Whether the contact is so deep, or tilts the body so far, that parts of its meshes out of reach may touch.
+template <typename Value>
+bool PadSensor<Value>::may_touch_beyond(double reach, const Touch& touch, const BodyPress& press) const {
+  if (!press.gap.cut()) return false;
+  const Rectangle over = press.gap.bounds();
+  const Point at = {-touch.wrench[4] / touch.wrench[2], touch.wrench[3] / touch.wrench[2]};
+  const double farthest =
+      std::hypot(std::max(at.x - over.west, over.east - at.x), std::max(at.y - over.south, over.north - at.y));
+  return press.patch.contact().indentation() + press.patch.tilt() * farthest > reach;
+}
+
+// As press_above(), with meshes up to a height above their lowest point [m].
+template <typename Value>
+double PadSensor<Value>::press_within(const Touch& touch, BodyPress& press, double floor, double reach) {
   const TangentPlane* plane = plane_of(press);
   const Rectangle part = plane == nullptr ? sheet() : plane->whole().bounds;
   // Over a curved pad, the body may be anywhere between the surface's lowest and highest point.
   const double lowest = plane == nullptr ? 0.0 : plane->whole().lowest;
   const double highest = plane == nullptr ? 0.0 : plane->whole().highest;
-  const HeightRange range = {lowest + floor, highest + pad_->depth(), highest};
+  const HeightRange range = {lowest + floor, highest + pad_->depth(), highest, reach};
   if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, range)) return 0.0;
   const HeightMap* map = &press.gap;
   if (plane != nullptr) {

@@ -550,15 +550,18 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
   const double level = std::max(search_.loaded(), laid_.contact.indentation());
   const double lifted = pressed > 0 ? most - least : 0.0;
   const bool beyond = goes_beyond();
-  // A narrow strip that carries the load needs no other look if no other part touches during the tilt.
-  const bool narrow = found.missed == 0.0 && lifted <= kNarrow * narrowest * std::hypot(slopes[0], slopes[1]);
-  const bool tilted = lifted > kSmallTilt * level && !(narrow && next_part().share >= 1.0);
+  // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
+  // touches during the tilt.
+  const bool carries = found.missed == 0.0;
+  const bool narrow = carries && lifted <= kNarrow * narrowest * std::hypot(slopes[0], slopes[1]);
+  const NextPart next = next_part();
+  const bool touches = carries && next.share < 1.0;
+  const bool tilted = touches || (lifted > kSmallTilt * level && !narrow);
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
-    // If the contact carries the load, the next look finds the other parts that touch.
-    const NextPart next = found.missed > 0.0 ? next_part() : NextPart{kNowhere, 0.0};
+    // If the contact does not carry the load, the tilt ends at the next part that touches.
     const double rolling = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.last_tilt);
-    const double share = std::min(rolling, next.share);
+    const double share = carries ? rolling : std::min(rolling, next.share);
     std::copy(slopes, slopes + 2, view.last_tilt);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
     const double slope = std::hypot(to[0], to[1]);
@@ -573,7 +576,7 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
     // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
     view.spot_height = apart ? kTiltedShare * laid_.contact.indentation() : 0.0;
-    if (next.share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
+    if (touches || share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
     return true;
   }
   if (search_.level() > 0.0 && laid_.contact.indentation() > kTooDeep * laid_.seen.highest &&

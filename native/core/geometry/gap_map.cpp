@@ -62,6 +62,11 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   return count_ > 0;
 }
 
+bool GapMap::cut() const {
+  const auto end = placed_.begin() + static_cast<std::ptrdiff_t>(count_);
+  return std::any_of(placed_.begin(), end, [](const PlacedShape& shape) { return shape.cut(); });
+}
+
 double GapMap::height(double x, double y) const {
   if (!sheet_.holds(x, y)) return kNowhere;
   double lowest = kNowhere;

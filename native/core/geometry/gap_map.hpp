@@ -21,6 +21,8 @@ class GapMap : public HeightMap {
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
   Rectangle bounds() const override { return bounds_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
+  // Whether parts of a mesh over the sheet were left out because they are beyond the range's reach.
+  bool cut() const;
   // Height of the lowest point of all shapes that reach over the sheet, even if it is below the floor [m].
   double bottom() const { return bottom_; }
 

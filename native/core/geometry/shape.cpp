@@ -10,10 +10,6 @@ namespace {
 constexpr double kParallel = 1e-12;
 // Axes whose sine with the pad is below this are level, and both of their ends are lowest.
 constexpr double kLevel = 1e-9;
-// Triangles are used up to this height above the mesh's lowest point, or above the surface if that is higher. The unit
-// is the ceiling's height above the surface. On a curved pad, the part that touches may be higher than one over a
-// slope.
-constexpr double kReach = 0.3;
 // Number of candidates along each edge or generator on which a shape may touch.
 constexpr std::size_t kAlong = 17;
 // Fraction by which candidates are moved inside, because rounding would decide whether the shape is over its own rim.
@@ -92,8 +88,7 @@ void PlacedShape::place(const Shape& shape, const Pose& body, const Rectangle& p
   find_box();
   if (kind_ == ShapeKind::triangles) {
     const bool over = low_[0] < part.east && high_[0] > part.west && low_[1] < part.north && high_[1] > part.south;
-    const double reach = kReach * (range.ceiling - range.surface);
-    if (over) shadow_.cast(*mesh_, pose_, part, range.floor, reach, range.surface);
+    if (over) shadow_.cast(*mesh_, pose_, part, range.floor, range.reach, range.surface);
     return;
   }
   const double per[3] = {1.0 / size_[0], 1.0 / size_[0], 1.0 / size_[0]};

@@ -27,6 +27,8 @@ struct Shape {
 struct HeightRange {
   double floor, ceiling;
   double surface;   // highest point of the pad's surface
+  double reach;     // of meshes: parts farther than this above the lowest one, or above the surface if that is higher,
+                    // may be left out
 };
 
 // A shape at a pose over a pad, in the pad frame.
@@ -45,6 +47,8 @@ class PlacedShape {
   const double* high() const { return high_; }
   // Height of the lowest point, over the part or not [m]; minus infinity for a half space.
   double bottom() const { return kind_ == ShapeKind::triangles ? shadow_.bottom()[2] : low_[2]; }
+  // Whether parts of a mesh over the rectangle were left out because they are beyond the range's reach.
+  bool cut() const { return kind_ == ShapeKind::triangles && shadow_.cut(); }
   // Add points of the lower side that stand lowest, or along which it may touch, whether over the part or not.
   void add_bottoms(std::vector<Point>& points);
 

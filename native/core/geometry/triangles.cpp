@@ -155,6 +155,7 @@ double lowest_over(const double corner[3][3], const Rectangle& part, double floo
 void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rectangle& part, double floor,
                           double reach, double level) {
   mesh_ = &mesh, pose_ = pose, part_ = part, floor_ = floor;
+  cut_ = false;
   triangles_.clear();
   spans_.clear();
   bottom_[0] = bottom_[1] = 0.0, bottom_[2] = lowest_ = kInfinite;
@@ -287,9 +288,13 @@ void TriangleShadow::gather() {
     stack_.pop_back();
     const MeshBox& box = boxes[number];
     const Span z = span(box, 2);
-    if (!(z.high >= floor_) || !(z.low <= ceiling_) || !may_face_down(box)) continue;
+    if (!(z.high >= floor_) || !may_face_down(box)) continue;
     const Span x = span(box, 0), y = span(box, 1);
     if (x.low > part_.east || x.high < part_.west || y.low > part_.north || y.high < part_.south) continue;
+    if (z.low > ceiling_) {
+      cut_ = true;
+      continue;
+    }
     const bool inside = x.low >= part_.west && x.high <= part_.east && y.low >= part_.south && y.high <= part_.north;
     if (box.second != 0 && !(inside && box.count <= kFew)) {
       stack_.push_back(box.second);
@@ -304,12 +309,16 @@ void TriangleShadow::gather() {
 void TriangleShadow::take(std::uint32_t triangle) {
   double corner[3][3], normal[3];
   const Span z = corner_span(triangle, 2, corner);
-  if (!(z.high >= floor_) || !(z.low <= ceiling_)) return;
+  if (!(z.high >= floor_)) return;
   const Span x = corner_span(triangle, 0, corner);
   if (x.low > part_.east || x.high < part_.west) return;
   const Span y = corner_span(triangle, 1, corner);
   if (y.low > part_.north || y.high < part_.south) return;
   if (!faces_down(corner, normal)) return;
+  if (z.low > ceiling_) {
+    cut_ = true;
+    return;
+  }
   double a[3], b[3];
   for (int i = 0; i < 3; ++i) a[i] = corner[1][i] - corner[0][i], b[i] = corner[2][i] - corner[0][i];
   const double per = 1.0 / normal[2];

@@ -34,6 +34,8 @@ class TriangleShadow {
   // The least height over the part at the cast's floor or above [m]. It is the floor itself if the mesh passes through
   // the floor there, and infinite if there is no surface.
   double lowest() const { return lowest_; }
+  // Whether triangles over the part were left out because they are beyond the cast's reach.
+  bool cut() const { return cut_; }
   // The lowest vertex (3) [m], over the part or not. Its height is infinite if the mesh is empty.
   const double* bottom() const { return bottom_; }
   // Points over the part where the mesh may touch first [m]: vertices without a lower neighbour, and the lowest points
@@ -85,6 +87,7 @@ class TriangleShadow {
   Pose pose_ = {};
   Rectangle part_ = {};
   double floor_ = 0.0, ceiling_ = 0.0, lowest_ = 0.0;
+  bool cut_ = false;
   double slack_ = 0.0;                // rounding error of a box's position [m]
   Rectangle grid_ = {};               // area that the buckets cover
   double per_[2] = {};                // number of finest buckets per length along x and y [1/m]
