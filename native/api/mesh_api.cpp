@@ -47,13 +47,14 @@ void mjt_mesh_data(const mjt_mesh* mesh, size_t* counts, double* vertices, int32
 
 void mjt_mesh_heights(const mjt_mesh* mesh, const double* pose, const double* part, double floor, double reach,
                       size_t count, const double* points, double* heights, double* lowest) {
-  const TriangleShadow& shadow = cast(mesh, pose, part, floor, reach);
+  TriangleShadow& shadow = cast(mesh, pose, part, floor, reach);
   std::vector<Point> asked(count);
   for (size_t i = 0; i < count; ++i) asked[i] = {points[2 * i], points[2 * i + 1]};
   std::fill(heights, heights + count, kNowhere);
   shadow.lower(asked, floor, heights);
   lowest[0] = shadow.lowest();
-  std::copy(shadow.bottom(), shadow.bottom() + 3, lowest + 1);
+  const std::array<double, 3> bottom = shadow.bottom();
+  std::copy(bottom.begin(), bottom.end(), lowest + 1);
 }
 
 size_t mjt_mesh_bottoms(const mjt_mesh* mesh, const double* pose, const double* part, double floor, double reach,

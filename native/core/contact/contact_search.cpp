@@ -29,6 +29,8 @@ constexpr double kReached = 2.5;
 constexpr double kElongated = 1.503;
 // A load within this distance of a spring acts on it, over the length of the sampled area.
 constexpr double kOnSpring = 1e-6;
+// Springs are first laid under samples up to this height, over the level.
+constexpr double kLowSprings = 6.003;
 // Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
 constexpr double kRound = 0.78539816339744830962;
 
@@ -64,6 +66,7 @@ Region region_about(const std::vector<Point>& points, const double sides[2], dou
 }
 
 bool ContactSearch::look(const HeightMap& map) {
+  forget();
   bounds_ = map.bounds();
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
@@ -94,6 +97,7 @@ bool ContactSearch::look(const HeightMap& map) {
     points_[place] = at, raw_[place] = height_there;
     moved_.push_back(place);
   }
+  least_ = *std::min_element(raw_.begin(), raw_.end());
   return any;
 }
 
@@ -368,39 +372,61 @@ double ContactSearch::share_until(const Plane& seen, const Plane& tilt, double h
 }
 
 Plane ContactSearch::resting(const SearchLoad& load) {
-  const double length = std::sqrt((bounds_.east - bounds_.west) * (bounds_.north - bounds_.south));
-  const double cell = length * length / (kLines * kLines);
+  SpringFrame frame;
+  frame.length = std::sqrt((bounds_.east - bounds_.west) * (bounds_.north - bounds_.south));
+  frame.middle = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
+  Plane plane = {{0.0, 0.0}, load.through};
+  Point inside;
+  if (!nearest_inside(covered(), load.through, 1e-3 * frame.length, inside)) return plane;
+  // If the load passes a spring within rounding, it acts exactly on it. Otherwise rounding would decide to which side
+  // the body falls.
+  const double near = kOnSpring * frame.length;
+  for (std::size_t i = 0; i < raw_.size(); ++i) {
+    const double x = points_[i].x - inside.x, y = points_[i].y - inside.y;
+    if (x * x + y * y <= near * near && std::isfinite(raw_[i])) inside = points_[i];
+  }
+  const double resultants[3] = {load.force, load.force * (inside.x - frame.middle.x) / frame.length,
+                                load.force * (inside.y - frame.middle.y) / frame.length};
+  // Springs under high parts of the body are laid only if it comes down to them.
+  for (const double highest : {kLowSprings * level_, kNowhere}) {
+    lay_springs(frame, highest, load.modulus);
+    if (stiffness_.size() < 3 || !springs_.solve(stiffness_, modes_.data(), 3, bed_heights_.data(), resultants) ||
+        presses_above(frame, highest)) {
+      continue;
+    }
+    plane.slopes[0] = springs_.motion()[1] / frame.length;
+    plane.slopes[1] = springs_.motion()[2] / frame.length;
+    break;
+  }
+  return plane;
+}
+
+// Lay springs under the samples up to a height above the lowest one.
+void ContactSearch::lay_springs(const SpringFrame& frame, double highest, double modulus) {
   stiffness_.clear();
   modes_.clear();
   bed_heights_.clear();
-  const Point middle = {(bounds_.west + bounds_.east) / 2, (bounds_.south + bounds_.north) / 2};
-  double least = kNowhere;
+  // Stiffness per area of the surface under a flat face a tenth as long as the sampled area.
+  const double stiffness = frame.length * 20.0 * modulus / (kLines * kLines);
   for (std::size_t i = 0; i < raw_.size(); ++i) {
-    if (std::isfinite(raw_[i])) least = std::min(least, raw_[i]);
+    if (!std::isfinite(raw_[i]) || raw_[i] - least_ > highest) continue;
+    stiffness_.push_back(stiffness);
+    modes_.insert(modes_.end(), {1.0, (points_[i].x - frame.middle.x) / frame.length,
+                                 (points_[i].y - frame.middle.y) / frame.length});
+    bed_heights_.push_back(raw_[i] - least_);
   }
-  resting_.clear();
+}
+
+// Whether the body that rests on the springs also comes down to samples above a height.
+bool ContactSearch::presses_above(const SpringFrame& frame, double highest) const {
+  const double* motion = springs_.motion();
   for (std::size_t i = 0; i < raw_.size(); ++i) {
-    if (!std::isfinite(raw_[i])) continue;
-    // Stiffness per area of the surface under a flat face a tenth as long as the sampled area.
-    stiffness_.push_back(cell * 20.0 * load.modulus / length);
-    modes_.insert(modes_.end(), {1.0, (points_[i].x - middle.x) / length, (points_[i].y - middle.y) / length});
-    bed_heights_.push_back(raw_[i] - least);
-    resting_.push_back(points_[i]);
+    const double sunk = motion[0] + (motion[1] * (points_[i].x - frame.middle.x) +
+                                     motion[2] * (points_[i].y - frame.middle.y)) / frame.length;
+    const double height = raw_[i] - least_;
+    if (height > highest && sunk > height) return true;
   }
-  Plane plane = {{0.0, 0.0}, load.through};
-  Point inside;
-  if (stiffness_.size() < 3 || !nearest_inside(covered(), load.through, 1e-3 * length, inside)) return plane;
-  // If the load passes a spring within rounding, it acts exactly on it. Otherwise rounding would decide to which side
-  // the body falls.
-  for (const Point& at : resting_) {
-    if (std::hypot(at.x - inside.x, at.y - inside.y) <= kOnSpring * length) inside = at;
-  }
-  const double resultants[3] = {load.force, load.force * (inside.x - middle.x) / length,
-                                load.force * (inside.y - middle.y) / length};
-  if (!springs_.solve(stiffness_, modes_.data(), 3, bed_heights_.data(), resultants)) return plane;
-  plane.slopes[0] = springs_.motion()[1] / length;
-  plane.slopes[1] = springs_.motion()[2] / length;
-  return plane;
+  return false;
 }
 
 }  // namespace mjtactile

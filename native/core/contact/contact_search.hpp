@@ -7,6 +7,7 @@
 // estimate meets each within a third.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -47,6 +48,8 @@ class ContactSearch {
  public:
   // Sample the heights of a body; false if no part of it faces the pad.
   bool look(const HeightMap& map);
+  // Forget the body, if another one is not over the sheet.
+  void forget() { least_ = kNowhere; }
   // Parts below the level that carries the load, measured from a plane.
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   // Height of the level above the body's lowest point [m].
@@ -60,6 +63,10 @@ class ContactSearch {
   // Height up to which the spots reach [m]. It is above the level if a higher spot was found to touch or nearly
   // touches.
   double reached() const { return reached_; }
+  // Diagonal of the sampled area [m].
+  double extent() const { return std::hypot(bounds_.east - bounds_.west, bounds_.north - bounds_.south); }
+  // Height of the lowest sample, without a plane [m]; infinite if there is none.
+  double least() const { return least_; }
   // Whether all of the body that faces the pad is below the level, so that another plane would find no more parts.
   bool sees_all() const { return sees_all_; }
   // Whether the load's line of action passes through the convex hull of the parts.
@@ -80,6 +87,11 @@ class ContactSearch {
     double cell;         // area for which each sample counts [m^2]
     std::vector<double> heights;
   };
+  // Units of the motion on springs.
+  struct SpringFrame {
+    Point middle = {0.0, 0.0};
+    double length = 0.0;   // of tilts' levers [m]
+  };
   Point grid_point(std::size_t sample) const;
   void set_heights(const Plane& plane);
   void flood(const SearchLoad& load);
@@ -87,6 +99,8 @@ class ContactSearch {
   void gather_parts();
   void look_closer(const HeightMap& map, const Plane& plane, Part& part);
   void set_level(const SearchLoad& load);
+  void lay_springs(const SpringFrame& frame, double highest, double modulus);
+  bool presses_above(const SpringFrame& frame, double highest) const;
   static double perimeter(const Part& part, double level, double& area);
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
@@ -110,8 +124,8 @@ class ContactSearch {
   std::vector<Part> parts_;
   std::size_t part_count_ = 0;
   std::vector<Spot> spots_;
-  std::vector<Point> chosen_, resting_;
-  double level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, reached_ = 0.0, spacing_ = 0.0;
+  std::vector<Point> chosen_;
+  double least_ = kNowhere, level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, reached_ = 0.0, spacing_ = 0.0;
   bool sees_all_ = false;
   SpringBed springs_;
   std::vector<double> stiffness_, modes_, bed_heights_;

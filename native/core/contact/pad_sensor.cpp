@@ -212,7 +212,7 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
   const double whole = press_above(touch, press, -pad_->depth());
   const double turned = press.patch.tilt();
   const double sunk = std::min(kDeeper * touch.sunk + kDeeperBy, pad_->depth());
-  const bool deeper = (curved() || press.gap.bottom() < -sunk) && sunk < pad_->depth();
+  const bool deeper = press.patch.least() < -sunk && sunk < pad_->depth();
   if (!deeper || (bears(whole) && turned < kTurned)) return whole > 0.0;
   // Parts deeper in the pad than MuJoCo's contacts may be beside it. The body then tilts less without them.
   std::swap(press.patch, press.other_patch);
@@ -233,7 +233,8 @@ bool PadSensor<Value>::press_shapes(const Touch& touch, BodyPress& press) {
 template <typename Value>
 double PadSensor<Value>::press_above(const Touch& touch, BodyPress& press, double floor) {
   const double reach = kReach * pad_->depth(), borne = press_within(touch, press, floor, reach);
-  return borne > 0.0 && may_touch_beyond(reach, touch, press) ? press_within(touch, press, floor, pad_->depth()) : borne;
+  const bool beyond = borne > 0.0 && may_touch_beyond(reach, touch, press);
+  return beyond ? press_within(touch, press, floor, pad_->depth()) : borne;
 }
 
 // Whether the contact is so deep, or tilts the body so far, that parts of its meshes out of reach may touch.
@@ -256,7 +257,10 @@ double PadSensor<Value>::press_within(const Touch& touch, BodyPress& press, doub
   const double lowest = plane == nullptr ? 0.0 : plane->whole().lowest;
   const double highest = plane == nullptr ? 0.0 : plane->whole().highest;
   const HeightRange range = {lowest + floor, highest + pad_->depth(), highest, reach};
-  if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, range)) return 0.0;
+  if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, range)) {
+    press.patch.forget();
+    return 0.0;
+  }
   const HeightMap* map = &press.gap;
   if (plane != nullptr) {
     press.over.place(press.gap, *plane, floor, pad_->depth());
@@ -716,7 +720,8 @@ bool PadSensor<Value>::may_cover(const FlatSide& side, const Placement& placemen
   const Rectangle over = sheet();
   double low[2] = {kNowhere, kNowhere}, high[2] = {-kNowhere, -kNowhere};
   for (int k = 0; k < 4; ++k) {
-    const Point corner = placement({(k & 1) != 0 ? side.high[0] : side.low[0], (k & 2) != 0 ? side.high[1] : side.low[1]});
+    const Point corner =
+        placement({(k & 1) != 0 ? side.high[0] : side.low[0], (k & 2) != 0 ? side.high[1] : side.low[1]});
     low[0] = std::min(low[0], corner.x), high[0] = std::max(high[0], corner.x);
     low[1] = std::min(low[1], corner.y), high[1] = std::max(high[1], corner.y);
   }

@@ -63,6 +63,8 @@ constexpr double kMostSamples = 32.0;    // largest number of heights computed p
 constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Tilts.
+constexpr double kMiddle = 0.05;         // distance of the load from a line's middle, over its length, up to which the
+                                         // body is taken to lie along it
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
 constexpr double kMostTilt = 2.0;        // largest lift that one look adds, over the level
 constexpr double kNarrow = 1.5;          // largest width along the tilt, over the narrowest cells, at which the tilt is
@@ -182,16 +184,37 @@ PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
 bool PatchPress::look_first(const Problem& problem, Looks& looks) {
   const LawOptions& options = problem.options;
   find_spots(problem, looks.view);
-  if (options.tilting && !search_.supported(problem.load)) {
-    // The spots do not support the load. So the body tilts until the force passes through the area on which it rests.
+  if (options.tilting && may_tilt(problem)) {
+    // The body tilts until the force passes through the area on which it rests.
+    const Plane before = looks.view.plane;
     rest_on_springs(problem, looks);
-    find_spots(problem, looks.view);
+    if (is_steep(looks.view.plane.slopes, search_.level())) {
+      find_spots(problem, looks.view);
+    } else {
+      looks.view.plane = before;
+    }
   }
   // Under a law without coupling, contact extends further out than on an elastic surface.
   if (options.law->couples() && compact(options)) looks.view.height_factor = kCompact;
   if (!press(problem, looks.view)) return false;
   if (laid_.contact.exact()) judge(problem, true, true, looks);
   return true;
+}
+
+// Whether the body may tilt far from its pose, because the spots do not support the load, are several, or lie along a
+// line of which the load does not meet the middle.
+bool PatchPress::may_tilt(const Problem& problem) const {
+  if (!search_.supported(problem.load) || spots_.size() != 1) return true;
+  if (compact(problem.options)) return false;
+  const Region line = spots_.front().region.lengthwise();
+  const Point &at = problem.load.through, &middle = line.centre;
+  const double along = std::cos(line.angle) * (at.x - middle.x) + std::sin(line.angle) * (at.y - middle.y);
+  return std::abs(along) > kMiddle * line.width;
+}
+
+// Whether a tilt lifts some of the body by more than a small part of the level.
+bool PatchPress::is_steep(const double* slopes, double level) const {
+  return std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * level;
 }
 
 // Choose the next view. False if the best contact is found, or no other view is known.
@@ -553,8 +576,9 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
   // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
   // touches during the tilt.
   const bool carries = found.missed == 0.0;
-  const bool narrow = carries && lifted <= kNarrow * narrowest * std::hypot(slopes[0], slopes[1]);
-  const NextPart next = next_part();
+  const double slope = std::hypot(slopes[0], slopes[1]);
+  const bool narrow = carries && lifted <= kNarrow * narrowest * slope;
+  const NextPart next = is_steep(slopes, level) ? next_part() : NextPart{kNowhere, 0.0};
   const bool touches = carries && next.share < 1.0;
   const bool tilted = touches || (lifted > kSmallTilt * level && !narrow);
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
@@ -564,12 +588,12 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
     const double share = carries ? rolling : std::min(rolling, next.share);
     std::copy(slopes, slopes + 2, view.last_tilt);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
-    const double slope = std::hypot(to[0], to[1]);
+    const double steep = std::hypot(to[0], to[1]);
     // The body falls over: no tilt within the largest slope carries the load.
-    if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
+    if (steep > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
       return false;
     }
-    const double least_share = std::min(1.0, kMostSlope / slope);
+    const double least_share = std::min(1.0, kMostSlope / steep);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : laid_.contact.indentation() + std::max(lowest, 0.0);
     view.least_height = ends_early() ? touching_height() : 0.0;

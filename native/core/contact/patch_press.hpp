@@ -44,6 +44,11 @@ class PatchPress {
   void integrate_shear(ShearIntegrals& integrals) const { laid_.cells.integrate_shear(integrals); }
   // Slope by which the body tilts from its pose in the simulation [-].
   double tilt() const;
+  // Height of the body's lowest point over the sheet, above the surface and without a tilt [m]; infinite if there is
+  // none.
+  double least() const { return search_.least(); }
+  // Forget the body, if another one is not over the sheet.
+  void forget() { search_.forget(); }
 
  private:
   // The parameters that change from look to look.
@@ -91,6 +96,8 @@ class PatchPress {
   static SearchLoad load_of(const double* wrench, const ContactSurface& surface);
   Viewpoint first_view(const Problem& problem) const;
   bool look_first(const Problem& problem, Looks& looks);
+  bool may_tilt(const Problem& problem) const;
+  bool is_steep(const double* slopes, double level) const;
   bool choose_view(const Problem& problem, Looks& looks);
   void rest_on_springs(const Problem& problem, Looks& looks);
   void find_spots(const Problem& problem, const Viewpoint& view);

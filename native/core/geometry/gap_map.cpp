@@ -39,7 +39,6 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   floor_ = range.floor;
   ceiling_ = range.ceiling;
   count_ = 0;
-  bottom_ = kNowhere;
   bounds_ = kNoRectangle;
   candidates_.clear();
   if (placed_.size() < shapes.size()) placed_.resize(shapes.size());
@@ -48,7 +47,6 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
     placed.place(shape, pose, sheet, range);
     const double *low = placed.low(), *high = placed.high();
     const bool over = low[0] < sheet.east && high[0] > sheet.west && low[1] < sheet.north && high[1] > sheet.south;
-    if (over) bottom_ = std::min(bottom_, placed.bottom());
     if (!over || !(low[2] <= ceiling_) || !(high[2] >= floor_)) continue;
     ++count_;
     bounds_ = around(bounds_, {low[0], low[1], high[0], high[1]});

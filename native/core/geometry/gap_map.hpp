@@ -23,12 +23,10 @@ class GapMap : public HeightMap {
   const std::vector<Point>& candidates() const override { return candidates_; }
   // Whether parts of a mesh over the sheet were left out because they are beyond the range's reach.
   bool cut() const;
-  // Height of the lowest point of all shapes that reach over the sheet, even if it is below the floor [m].
-  double bottom() const { return bottom_; }
 
  private:
   Rectangle sheet_ = {}, bounds_ = {};
-  double floor_ = 0.0, ceiling_ = 0.0, bottom_ = 0.0;
+  double floor_ = 0.0, ceiling_ = 0.0;
   std::size_t count_ = 0;
   std::vector<PlacedShape> placed_;  // only the first `count_` may be over the sheet
   std::vector<Point> candidates_;

@@ -45,8 +45,6 @@ class PlacedShape {
   // Lower and upper corner (3) of the bounding box in the pad frame [m]; infinite for a half space.
   const double* low() const { return low_; }
   const double* high() const { return high_; }
-  // Height of the lowest point, over the part or not [m]; minus infinity for a half space.
-  double bottom() const { return kind_ == ShapeKind::triangles ? shadow_.bottom()[2] : low_[2]; }
   // Whether parts of a mesh over the rectangle were left out because they are beyond the range's reach.
   bool cut() const { return kind_ == ShapeKind::triangles && shadow_.cut(); }
   // Add points of the lower side that stand lowest, or along which it may touch, whether over the part or not.

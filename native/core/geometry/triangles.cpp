@@ -158,14 +158,13 @@ void TriangleShadow::cast(const TriangleMesh& mesh, const Pose& pose, const Rect
   cut_ = false;
   triangles_.clear();
   spans_.clear();
-  bottom_[0] = bottom_[1] = 0.0, bottom_[2] = lowest_ = kInfinite;
+  lowest_ = kInfinite;
   if (!mesh.boxes.empty()) {
     slack_ = 0.0;
     for (int i = 0; i < 3; ++i) {
       const MeshBox& all = mesh.boxes.front();
       slack_ += kRounding * (std::abs(pose.position[i]) + std::max(std::abs(all.low[i]), std::abs(all.high[i])));
     }
-    find_bottom();
     find_lowest();
     ceiling_ = std::max(lowest_, level) + reach;
     if (std::isfinite(lowest_)) gather();
@@ -250,17 +249,20 @@ void TriangleShadow::walk_down(const double& lowest, Reach&& reach, Visit&& visi
   }
 }
 
-void TriangleShadow::find_bottom() {
+std::array<double, 3> TriangleShadow::bottom() {
+  std::array<double, 3> found = {0.0, 0.0, kInfinite};
+  if (mesh_->boxes.empty()) return found;
   walk_down(
-      bottom_[2], [&](const MeshBox& box) { return span(box, 2).low; },
+      found[2], [&](const MeshBox& box) { return span(box, 2).low; },
       [&](std::uint32_t t) {
         double corner[3][3];
-        if (!(corner_span(t, 2, corner).low < bottom_[2])) return;
+        if (!(corner_span(t, 2, corner).low < found[2])) return;
         corners_of(t, corner);
         for (const auto& one : corner) {
-          if (one[2] < bottom_[2]) std::copy(one, one + 3, bottom_);
+          if (one[2] < found[2]) std::copy(one, one + 3, found.begin());
         }
       });
+  return found;
 }
 
 void TriangleShadow::find_lowest() {

@@ -36,8 +36,8 @@ class TriangleShadow {
   double lowest() const { return lowest_; }
   // Whether triangles over the part were left out because they are beyond the cast's reach.
   bool cut() const { return cut_; }
-  // The lowest vertex (3) [m], over the part or not. Its height is infinite if the mesh is empty.
-  const double* bottom() const { return bottom_; }
+  // The lowest vertex [m], over the part or not. Its height is infinite if the mesh is empty.
+  std::array<double, 3> bottom();
   // Points over the part where the mesh may touch first [m]: vertices without a lower neighbour, and the lowest points
   // of triangles that are cut at the part's rim. Only the lowest in each bucket of a coarse grid is kept.
   void bottoms(std::vector<std::array<double, 3>>& points);
@@ -65,7 +65,6 @@ class TriangleShadow {
   bool faces_down(const double corner[3][3], double normal[3]) const;
   template <typename Reach, typename Visit>
   void walk_down(const double& lowest, Reach&& reach, Visit&& visit);
-  void find_bottom();
   void find_lowest();
   void gather();
   void take(std::uint32_t triangle);
@@ -93,7 +92,6 @@ class TriangleShadow {
   double per_[2] = {};                // number of finest buckets per length along x and y [1/m]
   std::size_t side_ = 1;              // number of buckets along each side
   std::uint8_t coarser_[kFinest] = {};  // for each finest bucket: the bucket that holds it
-  double bottom_[3] = {};
   std::vector<std::pair<double, std::uint32_t>> queue_;  // boxes still to be searched, with their least possible height
   std::vector<std::uint32_t> stack_;
   std::vector<Triangle> triangles_;
