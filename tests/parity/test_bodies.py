@@ -35,6 +35,7 @@ SHEET = Rectangle(-HALF, -HALF, HALF, HALF)
 FLOOR, CEILING = -5e-3, 20e-3
 CELLS = 60
 ROUGH = trimesh.creation.icosphere(2, radius=4e-3)
+BALL = trimesh.creation.icosphere(3, radius=2e-3)
 TORUS = trimesh.creation.torus(4e-3, 1.5e-3, major_sections=40, minor_sections=24)
 CUBE = trimesh.creation.box(extents=(6e-3, 4e-3, 8e-3))
 SHAPES: dict[str, Shape | trimesh.Trimesh] = {
@@ -49,12 +50,8 @@ SHAPES: dict[str, Shape | trimesh.Trimesh] = {
     "torus": TORUS,
     "cube mesh": CUBE,
     "fine cube mesh": CUBE.subdivide().subdivide().subdivide(),
-    "two ball meshes, one 2 mm higher": trimesh.util.concatenate(
-        [
-            trimesh.creation.icosphere(3, radius=2e-3).apply_translation([-4e-3, 0.0, 0.0]),
-            trimesh.creation.icosphere(3, radius=2e-3).apply_translation([4e-3, 0.0, 2e-3]),
-        ]
-    ),
+    "two ball meshes, one 2 mm higher": BALL.copy().apply_translation([-4e-3, 0.0, 0.0])
+    + BALL.copy().apply_translation([4e-3, 0.0, 2e-3]),
 }
 #: Lying as they do on a table, half turns about x, y and z.
 LYING = {"capsule": (0, 0.5, 0), "long capsule": (0, 0.5, 0), "plane": (1, 0, 0)}
