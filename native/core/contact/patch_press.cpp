@@ -63,8 +63,6 @@ constexpr double kMostSamples = 32.0;    // largest number of heights computed p
 constexpr double kSpareArea = 3.0;       // area of the cells over the least area that bears the force at the strength
 
 // Tilts.
-constexpr double kMiddle = 0.05;         // distance of the load from a line's middle, over its length, up to which the
-                                         // body is taken to lie along it
 constexpr double kSmallTilt = 0.2;       // lift of the contact, over the level, up to which a tilt needs no other look
 constexpr double kMostTilt = 2.0;        // largest lift that one look adds, over the level
 constexpr double kNarrow = 1.5;          // largest width along the tilt, over the narrowest cells, at which the tilt is
@@ -184,7 +182,7 @@ PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
 bool PatchPress::look_first(const Problem& problem, Looks& looks) {
   const LawOptions& options = problem.options;
   find_spots(problem, looks.view);
-  if (options.tilting && may_tilt(problem)) {
+  if (options.tilting && !search_.supported(problem.load)) {
     // The body tilts until the force passes through the area on which it rests.
     const Plane before = looks.view.plane;
     rest_on_springs(problem, looks);
@@ -199,17 +197,6 @@ bool PatchPress::look_first(const Problem& problem, Looks& looks) {
   if (!press(problem, looks.view)) return false;
   if (laid_.contact.exact()) judge(problem, true, true, looks);
   return true;
-}
-
-// Whether the body may tilt far from its pose, because the spots do not support the load, are several, or lie along a
-// line of which the load does not meet the middle.
-bool PatchPress::may_tilt(const Problem& problem) const {
-  if (!search_.supported(problem.load) || spots_.size() != 1) return true;
-  if (compact(problem.options)) return false;
-  const Region line = spots_.front().region.lengthwise();
-  const Point &at = problem.load.through, &middle = line.centre;
-  const double along = std::cos(line.angle) * (at.x - middle.x) + std::sin(line.angle) * (at.y - middle.y);
-  return std::abs(along) > kMiddle * line.width;
 }
 
 // Whether a tilt lifts some of the body by more than a small part of the level.

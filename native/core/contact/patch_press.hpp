@@ -96,7 +96,6 @@ class PatchPress {
   static SearchLoad load_of(const double* wrench, const ContactSurface& surface);
   Viewpoint first_view(const Problem& problem) const;
   bool look_first(const Problem& problem, Looks& looks);
-  bool may_tilt(const Problem& problem) const;
   bool is_steep(const double* slopes, double level) const;
   bool choose_view(const Problem& problem, Looks& looks);
   void rest_on_springs(const Problem& problem, Looks& looks);
