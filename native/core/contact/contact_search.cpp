@@ -66,7 +66,7 @@ Region region_about(const std::vector<Point>& points, const double sides[2], dou
 }
 
 bool ContactSearch::look(const HeightMap& map) {
-  forget();
+  least_ = kNowhere;
   bounds_ = map.bounds();
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
@@ -79,13 +79,11 @@ bool ContactSearch::look(const HeightMap& map) {
     points_[sample] = {diagonal[sample % kLines].x, diagonal[sample / kLines].y};
   }
   map.heights(points_, raw_);
-  bool any = std::any_of(raw_.begin(), raw_.end(), [](double one) { return std::isfinite(one); });
   // A candidate that is lower than the nearest grid point replaces it. Of several equally low ones, the one nearest to
   // the grid point is used.
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
     if (!std::isfinite(height_there)) continue;
-    any = true;
     const auto nearest = [](double part) {
       return static_cast<std::size_t>(std::min(std::max(part * kLines, 0.0), kLines - 1.0));
     };
@@ -98,7 +96,7 @@ bool ContactSearch::look(const HeightMap& map) {
     moved_.push_back(place);
   }
   least_ = *std::min_element(raw_.begin(), raw_.end());
-  return any;
+  return std::isfinite(least_);
 }
 
 // Grid points are the middles of equal cells of the bounds, because the body ends at the bounds themselves.

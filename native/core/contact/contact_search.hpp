@@ -48,8 +48,6 @@ class ContactSearch {
  public:
   // Sample the heights of a body; false if no part of it faces the pad.
   bool look(const HeightMap& map);
-  // Forget the body, if another one is not over the sheet.
-  void forget() { least_ = kNowhere; }
   // Parts below the level that carries the load, measured from a plane.
   const std::vector<Spot>& find(const HeightMap& map, const Plane& plane, const SearchLoad& load);
   // Height of the level above the body's lowest point [m].

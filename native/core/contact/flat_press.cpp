@@ -49,8 +49,9 @@ bool FlatPress::solve(const Face& face, const Placement& placement, const Contac
     whole_.place(face, placement, surface, workspace);
     whole_.press(face, surface, {wrench}, workspace);
   };
+  const Point at = centre_of_pressure(wrench);
   const bool tried = !surface.options.tilting || !surface.options.law->shapes() ||
-                     !surely_few(face, placement.back(-wrench[4] / wrench[2], wrench[3] / wrench[2]));
+                     !surely_few(face, placement.back(at.x, at.y));
   if (tried) {
     press_whole();
     if (whole_.exact() && whole_.linear() && !is_small(whole_)) return true;

@@ -242,7 +242,7 @@ template <typename Value>
 bool PadSensor<Value>::may_touch_beyond(double reach, const Touch& touch, const BodyPress& press) const {
   if (!press.gap.cut()) return false;
   const Rectangle over = press.gap.bounds();
-  const Point at = {-touch.wrench[4] / touch.wrench[2], touch.wrench[3] / touch.wrench[2]};
+  const Point at = centre_of_pressure(touch.wrench);
   const double farthest =
       std::hypot(std::max(at.x - over.west, over.east - at.x), std::max(at.y - over.south, over.north - at.y));
   return press.patch.contact().indentation() + press.patch.tilt() * farthest > reach;
@@ -257,10 +257,8 @@ double PadSensor<Value>::press_within(const Touch& touch, BodyPress& press, doub
   const double lowest = plane == nullptr ? 0.0 : plane->whole().lowest;
   const double highest = plane == nullptr ? 0.0 : plane->whole().highest;
   const HeightRange range = {lowest + floor, highest + pad_->depth(), highest, reach};
-  if (!press.gap.place(touch.geometry->shapes(), touch.pose, part, range)) {
-    press.patch.forget();
-    return 0.0;
-  }
+  // If none of the shapes is there, the map is empty and no contact is found.
+  press.gap.place(touch.geometry->shapes(), touch.pose, part, range);
   const HeightMap* map = &press.gap;
   if (plane != nullptr) {
     press.over.place(press.gap, *plane, floor, pad_->depth());
@@ -682,7 +680,7 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
   const double* up = touch.pose.rotation + 6;
   // A pressing face is near the surface where the force passes. A face far below it is beside or under the pad.
   const double near = kNear * pad_->depth();
-  const double x = -touch.wrench[4] / touch.wrench[2], y = touch.wrench[3] / touch.wrench[2];
+  const Point at = centre_of_pressure(touch.wrench);
   for (std::size_t i = 0; i < body.sides(); ++i) {
     const FlatSide& seen = body.outlined(i);
     const double* facing = seen.up();
@@ -691,7 +689,7 @@ std::shared_ptr<const Face> PadSensor<Value>::face_towards(const Touch& touch, P
     std::copy(seen.rotation, seen.rotation + 9, plane.rotation);
     plane.height = seen.height;
     plane.most_slope = 1.0;
-    if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, x, y)) > near ||
+    if (!place(plane, touch.pose, placement) || std::abs(plane_height(plane, touch.pose, at.x, at.y)) > near ||
         !may_cover(seen, placement)) {
       continue;
     }

@@ -166,7 +166,7 @@ bool PatchPress::solve(const HeightMap& map, const ContactSurface& surface, cons
 SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surface) {
   SearchLoad load;
   load.force = -wrench[2];
-  load.through = {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
+  load.through = centre_of_pressure(wrench);
   load.modulus = 1.0 / (kPi * surface.compliance.factor());
   load.least_area = surface.options.strength > 0.0 ? kSpareArea * load.force / surface.options.strength : 0.0;
   return load;
@@ -183,25 +183,15 @@ bool PatchPress::look_first(const Problem& problem, Looks& looks) {
   const LawOptions& options = problem.options;
   find_spots(problem, looks.view);
   if (options.tilting && !search_.supported(problem.load)) {
-    // The body tilts until the force passes through the area on which it rests.
-    const Plane before = looks.view.plane;
+    // The spots do not support the load. So the body tilts until the force passes through the area on which it rests.
     rest_on_springs(problem, looks);
-    if (is_steep(looks.view.plane.slopes, search_.level())) {
-      find_spots(problem, looks.view);
-    } else {
-      looks.view.plane = before;
-    }
+    find_spots(problem, looks.view);
   }
   // Under a law without coupling, contact extends further out than on an elastic surface.
   if (options.law->couples() && compact(options)) looks.view.height_factor = kCompact;
   if (!press(problem, looks.view)) return false;
   if (laid_.contact.exact()) judge(problem, true, true, looks);
   return true;
-}
-
-// Whether a tilt lifts some of the body by more than a small part of the level.
-bool PatchPress::is_steep(const double* slopes, double level) const {
-  return std::hypot(slopes[0], slopes[1]) * search_.extent() > kSmallTilt * level;
 }
 
 // Choose the next view. False if the best contact is found, or no other view is known.
@@ -563,9 +553,9 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
   // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
   // touches during the tilt.
   const bool carries = found.missed == 0.0;
-  const double slope = std::hypot(slopes[0], slopes[1]);
-  const bool narrow = carries && lifted <= kNarrow * narrowest * slope;
-  const NextPart next = is_steep(slopes, level) ? next_part() : NextPart{kNowhere, 0.0};
+  const double leans = std::hypot(slopes[0], slopes[1]);
+  const bool narrow = carries && lifted <= kNarrow * narrowest * leans;
+  const NextPart next = leans * search_.extent() > kSmallTilt * level ? next_part() : NextPart{kNowhere, 0.0};
   const bool touches = carries && next.share < 1.0;
   const bool tilted = touches || (lifted > kSmallTilt * level && !narrow);
   const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
@@ -575,12 +565,12 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
     const double share = carries ? rolling : std::min(rolling, next.share);
     std::copy(slopes, slopes + 2, view.last_tilt);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
-    const double steep = std::hypot(to[0], to[1]);
+    const double slope = std::hypot(to[0], to[1]);
     // The body falls over: no tilt within the largest slope carries the load.
-    if (steep > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
+    if (slope > kMostSlope && std::hypot(view.plane.slopes[0], view.plane.slopes[1]) > kNearlyFallen * kMostSlope) {
       return false;
     }
-    const double least_share = std::min(1.0, kMostSlope / steep);
+    const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
     if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : laid_.contact.indentation() + std::max(lowest, 0.0);
     view.least_height = ends_early() ? touching_height() : 0.0;

@@ -47,8 +47,6 @@ class PatchPress {
   // Height of the body's lowest point over the sheet, above the surface and without a tilt [m]; infinite if there is
   // none.
   double least() const { return search_.least(); }
-  // Forget the body, if another one is not over the sheet.
-  void forget() { search_.forget(); }
 
  private:
   // The parameters that change from look to look.
@@ -96,7 +94,6 @@ class PatchPress {
   static SearchLoad load_of(const double* wrench, const ContactSurface& surface);
   Viewpoint first_view(const Problem& problem) const;
   bool look_first(const Problem& problem, Looks& looks);
-  bool is_steep(const double* slopes, double level) const;
   bool choose_view(const Problem& problem, Looks& looks);
   void rest_on_springs(const Problem& problem, Looks& looks);
   void find_spots(const Problem& problem, const Viewpoint& view);

@@ -84,5 +84,7 @@ class TangentPlane {
 // [m]. It is the point of the surface about which the wrench's moment is along the surface's normal. If that is beyond
 // the pad's edge, it is the nearest point of the pad. False if the force does not press.
 bool centre_of_pressure(const OuterSurface& surface, const double* wrench, Point& centre);
+// The same on the flat pad's plane, whether over the pad or beside it.
+inline Point centre_of_pressure(const double* wrench) { return {-wrench[4] / wrench[2], wrench[3] / wrench[2]}; }
 
 }  // namespace mjtactile

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "contact/solvers/bearing.hpp"
+#include "geometry/tangent_plane.hpp"
 #include "linalg/small.hpp"
 
 namespace mjtactile {
@@ -268,7 +269,8 @@ void CellContact::resultants(const Face& face, const double* wrench, double* res
 
 // Point at which the force's line of action passes through the surface, in the face's frame.
 Point CellContact::through(const double* wrench) const {
-  return placement_.back(-wrench[4] / wrench[2], wrench[3] / wrench[2]);
+  const Point at = centre_of_pressure(wrench);
+  return placement_.back(at.x, at.y);
 }
 
 void CellContact::carried(const Face& face, const double* wrench, double* carried) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/tangent_plane.hpp"
 #include "linalg/dense.hpp"
 #include "linalg/small.hpp"
 
@@ -29,8 +30,7 @@ bool UniformPress::solve(const Face& face, const Placement& placement, const Sur
   std::copy(wrench, wrench + 6, carried_);
   Point through;
   const double margin = kHullMargin * std::sqrt(area);
-  if (!(area > 0.0) ||
-      !nearest_inside(traction_.hull(), {-wrench[4] / wrench[2], wrench[3] / wrench[2]}, margin, through)) {
+  if (!(area > 0.0) || !nearest_inside(traction_.hull(), centre_of_pressure(wrench), margin, through)) {
     return false;
   }
   carried_[3] = -through.y * normal;
