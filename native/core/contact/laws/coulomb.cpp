@@ -34,6 +34,8 @@ bool slipping(const ShearProblem& problem, ShearWork& work, bool known, bool& sl
     }
     return true;
   }
+  // A contact that slid as a whole most likely still slides. Then the compliance is not needed.
+  if ((!known || work.slip.slid()) && work.slip.slides(work.grip, wanted, friction, work.shear.data())) return true;
   work.displace(problem.cells, *problem.compliance, work.normal.data());
   const SlipProblem slip = {work.tangential, work.grip, work.free_slip.data(), wanted};
   if (work.slip.solve(slip, friction, known, work.limit, work.shear.data())) {

@@ -12,6 +12,8 @@ namespace {
 // If rounding errors prevent further progress, kAlmost is accepted.
 constexpr int kSteps = 16;
 constexpr double kConverged = 1e-11, kAlmost = 1e-10;
+// A factor serves the next step, too, if the same cells slip and its last step left less than this share of the residual.
+constexpr double kStillGood = 0.05;
 // Largest error of the resultants and of the friction bounds if the result is that of the interior-point method.
 constexpr double kMissed = 1e-10;
 // Interior-point method: largest number of steps, gap at which it ends, gap that is accepted if it cannot go on, and
@@ -38,7 +40,7 @@ void PartialSlip::scale(const SlipProblem& problem, double unit, bool same) {
   cells_ = cells;
   force_unit_ = unit;
   if (!same) {
-    all_stick_ = false;
+    factored_.clear();
     compliance_unit_ = 0.0;
     for (std::size_t k = 0; k < size; ++k) compliance_unit_ += compliance[k][k] / static_cast<double>(size);
     compliance_.resize(size, size);
@@ -108,23 +110,20 @@ double PartialSlip::residual() {
 }
 
 // One step of the semismooth Newton method. Sticking cells follow the body, and slipping cells move along their
-// friction circles. `same_system`: whether the factor of the last step is still valid. False if the system cannot be
-// solved.
+// friction circles. `same_system`: whether to keep the last factor, although the slipping cells' directions have changed
+// since. False if the system cannot be solved.
 bool PartialSlip::newton_step(bool all_stick, bool same_system, WorkLimit& limit) {
   const std::size_t cells = cells_, size = 2 * cells;
   radial_step_.assign(size, 0.0);
-  std::size_t stuck = 0;
   for (std::size_t i = 0; i < cells; ++i) {
-    if (all_stick || !slips_[i]) {
-      ++stuck;
-      continue;
-    }
+    if (all_stick || !slips_[i]) continue;
     const double x = trial_[i], y = trial_[cells + i], along = std::hypot(x, y);
     const double ux = x / along, uy = y / along;
     const double outward = radius_[i] - (ux * shear_[i] + uy * shear_[cells + i]);
     radial_step_[i] = ux * outward, radial_step_[cells + i] = uy * outward;
   }
-  if (!same_system && !linearise(all_stick, stuck, limit)) return false;
+  const std::size_t stuck = set_unknowns(all_stick);
+  if (!same_system && !linearise(stuck, limit)) return false;
   const std::size_t count = cell_of_.size();
   right_.resize(4, count);
   change_.resize(size);
@@ -165,11 +164,10 @@ bool PartialSlip::newton_step(bool all_stick, bool same_system, WorkLimit& limit
   return true;
 }
 
-// Factor the system of a step. A sticking cell has two unknowns, its components x and y. A slipping cell has one, along
-// its friction circle.
-bool PartialSlip::linearise(bool all_stick, std::size_t stuck, WorkLimit& limit) {
+// Set the unknowns of a step. A sticking cell has two, its components x and y. A slipping cell has one, along its
+// friction circle. Cells that stick come first, x before y. Returns the number of cells that stick.
+std::size_t PartialSlip::set_unknowns(bool all_stick) {
   const std::size_t cells = cells_;
-  all_stick_ = false;
   cell_of_.clear();
   axis_.clear();
   curvature_.clear();
@@ -182,6 +180,7 @@ bool PartialSlip::linearise(bool all_stick, std::size_t stuck, WorkLimit& limit)
   for (std::size_t i = 0; i < cells; ++i) {
     if (all_stick || !slips_[i]) add(i, 1.0, 0.0, 0.0);
   }
+  const std::size_t stuck = cell_of_.size();
   for (std::size_t k = 0; k < stuck; ++k) add(cell_of_[k], 0.0, 1.0, 0.0);
   for (std::size_t i = 0; i < cells; ++i) {
     if (all_stick || !slips_[i]) continue;
@@ -189,7 +188,13 @@ bool PartialSlip::linearise(bool all_stick, std::size_t stuck, WorkLimit& limit)
     const double own = (compliance_[i][i] + compliance_[cells + i][cells + i]) / 2;
     add(i, -y / along, x / along, own * (along / radius_[i] - 1.0));
   }
-  const std::size_t count = cell_of_.size();
+  return stuck;
+}
+
+// Factor the system of a step.
+bool PartialSlip::linearise(std::size_t stuck, WorkLimit& limit) {
+  const std::size_t cells = cells_, count = cell_of_.size();
+  factored_.clear();
   if (!limit.factorisation(count)) return false;
   factor_.resize(count, count);
   for (std::size_t k = 0; k < count; ++k) {
@@ -197,7 +202,6 @@ bool PartialSlip::linearise(bool all_stick, std::size_t stuck, WorkLimit& limit)
     const double x = axis_[2 * k], y = axis_[2 * k + 1];
     const double *along = compliance_[i], *across = compliance_[cells + i];
     double* row = factor_[k];
-    // Cells that stick come first, x before y.
     std::size_t l = k;
     if (k < 2 * stuck) {
       const double* from = k < stuck ? along : across;
@@ -212,7 +216,11 @@ bool PartialSlip::linearise(bool all_stick, std::size_t stuck, WorkLimit& limit)
     row[k] += curvature_[k];
   }
   if (!factor(factor_)) return false;
-  all_stick_ = stuck == cells;
+  if (stuck == cells) {
+    factored_.assign(cells, 0);
+  } else {
+    factored_ = slips_;
+  }
   return true;
 }
 
@@ -225,8 +233,7 @@ bool PartialSlip::newton(bool known, WorkLimit& limit) {
       if (left <= kConverged || (left <= kAlmost && left >= 0.5 * before)) return true;
     }
     const bool all_stick = !known && step == 0;
-    // If all cells stuck in the last step and still do, the system is the same.
-    const bool same_system = !all_stick && all_stick_ && std::find(slips_.begin(), slips_.end(), 1) == slips_.end();
+    const bool same_system = !all_stick && factored_ == slips_ && (step == 0 || left <= kStillGood * before);
     before = left;
     if (step == kSteps || !newton_step(all_stick, same_system, limit)) return false;
   }
@@ -236,7 +243,7 @@ bool PartialSlip::newton(bool known, WorkLimit& limit) {
 // The slower but more robust method. It follows the central path, on which the product of multiplier and slack is the
 // same on all cells, inside all friction circles.
 bool PartialSlip::interior_point(WorkLimit& limit) {
-  all_stick_ = false;  // the factor is overwritten
+  factored_.clear();  // the factor is overwritten
   const std::size_t cells = cells_;
   double most = 1.0;
   for (const double one : free_slip_) most = std::max(most, std::abs(one));
@@ -422,9 +429,14 @@ void PartialSlip::start_near_sliding(const double* direction) {
   }
 }
 
+bool PartialSlip::slides(const ShearGrip& grip, const double* wanted, double friction, double* shear) {
+  share_ = grip.sliding_with(wanted, friction, shear, direction_);
+  slid_ = share_ >= kSlides;
+  return slid_;
+}
+
 bool PartialSlip::solve(const SlipProblem& problem, double friction, bool known, WorkLimit& limit, double* shear) {
   const ShearGrip& grip = problem.grip;
-  const double* wanted = problem.wanted;
   const std::size_t cells = grip.count(), size = 2 * cells;
   const double before = compliance_unit_ * force_unit_;
   scale(problem, friction * grip.pressing() / static_cast<double>(cells), known);
@@ -435,31 +447,24 @@ bool PartialSlip::solve(const SlipProblem& problem, double friction, bool known,
     for (std::size_t k = 0; k < size; ++k) shear[k] = shear_[k] * force_unit_;
     return true;
   };
-  double direction[3];
   if (known) {
     for (std::size_t k = 0; k < size; ++k) shear_[k] = shear[k] / force_unit_;
     for (double& one : motion_) one *= before / (compliance_unit_ * force_unit_);
-    // A contact that slid as a whole most likely still slides.
-    if (all_slid_ && grip.sliding_with(wanted, friction, shear, direction) >= kSlides) return true;
-    all_slid_ = false;
     if (newton(true, limit)) return take();
+    if (slides(grip, problem.wanted, friction, shear)) return true;
   }
-  const double share = grip.sliding_with(wanted, friction, shear, direction);
-  all_slid_ = share >= kSlides;
-  if (all_slid_) return true;
   for (int trial = 0; trial < 2; ++trial) {
     // Start from sticking cells or from slipping ones, the likelier first.
-    const bool slides = (trial == 0) == (share > kRatherSlides);
-    if (slides && !(share > kMaySlide)) continue;
-    if (slides) {
+    const bool sliding = (trial == 0) == (share_ > kRatherSlides);
+    if (sliding && !(share_ > kMaySlide)) continue;
+    if (sliding) {
       for (std::size_t k = 0; k < size; ++k) shear_[k] = shear[k] / force_unit_;
-      start_near_sliding(direction);
+      start_near_sliding(direction_);
     } else {
       std::fill(shear_.begin(), shear_.end(), 0.0);
       std::fill(motion_, motion_ + 3, 0.0);
     }
-    const bool found = newton(slides, limit);
-    if (found) return take();
+    if (newton(sliding, limit)) return take();
   }
   std::fill(shear_.begin(), shear_.end(), 0.0);
   if (interior_point(limit)) {
@@ -470,7 +475,7 @@ bool PartialSlip::solve(const SlipProblem& problem, double friction, bool known,
     if (balance()) return take();
   }
   // If only few cells stick, full sliding is close to the solution.
-  return share >= kNearlySlides;
+  return share_ >= kNearlySlides;
 }
 
 bool PartialSlip::bonded(const SlipProblem& problem, WorkLimit& limit, double* shear) {

@@ -27,8 +27,14 @@ struct SlipProblem {
 
 class PartialSlip {
  public:
+  // Whether the load is the largest that friction carries in its direction, so that all cells slide. `shear` (2, cells)
+  // [N] is that of sliding, scaled to the load.
+  bool slides(const ShearGrip& grip, const double* wanted, double friction, double* shear);
+  // Whether all cells slid in the last solution.
+  bool slid() const { return slid_; }
   // Find the shear (2, cells) [N]. If `known`, `shear` holds the result of the last call on the same cells, near which
-  // the solution lies. False if neither method converges within the limit of work.
+  // the solution lies. Otherwise it holds what slides() answered to this problem. False if neither method converges
+  // within the limit of work.
   bool solve(const SlipProblem& problem, double friction, bool known, WorkLimit& limit, double* shear);
   // Find the shear if no cell slips, whatever friction bears. False if the compliance is not positive definite.
   bool bonded(const SlipProblem& problem, WorkLimit& limit, double* shear);
@@ -37,7 +43,8 @@ class PartialSlip {
   void scale(const SlipProblem& problem, double unit, bool same);
   bool newton(bool known, WorkLimit& limit);
   bool newton_step(bool all_stick, bool same_system, WorkLimit& limit);
-  bool linearise(bool all_stick, std::size_t stuck, WorkLimit& limit);
+  std::size_t set_unknowns(bool all_stick);
+  bool linearise(std::size_t stuck, WorkLimit& limit);
   // State of the interior-point method: the mean product of multiplier and slack, the largest error of the equations,
   // the least slack, and the missing resultants.
   struct PathState {
@@ -68,8 +75,11 @@ class PartialSlip {
   std::vector<double> change_, interior_shear_;
   std::vector<double> multiplier_, slack_, multiplier_change_;
   std::vector<std::uint8_t> slips_;
-  bool all_stick_ = false;  // whether `factor_` holds the system of these cells when all of them stick
-  bool all_slid_ = false;   // whether all cells slid in the last solution
+  std::vector<std::uint8_t> factored_;   // which cells slip in the system whose factor `factor_` holds; empty if none
+  // Of the last answer of slides(): the load over the largest that friction carries, the direction in which the cells
+  // slide, and whether they do.
+  double share_ = 0.0, direction_[3] = {};
+  bool slid_ = false;
   std::vector<std::uint32_t> cell_of_;   // cell of each unknown
 };
 
