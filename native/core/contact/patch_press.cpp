@@ -19,7 +19,7 @@ constexpr double kInside = 1e-12;        // least distance from the hull's rim a
 
 // Heights up to which cells are laid, over the level. The level is the depth of a flat punch that carries the load.
 constexpr double kHeightFactor = 2.5;    // in the first look
-constexpr double kCompact = 1.5;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
+constexpr double kCompact = 1.6;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
 constexpr double kAsLongAsWide = 2.003;  // largest length of a compact spot over its width
 constexpr double kLeastHeightFactor = 0.25, kMostHeightFactor = 64.0;   // in later looks
 constexpr double kBoundedHeightFactor = 1.6;   // least value if the bound on pressure sets the level
@@ -30,9 +30,13 @@ constexpr double kEndFactor = 1.25;      // correction of end_over_level() from 
 constexpr double kTouchMargin = 1.05;    // safety factor on the height up to which the body was found to touch
 constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth
 
-// When cells are laid again. They are laid lower if the share of pressed cells is below kLeastPressed and the contact
-// ends below kMuchLower times their height.
-constexpr double kLeastPressed = 0.2, kMuchLower = 0.7;
+// When cells are laid again. They are laid lower if the share of pressed cells is below `pressed` and the contact ends
+// below `lower` times their height. A body that tilts is looked at several times anyway. Of one that does not, the first
+// look is mostly the only one.
+struct LaidLower {
+  double pressed, lower;
+};
+constexpr LaidLower kLaidLowerTilting = {0.2, 0.7}, kLaidLower = {0.66, 0.9};
 // Cells that are cut off at their largest height end inside the contact if more than kGoesOn of them press. This counts
 // only if the other cells have more than kWithin times their area. Cells are laid higher if the body touches up to
 // kHigher times their height.
@@ -265,7 +269,7 @@ void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& l
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
-  looks.goes_on = next_view(found, problem.options.narrowest, looks.onward);
+  looks.goes_on = next_view(found, problem.options, looks.onward);
 }
 
 bool PatchPress::presses_all() const {
@@ -390,10 +394,11 @@ void PatchPress::press_again(const ContactSurface& surface, const double* wrench
 
 bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, const Viewpoint& view) {
   const LawOptions& options = surface.options;
-  double highest = !options.law->shapes() ? std::max(search_.level(), options.facing_gap)
-                                          : std::max(search_.loaded() * view.height_factor,
-                                                     kBoundedHeightFactor * search_.level());
-  if (options.law->shapes()) highest = std::max(highest, search_.reached());
+  double highest = std::max(search_.level(), options.facing_gap);
+  if (options.law->shapes()) {
+    highest = std::max(search_.loaded() * view.height_factor, search_.reached());
+    if (search_.level() > search_.loaded()) highest = std::max(highest, kBoundedHeightFactor * search_.level());
+  }
   if (view.most_height > 0.0) highest = std::min(highest, std::max(view.most_height, search_.level()));
   highest = std::max(highest, view.least_height);
   laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
@@ -534,7 +539,7 @@ PatchPress::NextPart PatchPress::next_part() const {
 
 // Find the next view. False if the contact agrees with the view: it is not deeper than the cells are high, enough cells
 // press, and the body does not tilt.
-bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view) const {
+bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const {
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
   double least = kNowhere, most = -kNowhere, lowest = kNowhere;
@@ -554,11 +559,12 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
   // touches during the tilt.
   const bool carries = found.missed == 0.0;
   const double leans = std::hypot(slopes[0], slopes[1]);
-  const bool narrow = carries && lifted <= kNarrow * narrowest * leans;
+  const bool narrow = carries && lifted <= kNarrow * options.narrowest * leans;
   const NextPart next = leans * search_.extent() > kSmallTilt * level ? next_part() : NextPart{kNowhere, 0.0};
   const bool touches = carries && next.share < 1.0;
   const bool tilted = touches || (lifted > kSmallTilt * level && !narrow);
-  const bool few = static_cast<double>(pressed) < kLeastPressed * static_cast<double>(laid_.heights.size());
+  const LaidLower bound = options.tilting ? kLaidLowerTilting : kLaidLower;
+  const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
     // If the contact does not carry the load, the tilt ends at the next part that touches.
     const double rolling = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.last_tilt);
@@ -588,7 +594,7 @@ bool PatchPress::next_view(const Merit& found, double narrowest, Viewpoint& view
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && touching_height() < kMuchLower * laid_.seen.highest) {
+  if (few && search_.level() > 0.0 && touching_height() < bound.lower * laid_.seen.highest) {
     view.height_factor = std::max(touching_height() / search_.level(), kLeastHeightFactor);
     return true;
   }

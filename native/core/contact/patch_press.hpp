@@ -114,7 +114,7 @@ class PatchPress {
   bool ends_early() const;
   double touching_height() const;
   NextPart next_part() const;
-  bool next_view(const Merit& found, double narrowest, Viewpoint& view) const;
+  bool next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
   // carry the load, the true one has the least, whatever the cells.
   double energy(const SearchLoad& load) const;
