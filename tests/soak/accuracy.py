@@ -9,7 +9,8 @@ asks for: that is what the reference solves. Both fidelities read each state, by
 
 An error is the relative L2 difference from the reference on the same influence matrices. The core bounds the shear from
 torsion and from what slides, the reference does not: so a second error, "as carried", is taken from the reference's
-pressure with the shear that the core says it carries; it is the one that tells of pressures. States whose force the
+pressure with the shear that the core says it carries; it is the one that tells of pressures. Of several bodies the core
+does not say what each carries, so there it is the error under the normal forces alone. States whose force the
 surface cannot carry within its bound on pressure are counted apart: there the reference moves the force, and by how
 much is a choice. So are states in which the reference turns a body by more than 45 degrees: it falls over.
 """
@@ -95,6 +96,7 @@ class Reference:
     left: float  #: moment that is not carried, over force and root of the pressed area [-]
     slope: float  #: largest slope by which a body tilts [-]
     pressure: Pressure | None  #: where one body presses, for other shear
+    nodal: Array  #: (nodes y, nodes x, 3) [N]
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class Read:
 
     fidelity: str
     error: float  #: relative L2 difference from the reference [-]
-    as_carried: float  #: the same with the shear that the core carries [-]
+    as_carried: float  #: the same with the shear that the core carries; of several bodies, without shear [-]
     peak: float  #: largest reading [Pa]
     area: float  #: under pressure [m^2]
     aside: float  #: distance of the centres of pressure [m]
@@ -230,25 +232,31 @@ def _read(
         warnings.simplefilter("ignore")
         readings = sensor.read(data)
         health = sensor.health()
-        found = sensor._reader.read(model, data)
+        found = sensor._reader.read(model, data, forces=True)
     down = found.carried[2]
     through = np.array([found.carried[4], -found.carried[3]]) / -down if down < 0.0 else np.full(2, np.nan)
     places = reference.pressed
     middle = places[:, 2] @ places[:, :2] / places[:, 2].sum()
-    as_carried = reference.readings
     if reference.pressure is not None:
-        nodal = reference.pressure.sheared(found.carried)
-        as_carried = influence.readings(SurfaceLoad(nodal, influence.surface, Polygon()))
+        as_carried = _differ(readings, _under(influence, reference.pressure.sheared(found.carried)))
+    else:
+        alone = np.array([0.0, 0.0, 1.0])
+        as_carried = _differ(_under(influence, alone * found.forces), _under(influence, alone * reference.nodal))
     return Read(
         fidelity,
         _differ(readings, reference.readings),
-        _differ(readings, as_carried),
+        as_carried,
         float(readings.max()),
         found.area,
         float(np.linalg.norm(through - middle)),
         said(health),
         reference,
     )
+
+
+def _under(influence: InfluenceMatrices, nodal: Array) -> Array:
+    """Readings under nodal forces [Pa]."""
+    return influence.readings(SurfaceLoad(nodal, influence.surface, Polygon()))
 
 
 def said(health: Health) -> str:
@@ -317,13 +325,13 @@ class Dense:
         solved = _solved[name]
         if "error" in solved:
             raise DenseContactError(str(solved["error"]))
-        load = SurfaceLoad(solved["nodal"], influence.surface, Polygon())
         area, full, left, slope = (float(value) for value in solved["numbers"])
         pressure = None
         if "single" in solved:
             x, y, force, polar = (float(value) for value in solved["about"])
             pressure = Pressure(solved["single"], solved["leaning"], np.array([x, y]), force, polar)
-        return Reference(influence.readings(load), solved["pressed"], area, full, left, slope, pressure)
+        nodal = solved["nodal"]
+        return Reference(_under(influence, nodal), solved["pressed"], area, full, left, slope, pressure, nodal)
 
     def _kept(self, name: str, influence: InfluenceMatrices, bodies: Sequence[Body], tilting: bool) -> dict[str, Array]:
         path = None if self.cache is None else self.cache / f"{name}.npz"
