@@ -155,6 +155,19 @@ def test_a_leaning_face_that_keeps_its_orientation_has_its_cells_where_it_presse
     assert compare(model, data, cells=1000).error < 0.08
 
 
+@pytest.mark.parametrize("beyond", [9e-4, 1e-3, 1.1e-3])
+def test_a_rod_beyond_the_rim_presses_a_narrow_strip_of_it(beyond):
+    """Of two rods of a body that does not tilt, one lies beside the pad: its flank reaches 40 um over the pad's rim."""
+    rod = '<geom type="capsule" size=".002 .003" pos="{} 0 {}" euler="90 0 0" mass="{}"/>'
+    flank = rod.format(7.5e-3 + beyond, np.sqrt(4e-6 - beyond**2), 0.001)
+    body = f"""<body><joint type="slide" axis="0 0 1" damping="1"/>{rod.format(-0.002, 0.002, 0.06)}{flank}</body>"""
+    found = compare(*at_rest(PAD + body, config='<config key="tilt" value="fixed"/>'), cells=1000)
+    (dense,) = found.dense.bodies
+    at_rim = dense.centroids[:, 0] > 7e-3
+    assert dense.forces[at_rim, 2].sum() < 0.2 * dense.forces[:, 2].sum() < 0.0
+    assert found.error < 0.1
+
+
 def test_a_jaw_below_the_pad_is_not_what_presses():
     """A clamp whose flat lower jaw reaches under the pad presses with the ball of its upper one."""
     upper = '<geom type="sphere" size=".003" mass=".011"/>'

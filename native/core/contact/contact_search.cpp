@@ -13,8 +13,8 @@ namespace {
 // the level, at most kLooks times.
 constexpr std::size_t kCloser = 15, kEnough = 25;
 constexpr int kLooks = 4, kBisections = 16;
-// These grids are smaller than the part by this factor, because rounding would decide whether a point exactly on the
-// sheet's edge has a height.
+// These grids are smaller than the part by this factor, and samples of the rim lie as far inside. Rounding would decide
+// whether a point exactly on the sheet's edge has a height.
 constexpr double kWithin = 1.0 - 1e-9;
 // Largest number of parts that are sampled on their own. If there are more, they are treated as one part.
 constexpr std::size_t kMostParts = 16;
@@ -95,8 +95,35 @@ bool ContactSearch::look(const HeightMap& map) {
     points_[place] = at, raw_[place] = height_there;
     moved_.push_back(place);
   }
+  look_at_rim(map);
   least_ = *std::min_element(raw_.begin(), raw_.end());
   return std::isfinite(least_);
+}
+
+// Sample the heights on the sheet's rim where the body goes on beyond it.
+void ContactSearch::look_at_rim(const HeightMap& map) {
+  const Rectangle whole = map.whole();
+  const bool beyond[4] = {whole.west < bounds_.west, whole.south < bounds_.south, whole.east > bounds_.east,
+                          whole.north > bounds_.north};
+  const double inside[2] = {(1.0 - kWithin) * (bounds_.east - bounds_.west),
+                            (1.0 - kWithin) * (bounds_.north - bounds_.south)};
+  const double ends[4] = {bounds_.west + inside[0], bounds_.south + inside[1], bounds_.east - inside[0],
+                          bounds_.north - inside[1]};
+  rim_count_ = 0;
+  for (std::size_t number = 0; number < 4; ++number) {
+    if (!beyond[number]) continue;
+    RimSide& side = rim_[rim_count_++];
+    const bool along_y = number % 2 == 0;
+    const double sign = number < 2 ? 1.0 : -1.0;
+    side.inward = {along_y ? sign : 0.0, along_y ? 0.0 : sign};
+    side.points.clear();
+    for (std::size_t line = 0; line < kLines; ++line) {
+      Point at = grid_point(line * (kLines + 1));
+      (along_y ? at.x : at.y) = ends[number];
+      side.points.push_back(at);
+    }
+    map.heights(side.points, side.heights);
+  }
 }
 
 // Grid points are the middles of equal cells of the bounds, because the body ends at the bounds themselves.
@@ -318,7 +345,64 @@ const std::vector<Spot>& ContactSearch::find(const HeightMap& map, const Plane& 
     region.height += s * step[0] + c * step[1];
     spots_.push_back({region, area, kRound * perimeter(parts_[k], level, unused) / 2});
   }
+  add_strips(map, plane);
   return spots_;
+}
+
+// Add strips along the sheet's rim that are below the level and too narrow for the grids.
+void ContactSearch::add_strips(const HeightMap& map, const Plane& plane) {
+  const std::size_t parts = spots_.size();
+  const auto beside_part = [&](const Point& at) {
+    return std::any_of(spots_.begin(), spots_.begin() + static_cast<std::ptrdiff_t>(parts), [&](const Spot& spot) {
+      Region wider = spot.region;
+      wider.width += 2.0 * kNear * spacing_, wider.height += 2.0 * kNear * spacing_;
+      return wider.holds(at);
+    });
+  };
+  double deepest = 0.0;
+  for (std::size_t k = 0; k < rim_count_; ++k) {
+    const RimSide& side = rim_[k];
+    const auto below = [&](std::size_t line) { return over(plane, side.points[line], side.heights[line]) <= level_; };
+    for (std::size_t first = 0, last = 0; first < kLines && spots_.size() < kMostParts; first = last + 1) {
+      last = first;
+      if (!below(first)) continue;
+      while (last + 1 < kLines && below(last + 1)) ++last;
+      const auto begin = side.points.begin() + static_cast<std::ptrdiff_t>(first);
+      if (std::any_of(begin, begin + static_cast<std::ptrdiff_t>(last - first + 1), beside_part)) continue;
+      deepest = std::min(deepest, add_strip(map, plane, side, first, last));
+    }
+  }
+  // Heights count from the lowest point.
+  lowest_ += deepest;
+  level_ -= deepest, loaded_ -= deepest, reached_ -= deepest;
+}
+
+// Add the strip between two samples of a side. Returns the least height of its samples.
+double ContactSearch::add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first,
+                                std::size_t last) {
+  const bool along_y = side.inward.x != 0.0;
+  const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
+  const double length = step[along_y ? 1 : 0] * static_cast<double>(last - first + 1);
+  double width = 0.0, least = kNowhere;
+  for (std::size_t line = first; line <= last; ++line) {
+    const Point& rim = side.points[line];
+    least = std::min(least, over(plane, rim, side.heights[line]));
+    const auto below = [&](double depth) {
+      const Point at = {rim.x + depth * side.inward.x, rim.y + depth * side.inward.y};
+      return over(plane, at, map.height(at.x, at.y)) <= level_;
+    };
+    if (!below(width)) continue;
+    double beyond = step[along_y ? 0 : 1] / 2;   // a grid point is there
+    for (int halving = 0; halving < kBisections / 2; ++halving) {
+      const double middle = (width + beyond) / 2;
+      (below(middle) ? width : beyond) = middle;
+    }
+  }
+  if (!(width > 0.0)) return 0.0;
+  const Point &from = side.points[first], &to = side.points[last];
+  const Point middle = {(from.x + to.x + width * side.inward.x) / 2, (from.y + to.y + width * side.inward.y) / 2};
+  spots_.push_back({{middle, 0.0, along_y ? width : length, along_y ? length : width}, length * width, length + width});
+  return least;
 }
 
 bool ContactSearch::supported(const SearchLoad& load) const {

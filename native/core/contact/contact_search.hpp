@@ -85,12 +85,22 @@ class ContactSearch {
     double cell;         // area for which each sample counts [m^2]
     std::vector<double> heights;
   };
+  // A side of the sampled area beyond which the body goes on, because the sheet ends there: its inward normal, and
+  // samples on it.
+  struct RimSide {
+    Point inward;
+    std::vector<Point> points;
+    std::vector<double> heights;
+  };
   // Units of the motion on springs.
   struct SpringFrame {
     Point middle = {0.0, 0.0};
     double length = 0.0;   // of tilts' levers [m]
   };
   Point grid_point(std::size_t sample) const;
+  void look_at_rim(const HeightMap& map);
+  void add_strips(const HeightMap& map, const Plane& plane);
+  double add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first, std::size_t last);
   void set_heights(const Plane& plane);
   void flood(const SearchLoad& load);
   void connect();
@@ -103,6 +113,8 @@ class ContactSearch {
   Region region_under(const Part& part, double level, double& area, std::size_t& count);
   Point point_of(const Part& part, std::size_t place) const;
 
+  // Height of a point of the body over a plane and its lowest point [m].
+  double over(const Plane& plane, const Point& at, double height) const { return height - plane(at.x, at.y) - lowest_; }
   // A height above the lowest point [m]; 0 if it differs from it by rounding only.
   double levelled(double height) const { return std::abs(height) <= same() ? 0.0 : height; }
 
@@ -113,6 +125,8 @@ class ContactSearch {
   std::vector<Point> points_, closer_;
   std::vector<std::size_t> moved_;   // samples whose points do not belong to the grid
   std::vector<double> raw_, heights_;
+  RimSide rim_[4];
+  std::size_t rim_count_ = 0;
   RisingHeights rising_;
   DisjointSets<std::size_t> sets_;     // samples under the level that are near each other
   std::vector<std::uint8_t> under_;

@@ -31,8 +31,8 @@ constexpr double kTouchMargin = 1.05;    // safety factor on the height up to wh
 constexpr double kTiltedShare = 0.6;     // height up to which parts of a tilted body touch, over the depth
 
 // When cells are laid again. They are laid lower if the share of pressed cells is below `pressed` and the contact ends
-// below `lower` times their height. A body that tilts is looked at several times anyway. Of one that does not, the first
-// look is mostly the only one.
+// below `lower` times their height. A body that tilts is looked at several times anyway. One that does not tilt is
+// mostly looked at once.
 struct LaidLower {
   double pressed, lower;
 };

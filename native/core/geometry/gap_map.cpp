@@ -39,7 +39,7 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
   floor_ = range.floor;
   ceiling_ = range.ceiling;
   count_ = 0;
-  bounds_ = kNoRectangle;
+  whole_ = kNoRectangle;
   candidates_.clear();
   if (placed_.size() < shapes.size()) placed_.resize(shapes.size());
   for (const Shape& shape : shapes) {
@@ -49,14 +49,14 @@ bool GapMap::place(const std::vector<Shape>& shapes, const Pose& pose, const Rec
     const bool over = low[0] < sheet.east && high[0] > sheet.west && low[1] < sheet.north && high[1] > sheet.south;
     if (!over || !(low[2] <= ceiling_) || !(high[2] >= floor_)) continue;
     ++count_;
-    bounds_ = around(bounds_, {low[0], low[1], high[0], high[1]});
+    whole_ = around(whole_, {low[0], low[1], high[0], high[1]});
     const std::size_t first = candidates_.size();
     placed.add_bottoms(candidates_);
     candidates_.erase(std::remove_if(candidates_.begin() + static_cast<std::ptrdiff_t>(first), candidates_.end(),
                                      [&](const Point& at) { return !sheet.holds(at.x, at.y); }),
                       candidates_.end());
   }
-  bounds_ = common(bounds_, sheet);
+  bounds_ = common(whole_, sheet);
   return count_ > 0;
 }
 

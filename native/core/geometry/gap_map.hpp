@@ -20,12 +20,13 @@ class GapMap : public HeightMap {
   double height(double x, double y) const override;
   void heights(const std::vector<Point>& points, std::vector<double>& to) const override;
   Rectangle bounds() const override { return bounds_; }
+  Rectangle whole() const override { return whole_; }
   const std::vector<Point>& candidates() const override { return candidates_; }
   // Whether parts of a mesh over the sheet were left out because they are beyond the range's reach.
   bool cut() const;
 
  private:
-  Rectangle sheet_ = {}, bounds_ = {};
+  Rectangle sheet_ = {}, bounds_ = {}, whole_ = {};
   double floor_ = 0.0, ceiling_ = 0.0;
   std::size_t count_ = 0;
   std::vector<PlacedShape> placed_;  // only the first `count_` may be over the sheet

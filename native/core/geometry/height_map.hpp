@@ -31,6 +31,8 @@ class HeightMap {
   virtual double straightened(double angle) const { return angle; }
   // A part of the sheet that contains all points with a finite height.
   virtual Rectangle bounds() const = 0;
+  // The same for the whole body. It is larger than bounds() where the body goes on beyond the sheet's rim.
+  virtual Rectangle whole() const { return bounds(); }
   // Points where the body may stand lowest, besides those that a grid over the bounds finds; empty if none are known.
   virtual const std::vector<Point>& candidates() const {
     static const std::vector<Point> none;
