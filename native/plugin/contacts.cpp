@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "plugin/model_geometry.hpp"
@@ -181,7 +182,10 @@ void Contacts::gather(const Layout& layout, const Functions& functions, const Mo
     const int body = other < 0 ? -1 : field<const int*>(model, layout.model_geom_bodyid)[other];
     Touch& touch = touch_of(layout, model, body);
     for (int k = 0; k < 6; ++k) touch.wrench[k] += seen.wrench[k];
-    touch.sunk = std::max(touch.sunk, -field<double>(contact, layout.contact_dist) / upright);
+    // MuJoCo looks for contacts of signed distance functions at a few points, so they do not tell how deep the body is.
+    const bool sampled = other >= 0 && field<const int*>(model, layout.model_geom_type)[other] == kSdf;
+    const double sunk = -field<double>(contact, layout.contact_dist) / upright;
+    touch.sunk = std::max(touch.sunk, sampled ? std::numeric_limits<double>::infinity() : sunk);
     const double* friction = &field<double>(contact, layout.contact_friction);
     touch.friction = std::max({touch.friction, friction[0], friction[1]});
     if (!(pressing > 0.0)) continue;
