@@ -117,20 +117,39 @@ GEAR = """<mujoco><option timestep=".001" cone="elliptic"/>
       <config key="innerdiameter" value=".00155"/></instance></plugin></extension>
     <asset><mesh name="gear"><plugin instance="gear"/></mesh></asset>
     <worldbody><geom name="pad" type="box" size=".0075 .0075 .0025" pos="0 0 -.0025" priority="1" solref=".003 1"/>
-      <body name="gear" pos="{x} .001512 .000791" quat=".07963 -.11268 .98957 -.04128"><freejoint/>
+      <body name="gear" pos="{x} .001512 {z}" quat="{quat}"><freejoint/>
         <geom type="sdf" mesh="gear" mass=".01"><plugin instance="gear"/></geom></body></worldbody>
     <sensor><plugin name="touch" plugin="mjtactile.pad" objtype="geom" objname="pad">
       <config key="fidelity" value="fast"/><config key="law" value="elastic"/></plugin></sensor></mujoco>"""
 
 
+def gear(x: float, z: float, quat: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A gear given by a signed distance function, somewhere in the pad."""
+    model = mujoco.MjModel.from_xml_string(GEAR.format(x=x, z=z, quat=quat))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
 @pytest.mark.parametrize("x", [-0.005423, -0.005573, -0.004923])
 def test_a_leaning_face_presses_where_it_is_deeper_than_its_contacts(x):
     """MuJoCo looks for contacts of signed distance functions at a few points: the gear reaches three times as deep."""
-    model = mujoco.MjModel.from_xml_string(GEAR.format(x=x))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    model, data = gear(x, 0.000791, ".07963 -.11268 .98957 -.04128")
     assert min(contact.dist for contact in data.contact) > -2e-4
     assert compare(model, data, cells=1000).error < 0.1
+
+
+@pytest.mark.parametrize(
+    ("x", "z", "quat"),
+    [
+        (0.00030, 0.001345, "-.85915 -.17800 -.13549 .46024"),
+        (-0.00102, 0.002363, ".02326 .94939 .08938 -.30021"),
+        (0.00108, 0.001367, ".54586 -.02542 -.14220 .82533"),
+    ],
+)
+def test_a_gear_that_tilts_keeps_what_is_deeper_than_its_contacts(x, z, quat):
+    """It comes to rest on parts of which MuJoCo's contacts say nothing; they are not beside the pad for that."""
+    assert compare(*gear(x, z, quat), cells=1000).error < 0.1
 
 
 def test_a_floor_is_a_face_too():
