@@ -147,7 +147,7 @@ def test_a_leaning_face_presses_where_it_is_deeper_than_its_contacts(x):
         (0.00108, 0.001367, ".54586 -.02542 -.14220 .82533"),
     ],
 )
-def test_a_gear_that_tilts_keeps_what_is_deeper_than_its_contacts(x, z, quat):
+def test_a_gear_that_tilts_is_read_as_by_the_dense_contact(x, z, quat):
     """It comes to rest on parts of which MuJoCo's contacts say nothing; they are not beside the pad for that."""
     assert compare(*gear(x, z, quat), cells=1000).error < 0.1
 
