@@ -12,7 +12,7 @@ namespace {
 // A part is sampled on a grid of kCloser x kCloser points. The grid is refined until at least kEnough points are below
 // the level, at most kLooks times.
 constexpr std::size_t kCloser = 15, kEnough = 25;
-constexpr int kLooks = 4, kBisections = 16;
+constexpr int kLooks = 4, kBisections = 16, kStripBisections = 8;
 // These grids are smaller than the part by this factor, and samples of the rim lie as far inside. Rounding would decide
 // whether a point exactly on the sheet's edge has a height.
 constexpr double kWithin = 1.0 - 1e-9;
@@ -70,7 +70,8 @@ bool ContactSearch::look(const HeightMap& map) {
   bounds_ = map.bounds();
   const double width = bounds_.east - bounds_.west, height = bounds_.north - bounds_.south;
   if (!(width > 0.0 && height > 0.0)) return false;
-  spacing_ = std::max(width, height) / kLines;
+  step_[0] = width / kLines, step_[1] = height / kLines;
+  spacing_ = std::max(step_[0], step_[1]);
   points_.resize(kLines * kLines);
   moved_.clear();
   Point diagonal[kLines];
@@ -150,7 +151,6 @@ void ContactSearch::flood(const SearchLoad& load) {
   rising_.begin(heights_);
   const double cell = (bounds_.east - bounds_.west) * (bounds_.north - bounds_.south) / (kLines * kLines);
   under_.assign(heights_.size(), 0);
-  const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   double around = 0.0, area = 0.0;
   sees_all_ = true;
   for (; !rising_.empty(); rising_.take_lowest()) {
@@ -166,7 +166,7 @@ void ContactSearch::flood(const SearchLoad& load) {
     const std::size_t column = sample % kLines, row = sample / kLines;
     const std::size_t across = (column > 0 && under_[sample - 1]) + (column + 1 < kLines && under_[sample + 1]);
     const std::size_t along = (row > 0 && under_[sample - kLines]) + (row + 1 < kLines && under_[sample + kLines]);
-    around += 2.0 * ((1.0 - static_cast<double>(along)) * step[0] + (1.0 - static_cast<double>(across)) * step[1]);
+    around += 2.0 * ((1.0 - static_cast<double>(along)) * step_[0] + (1.0 - static_cast<double>(across)) * step_[1]);
   }
   connect();
 }
@@ -210,9 +210,8 @@ void ContactSearch::gather_parts() {
   for (const std::size_t sample : flooded_) {
     members_[together ? 0 : labels_[sets_.root(sample)]].push_back(grid_point(sample));
   }
-  const double sides[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
   for (std::size_t k = 0; k < part_count_; ++k) {
-    Region region = region_about(members_[k], sides, 0.0, *map_);
+    Region region = region_about(members_[k], step_, 0.0, *map_);
     region.width += 2.0 * spacing_;
     region.height += 2.0 * spacing_;
     parts_[k].region = region;
@@ -381,8 +380,7 @@ void ContactSearch::add_strips(const HeightMap& map, const Plane& plane) {
 double ContactSearch::add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first,
                                 std::size_t last) {
   const bool along_y = side.inward.x != 0.0;
-  const double step[2] = {(bounds_.east - bounds_.west) / kLines, (bounds_.north - bounds_.south) / kLines};
-  const double length = step[along_y ? 1 : 0] * static_cast<double>(last - first + 1);
+  const double length = step_[along_y ? 1 : 0] * static_cast<double>(last - first + 1);
   double width = 0.0, least = kNowhere;
   for (std::size_t line = first; line <= last; ++line) {
     const Point& rim = side.points[line];
@@ -392,8 +390,8 @@ double ContactSearch::add_strip(const HeightMap& map, const Plane& plane, const 
       return over(plane, at, map.height(at.x, at.y)) <= level_;
     };
     if (!below(width)) continue;
-    double beyond = step[along_y ? 0 : 1] / 2;   // a grid point is there
-    for (int halving = 0; halving < kBisections / 2; ++halving) {
+    double beyond = step_[along_y ? 0 : 1] / 2;   // a grid point is there
+    for (int halving = 0; halving < kStripBisections; ++halving) {
       const double middle = (width + beyond) / 2;
       (below(middle) ? width : beyond) = middle;
     }
@@ -444,7 +442,7 @@ double ContactSearch::share_until(const Plane& seen, const Plane& tilt, double h
     const Point& at = points_[i];
     const double falls = tilt(at.x, at.y);
     if (!(falls > 0.0) || !std::isfinite(raw_[i])) continue;
-    const double share = std::max(raw_[i] - seen(at.x, at.y) - lowest_ - height, 0.0) / falls;
+    const double share = std::max(over(seen, at, raw_[i]) - height, 0.0) / falls;
     if (share < least &&
         std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
       least = share;

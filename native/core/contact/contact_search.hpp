@@ -137,7 +137,8 @@ class ContactSearch {
   std::size_t part_count_ = 0;
   std::vector<Spot> spots_;
   std::vector<Point> chosen_;
-  double least_ = kNowhere, level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, reached_ = 0.0, spacing_ = 0.0;
+  double least_ = kNowhere, level_ = 0.0, loaded_ = 0.0, lowest_ = 0.0, reached_ = 0.0;
+  double step_[2] = {}, spacing_ = 0.0;   // of the grid along x and y, and the larger of the two [m]
   bool sees_all_ = false;
   SpringBed springs_;
   std::vector<double> stiffness_, modes_, bed_heights_;

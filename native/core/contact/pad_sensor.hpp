@@ -37,7 +37,7 @@ struct Touch {
   Pose pose;            // of the body in the pad frame
   double wrench[6];     // on the pad, about the pad's origin, pad frame [N, N m]
   double friction;      // largest sliding friction coefficient of its contacts [-]
-  double sunk;          // deepest overlap of body and pad where the body presses [m]
+  double sunk;          // deepest overlap of body and pad where the body presses [m]; infinite if that is not known
   std::vector<ContactPoint> points;
   // The side that faces the pad, if the caller gives it in place of the geometry: a flat face with its placement, or
   // the heights of the body.

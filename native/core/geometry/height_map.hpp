@@ -31,7 +31,7 @@ class HeightMap {
   virtual double straightened(double angle) const { return angle; }
   // A part of the sheet that contains all points with a finite height.
   virtual Rectangle bounds() const = 0;
-  // The same for the whole body. It is larger than bounds() where the body goes on beyond the sheet's rim.
+  // The same rectangle before it is cut at the sheet's rim: larger where the body goes on beyond the rim.
   virtual Rectangle whole() const { return bounds(); }
   // Points where the body may stand lowest, besides those that a grid over the bounds finds; empty if none are known.
   virtual const std::vector<Point>& candidates() const {

@@ -12,7 +12,8 @@ namespace {
 // If rounding errors prevent further progress, kAlmost is accepted.
 constexpr int kSteps = 16;
 constexpr double kConverged = 1e-11, kAlmost = 1e-10;
-// A factor serves the next step, too, if the same cells slip and its last step left less than this share of the residual.
+// A factor serves the next step, too, if the same cells slip and its last step left less than this share of the
+// residual.
 constexpr double kStillGood = 0.05;
 // Largest error of the resultants and of the friction bounds if the result is that of the interior-point method.
 constexpr double kMissed = 1e-10;
@@ -110,8 +111,8 @@ double PartialSlip::residual() {
 }
 
 // One step of the semismooth Newton method. Sticking cells follow the body, and slipping cells move along their
-// friction circles. `same_system`: whether to keep the last factor, although the slipping cells' directions have changed
-// since. False if the system cannot be solved.
+// friction circles. `same_system`: whether to keep the last factor, although the directions of slip have changed since.
+// False if the system cannot be solved.
 bool PartialSlip::newton_step(bool all_stick, bool same_system, WorkLimit& limit) {
   const std::size_t cells = cells_, size = 2 * cells;
   radial_step_.assign(size, 0.0);
@@ -431,9 +432,10 @@ void PartialSlip::start_near_sliding(const double* direction) {
 
 bool PartialSlip::slides(const ShearGrip& grip, const double* wanted, double friction, double* shear) {
   share_ = grip.sliding_with(wanted, friction, shear, direction_);
-  slid_ = share_ >= kSlides;
-  return slid_;
+  return slid();
 }
+
+bool PartialSlip::slid() const { return share_ >= kSlides; }
 
 bool PartialSlip::solve(const SlipProblem& problem, double friction, bool known, WorkLimit& limit, double* shear) {
   const ShearGrip& grip = problem.grip;

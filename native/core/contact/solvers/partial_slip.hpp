@@ -31,7 +31,7 @@ class PartialSlip {
   // [N] is that of sliding, scaled to the load.
   bool slides(const ShearGrip& grip, const double* wanted, double friction, double* shear);
   // Whether all cells slid in the last solution.
-  bool slid() const { return slid_; }
+  bool slid() const;
   // Find the shear (2, cells) [N]. If `known`, `shear` holds the result of the last call on the same cells, near which
   // the solution lies. Otherwise it holds what slides() answered to this problem. False if neither method converges
   // within the limit of work.
@@ -76,10 +76,8 @@ class PartialSlip {
   std::vector<double> multiplier_, slack_, multiplier_change_;
   std::vector<std::uint8_t> slips_;
   std::vector<std::uint8_t> factored_;   // which cells slip in the system whose factor `factor_` holds; empty if none
-  // Of the last answer of slides(): the load over the largest that friction carries, the direction in which the cells
-  // slide, and whether they do.
+  // Of the last answer of slides(): the load over the largest that friction carries, and the direction of sliding.
   double share_ = 0.0, direction_[3] = {};
-  bool slid_ = false;
   std::vector<std::uint32_t> cell_of_;   // cell of each unknown
 };
 
