@@ -261,3 +261,30 @@ def test_the_same_contact_gives_the_same_bits():
     first = {tangential: forces(tangential) for tangential in ("coulomb", "stick", "proportional")}
     for tangential in ("proportional", "stick", "coulomb", "stick"):
         np.testing.assert_array_equal(forces(tangential), first[tangential])
+
+
+@pytest.mark.parametrize(("tangential", "bounded"), CHOICES)
+def test_a_cell_that_only_touches_makes_no_difference(tangential, bounded):
+    """Rounding decides whether it presses."""
+    for seed in range(60):
+        case = random_case(seed)
+        if case is None:
+            continue
+        problem, friction, wrench = case
+        touching = np.where(problem.pressing == 0.0, 1e-16 * problem.pressing.max(), problem.pressing)
+        one, other = (
+            surface_shear(
+                problem.cells.centroids,
+                pressing,
+                wrench,
+                tangential=tangential,
+                friction=friction if bounded else None,
+                compliance=problem.compliance,
+                heights=problem.gaps,
+                middle=problem.cells.centroids.mean(axis=0),
+                length=problem.cells.length,
+                tilting=problem.tilting,
+            ).forces
+            for pressing in (problem.pressing, touching)
+        )
+        np.testing.assert_allclose(other, one, rtol=0.0, atol=1e-9 * np.abs(one).max(), err_msg=f"seed {seed}")

@@ -16,6 +16,8 @@ constexpr int kLooks = 4, kBisections = 16, kStripBisections = 8;
 // These grids are smaller than the part by this factor, and samples of the rim lie as far inside. Rounding would decide
 // whether a point exactly on the sheet's edge has a height.
 constexpr double kWithin = 1.0 - 1e-9;
+// Distance from the line between two cells of the grid at which a point lies on it, over the cell's size.
+constexpr double kOnLine = 1e-6;
 // Largest number of parts that are sampled on their own. If there are more, they are treated as one part.
 constexpr std::size_t kMostParts = 16;
 // Points within this many grid steps belong to one part, because the grid misses some points of narrow contacts.
@@ -80,25 +82,33 @@ bool ContactSearch::look(const HeightMap& map) {
     points_[sample] = {diagonal[sample % kLines].x, diagonal[sample / kLines].y};
   }
   map.heights(points_, raw_);
-  // A candidate that is lower than the nearest grid point replaces it. Of several equally low ones, the one nearest to
-  // the grid point is used.
   for (const Point& at : map.candidates()) {
     const double height_there = map.height(at.x, at.y);
-    if (!std::isfinite(height_there)) continue;
-    const auto nearest = [](double part) {
-      return static_cast<std::size_t>(std::min(std::max(part * kLines, 0.0), kLines - 1.0));
-    };
-    const std::size_t place =
-        nearest((at.y - bounds_.south) / height) * kLines + nearest((at.x - bounds_.west) / width);
-    const Point middle = grid_point(place), &kept = points_[place];
-    const bool nearer = std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
-    if (!(height_there < raw_[place] - (nearer ? -same() : same()))) continue;
-    points_[place] = at, raw_[place] = height_there;
-    moved_.push_back(place);
+    if (std::isfinite(height_there)) offer(at, height_there);
   }
   look_at_rim(map);
   least_ = *std::min_element(raw_.begin(), raw_.end());
   return std::isfinite(least_);
+}
+
+// Replace the grid point of the cell in which a point lies, if the point is lower. Of several equally low ones, the one
+// nearest to the grid point is used. A point on the line between cells, within rounding, is offered to all of them.
+void ContactSearch::offer(const Point& at, double height) {
+  const auto cell = [](double part) {
+    return static_cast<std::size_t>(std::min(std::max(part, 0.0), kLines - 1.0));
+  };
+  const double column = (at.x - bounds_.west) / step_[0], row = (at.y - bounds_.south) / step_[1];
+  for (std::size_t j = cell(row - kOnLine); j <= cell(row + kOnLine); ++j) {
+    for (std::size_t i = cell(column - kOnLine); i <= cell(column + kOnLine); ++i) {
+      const std::size_t sample = j * kLines + i;
+      const Point middle = grid_point(sample), &kept = points_[sample];
+      const bool nearer =
+          std::hypot(at.x - middle.x, at.y - middle.y) < std::hypot(kept.x - middle.x, kept.y - middle.y);
+      if (!(height < raw_[sample] - (nearer ? -same() : same()))) continue;
+      points_[sample] = at, raw_[sample] = height;
+      moved_.push_back(sample);
+    }
+  }
 }
 
 // Sample the heights on the sheet's rim where the body goes on beyond it.

@@ -98,6 +98,7 @@ class ContactSearch {
     double length = 0.0;   // of tilts' levers [m]
   };
   Point grid_point(std::size_t sample) const;
+  void offer(const Point& at, double height);
   void look_at_rim(const HeightMap& map);
   void add_strips(const HeightMap& map, const Plane& plane);
   double add_strip(const HeightMap& map, const Plane& plane, const RimSide& side, std::size_t first, std::size_t last);

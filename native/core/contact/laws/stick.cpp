@@ -13,6 +13,7 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
   work.levers.resize(count);
   work.heights.resize(count);
   work.start.resize(count);
+  const double touching = most_of_touching(cells, cells.pressing);
   double wanted[6] = {};
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t place = work.reached[i];
@@ -20,7 +21,7 @@ bool bonded(const ShearProblem& problem, ShearWork& work, double* forces) {
     work.levers[i] = {(cells.points[place].x - cells.middle.x) / cells.length,
                       (cells.points[place].y - cells.middle.y) / cells.length};
     if (cells.heights != nullptr) work.heights[i] = cells.heights[place];
-    work.start[i] = pressing > 0.0 ? 1 : 0;
+    work.start[i] = pressing > touching ? 1 : 0;
     wanted[0] += pressing;
     wanted[1] += pressing * work.levers[i].x;
     wanted[2] += pressing * work.levers[i].y;

@@ -12,6 +12,8 @@ namespace {
 
 // Limit on the multiplications in factorisations for one contact, which take some milliseconds.
 constexpr double kWork = 2e7;
+// Cells that press with less than this fraction of the largest force only touch. Rounding decides whether they press.
+constexpr double kTouches = 1e-9;
 
 bool finite(const double* numbers, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -51,8 +53,9 @@ void ShearWork::allow() { limit.allow(patience * kWork); }
 
 void ShearWork::hold(const PressedCells& cells, const double* normal_forces) {
   held.clear();
+  const double touching = most_of_touching(cells, normal_forces);
   for (std::size_t i = 0; i < cells.count; ++i) {
-    if (normal_forces[i] > 0.0) held.push_back(i);
+    if (normal_forces[i] > touching) held.push_back(i);
   }
   grip.hold(cells.points, normal_forces, held.data(), held.size(), cells.length);
   shear.resize(2 * held.size());
@@ -99,6 +102,10 @@ void ShearWork::displace(const PressedCells& cells, const Matrix& compliance, co
       for (std::size_t j = 0; j < size; ++j) to[j] = from[held[j]], to[size + j] = from[count + held[j]];
     }
   }
+}
+
+double most_of_touching(const PressedCells& cells, const double* normal_forces) {
+  return kTouches * std::max(*std::max_element(normal_forces, normal_forces + cells.count), 0.0);
 }
 
 double share_borne(const PressedCells& cells, std::size_t cell, double coupled) {

@@ -113,6 +113,9 @@ class SurfaceShear {
   ShearWork work_;
 };
 
+// The normal force up to which a cell only touches [N]. Such a cell carries no shear.
+double most_of_touching(const PressedCells& cells, const double* normal_forces);
+
 // The largest fraction of a change of a cell's normal force that the cell bears, up to 1. The change is from the force
 // without friction to `coupled`, the force that is coupled with shear [N].
 double share_borne(const PressedCells& cells, std::size_t cell, double coupled);
