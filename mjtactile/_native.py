@@ -110,7 +110,11 @@ def contiguous(array: npt.ArrayLike) -> Array:
 
 def pointer(array: npt.NDArray[Any] | None) -> ctypes.c_void_p:
     """Address of an array's data, null for None; the caller must keep the array alive."""
-    return ctypes.c_void_p(None if array is None else array.ctypes.data)
+    if array is None:
+        return ctypes.c_void_p(None)
+    if array.size and array.flags.carray:  # contiguous and writeable: several times as fast as `array.ctypes`
+        return ctypes.c_void_p(ctypes.addressof(ctypes.c_char.from_buffer(array.data)))
+    return ctypes.c_void_p(array.ctypes.data)
 
 
 def sized(array: Array) -> tuple[ctypes.c_size_t, ctypes.c_void_p]:

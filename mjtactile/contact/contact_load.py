@@ -19,7 +19,7 @@ from mjtactile._types import Array
 from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.linear_range import beyond_linear_range
 from mjtactile.contact.options import ContactOptions, Wrench, contact_options, wanted_wrench
-from mjtactile.contact.ready import press_of
+from mjtactile.contact.ready import solved_bodies
 from mjtactile.errors import ContactError, ContactWarning
 from mjtactile.influence.matrices import InfluenceMatrices
 from mjtactile.influence.surface_load import ContactState, SurfaceLoad
@@ -97,7 +97,9 @@ def solved_load(
     Raises:
         ContactError: no contact was found.
     """
-    return solved_loads(influence, [footprint], [wrench], options)[0]
+    if not wrench.normal > 0.0:
+        return _empty_load(influence, wrench)
+    return _pressed_loads(influence, [footprint], [wrench], options)[0]
 
 
 def solved_loads(
@@ -119,13 +121,19 @@ def solved_loads(
     """
     pressing = [k for k, wrench in enumerate(wrenches) if wrench.normal > 0.0]
     loads = {k: _empty_load(influence, wrench) for k, wrench in enumerate(wrenches) if not wrench.normal > 0.0}
-    if not pressing:
-        return list(loads.values())
-    bodies = [footprints[k] if options.contact_law.shapes else footprints[k].lowest_part for k in pressing]
-    with press_of(influence, options) as press:
-        solved = press.loads(bodies, [wrenches[k] for k in pressing])
-    for k, one in zip(pressing, solved, strict=True):
-        loads[k] = one.load
+    if pressing:
+        bodies, wanted = [footprints[k] for k in pressing], [wrenches[k] for k in pressing]
+        loads |= zip(pressing, _pressed_loads(influence, bodies, wanted, options), strict=True)
+    return [loads[k] for k in range(len(wrenches))]
+
+
+def _pressed_loads(
+    influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
+) -> list[SurfaceLoad]:
+    """`solved_loads` of bodies that all press."""
+    bodies = footprints if options.contact_law.shapes else [footprint.lowest_part for footprint in footprints]
+    solved = solved_bodies(influence, bodies, wrenches, options)
+    for one in solved:
         if one.approximated:
             _warn(
                 "the contact law has no solution here: the pressure is spread over as much area around the line of the "
@@ -138,7 +146,7 @@ def solved_loads(
                 "friction: the pressure is that without friction.",
                 stacklevel=5,
             )
-    return [loads[k] for k in range(len(wrenches))]
+    return [one.load for one in solved]
 
 
 def _empty_load(influence: InfluenceMatrices, wrench: Wrench) -> SurfaceLoad:
@@ -175,18 +183,18 @@ def reported(
         # For a body of fixed orientation without a given moment, the moment is a result, not a residual.
         load = replace(load, residual_moment=load.residual_moment * np.array([0.0, 0.0, 1.0]))
     _warn_unless_carried(load, wrench, footprint, options)
-    warn_beyond_linear_range(influence, np.asarray(wrench.force) - load.residual_force, load.state)
+    warn_beyond_linear_range(influence, wrench.force - load.residual_force, load.state)
     return load
 
 
 def _warn_unless_carried(load: SurfaceLoad, wrench: Wrench, footprint: Footprint, options: ContactOptions) -> None:
     length = math.sqrt(footprint.area)
-    size = math.hypot(*wrench.force) + math.hypot(*wrench.moment) / length
+    size = _size(wrench.force, wrench.moment, length)
     left_force = load.residual_force
     left_moment = load.residual_moment
     if options.gives_moment:  # moments about x and y are results, not loads
         left_moment = left_moment * np.array([0.0, 0.0, 1.0])
-    if math.hypot(*left_force) + math.hypot(*left_moment) / length <= _RESIDUAL_TOLERANCE * size:
+    if _size(left_force, left_moment, length) <= _RESIDUAL_TOLERANCE * size:
         return
     pressing_left = abs(left_force[2]) + math.hypot(*left_moment[:2]) / length
     if wrench.normal < 0.0:
@@ -210,6 +218,11 @@ def _warn_unless_carried(load: SurfaceLoad, wrench: Wrench, footprint: Footprint
     )
 
 
+def _size(force: Array, moment: Array, length: float) -> float:
+    """Size of a wrench as a force [N], with the moment over a length [m]."""
+    return math.hypot(*force.tolist()) + math.hypot(*moment.tolist()) / length
+
+
 def _format(vector: Array, size: float) -> str:
     """A vector as text with three digits; components that are rounding errors relative to `size` become 0."""
     shown = np.where(np.abs(vector) <= _RESIDUAL_TOLERANCE * size, 0.0, vector)
@@ -227,9 +240,10 @@ def warn_beyond_linear_range(influence: InfluenceMatrices, force: Array, state: 
     Warns:
         ContactWarning: the mean pressure, with its shear, or the indentation is beyond the linear range.
     """
-    if state.contact_area == 0.0 or force[2] >= 0.0:
+    along, across, normal = force.tolist()
+    if state.contact_area == 0.0 or normal >= 0.0:
         return
-    pressing = math.sqrt(force[2] ** 2 + 3.0 * (force[0] ** 2 + force[1] ** 2))
+    pressing = math.sqrt(normal**2 + 3.0 * (along**2 + across**2))
     reason = beyond_linear_range(influence.pad, pressing / state.contact_area, state.indentation)
     if reason is not None:
         _warn(reason, stacklevel=5)

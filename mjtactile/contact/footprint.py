@@ -17,7 +17,7 @@ from mjtactile._types import Array
 from mjtactile.errors import FootprintError
 from mjtactile.fem.surface_grid import SurfaceGrid
 from mjtactile.geometry.contour import region_below
-from mjtactile.geometry.planar import area_on_sheet, areal
+from mjtactile.geometry.planar import Bounds, area_on_sheet, areal
 
 #: Height of a body above the pad's surface, or its plane z = 0, [m] at points x, y [m]; infinite without a body.
 GapFunction = Callable[[Array, Array], npt.ArrayLike]
@@ -68,7 +68,7 @@ class Footprint:
         Raises:
             FootprintError: the outline is not a valid area, or does not overlap the pad.
         """
-        return cls._of_face(area_on_sheet(outline, surface.sheet), surface)
+        return cls._of_face(area_on_sheet(outline, surface.bounds), surface)
 
     @classmethod
     def _of_face(cls, area: Polygon | MultiPolygon, surface: SurfaceGrid) -> Footprint:
@@ -102,8 +102,7 @@ class Footprint:
                 no part of the body is above the pad.
         """
         checked = _checked(gap)
-        sheet = surface.sheet
-        bounds = sheet.bounds if outline is None else area_on_sheet(outline, sheet).bounds
+        bounds = surface.bounds if outline is None else area_on_sheet(outline, surface.bounds).bounds
         lowest = _lowest(checked, bounds, outline) if lowest is None else lowest
         reach = _reach(surface)
         if outline is None:
@@ -111,7 +110,7 @@ class Footprint:
             if area.area == 0.0:
                 raise FootprintError("the body covers too narrow a part of the pad to be found. Pass its outline=...")
         else:
-            area = area_on_sheet(outline, sheet)
+            area = area_on_sheet(outline, surface.bounds)
         if surface.outer.is_flat:
             return cls(area, surface, checked, lowest, reach, bounded=outline is not None)
 
@@ -161,7 +160,7 @@ class Footprint:
         if self.gap is None:
             return np.zeros(len(points))
         x, y = points[:, 0], points[:, 1]
-        west, south, east, north = self._bounds
+        west, south, east, north = self.surface.bounds
         within = (x >= west) & (x <= east) & (y >= south) & (y <= north)
         if self.upright is not None:
             heights = np.asarray(self.upright(x, y))
@@ -175,7 +174,7 @@ class Footprint:
     def height(self, x: float, y: float) -> float:
         """`heights` at one point (x, y) [m], for a curved body."""
         assert self.gap is not None
-        west, south, east, north = self._bounds
+        west, south, east, north = self.surface.bounds
         if not (west <= x <= east and south <= y <= north):
             return math.inf
         if self.upright is not None:
@@ -186,10 +185,6 @@ class Footprint:
         if self.bounded and not shapely.intersects_xy(self.outline, x, y):
             return math.inf
         return height
-
-    @cached_property
-    def _bounds(self) -> tuple[float, float, float, float]:
-        return self.surface.sheet.bounds
 
     @cached_property
     def lowest_part(self) -> Footprint:
@@ -258,9 +253,7 @@ def _checked(gap: GapFunction) -> Callable[[Array, Array], Array]:
     return heights
 
 
-def _lowest(
-    gap: Callable[[Array, Array], Array], bounds: tuple[float, float, float, float], outline: BaseGeometry | None
-) -> float:
+def _lowest(gap: Callable[[Array, Array], Array], bounds: Bounds, outline: BaseGeometry | None) -> float:
     """Least height over the bounds [m], on successively finer grids."""
     low_x, low_y, high_x, high_y = bounds
     lowest = np.inf

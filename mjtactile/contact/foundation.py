@@ -38,7 +38,7 @@ def foundation_springs(influence: InfluenceMatrices) -> tuple[Array, Array]:
 def _calibrate(influence: InfluenceMatrices) -> tuple[Array, Array]:
     surface = influence.surface
     press = Press(influence, contact_options(influence, law="elastic", tilt="fixed", cells=_CELLS), strength=0.0)
-    west, south, east, north = surface.sheet.bounds
+    west, south, east, north = surface.bounds
     wrench = Wrench(np.array([0.0, 0.0, -1.0]), np.zeros(3))
     areas, stiffnesses = [], []
     for radius in np.array(_RADII) * min(east - west, north - south) / 2:

@@ -148,7 +148,7 @@ def wanted_wrench(footprint: Footprint, force: npt.ArrayLike, moment: npt.ArrayL
     of_type(Footprint, "footprint", footprint, ContactError, "Footprint.from_outline(...) makes one")
     wanted = _vector("force", force)
     if moment is None:
-        (x, y), (along, across, normal), outer = footprint.centroid, wanted, footprint.surface.outer
+        (x, y), (along, across, normal), outer = footprint.centroid, wanted.tolist(), footprint.surface.outer
         z = 0.0 if outer.is_flat else float(outer.height(x, y))
         moment = np.array([y * normal - z * across, z * along - x * normal, x * across - y * along])
         return Wrench(wanted, moment, moment_given=False)
@@ -164,6 +164,6 @@ def _vector(name: str, value: npt.ArrayLike) -> Array:
         vector = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         vector = np.zeros(0)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
+    if vector.shape != (3,) or not all(map(math.isfinite, vector.tolist())):
         raise ContactError(f"{name} = {value!r}; expected three finite numbers (x, y, z) in the pad frame, N or N m.")
     return vector

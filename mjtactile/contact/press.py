@@ -82,6 +82,11 @@ class CellForces(NamedTuple):
     sides: npt.NDArray[np.int32]
 
 
+def _doubles(values: list[float]) -> ctypes.Array[ctypes.c_double]:
+    """A few numbers as an argument of a C function, without the overhead of an array."""
+    return (ctypes.c_double * len(values))(*values)
+
+
 class _CoreFootprint:
     """A footprint in the compiled core.
 
@@ -194,12 +199,10 @@ class Press:
                 )
         made = [_core_footprint(one, self._options.cells) for one in footprints]
         handles = (ctypes.c_void_p * count)(*(one.handle for one in made))
-        forces = np.array([[*wrench.force, *wrench.moment] for wrench in wrenches])
-        points = np.array([footprint.centroid for footprint in footprints])
+        forces = _doubles([part for wrench in wrenches for part in (*wrench.force.tolist(), *wrench.moment.tolist())])
+        points = _doubles([coordinate for footprint in footprints for coordinate in footprint.centroid])
         nodal, told = np.empty((count, *nodes, 3)), (Told * count)()
-        library().mjt_press_bodies(
-            self._handle, ctypes.c_size_t(count), handles, pointer(forces), pointer(points), pointer(nodal), told
-        )
+        library().mjt_press_bodies(self._handle, ctypes.c_size_t(count), handles, forces, points, pointer(nodal), told)
         for one in made:
             if one.error is not None:
                 raise one.error

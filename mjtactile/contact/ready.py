@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 from mjtactile.contact.core_pad import contact_pad, give_shear, give_springs
+from mjtactile.contact.footprint import Footprint
 from mjtactile.contact.foundation import foundation_springs
-from mjtactile.contact.options import ContactOptions
-from mjtactile.contact.press import Press
+from mjtactile.contact.options import ContactOptions, Wrench
+from mjtactile.contact.press import Press, Solved
 from mjtactile.influence.core_pad import CorePad
 from mjtactile.influence.matrices import InfluenceMatrices
 
@@ -42,12 +42,13 @@ _Pool = dict[ContactOptions, list[Press]]
 _presses: weakref.WeakKeyDictionary[InfluenceMatrices, _Pool] = weakref.WeakKeyDictionary()
 
 
-@contextmanager
-def press_of(influence: InfluenceMatrices, options: ContactOptions) -> Iterator[Press]:
-    """Yield a `Press` for use in one thread; it is kept and reused for the same options."""
+def solved_bodies(
+    influence: InfluenceMatrices, footprints: Sequence[Footprint], wrenches: Sequence[Wrench], options: ContactOptions
+) -> list[Solved]:
+    """`Press.loads` of a press that is kept and reused for the same options, in one thread at a time."""
     free = _presses.setdefault(influence, {}).setdefault(options, [])
     press = free.pop() if free else new_press(influence, options)
     try:
-        yield press
+        return press.loads(footprints, wrenches)
     finally:
         free.append(press)

@@ -19,7 +19,7 @@ from shapely import MultiPolygon, Polygon
 from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array
 from mjtactile.fem.line import Line
-from mjtactile.geometry.planar import polygons_of, rings_of
+from mjtactile.geometry.planar import Bounds, polygons_of, rings_of
 from mjtactile.pad_shape.surfaces import FLAT, Surface
 
 #: Highest power of a local coordinate: a quadratic shape function times a linear traction.
@@ -46,7 +46,7 @@ class SurfaceGrid:
     thickness: float
     outer: Surface = FLAT
 
-    @property
+    @cached_property
     def node_shape(self) -> tuple[int, int]:
         """Nodes (along y, along x)."""
         return self.y.node_count, self.x.node_count
@@ -59,7 +59,13 @@ class SurfaceGrid:
     @cached_property
     def sheet(self) -> Polygon:
         """The surface as a rectangle [m]."""
-        return shapely.box(self.x.vertices[0], self.y.vertices[0], self.x.vertices[-1], self.y.vertices[-1])
+        return shapely.box(*self.bounds)
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Limits of the surface: west, south, east and north [m]."""
+        x, y = self.x.vertices, self.y.vertices
+        return float(x[0]), float(y[0]), float(x[-1]), float(y[-1])
 
     def nodal_integrals(self, region: Polygon | MultiPolygon) -> Array:
         """Integrals of phi, x phi and y phi over a region, for the shape function phi of every node.

@@ -18,6 +18,9 @@ from shapely.geometry.polygon import orient
 from mjtactile._types import Array, Indices
 from mjtactile.errors import FootprintError, IndenterError
 
+#: Limits of an area: west, south, east and north [m].
+Bounds = tuple[float, float, float, float]
+
 #: Outlines with more corners than this have support points at equal angles instead of at their corners.
 MAXIMUM_SUPPORT_POINTS = 8
 #: Corners whose angle differs from straight by less than this (its sine) are ignored [-].
@@ -36,8 +39,8 @@ def areal(geometry: BaseGeometry) -> Polygon | MultiPolygon:
     return polygons[0] if len(polygons) == 1 else MultiPolygon(polygons)
 
 
-def area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolygon:
-    """Intersection of an outline and a pad's sheet, both in the pad frame [m].
+def area_on_sheet(outline: BaseGeometry, sheet: Bounds) -> Polygon | MultiPolygon:
+    """Intersection of an outline and a pad's sheet, which is given by its bounds, both in the pad frame [m].
 
     Raises:
         FootprintError: the outline is not a valid area, or does not overlap the sheet.
@@ -46,27 +49,27 @@ def area_on_sheet(outline: BaseGeometry, sheet: Polygon) -> Polygon | MultiPolyg
         raise FootprintError(
             f"the outline is a {type(outline).__name__}; expected a shapely Polygon or MultiPolygon in metres."
         )
-    if not np.isfinite(shapely.get_coordinates(outline)).all():
-        raise FootprintError("the outline has NaN or infinite coordinates; check the pose it was made from.")
-    if not outline.is_valid:
+    if not outline.is_valid:  # as an area with NaN or infinite coordinates is not, either
+        if not np.isfinite(shapely.get_coordinates(outline)).all():
+            raise FootprintError("the outline has NaN or infinite coordinates; check the pose it was made from.")
         raise FootprintError(
             f"the outline is not a valid area ({shapely.is_valid_reason(outline)}). "
             "shapely.make_valid mends self-crossing polygons."
         )
-    covered = outline if _within(outline.bounds, sheet.bounds) else areal(outline.intersection(sheet))
+    covered = outline if _within(outline.bounds, sheet) else areal(outline.intersection(shapely.box(*sheet)))
     if covered.area == 0.0:
         bounds = "nothing" if outline.is_empty else "x {0:.4g}..{2:.4g} m, y {1:.4g}..{3:.4g} m".format(*outline.bounds)
         raise FootprintError(
             f"the outline covers none of the pad: it spans {bounds}, and the sheet "
             "x {:.4g}..{:.4g} m, y {:.4g}..{:.4g} m. Shift it onto the sheet; lengths are metres.".format(
-                *(sheet.bounds[i] for i in (0, 2, 1, 3))
+                *(sheet[i] for i in (0, 2, 1, 3))
             )
         )
     return covered
 
 
-def _within(inner: tuple[float, ...], outer: tuple[float, ...]) -> bool:
-    """Whether bounds (west, south, east, north) lie inside others; False for NaN, the bounds of an empty geometry."""
+def _within(inner: Bounds, outer: Bounds) -> bool:
+    """Whether bounds lie inside others; False for NaN, the bounds of an empty geometry."""
     return inner[0] >= outer[0] and inner[1] >= outer[1] and inner[2] <= outer[2] and inner[3] <= outer[3]
 
 

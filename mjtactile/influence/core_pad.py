@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import threading
 import weakref
 from collections.abc import Callable
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from mjtactile._native import contiguous, library, pointer, sized
 from mjtactile._types import Array, Indices
+from mjtactile.influence.forces import largest_force
 from mjtactile.influence.layout import PadTables
 from mjtactile.influence.stress_matrix import read_matrix
 from mjtactile.influence.table import table_name
@@ -64,10 +66,14 @@ class CorePad:
         return int(library().mjt_pad_bytes(self.handle))
 
     def readings(self, forces: Array) -> Array:
-        """Readings [Pa], of shape `Pad.reading_shape`, under nodal forces (nodes y, nodes x, 3) [N]."""
+        """Readings [Pa], of shape `Pad.reading_shape`, under nodal forces (nodes y, nodes x, 3) [N].
+
+        Raises:
+            InfluenceError: a force is not finite.
+        """
         readings = np.empty(self._taxels)
         # Squares of stresses could overflow single precision: forces far from 1 N are scaled by a power of two.
-        power = int(np.frexp(np.abs(forces).max(initial=0.0))[1])
+        power = math.frexp(largest_force(forces))[1]
         power = power if abs(power) > _COMMON_POWERS else 0
         forces = contiguous(np.ldexp(forces, -power) if power else forces)
         library().mjt_readings(self.handle, pointer(forces), pointer(readings))

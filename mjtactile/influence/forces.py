@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -42,18 +43,38 @@ def nodal_batch(loads: Sequence[SurfaceLoad], surface: SurfaceGrid) -> Array:
     Raises:
         InfluenceError: a load belongs to another surface or is not finite.
     """
-    expected = (*surface.node_shape, 3)
-    for load in loads:
-        of_type(SurfaceLoad, "load", load, InfluenceError, "contact_load(...) makes one")
-        if load.forces.shape != expected:
-            raise InfluenceError(
-                f"the load has nodal forces of shape {load.forces.shape}, but this surface takes {expected}: it was "
-                "made for another pad or mesh. Make the footprint and the load with these influence matrices."
-            )
-    batch = loads[0].forces[None] if len(loads) == 1 else np.stack([load.forces for load in loads])
-    if not np.isfinite(batch).all():
-        raise InfluenceError("the load holds NaN or infinite nodal forces; check the traction it was made from.")
+    forces = [nodal_forces(load, surface) for load in loads]
+    batch = forces[0][None] if len(forces) == 1 else np.stack(forces)
+    largest_force(batch)
     return batch
+
+
+def nodal_forces(load: SurfaceLoad, surface: SurfaceGrid) -> Array:
+    """Nodal forces of one load [N], shape (nodes y, nodes x, 3), which may not be finite.
+
+    Raises:
+        InfluenceError: the load belongs to another surface.
+    """
+    forces = of_type(SurfaceLoad, "load", load, InfluenceError, "contact_load(...) makes one").forces
+    expected = (*surface.node_shape, 3)
+    if forces.shape != expected:
+        raise InfluenceError(
+            f"the load has nodal forces of shape {forces.shape}, but this surface takes {expected}: it was "
+            "made for another pad or mesh. Make the footprint and the load with these influence matrices."
+        )
+    return forces
+
+
+def largest_force(forces: Array) -> float:
+    """Largest size of a component of nodal forces [N].
+
+    Raises:
+        InfluenceError: a force is not finite.
+    """
+    largest = max(float(forces.max()), -float(forces.min()))  # without an array of sizes; NaN if a force is
+    if not math.isfinite(largest):
+        raise InfluenceError("the load holds NaN or infinite nodal forces; check the traction it was made from.")
+    return largest
 
 
 def folded_loads(batch: Array, columns: list[np.ndarray], precision: str, mirrors: MirrorPlanes = BOTH) -> FoldedLoads:

@@ -24,7 +24,7 @@ from mjtactile.fem.symmetry import unfold_field, unfold_points
 from mjtactile.fem.vertex_loads import onto_corners
 from mjtactile.fidelity import Fidelity, mesh_name
 from mjtactile.influence.core_pad import core_pad
-from mjtactile.influence.forces import FoldedLoads, folded_loads, nodal_batch
+from mjtactile.influence.forces import FoldedLoads, folded_loads, nodal_batch, nodal_forces
 from mjtactile.influence.layout import PadTables
 from mjtactile.influence.provenance import check_provenance, influence_metadata
 from mjtactile.influence.stress_matrix import StressMatrix, read_matrix
@@ -79,7 +79,8 @@ class InfluenceMatrices(PadTables):
         if _is_empty(load):
             return np.zeros((0, *self.pad.reading_shape))
         single = not isinstance(load, Sequence)
-        batch, core = nodal_batch([load] if single else load, self.surface), core_pad(self)
+        batch = [nodal_forces(one, self.surface) for one in ([load] if single else load)]
+        core = core_pad(self)
         readings = [core.readings(forces) for forces in batch]
         return readings[0] if single else np.stack(readings)
 

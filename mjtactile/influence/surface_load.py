@@ -135,7 +135,7 @@ class SurfaceLoad:
             ContactError: the traction has another shape, or is not finite.
         """
         surface = influence.surface
-        area = area_on_sheet(outline, surface.sheet)
+        area = area_on_sheet(outline, surface.bounds)
         found = integrated_traction(surface, area, traction)
         state = ContactState(contact_area=found.area, peak_pressure=found.peak)
         return cls(found.forces, surface, area, state=state)

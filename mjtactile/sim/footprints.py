@@ -133,7 +133,7 @@ class GapImprints(Imprints[Shape]):
     ) -> None:
         super().__init__(model, pad_geom, surface, facing_gap=facing_gap)
         self.level = level
-        self._sheet = Rectangle(*surface.sheet.bounds)
+        self._sheet = Rectangle(*surface.bounds)
         self._depth = surface.thickness
         self._faces: dict[tuple[int, ...], BodyFaces] = {}
 

@@ -358,6 +358,10 @@ def test_resultant_is_about_the_pads_origin():
     np.testing.assert_allclose(moment, np.cross([0.5, 2, 0], [1, 2, 3]))
 
 
+def with_nan_at_the_third_corner(corners: np.ndarray) -> np.ndarray:
+    return np.where(np.arange(len(corners))[:, None] == 2, math.nan, corners)
+
+
 @pytest.mark.parametrize(
     ("outline", "message"),
     [
@@ -367,8 +371,9 @@ def test_resultant_is_about_the_pads_origin():
         (LineString([(0, 0), (1e-3, 0)]), "LineString; expected a shapely Polygon"),
         (Point(0, 0), "Point; expected a shapely Polygon"),
         (shapely.transform(SQUARE.outline, lambda corners: corners * (math.inf, 1)), "NaN or infinite"),
+        (shapely.transform(SQUARE.outline, with_nan_at_the_third_corner), "NaN or infinite"),
     ],
-    ids=["off the sheet", "empty", "self-crossing", "a line", "a point", "nan"],
+    ids=["off the sheet", "empty", "self-crossing", "a line", "a point", "infinite", "nan"],
 )
 def test_bad_outlines_are_refused_with_the_cure(outline, message):
     with pytest.raises(FootprintError, match=message):

@@ -131,6 +131,30 @@ def test_rigid_contact_of_random_gaps(seed, tilting):
     assert np.abs(forces - expected).max() <= 1e-9 * expected.max()
 
 
+READ_ONLY = np.arange(6.0)
+READ_ONLY.flags.writeable = False
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.arange(6.0),
+        np.arange(6.0)[2:],
+        np.arange(6.0)[::-1],
+        READ_ONLY,
+        np.empty((0, 2)),
+        np.arange(3, dtype=np.uintp),
+    ],
+    ids=["whole", "from the third on", "reversed", "read-only", "empty", "indices"],
+)
+def test_pointers_are_the_addresses_of_the_first_elements(array):
+    assert native.pointer(array).value == array.ctypes.data
+
+
+def test_no_array_is_a_null_pointer():
+    assert native.pointer(None).value is None
+
+
 def test_a_missing_library_says_how_to_get_it(monkeypatch, tmp_path):
     monkeypatch.setenv("MJTACTILE_LIBRARY", str(tmp_path / "none.so"))
     with pytest.raises(mjtactile.NativeError, match="pip install"):

@@ -7,6 +7,7 @@ import ctypes
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely import Polygon
 
 from mjtactile._native import contiguous, library, pointer
 from mjtactile._types import Array
@@ -56,11 +57,11 @@ def rings_of(outline: Area) -> tuple[npt.NDArray[np.uintp], Array]:
 
     Outer rings run counter-clockwise, holes clockwise.
     """
+    if isinstance(outline, Polygon) and not outline.interiors:  # the usual case, without lists of one ring
+        alone = shapely.get_coordinates(outline)[:-1]
+        return np.array([0, len(alone)], dtype=np.uintp), contiguous(alone if outline.exterior.is_ccw else alone[::-1])
     parts = polygons_of(outline)
     rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
-    if len(rings) == 1:  # the usual case, without slow operations on arrays of one element
-        alone = shapely.get_coordinates(rings[0])[:-1]
-        return np.array([0, len(alone)], dtype=np.uintp), contiguous(alone if rings[0].is_ccw else alone[::-1])
     outer = [k == 0 for part in parts for k in range(1 + len(part.interiors))]
     coordinates, ring_of = shapely.get_coordinates(rings, return_index=True)
     ends = np.searchsorted(ring_of, np.arange(1, len(rings) + 1))
