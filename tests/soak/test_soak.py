@@ -103,12 +103,23 @@ def test_points_between_two_cells_of_the_search_are_not_left_to_rounding(exact_p
     assert deviation <= 1e-6
 
 
+#: States of random scenes by what was wrong of them: seed, step, pad, fidelity, and the error allowed; each was larger.
+STATES = {
+    "long cells lie along the edge that presses, under the pull of a hair": (500005, 106, 0, "fast", 0.09),
+    "no two cells of different spots bear pressure in the same place": (2300030, 33, 1, "balanced", 0.03),
+    "what the last look found to end low is laid no higher for a small part far up": (2900020, 131, 0, "balanced", 0.06),
+    "under bounded pressure a body comes down further than the surface gives way": (2900066, 38, 0, "balanced", 0.03),
+    "a look from nearer the final tilt is kept, though its cells store more energy": (2900035, 68, 1, "balanced", 0.05),
+}
+
+
 @pytest.mark.slow
-def test_long_cells_lie_along_the_edge_that_presses(quick_pads):
-    """A box stands on an edge, under the pull of a hair. Cells half a degree askew to it read 12 % off at fast."""
-    (state,) = accuracy.measured(scenes.scene(500005, quick_pads), 120, [(106, 0)], accuracy.Dense(cells=1600))
-    fast = next(read for read in state.reads if read.fidelity == "fast")
-    assert fast.error <= 0.09
+@pytest.mark.parametrize("name", STATES)
+def test_states_that_were_wrong_are_near_the_dense_contact(name, quick_pads):
+    seed, step, pad, fidelity, allowed = STATES[name]
+    (state,) = accuracy.measured(scenes.scene(seed, quick_pads), 200, [(step, pad)], accuracy.Dense(cells=1600))
+    read = next(read for read in state.reads if read.fidelity == fidelity)
+    assert read.as_carried <= allowed
 
 
 def test_the_same_seed_is_the_same_scene(quick_pads):

@@ -158,6 +158,32 @@ void PatchFace::sound(Lattice lattice, const HeightWindow& view, const Territory
   }
 }
 
+void PatchFace::settle(const std::vector<Region>& regions) {
+  twice_.clear();
+  const auto away = [&](const Point& at, std::size_t number) {
+    return std::hypot(at.x - regions[number].centre.x, at.y - regions[number].centre.y);
+  };
+  for (std::size_t number = 0; lattices_.size() > 1 && number < lattices_.size(); ++number) {
+    const Lattice& lattice = lattices_[number];
+    for (std::size_t place = 0; place < lattice.cells(); ++place) {
+      if (places_[firsts_[number] + place] != kSounded) continue;
+      const Point at = lattice.at(static_cast<double>(place % lattice.columns) + 0.5,
+                                  static_cast<double>(place / lattice.columns) + 0.5);
+      if (regions[number].holds(at)) continue;
+      for (std::size_t other = 0; other < lattices_.size(); ++other) {
+        std::size_t cell;
+        if (other == number || !lattices_[other].holds(at, cell)) continue;
+        if (places_[firsts_[other] + cell] != kSounded) continue;
+        if (!regions[other].holds(at) && away(at, other) >= away(at, number)) continue;
+        twice_.push_back(firsts_[number] + place);
+        break;
+      }
+    }
+  }
+  for (const std::size_t place : twice_) places_[place] = kNone;
+  sounded_ -= twice_.size();
+}
+
 PatchFace::Nodes PatchFace::nodes_of(std::size_t number, std::size_t place) const {
   const Lattice& lattice = lattices_[number];
   const std::size_t across = 2 * lattice.columns + 1;

@@ -39,6 +39,9 @@ class PatchFace {
   // Add a lattice, grown as far as the body goes on, and count its cells over which the body stands low enough.
   void sound(Lattice lattice, const HeightWindow& view, const Territory& territory);
   std::size_t sounded() const { return sounded_; }   // number of counted cells of all lattices
+  // Where a lattice has grown out of its region over cells of another one, count the cells of one of them. `regions`:
+  // those of the lattices.
+  void settle(const std::vector<Region>& regions);
   // Make the counted cells. Cells are left out if only a tiny part of them counts.
   void lay(const HeightWindow& view);
   // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
@@ -108,6 +111,7 @@ class PatchFace {
   static constexpr std::int32_t kNone = -1, kSounded = -2;
   std::vector<std::int32_t> places_;     // number of a lattice's cell among the face's cells, or one of these constants
   std::size_t sounded_ = 0;
+  std::vector<std::size_t> twice_;       // places of cells that another lattice has
   std::vector<Cell> cells_;
   std::vector<CellRectangle> rectangles_;
   // Of all cells, and of those that a lattice's whole cells have no offset to.

@@ -13,6 +13,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kLooks = 4;                // largest number of looks at one contact
 constexpr double kEnergyMargin = 0.04;   // a contact is worse if its energy is higher by this share of its own elastic
                                          // energy
+constexpr double kCellsMargin = 0.1;     // the same where contacts differ only by their cells
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
@@ -21,7 +22,7 @@ constexpr double kInside = 1e-12;        // least distance from the hull's rim a
 constexpr double kHeightFactor = 2.5;    // in the first look
 constexpr double kCompact = 1.6;         // in the first look at one compact spot; a ball's contact ends at 1.2 levels
 constexpr double kAsLongAsWide = 2.003;  // largest length of a compact spot over its width
-constexpr double kLeastHeightFactor = 0.25, kMostHeightFactor = 64.0;   // in later looks
+constexpr double kMostHeightFactor = 64.0;   // in later looks
 constexpr double kBoundedHeightFactor = 1.6;   // least value if the bound on pressure sets the level
 // If the contact is kTooDeep times as deep as its cells are high, cells are laid higher: up to kShareOfDepth times the
 // depth, but at most kMostHigher times as high as before.
@@ -177,7 +178,7 @@ SearchLoad PatchPress::load_of(const double* wrench, const ContactSurface& surfa
 }
 
 PatchPress::Viewpoint PatchPress::first_view(const Problem& problem) const {
-  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kHeightFactor, 0.0, 0.0, 0.0, {0.0, 0.0}};
+  Viewpoint view = {{{0.0, 0.0}, problem.load.through}, kHeightFactor, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0}};
   if (problem.options.tilting) view.plane = first_plane(problem.load, problem.hull);
   return view;
 }
@@ -215,8 +216,8 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   } else if (!looks.resting_tried) {
     if (looks.ended) {
       // The contact extends beyond the cells that were laid in this view.
-      looks.view.least_height = touching_height();
-      looks.view.most_height = 0.0;
+      looks.view.least_height = touching_height(problem.options);
+      looks.view.most_height = looks.view.end_height = 0.0;
       return true;
     }
     // The tilt was too large. The mean of this view and the best one is tried.
@@ -264,12 +265,36 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact.exact();
   const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
-  looks.last_is_best = solved && !is_worse(found, looks.best_merit);
+  // If both contacts carry the load with the same tilt, they differ by their cells, which change the energy more.
+  const bool alike = solved && looks.best_merit.missed == 0.0 && !ends_early() && tilts_as_best();
+  looks.last_is_best = solved && !is_worse(found, looks.best_merit, alike ? kCellsMargin : kEnergyMargin);
   looks.ended = solved && more && ends_early();
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
   looks.goes_on = next_view(found, problem.options, looks.onward);
+}
+
+// Whether this contact tilts the body as the best one does. Then the two differ only by their cells, and the body was
+// seen more closely to its tilt this time.
+bool PatchPress::tilts_as_best() const {
+  double turned[2];
+  for (int k = 0; k < 2; ++k) {
+    turned[k] = laid_.seen.slopes[k] + laid_.contact.slopes()[k] - best_.seen.slopes[k] - best_.contact.slopes()[k];
+  }
+  return lifted(turned) <= kSmallTilt * laid_.contact.indentation();
+}
+
+// Difference of height that a tilt makes between the pressed cells [m].
+double PatchPress::lifted(const double* slopes) const {
+  double least = kNowhere, most = -kNowhere;
+  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
+    if (!laid_.contact.pressed()[i]) continue;
+    const Point& at = laid_.cells.face().centroids[i];
+    const double lift = slopes[0] * at.x + slopes[1] * at.y;
+    least = std::min(least, lift), most = std::max(most, lift);
+  }
+  return std::max(most - least, 0.0);
 }
 
 bool PatchPress::presses_all() const {
@@ -375,9 +400,9 @@ PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& op
   return {missed(load, options.narrowest), energy(load), laid_.contact.energy()};
 }
 
-bool PatchPress::is_worse(const Merit& one, const Merit& other) {
+bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
-  return one.energy > other.energy + kEnergyMargin * one.elastic;
+  return one.energy > other.energy + margin * one.elastic;
 }
 
 double PatchPress::tilt() const {
@@ -400,6 +425,7 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
     if (search_.level() > search_.loaded()) highest = std::max(highest, kBoundedHeightFactor * search_.level());
   }
   if (view.most_height > 0.0) highest = std::min(highest, std::max(view.most_height, search_.level()));
+  if (view.end_height > 0.0) highest = std::min(highest, view.end_height);
   highest = std::max(highest, view.least_height);
   laid_.seen = {&map, {view.plane.slopes[0], view.plane.slopes[1]}, view.plane.middle, search_.lowest(),
                 highest + search_.same()};
@@ -420,6 +446,7 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
     for (std::size_t k = 0; k < spots_.size(); ++k) {
       laid_.cells.sound(lattice_over(k, options, view, wanted, coarser), laid_.seen, {regions_, k});
     }
+    laid_.cells.settle(regions_);
     const auto count = static_cast<double>(laid_.cells.sounded());
     if (round == 0 && count < kTooFew * wanted && options.law->shapes()) {
       // The body ends, or rises more steeply, than was assumed.
@@ -507,7 +534,8 @@ bool PatchPress::ends_early() const {
 }
 
 // Height up to which the body touches, with a safety factor.
-double PatchPress::touching_height() const {
+double PatchPress::touching_height(const LawOptions& options) const {
+  if (!options.tilting) return kTouchMargin * laid_.contact.lowered();
   double lowest = kNowhere;
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
     if (laid_.contact.pressed()[i]) lowest = std::min(lowest, laid_.heights[i]);
@@ -542,32 +570,22 @@ PatchPress::NextPart PatchPress::next_part() const {
 bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const {
   const double* slopes = laid_.contact.slopes();
   std::size_t pressed = 0;
-  double least = kNowhere, most = -kNowhere, lowest = kNowhere;
-  for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
-    if (!laid_.contact.pressed()[i]) continue;
-    ++pressed;
-    lowest = std::min(lowest, laid_.heights[i]);
-    const Point& at = laid_.cells.face().centroids[i];
-    const double lift = slopes[0] * at.x + slopes[1] * at.y;
-    least = std::min(least, lift);
-    most = std::max(most, lift);
-  }
-  const double level = std::max(search_.loaded(), laid_.contact.indentation());
-  const double lifted = pressed > 0 ? most - least : 0.0;
+  for (const std::uint8_t one : laid_.contact.pressed()) pressed += one;
+  const double level = std::max(search_.loaded(), laid_.contact.indentation()), lift = lifted(slopes);
   const bool beyond = goes_beyond();
   // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
   // touches during the tilt.
   const bool carries = found.missed == 0.0;
   const double leans = std::hypot(slopes[0], slopes[1]);
-  const bool narrow = carries && lifted <= kNarrow * options.narrowest * leans;
+  const bool narrow = carries && lift <= kNarrow * options.narrowest * leans;
   const NextPart next = leans * search_.extent() > kSmallTilt * level ? next_part() : NextPart{kNowhere, 0.0};
   const bool touches = carries && next.share < 1.0;
-  const bool tilted = touches || (lifted > kSmallTilt * level && !narrow);
+  const bool tilted = touches || (lift > kSmallTilt * level && !narrow);
   const LaidLower bound = options.tilting ? kLaidLowerTilting : kLaidLower;
   const bool few = static_cast<double>(pressed) < bound.pressed * static_cast<double>(laid_.heights.size());
   if (tilted) {
     // If the contact does not carry the load, the tilt ends at the next part that touches.
-    const double rolling = std::min(1.0, kMostTilt * level / lifted) * secant_share(slopes, view.last_tilt);
+    const double rolling = std::min(1.0, kMostTilt * level / lift) * secant_share(slopes, view.last_tilt);
     const double share = carries ? rolling : std::min(rolling, next.share);
     std::copy(slopes, slopes + 2, view.last_tilt);
     const double to[2] = {view.plane.slopes[0] + share * slopes[0], view.plane.slopes[1] + share * slopes[1]};
@@ -578,8 +596,9 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     }
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
-    if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : laid_.contact.indentation() + std::max(lowest, 0.0);
-    view.least_height = ends_early() ? touching_height() : 0.0;
+    if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : touching_height(options) / kTouchMargin;
+    view.least_height = ends_early() ? touching_height(options) : 0.0;
+    view.end_height = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
     view.spot_height = apart ? kTiltedShare * laid_.contact.indentation() : 0.0;
@@ -594,12 +613,12 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && touching_height() < bound.lower * laid_.seen.highest) {
-    view.height_factor = std::max(touching_height() / search_.level(), kLeastHeightFactor);
+  if (few && search_.level() > 0.0 && touching_height(options) < bound.lower * laid_.seen.highest) {
+    view.end_height = touching_height(options);
     return true;
   }
-  if (ends_early() && touching_height() > kHigher * laid_.seen.highest) {
-    view.least_height = touching_height();
+  if (ends_early() && touching_height(options) > kHigher * laid_.seen.highest) {
+    view.least_height = touching_height(options);
     return true;
   }
   return false;

@@ -54,6 +54,7 @@ class PatchPress {
     Plane plane;         // the tilt from which the body is looked at
     double height_factor;   // cells are laid up to this multiple of the spots' level [-]
     double most_height;     // largest height of cells, because the body sank in that deep; 0 if not known [m]
+    double end_height;      // height at which the contact ends as seen from this plane; 0 if not known [m]
     double least_height;    // cells are laid at least up to it, because lower ones ended too early; 0: not known [m]
     double spot_height;     // spots are gathered up to this height, from the last look; 0 if there was none [m]
     double last_tilt[2];    // tilt that the last look found, relative to its plane [-]; 0 if there was none
@@ -99,6 +100,8 @@ class PatchPress {
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
+  bool tilts_as_best() const;
+  double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
   // Whether the contact is a single spot that fills its rectangle, is about as long as wide, and is larger than a cell.
@@ -112,7 +115,7 @@ class PatchPress {
                        double coarser) const;
   bool goes_beyond() const;
   bool ends_early() const;
-  double touching_height() const;
+  double touching_height(const LawOptions& options) const;
   NextPart next_part() const;
   bool next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
@@ -123,7 +126,7 @@ class PatchPress {
   Merit merit(const SearchLoad& load, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
   // better.
-  static bool is_worse(const Merit& one, const Merit& other);
+  static bool is_worse(const Merit& one, const Merit& other, double margin);
 
   // The cells of one look, and the contact on them.
   struct Laid {

@@ -23,6 +23,17 @@ struct Lattice {
     const double y = (row - static_cast<double>(rows) / 2) * width();
     return {cosine * x - sine * y + centre.x, sine * x + cosine * y + centre.y};
   }
+  // Whether a point is over the lattice, and then the number of the cell that has it, row by row.
+  bool holds(const Point& point, std::size_t& cell) const {
+    const double x = point.x - centre.x, y = point.y - centre.y;
+    const double column = (cosine * x + sine * y) / size + static_cast<double>(columns) / 2;
+    const double row = (cosine * y - sine * x) / width() + static_cast<double>(rows) / 2;
+    if (!(column >= 0.0 && column < static_cast<double>(columns) && row >= 0.0 && row < static_cast<double>(rows))) {
+      return false;
+    }
+    cell = static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column);
+    return true;
+  }
 };
 
 // A rectangle in the pad frame, turned by an angle, that estimates where a body presses. The width is along the angle.

@@ -110,7 +110,7 @@ void CellContact::press(const Face& face, const ContactSurface& surface, const P
     found_.normal[i] = found_.pressed[i] ? std::max(found_.normal[i], 0.0) : 0.0;
     if (found_.normal[i] > 0.0) pressed_area_ += face.areas[i];
   }
-  measure(face, law, workspace.matrix);
+  measure(face, law, workspace.matrix, body.heights);
 }
 
 // Solve the contact without bounds. If that exceeds the pad's strength or fails, solve it with bounded pressure.
@@ -156,13 +156,14 @@ bool CellContact::lies_beyond_bearing(const ContactLaw& law, const LawProblem& p
   return mjtactile::lies_beyond_bearing(problem.body, workspace.most.data());
 }
 
-// Compute the indentation and the energy, and drop a tilt that the pressed cells do not determine.
-void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix& between) {
-  indentation_ = energy_ = 0.0;
+// Compute how deep the contact is and its energy, and drop a tilt that the pressed cells do not determine.
+void CellContact::measure(const Face& face, const ContactLaw& law, const Matrix& between, const double* heights) {
+  indentation_ = lowered_ = energy_ = 0.0;
   for (std::size_t i = 0; i < found_.normal.size(); ++i) {
     if (!(found_.normal[i] > 0.0)) continue;
     const double deep = depth(face, law, between, i);
     indentation_ = std::max(indentation_, deep);
+    lowered_ = std::max(lowered_, deep + (heights == nullptr ? 0.0 : heights[i]));
     energy_ += found_.normal[i] * deep / 2;
   }
   double widest = 0.0;

@@ -101,6 +101,9 @@ class CellContact {
     return law.depth(face, found_, between, cell);
   }
   double indentation() const { return indentation_; }    // largest depth of the surface [m]
+  // How far the body comes down where it comes down most, from the surface at first touch [m]: depth plus height. Under a
+  // cell whose pressure is at its bound, the surface gives way less than the body comes down.
+  double lowered() const { return lowered_; }
   double energy() const { return energy_; }              // elastic energy of the surface [J]
   // Slopes of the body's tilt along x and y after press() [-]; 0 if the contact leaves them open.
   const double* slopes() const { return found_.slopes; }
@@ -116,7 +119,7 @@ class CellContact {
   bool lies_beyond_bearing(const ContactLaw& law, const LawProblem& problem, Workspace& workspace) const;
   bool bound_pressure(const ContactLaw& law, const LawProblem& problem, Workspace& workspace);
   void fill_nearest(const Face& face, const double* wrench, Workspace& workspace);
-  void measure(const Face& face, const ContactLaw& law, const Matrix& between);
+  void measure(const Face& face, const ContactLaw& law, const Matrix& between, const double* heights);
   std::size_t motions() const { return tilting_ ? 3 : 1; }
 
   Placement placement_;
@@ -124,7 +127,7 @@ class CellContact {
   Point centre_ = {0.0, 0.0};     // middle of the cells in the pad frame [m]
   bool tilting_ = true, curved_ = false, linear_ = false, exact_ = false;
   double pressed_area_ = 0.0, force_ = 0.0, length_ = 1.0, strength_ = 0.0;
-  double indentation_ = 0.0, energy_ = 0.0, wanted_[kMostMotions] = {};
+  double indentation_ = 0.0, lowered_ = 0.0, energy_ = 0.0, wanted_[kMostMotions] = {};
   LawContact found_;
   std::vector<double> gram_;      // motions times motions of the shear under each of the pressures
 };
