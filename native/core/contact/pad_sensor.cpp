@@ -457,11 +457,9 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
       }
     }
     press.sheared = whole ? press.keeps : nullptr;
-    const Bend bend = curved() ? press.laid().bend() : Bend{};
-    const double* places = curved() ? press.laid().on_pad().data() : press.workspace.placed.data();
-    const SurfaceCells placed = {cells.cells(), places, 1, cells.areas.data(), cells.inverse_distance.data(),
-                                 curved() ? &bend : nullptr};
-    compliance.full(placed, press.integrals, placement, press.workspace.compliance, press.full);
+    const BentCells* bent = curved() ? &press.laid() : nullptr;
+    const Bend bend = curved() ? bent->bend() : Bend{};
+    compliance.full(CellContact::on_surface(cells, press.workspace, bent, bend), press.integrals, placement, press.workspace.compliance, press.full);
   }
   PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
   pressed.gradients = gradients(press);

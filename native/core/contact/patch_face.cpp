@@ -28,6 +28,8 @@ constexpr double kBeyond = 0.25;
 constexpr std::size_t kGrowths = 12;
 // Two regions are of unlike size if the area of the smaller is less than this fraction of the other's.
 constexpr double kUnlike = 0.5;
+// Cells longer than this, over the compliance's resolution, have quadrature points.
+constexpr double kSpread = 1.0;
 // A rectangle may exceed the room up to the sheet's edge by this fraction, because rounding must not decide whether one
 // that ends there is beyond it.
 constexpr double kFlush = 1e-9;
@@ -464,7 +466,7 @@ void PatchFace::keep_on(const Rectangle& sheet, const Point& middle, Cell& cell)
   cell.sides[1] = sides[upright ? 0 : 1];
 }
 
-void PatchFace::finish(const Rectangle& sheet) {
+void PatchFace::finish(const Rectangle& sheet, double resolution) {
   double area = 0.0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
@@ -474,8 +476,30 @@ void PatchFace::finish(const Rectangle& sheet) {
   }
   face_.length = std::sqrt(area);
   face_.hull = convex_hull(outermost());
+  place_quadrature(resolution);
   integrate();
   add_edges();
+}
+
+// Place quadrature points if the middle of some cell does not speak for all of it.
+void PatchFace::place_quadrature(double resolution) {
+  face_.quadrature.clear();
+  const double widest = kSpread * resolution;
+  if (std::none_of(cells_.begin(), cells_.end(),
+                   [&](const Cell& cell) { return std::max(cell.sides[0], cell.sides[1]) > widest; })) {
+    return;
+  }
+  // Points on the middle lines whose mean has the second moments of the rectangle.
+  const double away = 1.0 / std::sqrt(6.0);
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const Cell& cell = cells_[i];
+    const Point& middle = face_.centroids[i];
+    const double along = away * cell.sides[0], across = away * cell.sides[1];
+    for (const double sign : {1.0, -1.0}) {
+      face_.quadrature.push_back({middle.x + sign * along * cell.cosine, middle.y + sign * along * cell.sine});
+      face_.quadrature.push_back({middle.x - sign * across * cell.sine, middle.y + sign * across * cell.cosine});
+    }
+  }
 }
 
 // Centroids without those between two neighbours in a row, which cannot be corners of the hull.

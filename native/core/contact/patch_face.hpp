@@ -47,8 +47,9 @@ class PatchFace {
   // Shorten or lengthen a region to where the body ends or stands too high, as measured on some lines along the region.
   // Its size becomes between `least` and `most` times the old one; it stays as it is where no end is found.
   void trim(const HeightWindow& view, double least, double most, Region& region) const;
-  // Compute the integrals over pairs of cells and their edges, after the last lattice.
-  void finish(const Rectangle& sheet);
+  // Compute the integrals over pairs of cells and their edges, after the last lattice. `resolution`: length over which
+  // the surface's compliance may differ from a half space's [m].
+  void finish(const Rectangle& sheet, double resolution);
 
   // Integrals of shear over pairs of cells, along the pad's axes. The integral of a cell over itself is in closed form;
   // that of two cells is a sum over points of both.
@@ -100,6 +101,7 @@ class PatchFace {
   static void keep_on(const Rectangle& sheet, const Point& middle, Cell& cell);
   std::int32_t cell_at(std::size_t lattice, std::size_t column, std::size_t row) const;
   std::vector<Point> outermost() const;
+  void place_quadrature(double resolution);
   void integrate();
   void integrate(const Lattice& lattice, std::size_t first, std::size_t last);
   void add_edges();

@@ -13,7 +13,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kLooks = 4;                // largest number of looks at one contact
 constexpr double kEnergyMargin = 0.04;   // a contact is worse if its energy is higher by this share of its own elastic
                                          // energy
-constexpr double kCellsMargin = 0.1;     // the same where contacts differ only by their cells
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
                                          // this, over the contact's size
 constexpr double kInside = 1e-12;        // least distance from the hull's rim at which a point lies inside [m]
@@ -265,24 +264,12 @@ bool PatchPress::press(const Problem& problem, const Viewpoint& view) {
 void PatchPress::judge(const Problem& problem, bool pressed, bool more, Looks& looks) const {
   const bool solved = pressed && laid_.contact.exact();
   const Merit found = solved ? merit(problem.load, problem.options) : Merit{};
-  // If both contacts carry the load with the same tilt, they differ by their cells, which change the energy more.
-  const bool alike = solved && looks.best_merit.missed == 0.0 && !ends_early() && tilts_as_best();
-  looks.last_is_best = solved && !is_worse(found, looks.best_merit, alike ? kCellsMargin : kEnergyMargin);
+  looks.last_is_best = solved && !is_worse(found, looks.best_merit);
   looks.ended = solved && more && ends_early();
   if (!looks.last_is_best) return;
   looks.best = looks.onward = looks.view;
   looks.best_merit = found;
   looks.goes_on = next_view(found, problem.options, looks.onward);
-}
-
-// Whether this contact tilts the body as the best one does. Then the two differ only by their cells, and the body was
-// seen more closely to its tilt this time.
-bool PatchPress::tilts_as_best() const {
-  double turned[2];
-  for (int k = 0; k < 2; ++k) {
-    turned[k] = laid_.seen.slopes[k] + laid_.contact.slopes()[k] - best_.seen.slopes[k] - best_.contact.slopes()[k];
-  }
-  return lifted(turned) <= kSmallTilt * laid_.contact.indentation();
 }
 
 // Difference of height that a tilt makes between the pressed cells [m].
@@ -400,9 +387,9 @@ PatchPress::Merit PatchPress::merit(const SearchLoad& load, const LawOptions& op
   return {missed(load, options.narrowest), energy(load), laid_.contact.energy()};
 }
 
-bool PatchPress::is_worse(const Merit& one, const Merit& other, double margin) {
+bool PatchPress::is_worse(const Merit& one, const Merit& other) {
   if (one.missed > 0.0 || other.missed > 0.0) return one.missed > (1.0 + kMissed) * other.missed;
-  return one.energy > other.energy + margin * one.elastic;
+  return one.energy > other.energy + kEnergyMargin * one.elastic;
 }
 
 double PatchPress::tilt() const {
@@ -458,7 +445,7 @@ bool PatchPress::add_cells(const HeightMap& map, const ContactSurface& surface, 
   }
   laid_.cells.lay(laid_.seen);
   if (laid_.cells.heights().empty()) return false;
-  laid_.cells.finish(surface.sheet);
+  laid_.cells.finish(surface.sheet, surface.compliance.resolution());
   return true;
 }
 

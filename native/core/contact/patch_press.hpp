@@ -100,7 +100,6 @@ class PatchPress {
   void find_spots(const Problem& problem, const Viewpoint& view);
   bool press(const Problem& problem, const Viewpoint& view);
   void judge(const Problem& problem, bool pressed, bool more, Looks& looks) const;
-  bool tilts_as_best() const;
   double lifted(const double* slopes) const;
   // Whether all cells press, and the body has no other part over the sheet that could.
   bool presses_all() const;
@@ -126,7 +125,7 @@ class PatchPress {
   Merit merit(const SearchLoad& load, const LawOptions& options) const;
   // A contact that carries the load is better than one that misses it. Of two that carry it, the one of less energy is
   // better.
-  static bool is_worse(const Merit& one, const Merit& other, double margin);
+  static bool is_worse(const Merit& one, const Merit& other);
 
   // The cells of one look, and the contact on them.
   struct Laid {

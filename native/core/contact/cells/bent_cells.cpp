@@ -32,6 +32,11 @@ void BentCells::lay(const Face& face, const TangentPlane& plane) {
     }
     stretches_[i] = std::sqrt(1.0 + seen.slopes[0] * seen.slopes[0] + seen.slopes[1] * seen.slopes[1]);
   }
+  quadrature_.clear();
+  for (const Point& at : face.quadrature) {
+    const SeenSurface seen = plane.beyond(at.x, at.y);
+    quadrature_.insert(quadrature_.end(), {seen.x, seen.y});
+  }
 }
 
 void BentCells::along_plane(const double* pressing, double* along) const {

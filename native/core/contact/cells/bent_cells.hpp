@@ -40,6 +40,8 @@ class BentCells {
   // Positions of the cells: x and y (cells, 2) and all coordinates (cells, 3) in the pad frame [m]. Points of the plane
   // at which forces along N act (cells, 2) [m]. Slopes of the surface along u and v (cells, 2) [-]. 1 / c (cells) [-].
   const std::vector<double>& on_pad() const { return on_pad_; }
+  // Positions of the face's quadrature points along x and y, in the pad frame [m].
+  const std::vector<double>& quadrature() const { return quadrature_; }
   const std::vector<double>& positions() const { return positions_; }
   const std::vector<double>& levers() const { return levers_; }
   const std::vector<double>& slopes() const { return slopes_; }
@@ -65,7 +67,7 @@ class BentCells {
   bool correct(const std::vector<LoadedNode>& nodes, double* wrench) const;
 
   const TangentPlane* plane_ = nullptr;
-  std::vector<double> on_pad_, positions_, levers_, slopes_, stretches_;
+  std::vector<double> on_pad_, quadrature_, positions_, levers_, slopes_, stretches_;
   std::vector<double> seen_;   // positions in the plane's frame (3, cells) [m]
 };
 

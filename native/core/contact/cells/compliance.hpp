@@ -1,6 +1,8 @@
 // Compliance of the surface between contact cells: a half space in closed form plus the sheet's smooth remainder.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -22,6 +24,7 @@ class QuadraticSplines {
   explicit QuadraticSplines(std::vector<double> ends);
 
   std::size_t count() const { return ends_.size() + 1; }
+  double shortest() const { return shortest_; }   // length of the shortest piece [m]
   // The number of the first spline that is not zero at a place, and the values of the three.
   std::size_t at(double place, double* values) const;
 
@@ -33,6 +36,7 @@ class QuadraticSplines {
   };
   std::vector<Piece> pieces_;
   double pieces_per_length_ = 0.0;  // mean [1/m]
+  double shortest_ = HUGE_VAL;
 };
 
 // How cells of a tangent plane lie on a curved surface. Forces and displacements are measured along the plane's normal.
@@ -76,6 +80,8 @@ class SurfaceCompliance {
   void set_tangential(double poisson, Matrix remainder);
 
   double factor() const { return factor_; }
+  // Length over which the remainder may change [m].
+  double resolution() const { return std::min(x_.shortest(), y_.shortest()); }
   std::size_t splines() const { return x_.count() * y_.count(); }
 
   // The splines that are not zero at a cell: `columns` along x and `rows` along y, from `column` and `row` on. `first`:

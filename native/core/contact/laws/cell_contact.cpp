@@ -61,25 +61,24 @@ void CellContact::place(const Face& face, const Placement& placement, const Cont
     modes[0] = 1.0;
     if (tilting_) modes[1] = points_[i].x, modes[2] = points_[i].y;
   }
-  if (options.law->couples()) {
-    const bool spread = !face.quadrature.empty();
-    if (spread) {
-      workspace.quadrature.clear();
-      for (const Point& point : face.quadrature) {
-        const Point at = placement(point);
-        workspace.quadrature.insert(workspace.quadrature.end(), {at.x, at.y});
-      }
-    }
-    found_.contact.forget();
-    const Bend bend = bent != nullptr ? bent->bend() : Bend{};
-    SurfaceCells placed = {cells, workspace.placed.data(), 1, face.areas.data(), face.inverse_distance.data(), nullptr};
-    if (bent != nullptr) {
-      placed.points = bent->on_pad().data(), placed.bend = &bend;
-    } else if (spread) {
-      placed.points = workspace.quadrature.data(), placed.per_cell = face.quadrature.size() / cells;
-    }
-    surface.compliance.normal(placed, workspace.compliance, workspace.matrix);
+  workspace.quadrature.clear();
+  if (!options.law->couples()) return;
+  for (std::size_t k = 0; bent == nullptr && k < face.quadrature.size(); ++k) {
+    const Point at = placement(face.quadrature[k]);
+    workspace.quadrature.insert(workspace.quadrature.end(), {at.x, at.y});
   }
+  found_.contact.forget();
+  const Bend bend = bent != nullptr ? bent->bend() : Bend{};
+  surface.compliance.normal(on_surface(face, workspace, bent, bend), workspace.compliance, workspace.matrix);
+}
+
+SurfaceCells CellContact::on_surface(const Face& face, const Workspace& workspace, const BentCells* bent,
+                                     const Bend& bend) {
+  const std::vector<double>& middles = bent == nullptr ? workspace.placed : bent->on_pad();
+  const std::vector<double>& quadrature = bent == nullptr ? workspace.quadrature : bent->quadrature();
+  const bool spread = !quadrature.empty();
+  return {face.cells(), (spread ? quadrature : middles).data(), spread ? quadrature.size() / (2 * face.cells()) : 1,
+          face.areas.data(), face.inverse_distance.data(), bent == nullptr ? nullptr : &bend};
 }
 
 void CellContact::press(const Face& face, const ContactSurface& surface, const PressedBody& body,

@@ -61,6 +61,8 @@ class CellContact {
   // a flat pad.
   void place(const Face& face, const Placement& placement, const ContactSurface& surface, Workspace& workspace,
              const BentCells* bent = nullptr);
+  // The cells on the pad, since place(). `bend`: that of `bent`.
+  static SurfaceCells on_surface(const Face& face, const Workspace& workspace, const BentCells* bent, const Bend& bend);
   // Find the pressed cells. If no contact is found, or none that keeps to the pad's strength, the cells nearest to the
   // force's line of action carry it, and exact() is false.
   void press(const Face& face, const ContactSurface& surface, const PressedBody& body, Workspace& workspace);
