@@ -10,7 +10,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 // Looks. A look finds the spots that may touch as one plane sees the body, lays cells on them and presses them.
-constexpr int kLooks = 4;                // largest number of looks at one contact
+constexpr int kLooks = 6;                // largest number of looks at one contact
 constexpr double kEnergyMargin = 0.04;   // a contact is worse if its energy is higher by this share of its own elastic
                                          // energy
 constexpr double kMissed = 0.01;         // a contact misses the load if its centre of pressure is farther from it than
@@ -132,6 +132,17 @@ double breadth(const std::vector<Point>& hull, const double* inward, double dept
   return most - least;
 }
 
+// If a step of the slopes goes as far as others that were too far, take half the way to these.
+void stay_before(const double* too_far, const double* from, double* to) {
+  double along = 0.0, square = 0.0;
+  for (int k = 0; k < 2; ++k) {
+    const double way = too_far[k] - from[k];
+    along += way * (to[k] - from[k]), square += way * way;
+  }
+  if (along < square) return;
+  for (int k = 0; k < 2; ++k) to[k] = (from[k] + too_far[k]) / 2;
+}
+
 // Share of a tilt to take after the last one. If the tilt has changed direction, it is that of the secant step
 // (Anderson, J. ACM 12, 1965, with one step kept). Otherwise it is 1.
 double secant_share(const double* slopes, const double* before) {
@@ -220,12 +231,13 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
       return true;
     }
     // The tilt was too large. The mean of this view and the best one is tried.
-    for (int k = 0; k < 2; ++k) {
-      looks.view.plane.slopes[k] = (looks.view.plane.slopes[k] + looks.best.plane.slopes[k]) / 2;
-    }
+    std::copy(looks.view.plane.slopes, looks.view.plane.slopes + 2, looks.too_far);
+    looks.turned_back = true;
+    for (int k = 0; k < 2; ++k) looks.view.plane.slopes[k] = (looks.too_far[k] + looks.best.plane.slopes[k]) / 2;
     return true;
   }
   looks.view = looks.onward;
+  if (looks.turned_back) stay_before(looks.too_far, looks.best.plane.slopes, looks.view.plane.slopes);
   looks.resting_tried = false;
   return looks.goes_on;
 }
