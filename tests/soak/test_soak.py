@@ -116,6 +116,7 @@ STATES = {
     ),
     "under bounded pressure a body comes down further than the surface gives way": (2900066, 38, 0, "balanced", 0.03),
     "nor do they where a plate tilts onto its other part": (2900035, 68, 1, "balanced", 0.05),
+    "a body under bounded pressure comes down to parts that no look has seen": (3700018, 68, 0, "balanced", 0.03),
     "a tilt that was too far is not tried again": (3300030, 71, 0, "balanced", 0.05),
     "cells as long as a soft layer is thick are larger than the compliance's patches": (3300032, 143, 1, "fast", 0.06),
 }

@@ -461,6 +461,17 @@ double ContactSearch::share_until(const Plane& seen, const Plane& tilt, double h
   return least;
 }
 
+bool ContactSearch::lower_than(const Plane& seen, double height, const std::vector<Region>& regions) const {
+  for (std::size_t i = 0; i < raw_.size(); ++i) {
+    const Point& at = points_[i];
+    if (over(seen, at, raw_[i]) < height &&
+        std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
+      return true;
+    }
+  }
+  return false;
+}
+
 Plane ContactSearch::resting(const SearchLoad& load) {
   SpringFrame frame;
   frame.length = std::sqrt((bounds_.east - bounds_.west) * (bounds_.north - bounds_.south));

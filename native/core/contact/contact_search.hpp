@@ -74,6 +74,8 @@ class ContactSearch {
   // Share of a tilt after which some point of the body outside the given regions has come down to a height above the
   // plane `seen` [-]; infinite if none ever does.
   double share_until(const Plane& seen, const Plane& tilt, double height, const std::vector<Region>& regions) const;
+  // Whether some point of the body outside the given regions is lower than a height above the plane `seen` [m].
+  bool lower_than(const Plane& seen, double height, const std::vector<Region>& regions) const;
   // The tilt at which the body rests on springs under the load. An inclined body tilts onto the face that follows.
   Plane resting(const SearchLoad& load);
 

@@ -558,10 +558,24 @@ PatchPress::NextPart PatchPress::next_part() const {
   if (!(force > 0.0)) return {kNowhere, 0.0};
   centre = {centre.x / force, centre.y / force};
   const double sunk = laid_.contact.indentation() - deepest + slopes[0] * centre.x + slopes[1] * centre.y;
+  widen_regions();
+  return {search_.share_until(seen_plane(), {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
+}
+
+// Whether the body comes down to other parts of it than those with cells.
+bool PatchPress::reaches_other_part() const {
+  if (search_.sees_all()) return false;
+  widen_regions();
+  return search_.lower_than(seen_plane(), laid_.contact.lowered(), wider_);
+}
+
+void PatchPress::widen_regions() const {
   wider_ = regions_;
   for (Region& one : wider_) one.width *= kOtherPart, one.height *= kOtherPart;
-  const Plane seen = {{laid_.seen.slopes[0], laid_.seen.slopes[1]}, laid_.seen.middle};
-  return {search_.share_until(seen, {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
+}
+
+Plane PatchPress::seen_plane() const {
+  return {{laid_.seen.slopes[0], laid_.seen.slopes[1]}, laid_.seen.middle};
 }
 
 // Find the next view. False if the contact agrees with the view: it is not deeper than the cells are high, enough cells
@@ -602,6 +616,10 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
     view.spot_height = apart ? kTiltedShare * laid_.contact.indentation() : 0.0;
     if (touches || share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
+    return true;
+  }
+  if (view.spot_height < laid_.contact.lowered() && reaches_other_part()) {
+    view.spot_height = kTouchMargin * laid_.contact.lowered();
     return true;
   }
   if (search_.level() > 0.0 && laid_.contact.indentation() > kTooDeep * laid_.seen.highest &&

@@ -118,6 +118,9 @@ class PatchPress {
   bool ends_early() const;
   double touching_height(const LawOptions& options) const;
   NextPart next_part() const;
+  bool reaches_other_part() const;
+  void widen_regions() const;
+  Plane seen_plane() const;
   bool next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
   // carry the load, the true one has the least, whatever the cells.
