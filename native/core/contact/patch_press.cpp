@@ -532,7 +532,8 @@ bool PatchPress::ends_early() const {
   return goes_beyond() && within > kWithin * at_end;
 }
 
-// Height up to which the body touches, with a safety factor.
+// Height up to which the body touches, with a safety factor. A body that tilts is seen from another plane next, where
+// the lowest cell tells more than those at its raised end.
 double PatchPress::touching_height(const LawOptions& options) const {
   if (!options.tilting) return kTouchMargin * laid_.contact.lowered();
   double lowest = kNowhere;
@@ -558,20 +559,22 @@ PatchPress::NextPart PatchPress::next_part() const {
   if (!(force > 0.0)) return {kNowhere, 0.0};
   centre = {centre.x / force, centre.y / force};
   const double sunk = laid_.contact.indentation() - deepest + slopes[0] * centre.x + slopes[1] * centre.y;
-  widen_regions();
+  widen_regions(kOtherPart);
   return {search_.share_until(seen_plane(), {{slopes[0], slopes[1]}, centre}, sunk, wider_), sunk};
 }
 
-// Whether the body comes down to other parts of it than those with cells.
+// Whether the body comes down to other parts of it than those with cells. A part that rises from its edge, as a wedge
+// does, goes on beyond its region in proportion to the height.
 bool PatchPress::reaches_other_part() const {
   if (search_.sees_all()) return false;
-  widen_regions();
-  return search_.lower_than(seen_plane(), laid_.contact.lowered(), wider_);
+  const double lowered = laid_.contact.lowered();
+  widen_regions(std::max(kOtherPart, 2.0 * lowered / laid_.seen.highest));
+  return search_.lower_than(seen_plane(), lowered, wider_);
 }
 
-void PatchPress::widen_regions() const {
+void PatchPress::widen_regions(double factor) const {
   wider_ = regions_;
-  for (Region& one : wider_) one.width *= kOtherPart, one.height *= kOtherPart;
+  for (Region& one : wider_) one.width *= factor, one.height *= factor;
 }
 
 Plane PatchPress::seen_plane() const {
@@ -618,15 +621,15 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     if (touches || share < rolling) view.spot_height = std::max(view.spot_height, kTouchMargin * next.height);
     return true;
   }
-  if (view.spot_height < laid_.contact.lowered() && reaches_other_part()) {
-    view.spot_height = kTouchMargin * laid_.contact.lowered();
-    return true;
-  }
   if (search_.level() > 0.0 && laid_.contact.indentation() > kTooDeep * laid_.seen.highest &&
       view.height_factor < kMostHeightFactor) {
     // The contact is so deep that parts above the cells touch as well.
     const double deeper = kShareOfDepth * laid_.contact.indentation() / laid_.seen.highest;
     view.height_factor = std::min(view.height_factor * std::min(deeper, kMostHigher), kMostHeightFactor);
+    return true;
+  }
+  if (view.spot_height < laid_.contact.lowered() && reaches_other_part()) {
+    view.spot_height = kTouchMargin * laid_.contact.lowered();
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.

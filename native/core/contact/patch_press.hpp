@@ -53,7 +53,8 @@ class PatchPress {
   struct Viewpoint {
     Plane plane;         // the tilt from which the body is looked at
     double height_factor;   // cells are laid up to this multiple of the spots' level [-]
-    double most_height;     // largest height of cells, because the body sank in that deep; 0 if not known [m]
+    double most_height;     // largest height of cells over the level, because the body sank in that deep; 0 if not
+                            // known [m]
     double end_height;      // height at which the contact ends as seen from this plane; 0 if not known [m]
     double least_height;    // cells are laid at least up to it, because lower ones ended too early; 0: not known [m]
     double spot_height;     // spots are gathered up to this height, from the last look; 0 if there was none [m]
@@ -119,7 +120,7 @@ class PatchPress {
   double touching_height(const LawOptions& options) const;
   NextPart next_part() const;
   bool reaches_other_part() const;
-  void widen_regions() const;
+  void widen_regions(double factor) const;
   Plane seen_plane() const;
   bool next_view(const Merit& found, const LawOptions& options, Viewpoint& view) const;
   // Elastic energy of the contact plus the potential energy of the load at the body's height [J]. Of all contacts that
