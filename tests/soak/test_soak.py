@@ -94,13 +94,20 @@ def test_a_bounded_contact_ends_whichever_way_the_scene_is_turned(name, seed, ex
     assert found.compared == 1, str(found)
 
 
-def test_points_between_two_cells_of_the_search_are_not_left_to_rounding(exact_pads):
-    """Points on the edges of a thin plate lie between cells of the search's grid: its mirror image was 0.14 % off."""
-    scene = scenes.still_scene(2500223, scenes.FLAT_PADS, False)
+@pytest.mark.parametrize(
+    ("seed", "deviation"),
+    [(2500223, invariants.mirroring), (4300477, invariants.turning)],
+    ids=[
+        "points on the lines of the search's grid",
+        "strips of the rim, whose width came from one line after the other",
+    ],
+)
+def test_what_the_search_samples_turns_with_the_scene(seed, deviation, exact_pads):
+    scene = scenes.still_scene(seed, scenes.FLAT_PADS, False)
     assert scene.pads[0].kind in exact_pads
-    deviation = invariants.mirroring(scene)
-    assert deviation is not None
-    assert deviation <= 1e-6
+    found = deviation(scene)
+    assert found is not None
+    assert found <= 1e-6
 
 
 #: States of random scenes by what was wrong of them: seed, step, pad, fidelity, and the error allowed; each was larger.

@@ -400,11 +400,13 @@ double ContactSearch::add_strip(const HeightMap& map, const Plane& plane, const 
       return over(plane, at, map.height(at.x, at.y)) <= level_;
     };
     if (!below(width)) continue;
-    double beyond = step_[along_y ? 0 : 1] / 2;   // a grid point is there
+    // Each line from its own end, so that the order of the lines makes no difference.
+    double within = 0.0, beyond = step_[along_y ? 0 : 1] / 2;   // a grid point is there
     for (int halving = 0; halving < kStripBisections; ++halving) {
-      const double middle = (width + beyond) / 2;
-      (below(middle) ? width : beyond) = middle;
+      const double middle = (within + beyond) / 2;
+      (below(middle) ? within : beyond) = middle;
     }
+    width = std::max(width, within);
   }
   if (!(width > 0.0)) return 0.0;
   const Point &from = side.points[first], &to = side.points[last];
