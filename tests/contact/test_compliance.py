@@ -84,7 +84,10 @@ def test_compliance_has_the_sheets_mirrors(default_influence):
     cells = outline_cells(Point(4e-3, 2e-3).buffer(1e-3), 60)
     mirror = np.array([-1.0, 1.0])
     mirrored = cells._replace(
-        centroids=cells.centroids * mirror, edges=cells.edges * mirror, sides=cells.sides[:, ::-1]
+        centroids=cells.centroids * mirror,
+        edges=cells.edges * mirror,
+        sides=cells.sides[:, ::-1],
+        quadrature=cells.quadrature * mirror,
     )
     here, there = (full_compliance(surface_compliance(default_influence), one) for one in (cells, mirrored))
     signs = np.array([-1, 1, 1])

@@ -54,17 +54,22 @@ def patch_weights(surface: SurfaceCompliance, points: Array) -> Array:
     return (along_y[:, :, None] * along_x[:, None, :]).reshape(len(points), -1)
 
 
+def mean_weights(surface: SurfaceCompliance, cells: Cells) -> Array:
+    """Mean of `patch_weights` over each cell, (cells, patches)."""
+    return np.mean([patch_weights(surface, points) for points in cells.quadrature.swapaxes(0, 1)], axis=0)
+
+
 def full_compliance(surface: SurfaceCompliance, cells: Cells) -> Array:
-    """Mean displacement per force, (3, cells, 3, cells) [m/N]: a half space, and the remainder at cells' middles."""
+    """Mean displacement per force, (3, cells, 3, cells) [m/N]: a half space, and the remainder's mean over cells."""
     integrals = HalfSpaceIntegrals(cells.edges, cells.sides)
-    weights = patch_weights(surface, cells.centroids)
+    weights = mean_weights(surface, cells)
     smooth = np.einsum("ap,ipjq,bq->iajb", weights, surface.remainder, weights, optimize=True)
     return half_space_compliance(surface.normal_factor, surface.poisson, integrals, cells.areas) + smooth
 
 
 def normal_compliance(surface: SurfaceCompliance, cells: Cells) -> Array:
-    """The same of pressing alone, (cells, cells) [m/N], with the remainder's mean over each cell."""
-    weights = np.mean([patch_weights(surface, points) for points in cells.quadrature.swapaxes(0, 1)], axis=0)
+    """The same of pressing alone, (cells, cells) [m/N]."""
+    weights = mean_weights(surface, cells)
     distance = HalfSpaceIntegrals(cells.edges, cells.sides).inverse_distance
     half_space = surface.normal_factor * distance / np.outer(cells.areas, cells.areas)
     return half_space + weights @ surface.remainder[2, :, 2, :] @ weights.T

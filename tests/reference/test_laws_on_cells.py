@@ -150,7 +150,8 @@ def under_a_paraboloid(influence, **options) -> tuple[CellForces, Cells, np.ndar
     assert not found.approximated
     assert not found.simplified
     forces = press.cell_forces()
-    cells = Cells(forces.centroids, forces.areas, forces.edges, forces.sides, np.empty(0))
+    middles = forces.centroids[:, None]  # these cells are smaller than the remainder's patches
+    cells = Cells(forces.centroids, forces.areas, forces.edges, forces.sides, middles)
     return forces, cells, np.concatenate([FORCE, moment]), (forces.centroids - MIDDLE) / ROUND
 
 

@@ -459,9 +459,7 @@ bool PadSensor<Value>::shear(const Touch& touch, BodyPress& press) {
     press.sheared = whole ? press.keeps : nullptr;
     const BentCells* bent = curved() ? &press.laid() : nullptr;
     const Bend bend = curved() ? bent->bend() : Bend{};
-    // Quadrature points of flat faces would make shear 15 % dearer and readings no better: these have many small cells.
-    const SurfaceCells placed = CellContact::on_surface(cells, press.workspace, !press.flat, bent, bend);
-    compliance.full(placed, press.integrals, placement, press.workspace.compliance, press.full);
+    compliance.full(CellContact::on_surface(cells, press.workspace, bent, bend), press.integrals, placement, press.workspace.compliance, press.full);
   }
   PressedCells pressed = press.contact().pressed_cells(cells, press.heights(), press.workspace);
   pressed.gradients = gradients(press);

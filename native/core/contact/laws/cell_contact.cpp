@@ -69,14 +69,14 @@ void CellContact::place(const Face& face, const Placement& placement, const Cont
   }
   found_.contact.forget();
   const Bend bend = bent != nullptr ? bent->bend() : Bend{};
-  surface.compliance.normal(on_surface(face, workspace, true, bent, bend), workspace.compliance, workspace.matrix);
+  surface.compliance.normal(on_surface(face, workspace, bent, bend), workspace.compliance, workspace.matrix);
 }
 
-SurfaceCells CellContact::on_surface(const Face& face, const Workspace& workspace, bool averaged, const BentCells* bent,
+SurfaceCells CellContact::on_surface(const Face& face, const Workspace& workspace, const BentCells* bent,
                                      const Bend& bend) {
   const std::vector<double>& middles = bent == nullptr ? workspace.placed : bent->on_pad();
   const std::vector<double>& quadrature = bent == nullptr ? workspace.quadrature : bent->quadrature();
-  const bool spread = averaged && !quadrature.empty();
+  const bool spread = !quadrature.empty();
   return {face.cells(), (spread ? quadrature : middles).data(), spread ? quadrature.size() / (2 * face.cells()) : 1,
           face.areas.data(), face.inverse_distance.data(), bent == nullptr ? nullptr : &bend};
 }

@@ -61,10 +61,8 @@ class CellContact {
   // a flat pad.
   void place(const Face& face, const Placement& placement, const ContactSurface& surface, Workspace& workspace,
              const BentCells* bent = nullptr);
-  // The cells on the pad, since place(). `averaged`: whether with their quadrature points, if there are any. `bend`:
-  // that of `bent`.
-  static SurfaceCells on_surface(const Face& face, const Workspace& workspace, bool averaged, const BentCells* bent,
-                                 const Bend& bend);
+  // The cells on the pad, since place(). `bend`: that of `bent`.
+  static SurfaceCells on_surface(const Face& face, const Workspace& workspace, const BentCells* bent, const Bend& bend);
   // Find the pressed cells. If no contact is found, or none that keeps to the pad's strength, the cells nearest to the
   // force's line of action carry it, and exact() is false.
   void press(const Face& face, const ContactSurface& surface, const PressedBody& body, Workspace& workspace);
@@ -105,8 +103,8 @@ class CellContact {
     return law.depth(face, found_, between, cell);
   }
   double indentation() const { return indentation_; }    // largest depth of the surface [m]
-  // How far the body comes down where it comes down most, from the surface at first touch [m]: depth plus height. Under
-  // a cell whose pressure is at its bound, the surface gives way less than the body comes down.
+  // How far the body comes down where it comes down most, from the surface at first touch [m]: depth plus height. Under a
+  // cell whose pressure is at its bound, the surface gives way less than the body comes down.
   double lowered() const { return lowered_; }
   double energy() const { return energy_; }              // elastic energy of the surface [J]
   // Slopes of the body's tilt along x and y after press() [-]; 0 if the contact leaves them open.
