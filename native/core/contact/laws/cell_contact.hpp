@@ -103,8 +103,8 @@ class CellContact {
     return law.depth(face, found_, between, cell);
   }
   double indentation() const { return indentation_; }    // largest depth of the surface [m]
-  // How far the body comes down where it comes down most, from the surface at first touch [m]: depth plus height. Under a
-  // cell whose pressure is at its bound, the surface gives way less than the body comes down.
+  // How far the body comes down where it comes down most, from the surface at first touch [m]: depth plus height. Under
+  // a cell whose pressure is at its bound, the surface gives way less than the body comes down.
   double lowered() const { return lowered_; }
   double energy() const { return energy_; }              // elastic energy of the surface [J]
   // Slopes of the body's tilt along x and y after press() [-]; 0 if the contact leaves them open.
