@@ -121,6 +121,23 @@ def random_case(seed):
     return problem, friction, np.array([*shear[:2], -pressing.sum(), 0.0, 0.0, torsion])
 
 
+def sheared(problem, pressing, wrench, tangential, friction):
+    """What the core finds for a random problem, pressed with given forces (cells,) [N]."""
+    points = problem.cells.centroids
+    return surface_shear(
+        points,
+        pressing,
+        wrench,
+        tangential=tangential,
+        friction=friction,
+        compliance=problem.compliance,
+        heights=problem.gaps,
+        middle=points.mean(axis=0),
+        length=problem.cells.length,
+        tilting=problem.tilting,
+    )
+
+
 @pytest.mark.parametrize("seeds", [range(start, start + 25) for start in range(0, 100, 25)], ids=str)
 @pytest.mark.parametrize(("tangential", "bounded"), CHOICES)
 def test_every_contact_gets_shear_that_carries_the_wrench(tangential, bounded, seeds):
@@ -131,18 +148,7 @@ def test_every_contact_gets_shear_that_carries_the_wrench(tangential, bounded, s
         problem, friction, wrench = case
         pressing, points, length = problem.pressing, problem.cells.centroids, problem.cells.length
         force = pressing.sum()
-        found = surface_shear(
-            points,
-            pressing,
-            wrench,
-            tangential=tangential,
-            friction=friction if bounded else None,
-            compliance=problem.compliance,
-            heights=problem.gaps,
-            middle=points.mean(axis=0),
-            length=length,
-            tilting=problem.tilting,
-        )
+        found = sheared(problem, pressing, wrench, tangential, friction if bounded else None)
         assert np.isfinite(found.forces).all()
         assert not found.refused
         pressed = np.column_stack([np.zeros_like(points), -pressing])
@@ -274,18 +280,7 @@ def test_a_cell_that_only_touches_makes_no_difference(tangential, bounded):
         problem, friction, wrench = case
         touching = np.where(problem.pressing == 0.0, 1e-16 * problem.pressing.max(), problem.pressing)
         one, other = (
-            surface_shear(
-                problem.cells.centroids,
-                pressing,
-                wrench,
-                tangential=tangential,
-                friction=friction if bounded else None,
-                compliance=problem.compliance,
-                heights=problem.gaps,
-                middle=problem.cells.centroids.mean(axis=0),
-                length=problem.cells.length,
-                tilting=problem.tilting,
-            ).forces
+            sheared(problem, pressing, wrench, tangential, friction if bounded else None).forces
             for pressing in (problem.pressing, touching)
         )
         np.testing.assert_allclose(other, one, rtol=0.0, atol=1e-9 * np.abs(one).max(), err_msg=f"seed {seed}")

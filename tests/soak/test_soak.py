@@ -94,35 +94,25 @@ def test_a_bounded_contact_ends_whichever_way_the_scene_is_turned(name, seed, ex
     assert found.compared == 1, str(found)
 
 
+# Rounding chose between points on the lines of the search's grid, 0.14 %. A strip of the rim got its width from line to
+# line, so that their order told, 6e-5.
 @pytest.mark.parametrize(
-    ("seed", "deviation"),
-    [(2500223, invariants.mirroring), (4300477, invariants.turning)],
-    ids=[
-        "points on the lines of the search's grid",
-        "strips of the rim, whose width came from one line after the other",
-    ],
+    ("name", "seed"), [("mirrored bodies mirror readings", 2500223), ("turned bodies turn readings", 4300477)]
 )
-def test_what_the_search_samples_turns_with_the_scene(seed, deviation, exact_pads):
-    scene = scenes.still_scene(seed, scenes.FLAT_PADS, False)
-    assert scene.pads[0].kind in exact_pads
-    found = deviation(scene)
-    assert found is not None
-    assert found <= 1e-6
+def test_what_the_search_samples_turns_with_the_scene(name, seed, exact_pads):
+    assert scenes.still_scene(seed, scenes.FLAT_PADS, False).pads[0].kind in exact_pads
+    found = invariants.worst(name, [seed], scenes.FLAT_PADS)
+    assert found.deviation <= invariants.INVARIANTS[name][2], str(found)
+    assert found.compared == 1, str(found)
 
 
-#: States of random scenes by what was wrong of them: seed, step, pad, fidelity, and the error allowed; each was larger.
+#: States of random scenes by what puts them right: seed, step, pad, fidelity, and the error allowed; each was larger.
 STATES = {
     "long cells lie along the edge that presses, under the pull of a hair": (500005, 106, 0, "fast", 0.09),
     "no two cells of different spots bear pressure in the same place": (2300030, 33, 1, "balanced", 0.03),
-    "what the last look found to end low is laid no higher for a small part far up": (
-        2900020,
-        131,
-        0,
-        "balanced",
-        0.06,
-    ),
+    "the same, where a plate tilts onto its other part": (2900035, 68, 1, "balanced", 0.05),
+    "a contact that ends low is laid no higher for a small part far up": (2900020, 131, 0, "balanced", 0.06),
     "under bounded pressure a body comes down further than the surface gives way": (2900066, 38, 0, "balanced", 0.03),
-    "nor do they where a plate tilts onto its other part": (2900035, 68, 1, "balanced", 0.05),
     "a body under bounded pressure comes down to parts that no look has seen": (3700018, 68, 0, "balanced", 0.03),
     "a tilt that was too far is not tried again": (3300030, 71, 0, "balanced", 0.05),
     "cells as long as a soft layer is thick are larger than the compliance's patches": (3300032, 143, 1, "fast", 0.06),

@@ -36,6 +36,10 @@ constexpr double kLowSprings = 6.003;
 // Perimeter of a circle over that of its staircase outline on a grid, pi / 4.
 constexpr double kRound = 0.78539816339744830962;
 
+bool is_outside(const Point& at, const std::vector<Region>& regions) {
+  return std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); });
+}
+
 }  // namespace
 
 Region region_about(const std::vector<Point>& points, const double sides[2], double angle, const HeightMap& map) {
@@ -455,21 +459,14 @@ double ContactSearch::share_until(const Plane& seen, const Plane& tilt, double h
     const double falls = tilt(at.x, at.y);
     if (!(falls > 0.0) || !std::isfinite(raw_[i])) continue;
     const double share = std::max(over(seen, at, raw_[i]) - height, 0.0) / falls;
-    if (share < least &&
-        std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
-      least = share;
-    }
+    if (share < least && is_outside(at, regions)) least = share;
   }
   return least;
 }
 
 bool ContactSearch::lower_than(const Plane& seen, double height, const std::vector<Region>& regions) const {
   for (std::size_t i = 0; i < raw_.size(); ++i) {
-    const Point& at = points_[i];
-    if (over(seen, at, raw_[i]) < height &&
-        std::none_of(regions.begin(), regions.end(), [&](const Region& one) { return one.holds(at); })) {
-      return true;
-    }
+    if (over(seen, points_[i], raw_[i]) < height && is_outside(points_[i], regions)) return true;
   }
   return false;
 }

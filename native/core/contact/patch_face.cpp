@@ -95,12 +95,11 @@ double PatchFace::seen(const HeightWindow& view, const Point& at) const {
 // The order of regions must not decide between equal parts of a body, because it changes as the body turns.
 bool PatchFace::Territory::lost(const Point& at) const {
   const Region& here = regions[own];
-  const auto away = [&at](const Region& one) { return std::hypot(at.x - one.centre.x, at.y - one.centre.y); };
   for (std::size_t i = 0; i < regions.size(); ++i) {
     const Region& other = regions[i];
     if (i == own || !other.holds(at)) continue;
     const double ratio = other.area() / here.area();
-    if (ratio < kUnlike || (ratio <= 1.0 / kUnlike && away(other) < away(here))) return true;
+    if (ratio < kUnlike || (ratio <= 1.0 / kUnlike && other.away(at) < here.away(at))) return true;
   }
   return false;
 }
@@ -151,10 +150,7 @@ void PatchFace::sound(Lattice lattice, const HeightWindow& view, const Territory
     nodes_[first + i] = seen_from(view, points_[i], found_[i]) - view.highest;
   }
   for (std::size_t place = 0; place < lattice.cells(); ++place) {
-    const auto column = static_cast<double>(place % lattice.columns);
-    const auto row = static_cast<double>(place / lattice.columns);
-    const bool counts =
-        nodes_of(lattices_.size() - 1, place).under > 0 && !territory.lost(lattice.at(column + 0.5, row + 0.5));
+    const bool counts = nodes_of(lattices_.size() - 1, place).under > 0 && !territory.lost(lattice.middle(place));
     places_.push_back(counts ? kSounded : kNone);
     sounded_ += counts ? 1 : 0;
   }
@@ -162,21 +158,17 @@ void PatchFace::sound(Lattice lattice, const HeightWindow& view, const Territory
 
 void PatchFace::settle(const std::vector<Region>& regions) {
   twice_.clear();
-  const auto away = [&](const Point& at, std::size_t number) {
-    return std::hypot(at.x - regions[number].centre.x, at.y - regions[number].centre.y);
-  };
   for (std::size_t number = 0; lattices_.size() > 1 && number < lattices_.size(); ++number) {
     const Lattice& lattice = lattices_[number];
     for (std::size_t place = 0; place < lattice.cells(); ++place) {
       if (places_[firsts_[number] + place] != kSounded) continue;
-      const Point at = lattice.at(static_cast<double>(place % lattice.columns) + 0.5,
-                                  static_cast<double>(place / lattice.columns) + 0.5);
+      const Point at = lattice.middle(place);
       if (regions[number].holds(at)) continue;
       for (std::size_t other = 0; other < lattices_.size(); ++other) {
         std::size_t cell;
         if (other == number || !lattices_[other].holds(at, cell)) continue;
         if (places_[firsts_[other] + cell] != kSounded) continue;
-        if (!regions[other].holds(at) && away(at, other) >= away(at, number)) continue;
+        if (!regions[other].holds(at) && regions[other].away(at) >= regions[number].away(at)) continue;
         twice_.push_back(firsts_[number] + place);
         break;
       }
@@ -493,12 +485,8 @@ void PatchFace::place_quadrature(double resolution) {
   const double away = 1.0 / std::sqrt(6.0);
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     const Cell& cell = cells_[i];
-    const Point& middle = face_.centroids[i];
-    const double along = away * cell.sides[0], across = away * cell.sides[1];
-    for (const double sign : {1.0, -1.0}) {
-      face_.quadrature.push_back({middle.x + sign * along * cell.cosine, middle.y + sign * along * cell.sine});
-      face_.quadrature.push_back({middle.x - sign * across * cell.sine, middle.y + sign * across * cell.cosine});
-    }
+    add_quadrature(face_.centroids[i], {cell.cosine, cell.sine}, away * cell.sides[0], away * cell.sides[1],
+                   face_.quadrature);
   }
 }
 

@@ -226,7 +226,7 @@ bool PatchPress::choose_view(const Problem& problem, Looks& looks) {
   } else if (!looks.resting_tried) {
     if (looks.ended) {
       // The contact extends beyond the cells that were laid in this view.
-      looks.view.least_height = touching_height(problem.options);
+      looks.view.least_height = kTouchMargin * touched_height(problem.options);
       looks.view.most_height = looks.view.end_height = 0.0;
       return true;
     }
@@ -532,15 +532,15 @@ bool PatchPress::ends_early() const {
   return goes_beyond() && within > kWithin * at_end;
 }
 
-// Height up to which the body touches, with a safety factor. A body that tilts is seen from another plane next, where
-// the lowest cell tells more than those at its raised end.
-double PatchPress::touching_height(const LawOptions& options) const {
-  if (!options.tilting) return kTouchMargin * laid_.contact.lowered();
+// Height up to which the body touches. A body that tilts is seen from another plane next, where the lowest cell tells
+// more than those at its raised end.
+double PatchPress::touched_height(const LawOptions& options) const {
+  if (!options.tilting) return laid_.contact.lowered();
   double lowest = kNowhere;
   for (std::size_t i = 0; i < laid_.heights.size(); ++i) {
     if (laid_.contact.pressed()[i]) lowest = std::min(lowest, laid_.heights[i]);
   }
-  return kTouchMargin * (laid_.contact.indentation() + std::max(lowest, 0.0));
+  return laid_.contact.indentation() + std::max(lowest, 0.0);
 }
 
 // The part of the body that first touches the surface during the tilt that the last look found.
@@ -588,7 +588,8 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
   std::size_t pressed = 0;
   for (const std::uint8_t one : laid_.contact.pressed()) pressed += one;
   const double level = std::max(search_.loaded(), laid_.contact.indentation()), lift = lifted(slopes);
-  const bool beyond = goes_beyond();
+  const bool beyond = goes_beyond(), ends = ends_early();
+  const double touched = touched_height(options), touching = kTouchMargin * touched;
   // Where the contact carries the load, a small tilt or that of a narrow strip needs no other look, unless another part
   // touches during the tilt.
   const bool carries = found.missed == 0.0;
@@ -612,8 +613,8 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     }
     const double least_share = std::min(1.0, kMostSlope / slope);
     for (int k = 0; k < 2; ++k) view.plane.slopes[k] = least_share * to[k];
-    if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : touching_height(options) / kTouchMargin;
-    view.least_height = ends_early() ? touching_height(options) : 0.0;
+    if (laid_.contact.exact()) view.most_height = beyond ? 0.0 : touched;
+    view.least_height = ends ? touching : 0.0;
     view.end_height = 0.0;
     // If there is one spot that fills its rectangle, no part of the body is outside it.
     const bool apart = spots_.size() > 1 || spots_.front().area < kOpen * spots_.front().region.area();
@@ -633,12 +634,12 @@ bool PatchPress::next_view(const Merit& found, const LawOptions& options, Viewpo
     return true;
   }
   // Cells above the height to which the body sinks in are not needed.
-  if (few && search_.level() > 0.0 && touching_height(options) < bound.lower * laid_.seen.highest) {
-    view.end_height = touching_height(options);
+  if (few && search_.level() > 0.0 && touching < bound.lower * laid_.seen.highest) {
+    view.end_height = touching;
     return true;
   }
-  if (ends_early() && touching_height(options) > kHigher * laid_.seen.highest) {
-    view.least_height = touching_height(options);
+  if (ends && touching > kHigher * laid_.seen.highest) {
+    view.least_height = touching;
     return true;
   }
   return false;

@@ -53,7 +53,7 @@ class PatchPress {
   struct Viewpoint {
     Plane plane;         // the tilt from which the body is looked at
     double height_factor;   // cells are laid up to this multiple of the spots' level [-]
-    double most_height;     // largest height of cells over the level, because the body sank in that deep; 0 if not
+    double most_height;     // largest height of cells above the level, because the body came down that far; 0 if not
                             // known [m]
     double end_height;      // height at which the contact ends as seen from this plane; 0 if not known [m]
     double least_height;    // cells are laid at least up to it, because lower ones ended too early; 0: not known [m]
@@ -117,7 +117,7 @@ class PatchPress {
                        double coarser) const;
   bool goes_beyond() const;
   bool ends_early() const;
-  double touching_height(const LawOptions& options) const;
+  double touched_height(const LawOptions& options) const;
   NextPart next_part() const;
   bool reaches_other_part() const;
   void widen_regions(double factor) const;

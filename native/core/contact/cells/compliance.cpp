@@ -21,8 +21,8 @@ QuadraticSplines::QuadraticSplines(std::vector<double> ends) : ends_(std::move(e
   for (std::size_t piece = 0; piece < last; ++piece) {
     const double low = ends_[piece], high = ends_[piece + 1];
     const double before = ends_[piece > 0 ? piece - 1 : 0], beyond = ends_[std::min(piece + 2, last)];
-    // De Boor's recurrence, with the outermost ends counted three times.
     shortest_ = std::min(shortest_, high - low);
+    // De Boor's recurrence, with the outermost ends counted three times.
     pieces_.push_back({low, high, 1.0 / ((high - low) * (high - before)), 1.0 / ((high - low) * (beyond - low))});
   }
   pieces_per_length_ = static_cast<double>(last) / (ends_.back() - ends_.front());

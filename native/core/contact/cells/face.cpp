@@ -16,6 +16,13 @@ bool CellEdge::step(const std::vector<double>& tractions, double* step) const {
   return steps;
 }
 
+void add_quadrature(const Point& middle, const Point& axis, double along, double across, std::vector<Point>& points) {
+  for (const double sign : {1.0, -1.0}) {
+    points.push_back({middle.x + sign * along * axis.x, middle.y + sign * along * axis.y});
+    points.push_back({middle.x - sign * across * axis.y, middle.y + sign * across * axis.x});
+  }
+}
+
 bool place(const Face& face, const Pose& pose, Placement& placement) {
   double turn[9];  // from the face's frame to the pad's: pose.rotation * face.rotation^T
   for (int i = 0; i < 3; ++i) {

@@ -41,6 +41,10 @@ struct Face {
   std::size_t cells() const { return areas.size(); }
 };
 
+// Add the four quadrature points of a cell: on its axes, the first of which is along the unit vector `axis`, at these
+// distances from its middle.
+void add_quadrature(const Point& middle, const Point& axis, double along, double across, std::vector<Point>& points);
+
 // Placement of the face's frame on the pad, from the body's pose. False if the body leans by more than most_slope.
 bool place(const Face& face, const Pose& pose, Placement& placement);
 

@@ -975,11 +975,7 @@ void FaceCells::place_quadrature(const Face& face) {
     const double turn = apart > kRound * mean ? 0.5 * std::atan2(2.0 * xy, xx - yy) : 0.0;
     const double u = std::cos(turn), v = std::sin(turn);
     const double longer = std::sqrt(2 * (mean + apart)), shorter = std::sqrt(2 * std::max(mean - apart, 0.0));
-    const Point& middle = face.centroids[i];
-    for (const double sign : {1.0, -1.0}) {
-      quadrature_.push_back({middle.x + sign * longer * u, middle.y + sign * longer * v});
-      quadrature_.push_back({middle.x - sign * shorter * v, middle.y + sign * shorter * u});
-    }
+    add_quadrature(face.centroids[i], {u, v}, longer, shorter, quadrature_);
   }
 }
 

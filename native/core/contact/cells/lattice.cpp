@@ -19,6 +19,8 @@ bool Region::holds(const Point& at) const {
   return std::abs(c * x + s * y) <= width / 2 && std::abs(c * y - s * x) <= height / 2;
 }
 
+double Region::away(const Point& at) const { return std::hypot(at.x - centre.x, at.y - centre.y); }
+
 Region Region::lengthwise() const {
   return width >= height ? *this : Region{centre, angle + kQuarter, height, width};
 }

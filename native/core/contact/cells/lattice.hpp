@@ -23,6 +23,10 @@ struct Lattice {
     const double y = (row - static_cast<double>(rows) / 2) * width();
     return {cosine * x - sine * y + centre.x, sine * x + cosine * y + centre.y};
   }
+  // The middle of a cell, counted row by row [m].
+  Point middle(std::size_t cell) const {
+    return at(static_cast<double>(cell % columns) + 0.5, static_cast<double>(cell / columns) + 0.5);
+  }
   // Whether a point is over the lattice, and then the number of the cell that has it, row by row.
   bool holds(const Point& point, std::size_t& cell) const {
     const double x = point.x - centre.x, y = point.y - centre.y;
@@ -43,6 +47,8 @@ struct Region {
 
   double area() const { return width * height; }
   bool holds(const Point& at) const;
+  // Distance of a point from the middle [m].
+  double away(const Point& at) const;
   // The same rectangle with the longer side as its width.
   Region lengthwise() const;
   // Length of cells over their width, a power of two. Long contacts get long cells.
